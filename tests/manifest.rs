@@ -194,7 +194,7 @@ const MADE: [(&str, &str, &str, &[&str]); 2] = [
     (
         "docs/keys.md",
         "# Keys of a scene",
-        "With this page you can look up every key that a scene may have: its type, its default and its meaning. `fretwear schema KEY` \
+        "This page lists every key of a scene with its type, default and meaning. `fretwear schema KEY` \
          says all about one of them.",
         &["schema", "scene", "--markdown"],
     ),

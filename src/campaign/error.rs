@@ -106,7 +106,7 @@ pub enum CampaignError {
     },
     /// A folder of another layout.
     #[error(
-        "{} has layout {found}, made by fretwear {program_version}, and this program reads layout {LAYOUT} only; use the program that planned it, or plan the campaign in another folder",
+        "the campaign {} has layout {found} of fretwear {program_version}; this program reads only layout {LAYOUT}: use the program that planned it, or plan the campaign in another folder",
         path.display()
     )]
     OtherLayout {

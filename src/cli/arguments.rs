@@ -18,8 +18,8 @@ pub struct Cli {
 
 const EXIT_CODES: &str = "\
 Exit codes:
-  0 done; 1 failure; 2 usage or scene; 3 not converged (the last commit is kept);
-  4 damaged or mismatched run; 75 stopped and resumable";
+  0 done; 1 failure; 2 wrong usage or scene; 3 not converged (the last commit is kept);
+  4 damaged or mismatched run; 75 stopped, can be continued";
 
 #[derive(Subcommand)]
 pub enum Command {
@@ -29,12 +29,12 @@ pub enum Command {
     Run(RunArguments),
     /// Show what a scene will compute, why, and what it costs
     ///
-    /// Memory, disk and unknowns are counted. FFT pairs and time are estimated from one run on a coarser grid, in some seconds. A run
-    /// computes the same with and without a plan.
+    /// Counts memory, unknowns and disk per iteration. Estimates iterations, FFT pairs, time and total disk from a run of a few seconds on a
+    /// coarser grid. The plan does not change the results of the run.
     Plan {
         #[command(flatten)]
         scene: SceneArguments,
-        /// Everything but the cost, at once
+        /// Skip the coarse run and the whole cost
         #[arg(long)]
         no_rehearsal: bool,
         /// Print one JSON object
@@ -61,8 +61,8 @@ pub enum Command {
     },
     /// Compute a stage of a committed iteration again
     ///
-    /// It reads the tables of the run and the files that its scene names, and says whether the tables are the same to the last bit. A table that a later stage writes again is computed on the way, by the
-    /// stage that wrote it first. The run is not changed.
+    /// Reads the run's tables and the files that its scene names, computes the stage, and reports whether its tables are bit-identical to the
+    /// stored ones. If a later stage overwrote a table, `stage` first recomputes that table. The run is not changed.
     Stage(StageArguments),
     /// Frequency, damping ratio and amplitude of the resonance over the level of the force
     ///
@@ -71,9 +71,10 @@ pub enum Command {
     Backbone(backbone::BackboneArguments),
     /// Show the progress of a run, or list the runs of a folder
     ///
-    /// Of a run: state, stage, cycles, last update, pace, time to go, and how to continue. Of a folder: a line per run.
+    /// For a run it prints state, stage, cycles, last update, pace, remaining time and the command that continues it. For a folder of runs it
+    /// prints one line per run.
     Status {
-        /// Folder of a run, or of runs
+        /// Folder of one run, or of several runs
         #[arg(default_value = "runs")]
         folder: PathBuf,
         /// Print one JSON object per run
@@ -119,8 +120,8 @@ pub enum Command {
     Reproduce(ReproduceArguments),
     /// Explain a key of a scene or a table of a run, or search for a word
     ///
-    /// A key, as `contact.normal_load`, a section, as `contact`, or a table, as `summary`, is explained. Any other word is searched for in
-    /// the names and texts of keys and columns. `scene` stands for all keys; without a word all tables are printed.
+    /// Explains a key (`contact.normal_load`), a section (`contact`) or a table (`summary`). Searches for any other word in the names and
+    /// descriptions of keys and columns. The word `scene` prints all keys; without a word, `schema` prints all tables.
     Schema {
         /// A key, a section, a table, or a word to search for
         #[arg(value_name = "WORD")]
@@ -137,8 +138,8 @@ pub enum Command {
     },
     /// Check whether this machine can compute runs and keep them
     ///
-    /// Space, commits, locks and tables in the folder; processor, transforms and factors; contact and vibration against closed forms; the
-    /// cache of structures. Nothing is left behind. Ends with 1 if something fails.
+    /// Checks the folder (free space, commits, locks, tables), the processor, transforms and factorisations, the contact and vibration solvers
+    /// against closed forms, and the cache of structures. Removes its own files. Ends with 1 if a check fails.
     Doctor {
         /// Where runs go
         #[arg(default_value = "runs")]

@@ -7,7 +7,7 @@ use super::arguments::Cli;
 /// The commands of a task: the name of each, and an example.
 pub type Group = (&'static str, &'static [(&'static str, &'static str)]);
 
-/// All commands, by task. The examples of the commands of a campaign stand in [`OF_CAMPAIGN`].
+/// All commands by task. [`CAMPAIGN_COMMANDS`] has the examples of `campaign`.
 pub const GROUPS: [Group; 5] = [
     (
         "Write a scene",
@@ -61,7 +61,7 @@ pub const GROUPS: [Group; 5] = [
 ];
 
 /// The commands of a campaign.
-pub const OF_CAMPAIGN: [(&str, &str); 5] = [
+pub const CAMPAIGN_COMMANDS: [(&str, &str); 5] = [
     ("plan", "fretwear campaign plan campaign.toml --dir study"),
     ("run", "fretwear campaign run --dir study --jobs 4"),
     ("status", "fretwear campaign status --dir study"),
@@ -85,7 +85,7 @@ pub fn command() -> Command {
     cli.mut_subcommands(|command| {
         let example = example_of(examples(), &command);
         one_screen(command, example).mut_subcommands(|inner| {
-            let example = example_of(OF_CAMPAIGN.iter(), &inner);
+            let example = example_of(CAMPAIGN_COMMANDS.iter(), &inner);
             one_screen(inner, example)
         })
     })
@@ -105,7 +105,7 @@ fn example_of<'a>(
     found.map(|(_, example)| *example)
 }
 
-/// The help of a command in one form for `-h` and `--help`: all of its text, a line or two per option, and its example last.
+/// Makes `-h` and `--help` equal: the full text, one or two lines per option, and the example last.
 fn one_screen(command: Command, example: Option<&str>) -> Command {
     let long = command.get_long_about().cloned();
     let mut command = match long {
@@ -142,7 +142,7 @@ mod tests {
         listed.sort_unstable();
         assert_eq!(names(cli.get_subcommands()), listed);
         let campaign = cli.find_subcommand("campaign").expect("a command");
-        let mut listed = OF_CAMPAIGN.map(|(name, _)| name);
+        let mut listed = CAMPAIGN_COMMANDS.map(|(name, _)| name);
         listed.sort_unstable();
         assert_eq!(names(campaign.get_subcommands()), listed);
     }
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn each_example_is_of_its_command() {
         let groups = GROUPS.iter().flat_map(|(_, commands)| *commands);
-        for (name, example) in groups.chain(&OF_CAMPAIGN) {
+        for (name, example) in groups.chain(&CAMPAIGN_COMMANDS) {
             let line = example.split(" > ").next().unwrap_or_default();
             let words = shlex::split(line).expect("words");
             assert!(words[1..3].iter().any(|word| word == name), "{example}");

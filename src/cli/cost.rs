@@ -22,7 +22,7 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
         let unknowns = counted.unknowns;
         line(
             "unknowns",
-            format!("{unknowns} of the harmonic balance at most"),
+            format!("at most {unknowns}, in the harmonic balance"),
         );
     }
     let per_iteration = megabytes(counted.disk_per_iteration);
@@ -31,8 +31,10 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
     });
     line("disk", format!("{per_iteration} per iteration{disk}"));
     if let Some(why) = &cost.not_known {
-        line("FFT pairs", format!("not known: {why}"));
-        line("time", format!("not known: {why}"));
+        line(
+            "not known",
+            format!("iterations, FFT pairs, time and total disk: {why}"),
+        );
     }
     let number = |value: f64| format!("{value:.0}");
     if let Some(iterations) = cost.iterations.filter(|found| found.expected > 0.0) {
@@ -48,9 +50,9 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
     if let Some(run) = cost.coarse_run {
         let on = match run.cells {
             [0, 0] => String::new(),
-            [x, y] => format!(", from a run on {x} x {y} cells"),
+            [x, y] => format!(", on {x} x {y} cells"),
         };
-        line("estimated", format!("in {:.1} s{on}", rehearsal.took));
+        line("rehearsal", format!("{:.1} s{on}", rehearsal.took));
     }
 }
 

@@ -35,11 +35,8 @@ pub enum CliError {
     NothingToRun { path: PathBuf },
     #[error("only scenes have a JSON Schema: run `fretwear schema scene --json-schema`")]
     NoJsonSchema,
-    #[error("{unknown}; nor is it a table: there are {tables}")]
-    UnknownWord {
-        unknown: fretwear::scene::explain::UnknownKey,
-        tables: String,
-    },
+    #[error("{0}; no table has that name either: `fretwear schema` lists the tables")]
+    UnknownWord(fretwear::scene::explain::UnknownKey),
     #[error("{like} is no scene to begin from; there are {known}")]
     UnknownExample { like: String, known: String },
     #[error("cannot write {}: {source}", path.display())]
@@ -53,7 +50,7 @@ pub enum CliError {
         "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
     )]
     NoLine { key: String, like: String },
-    #[error("there is no run at {}, nor a folder of runs; `fretwear run SCENE` begins a run in runs/NAME", path.display())]
+    #[error("there is no run at {}, and no folder of runs: `fretwear run SCENE` writes its run to runs/NAME", path.display())]
     NoFolder { path: PathBuf },
     #[error("cannot list {}: {source}", path.display())]
     Folder {
@@ -246,7 +243,7 @@ impl CliError {
             | CliError::UnknownExample { .. }
             | CliError::NoLine { .. }
             | CliError::NoJsonSchema
-            | CliError::UnknownWord { .. }
+            | CliError::UnknownWord(_)
             | CliError::NothingToExport { .. }
             | CliError::NotAFolder { .. }
             | CliError::NothingReduced { .. }

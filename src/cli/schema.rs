@@ -33,7 +33,7 @@ impl Form {
     }
 }
 
-/// Prints what a word names: a table, a key or a section of a scene, a table and a section, or the keys and columns that speak of it.
+/// Prints a table, a key or a section; for any other word, the keys and columns that mention it.
 pub fn schema(word: Option<&str>, form: Form, out: &mut Results) -> Result<Exit, CliError> {
     let Some(word) = word.filter(|word| *word != "scene") else {
         match (word, form) {
@@ -52,12 +52,9 @@ pub fn schema(word: Option<&str>, form: Form, out: &mut Results) -> Result<Exit,
     let table = TableName::from_name(word);
     let about = explain::explain(word);
     if let (None, Err(unknown)) = (table, &about) {
-        let found = Found::of(word);
+        let found = SearchResult::of(word);
         if unknown.is_former || found.is_empty() {
-            return Err(CliError::UnknownWord {
-                unknown: unknown.clone(),
-                tables: TableName::ALL.map(TableName::as_str).join(", "),
-            });
+            return Err(CliError::UnknownWord(unknown.clone()));
         }
         found.write(word, form, out);
         return Ok(Exit::Done);
@@ -84,17 +81,17 @@ pub fn schema(word: Option<&str>, form: Form, out: &mut Results) -> Result<Exit,
     Ok(Exit::Done)
 }
 
-/// Keys and columns that speak of a word.
-struct Found {
+/// Keys and columns that mention a word.
+struct SearchResult {
     keys: Vec<KeyAbout>,
     columns: Vec<(TableName, &'static ColumnSchema)>,
 }
 
-impl Found {
-    /// Those whose name or text contains each part of the words, in any case.
-    fn of(words: &str) -> Found {
+impl SearchResult {
+    /// Entries whose name or text contains every part of the words, ignoring case.
+    fn of(words: &str) -> SearchResult {
         let words = words.to_lowercase();
-        let speaks = |texts: &[&str]| {
+        let mentions = |texts: &[&str]| {
             let text = texts.join(" ").to_lowercase();
             words.split_whitespace().all(|word| text.contains(word))
         };
@@ -104,12 +101,12 @@ impl Found {
             let columns = table.schema().columns.iter();
             columns.map(move |column| (table, column))
         });
-        Found {
+        SearchResult {
             keys: keys
-                .filter(|key| speaks(&[key.key, &key.meaning]))
+                .filter(|key| mentions(&[key.key, &key.meaning]))
                 .collect(),
             columns: columns
-                .filter(|(_, column)| speaks(&[&column.name, &column.description]))
+                .filter(|(_, column)| mentions(&[&column.name, &column.description]))
                 .collect(),
         }
     }
@@ -134,7 +131,7 @@ impl Found {
         if !self.keys.is_empty() {
             writeln!(
                 out,
-                "keys of a scene that speak of {word}; all about one: fretwear schema KEY"
+                "keys that mention {word} (details: fretwear schema KEY)"
             );
         }
         for key in &self.keys {
@@ -143,7 +140,7 @@ impl Found {
         if !self.columns.is_empty() {
             writeln!(
                 out,
-                "columns of tables that speak of {word}; all about one: fretwear schema TABLE"
+                "columns that mention {word} (details: fretwear schema TABLE)"
             );
         }
         for found in &self.columns {
@@ -257,11 +254,11 @@ fn write_heading(out: &mut Results) {
     writeln!(out, "    {:<24}type; default", "key");
     writeln!(
         out,
-        "        meaning, in short; the whole of it: fretwear schema KEY\n"
+        "        short meaning (full text: fretwear schema KEY)\n"
     );
 }
 
-/// One line a key with its type and default, and one with its meaning in short.
+/// Two lines per key: type and default, then the short meaning.
 fn write_section(section: &SectionAbout, out: &mut Results) {
     match section.section.as_str() {
         "" => writeln!(out, "{}", section.meaning),

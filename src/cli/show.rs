@@ -29,7 +29,7 @@ pub fn plan(
     let mut rehearsal = None;
     if as_json {
         if rehearse {
-            let found = rehearsal::rehearse(&plan.inputs, rehearsal::LONGEST);
+            let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
             said_once(&mut plan.warnings, found.warnings);
             printed["cost"] = json!(found.cost);
             // Of the machine, where the rest is of the scene.
@@ -48,7 +48,7 @@ pub fn plan(
         writeln!(out, "    {}", decision.why);
     }
     if rehearse {
-        let found = rehearsal::rehearse(&plan.inputs, rehearsal::LONGEST);
+        let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
         said_once(&mut plan.warnings, found.warnings.clone());
         rehearsal = Some(found);
     }

@@ -1,7 +1,7 @@
-//! What is counted of a run: unknowns, disk, and the peak of memory, which is what is allocated at its fullest moments, field by field.
+//! Unknowns, disk space and peak memory of a run, counted from its recipe.
 //!
-//! Every count here is one of the code that allocates: the transforms of [`crate::contact::HalfSpace`], the fields of the solvers,
-//! of a cycle and of a wear step, the matrices of a structure. A test holds the sum to what the operating system measures of a run.
+//! Memory is counted field by field from the allocations of [`crate::contact::HalfSpace`], the solvers, the cycle, the wear step and the
+//! matrices of a structure. A test compares the sum with the memory that the operating system reports.
 
 use serde::Serialize;
 
@@ -26,7 +26,7 @@ const NORMAL_SOLVE: f64 = 12.0;
 /// Part of the cells in contact, by which the arrays of a tangential solve count: more than a rough joint has.
 const IN_CONTACT: f64 = 0.3;
 
-/// What is counted of a run before it computes.
+/// The needs of a run that follow from its recipe.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Counted {
     /// Contact elements of the structure.

@@ -1,24 +1,24 @@
-//! What a run keeps of what was decided: the content of its `plan.json`.
+//! Content of `plan.json`.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::Recipe;
 
-/// What was decided from the scene of a run.
+/// The recipe of a run and the warnings about its scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KeptPlan {
-    /// What the run is computed from.
+    /// All that the run is computed from.
     pub recipe: Recipe,
-    /// What was doubtful of the scene before it ran.
+    /// Warnings about the scene, from before the run.
     pub warnings: Vec<String>,
 }
 
 impl KeptPlan {
-    /// The plan in a JSON value that this program has written, field for field.
+    /// Parses a `plan.json` that this program wrote.
     ///
     /// # Errors
-    /// The field that is missing, that no plan has, or that is written otherwise.
+    /// The field that is missing, unknown, or written in another form.
     pub fn of(value: &Value) -> Result<KeptPlan, String> {
         let plan = KeptPlan::deserialize(value).map_err(|error| error.to_string())?;
         let written = serde_json::to_value(&plan).map_err(|error| error.to_string())?;
@@ -54,6 +54,8 @@ fn difference(at: &str, found: &Value, written: &Value) -> Option<String> {
                 .find_map(|(k, (found, written))| difference(&format!("{at}[{k}]"), found, written))
         }
         _ if found == written => None,
-        _ => Some(format!("`{at}` is {found}, which reads as {written}")),
+        _ => Some(format!(
+            "`{at}` is {found}; this program would write {written}"
+        )),
     }
 }

@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use super::{CELLS_PER_LENGTH, FEWEST_CELLS, MOST_CELLS, NO_ROOM, PART};
+use super::{CELLS_PER_LENGTH, FEWEST_CELLS, GRID_RATIO, LARGEST_GRID_RATIO, MOST_CELLS};
 use crate::contact::Boundary;
 use crate::fft::fast_length;
 use crate::recipe::{Inputs, Keep, Recipe};
 use crate::surface::prepare::{self, Detrend, Fill, PrepareOptions};
 use crate::surface::topography::Topography;
 
-/// Cells along a side of the coarse grid over those of the scene; 1 if there is no room for one.
-pub(super) fn part(recipe: &Recipe) -> f64 {
+/// Ratio of the coarse grid's cells along a side to the scene's; 1 if there is no coarser grid.
+pub(super) fn grid_ratio(recipe: &Recipe) -> f64 {
     let Some(surface) = recipe.surface() else {
         return 1.0;
     };
@@ -24,13 +24,17 @@ pub(super) fn part(recipe: &Recipe) -> f64 {
         let fewest = FEWEST_CELLS.max(elements[axis]) as f64;
         resolved.ceil().max(fewest) / surface.grid[axis] as f64
     });
-    let part = PART.min(MOST_CELLS as f64 / longest);
-    let part = part.max(least[0]).max(least[1]);
-    if part > NO_ROOM { 1.0 } else { part }
+    let ratio = GRID_RATIO.min(MOST_CELLS as f64 / longest);
+    let ratio = ratio.max(least[0]).max(least[1]);
+    if ratio > LARGEST_GRID_RATIO {
+        1.0
+    } else {
+        ratio
+    }
 }
 
-/// The inputs on a grid with this part of the cells along each side. None if a measured surface does not fit onto it.
-pub(super) fn on_grid(inputs: &Inputs, part: f64) -> Option<Inputs> {
+/// The inputs on a grid with `ratio` times the cells along each side. None if a measured surface does not fit onto that grid.
+pub(super) fn on_grid(inputs: &Inputs, ratio: f64) -> Option<Inputs> {
     let mut coarse = inputs.clone();
     let output = &mut coarse.recipe.output;
     output.keep = Keep::All;
@@ -39,7 +43,7 @@ pub(super) fn on_grid(inputs: &Inputs, part: f64) -> Option<Inputs> {
     let contact = joint.contact.as_mut()?;
     let grid = surface
         .grid
-        .map(|cells| (part * cells as f64).round() as usize);
+        .map(|cells| (ratio * cells as f64).round() as usize);
     if let Some(fields) = &mut output.cycle_fields {
         fields.on_grid(surface.grid, grid);
     }

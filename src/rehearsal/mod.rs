@@ -3,11 +3,12 @@
 //! Memory, disk per iteration and unknowns are counted from the recipe. The number of wear iterations and of FFT pairs depends on the contact
 //! and on the accuracy, and no formula gives it. [`rehearse`] makes one run of the same recipe on a coarser grid and scales its counts:
 //!
-//! - The coarse grid has half the scene's cells along each side. The surface is the one of the scene as that grid
-//!   shows it. A scene that is too small for a coarser grid is run itself, and its counts are exact.
-//! - The run ends after a counted number of operations, so that a plan prints the same numbers on every machine. Steps lengthen as wear
-//!   proceeds: the steps that remain are at most as many as the last one fits into the rest.
-//! - Seconds are the seconds of the coarse run, scaled by the operations of its transforms. No other number depends on the machine.
+//! - The coarse grid has half the scene's cells along each side, between bounds. If that leaves no coarser grid, the scene itself is run; its
+//!   counts are then exact if that run reaches its end.
+//! - The run ends after a fixed number of operations, so that a plan prints the same numbers on every machine that reaches them within
+//!   [`TIME_LIMIT`]. Steps lengthen as wear proceeds, so that the number of remaining steps is at most the remaining cycles, or volume, over
+//!   those of the last step.
+//! - The time of the contact scales with the operations of its transforms, the time of the vibration with the number of iterations.
 //!
 //! A structure that comes from a mesh is not rehearsed: its FFT pairs and its time are not known before the run. No number of a
 //! rehearsal enters a recipe.
@@ -30,22 +31,22 @@ use crate::store::{Opening, RealFileSystem, RunReader, UnsyncedFileSystem};
 use crate::tables::typed::Summary;
 
 /// Cells along a side of the coarse grid over those of the scene.
-const PART: f64 = 0.5;
-/// Fewest and most cells along a side of the coarse grid.
+const GRID_RATIO: f64 = 0.5;
+/// Bounds of the cells along a side. Correlation lengths and contact elements may require more than the upper one.
 const FEWEST_CELLS: usize = 24;
 const MOST_CELLS: usize = 150;
 /// Fewest cells per correlation length: on fewer the surface is another one.
 const CELLS_PER_LENGTH: f64 = 2.0;
-/// The scene itself is run if the coarse grid would have more than this part of its cells along a side.
-const NO_ROOM: f64 = 0.8;
-/// Power of the cells along a side by which FFT pairs grow, measured on drawn scenes of every kind of motion (`tests/plan/rehearsed.py`).
-const GROWTH: f64 = 1.0 / 3.0;
+/// Largest ratio for which there is a coarser grid; above it the scene itself is run.
+const LARGEST_GRID_RATIO: f64 = 0.8;
+/// Exponent of the growth of FFT pairs with the cells along a side, measured on random scenes of every kind of motion (`tests/plan/rehearsed.py`).
+const PAIRS_EXPONENT: f64 = 1.0 / 3.0;
 /// Largest ratio between actual and scaled counts of iterations and pairs, measured on the same scenes.
-const FACTOR: f64 = 2.0;
+const COUNT_UNCERTAINTY: f64 = 2.0;
 /// Largest ratio between actual and counted disk, for how well tables compress.
-const DISK_FACTOR: f64 = 2.0;
+const DISK_UNCERTAINTY: f64 = 2.0;
 /// Largest ratio between the times of equal runs.
-const TIME_FACTOR: f64 = 1.3;
+const TIME_UNCERTAINTY: f64 = 1.3;
 /// Operations of transforms after which the coarse run ends at its next iteration, some three seconds of one core; and operations of an
 /// iteration beside its transforms.
 const OPERATIONS: f64 = 3e10;
@@ -54,7 +55,7 @@ const OPERATIONS_PER_ITERATION: f64 = 1.5e8;
 const MOST_UNKNOWNS: usize = 2000;
 
 /// Time after which the coarse run begins no further stage.
-pub const LONGEST: Duration = Duration::from_secs(5);
+pub const TIME_LIMIT: Duration = Duration::from_secs(5);
 
 /// An expected number, and the bounds that should contain it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -85,7 +86,7 @@ impl Range {
     }
 }
 
-/// Three digits, the same on every machine and more than are right.
+/// Rounds to three digits, so that machines print the same. The estimate is less accurate than that.
 fn digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
@@ -101,7 +102,7 @@ pub struct CoarseRun {
     pub whole: bool,
 }
 
-/// The cost of a run. No number depends on the machine.
+/// The cost of a run. Its numbers are the same on every machine, unless the coarse run reaches its time limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
     /// The counted part.
@@ -109,7 +110,7 @@ pub struct Cost {
     pub counted: Counted,
     /// The run on a coarser grid; none if there was none.
     pub coarse_run: Option<CoarseRun>,
-    /// Why the numbers below are not known.
+    /// Why the estimates below are missing; none if they exist.
     pub not_known: Option<String>,
     /// Wear iterations; 0 without wear.
     pub iterations: Option<Range>,
@@ -128,7 +129,7 @@ pub struct Rehearsal {
     pub cost: Cost,
     /// Time of the run on this machine with one thread \[s\]; none if it is not known.
     pub seconds: Option<Range>,
-    /// Faults of the scene that the coarse run shows.
+    /// Warnings about the scene that the coarse run revealed.
     pub warnings: Vec<String>,
     /// Time of the rehearsal \[s\].
     pub took: f64,
@@ -169,26 +170,32 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
         source.resonator().is_some() || source.import().is_some_and(|import| import.has_outline)
     };
     if source.is_some_and(has_mesh) {
-        return Err("the structure comes from a mesh".to_owned());
+        return Err(
+            "the structure comes from a mesh, which is not reduced in a rehearsal".to_owned(),
+        );
     }
     let rows = inputs.imported.as_ref().map_or(0, |imported| imported.rows);
     let unknowns = found.cost.counted.unknowns.max(rows);
     if unknowns > MOST_UNKNOWNS {
-        return Err(format!("the structure has {unknowns} unknowns"));
+        return Err(format!(
+            "the structure has {unknowns} unknowns, and a rehearsal solves at most {MOST_UNKNOWNS}"
+        ));
     }
-    let part = coarser::part(recipe);
-    let coarse = match part < 1.0 {
-        true => coarser::on_grid(inputs, part).ok_or("the surface has no coarser grid")?,
+    let ratio = coarser::grid_ratio(recipe);
+    let coarse = match ratio < 1.0 {
+        true => {
+            coarser::on_grid(inputs, ratio).ok_or("the surface cannot be put on a coarser grid")?
+        }
         false => inputs.clone(),
     };
     let cells = coarse.recipe.surface().map_or([0; 2], |s| s.grid);
-    let run = run(&coarse, longest).map_err(|error| {
-        let [x, y] = cells;
-        format!("the run on {x} x {y} cells failed: {error}")
+    let run = run(&coarse, longest).map_err(|error| match cells {
+        [0, 0] => format!("the rehearsal failed: {error}"),
+        [x, y] => format!("the rehearsal on {x} x {y} cells failed: {error}"),
     })?;
     let run = run.ok_or_else(|| {
         let seconds = longest.as_secs_f64();
-        format!("the first iteration of the coarse run takes more than {seconds:.0} s")
+        format!("the first iteration of the rehearsal takes more than {seconds:.0} s")
     })?;
     found.cost.coarse_run = Some(CoarseRun {
         cells,
@@ -205,12 +212,12 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
     found.warnings.extend(step.into_iter().chain(remark));
 
     let steps = run.steps(recipe.wear.as_ref());
-    let steps = steps.ok_or("the coarse run ended before its first step")?;
-    let factor = if part < 1.0 { FACTOR } else { 1.0 };
+    let steps = steps.ok_or("the rehearsal ended before its first wear step")?;
+    let factor = if ratio < 1.0 { COUNT_UNCERTAINTY } else { 1.0 };
     let total = run.cost.total_pairs();
     // Passes through the stages, of which the unworn state is one.
     let passes = |steps: f64| (1.0 + steps) / (1.0 + run.cost.wear_iterations as f64);
-    let growth = part.powf(-GROWTH);
+    let growth = ratio.powf(-PAIRS_EXPONENT);
     let pairs = steps
         .map(|steps| growth * total * passes(steps))
         .widened(factor);
@@ -245,18 +252,22 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
         least: seconds(iterations.least, pairs.least),
         most: seconds(iterations.most, pairs.most),
     };
-    found.seconds = Some(seconds.widened(TIME_FACTOR));
+    found.seconds = Some(seconds.widened(TIME_UNCERTAINTY));
     let per_iteration = found.cost.counted.disk_per_iteration as f64;
     let disk = iterations.map(|steps| recipe.output.keep.count(1.0 + steps) * per_iteration);
-    found.cost.disk = Some(disk.widened(DISK_FACTOR).map(digits));
+    found.cost.disk = Some(disk.widened(DISK_UNCERTAINTY).map(digits));
     found.cost.iterations = Some(iterations);
-    found.cost.fft_pairs = Some(if part < 1.0 { pairs.map(digits) } else { pairs });
+    found.cost.fft_pairs = Some(if ratio < 1.0 {
+        pairs.map(digits)
+    } else {
+        pairs
+    });
     found.cost.fft_pairs_by_stage = by_stage.collect();
     Ok(())
 }
 
-/// What a coarse run shows.
-struct Shown {
+/// Results of the coarse run.
+struct CoarseResult {
     cost: RunCost,
     is_whole: bool,
     unworn: Summary,
@@ -265,7 +276,7 @@ struct Shown {
     before: [f64; 2],
 }
 
-impl Shown {
+impl CoarseResult {
     /// Wear iterations of the whole run; none if a run that was ended made no step.
     fn steps(&self, wear: Option<&Wear>) -> Option<Range> {
         let done = self.cost.wear_iterations as f64;
@@ -328,7 +339,7 @@ impl Observer for Budget {
 }
 
 /// Runs inputs in a temporary folder. None if the run commits no iteration in its time.
-fn run(inputs: &Inputs, longest: Duration) -> Result<Option<Shown>, Box<dyn Error>> {
+fn run(inputs: &Inputs, longest: Duration) -> Result<Option<CoarseResult>, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let root = folder.path().join("run");
     let budget = Budget {
@@ -357,7 +368,7 @@ fn run(inputs: &Inputs, longest: Duration) -> Result<Option<Shown>, Box<dyn Erro
         return Ok(None);
     };
     let before: Summary = reader.typed(last.saturating_sub(1))?;
-    Ok(Some(Shown {
+    Ok(Some(CoarseResult {
         cost: RunCost::of(&reader)?,
         is_whole,
         unworn: reader.typed(0)?,

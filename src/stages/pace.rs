@@ -5,7 +5,7 @@ use crate::recipe::Wear;
 use crate::store::History;
 use crate::tables::{TableError, typed};
 
-/// Wear steps whose mean time counts.
+/// Number of last wear steps over which the pace is averaged.
 const LATE_STEPS: usize = 3;
 /// Part of a run below which the remaining time is not estimated: the steps still lengthen, and the vibration still changes.
 const FIRST_PART: f64 = 0.2;
@@ -14,7 +14,7 @@ const FIRST_PART: f64 = 0.2;
 #[derive(Debug, Clone, Default)]
 pub struct Pace {
     wear: Option<Wear>,
-    /// The unworn state, then the wear steps that are known.
+    /// The unworn state and the wear steps recorded so far.
     iterations: Vec<Iteration>,
     current: Seconds,
 }
@@ -81,8 +81,8 @@ impl Pace {
         *own += seconds;
     }
 
-    /// Ends the current iteration with the cycles and the worn volume \[m³\] behind it. The iteration from which a run continues is committed
-    /// again and spends nothing: it is not counted twice.
+    /// Closes the current iteration at these cycles and this worn volume \[m³\]. Ignores an iteration that spent no time: a continued run commits
+    /// its first iteration twice.
     pub fn commit(&mut self, cycles: u64, volume: f64) {
         if self.current.total() == 0.0 && !self.iterations.is_empty() {
             return;
@@ -104,8 +104,8 @@ impl Pace {
         self.iterations.last().map_or(0.0, |last| last.part)
     }
 
-    /// The wear steps that count for the pace, and the iteration before them.
-    fn late(&self) -> Option<(&Iteration, &[Iteration])> {
+    /// The last wear steps and the iteration before them.
+    fn last_steps(&self) -> Option<(&Iteration, &[Iteration])> {
         let steps = self.iterations.len().checked_sub(1)?;
         let (before, late) = self.iterations[steps.saturating_sub(LATE_STEPS)..].split_first()?;
         (!late.is_empty()).then_some((before, late))
@@ -113,16 +113,16 @@ impl Pace {
 
     /// Cycles per second of the last wear steps; none before the first.
     pub fn cycles_per_second(&self) -> Option<f64> {
-        let (before, late) = self.late()?;
+        let (before, late) = self.last_steps()?;
         let cycles = late.last()?.cycles - before.cycles;
         let seconds: f64 = late.iter().map(|step| step.seconds.total()).sum();
         (cycles > 0 && seconds > 0.0).then(|| cycles as f64 / seconds)
     }
 
-    /// Seconds to the end of the run. Steps stay at least as long as the late ones, vibrations take at most as long again as so far, and the last
-    /// forced response takes as long as the first. None before a fifth of the run is done.
+    /// Remaining time \[s\]. It assumes that wear steps do not become shorter, that the remaining vibrations take at most as long as all so far,
+    /// and that the last forced response takes as long as the first. None before two wear steps and a fifth of the run.
     pub fn seconds_left(&self) -> Option<f64> {
-        let (before, late) = self.late()?;
+        let (before, late) = self.last_steps()?;
         let [first, .., penultimate, last] = &self.iterations[..] else {
             return None;
         };

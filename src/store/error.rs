@@ -81,7 +81,7 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// A file in place of the folder of a run.
-    #[error("{} is a file, and a run is a folder; that of a scene is runs/NAME, and `fretwear status` lists them", path.display())]
+    #[error("{} is a file, but a run is a folder: `fretwear run NAME.toml` writes runs/NAME, and `fretwear status` lists the runs", path.display())]
     NoFolder {
         /// The file.
         path: PathBuf,
@@ -91,20 +91,20 @@ pub enum StoreError {
     Damaged(Damage),
     /// A run of another layout.
     #[error(
-        "{} has layout {found}{}, and this program reads layout {LAYOUT} only; use the program that made the run, or begin another run in another folder",
-        path.display(), made_by(program_version.as_deref())
+        "the run {} has layout {found}{}; this program reads only layout {LAYOUT}: continue the run with the program that made it, or start a new run in another folder",
+        path.display(), program.as_ref().map_or(String::new(), |program| format!(" of fretwear {program}"))
     )]
     OtherLayout {
         /// The run.
         path: PathBuf,
         /// Number of its layout.
         found: u64,
-        /// Version of the program that began it, if `run.json` says.
-        program_version: Option<String>,
+        /// Version and commit of the program that began it, if `run.json` says.
+        program: Option<String>,
     },
-    /// A `plan.json` that is no plan of this program.
+    /// A `plan.json` that this program cannot read.
     #[error(
-        "{} is no plan of this program: {reason}; if `fretwear verify` finds it damaged, `fretwear run` writes it again, else use the program that made it, fretwear {program_version}",
+        "cannot read {}: {reason}; run `fretwear verify`: if it reports damage, `fretwear run` rewrites the file, else continue the run with fretwear {program_version}, which made it",
         path.display()
     )]
     Plan {
@@ -311,12 +311,6 @@ fn kind(kind: EntryKind) -> &'static str {
 
 fn process(pid: Option<u32>) -> String {
     pid.map_or("another process".to_owned(), |pid| format!("process {pid}"))
-}
-
-fn made_by(version: Option<&str>) -> String {
-    version.map_or(String::new(), |version| {
-        format!(", made by fretwear {version}")
-    })
 }
 
 fn hash(hash: &Option<String>) -> &str {

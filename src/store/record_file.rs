@@ -65,7 +65,12 @@ fn read_one_record(
         Some(found) if Some(found) != ours => Err(StoreError::OtherLayout {
             path: layout.root.clone(),
             found,
-            program_version: value["program_version"].as_str().map(str::to_owned),
+            program: value["program_version"]
+                .as_str()
+                .map(|version| match value["program_commit"].as_str() {
+                    Some(commit) => format!("{version} (commit {commit})"),
+                    None => version.to_owned(),
+                }),
         }),
         Some(_) => {
             let record = serde_json::from_value(value);

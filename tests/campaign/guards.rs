@@ -130,7 +130,7 @@ fn results_are_those_of_the_plan() {
         fs::write(&about, text).expect("written");
         let before = every_file(&bench.path("c"));
         let said = format!(
-            "c has layout {other}, made by fretwear 9.9.9, and this program reads layout {LAYOUT} only; use the program that planned it, or plan the campaign in another folder"
+            "the campaign c has layout {other} of fretwear 9.9.9; this program reads only layout {LAYOUT}: use the program that planned it, or plan the campaign in another folder"
         );
         let said = [said.as_str()];
         for command in ["run", "status", "collect"] {

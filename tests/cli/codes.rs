@@ -29,11 +29,7 @@ fn usage() {
         &bench,
         &["schema", "nope"],
         USAGE,
-        &[
-            "nope: there is no such key",
-            "nor is it a table",
-            "contact_field",
-        ],
+        &["nope: there is no such key", "no table has that name"],
     );
     fails(
         &bench,
@@ -240,7 +236,7 @@ fn runs_that_are_not_there() {
         &bench,
         &["status"],
         USAGE,
-        &["there is no run at runs, nor a folder of runs"],
+        &["there is no run at runs, and no folder of runs"],
     );
     std::fs::create_dir(bench.path("other")).expect("made");
     bench.write("other/letter.txt", "hello");

@@ -51,7 +51,7 @@ fn a_run_of_another_layout_is_rejected_and_stays_as_it_is() {
             record["program_version"] = json!("9.9.9");
         });
         let said = format!(
-            "a has layout {other}, made by fretwear 9.9.9, and this program reads layout {LAYOUT} only; use the program that made the run, or begin another run in another folder"
+            "this program reads only layout {LAYOUT}: continue the run with the program that made it, or start a new run in another folder"
         );
         let mut commands = readers();
         if cfg!(feature = "polars") {
@@ -67,7 +67,7 @@ fn a_run_of_another_layout_is_rejected_and_stays_as_it_is() {
         }
         assert!(!bench.path("b").exists(), "a sibling was begun");
         let listed = bench.done(&["status", "."]).stdout();
-        assert!(listed.contains("a has layout"), "{listed}");
+        assert!(listed.contains("has layout"), "{listed}");
     }
 }
 
@@ -78,7 +78,7 @@ fn another_layout_may_have_any_form() {
     let record = bench.path("a/run.json");
     fs::remove_file(bench.path("a/run.copy.json")).expect("removed");
     fs::write(&record, "{\"format\": 1}").expect("written");
-    let said = "a has layout 1, and this program reads layout";
+    let said = "the run a has layout 1; this program reads only layout";
     rejected(&bench, &["status", "a"], &[said]);
     rejected(&bench, &["run", "--run", "a"], &[said]);
 }

@@ -180,9 +180,7 @@ fn runs_are_listed_with_their_state() {
     );
     let nowhere = bench.fretwear(&["status", "nowhere"]);
     assert_eq!(nowhere.code(), 2);
-    assert!(
-        nowhere.stderr().contains(
-            "there is no run at nowhere, nor a folder of runs; `fretwear run SCENE` begins"
-        )
-    );
+    assert!(nowhere.stderr().contains(
+        "there is no run at nowhere, and no folder of runs: `fretwear run SCENE` writes"
+    ));
 }

@@ -242,10 +242,10 @@ class Reading(Bench):
         sound = json.loads(record.read_text(encoding="utf-8"))
         for number in (LAYOUT - 1, LAYOUT + 1):
             record.write_text(json.dumps(sound | {"format": number, "program_version": "9.9.9"}), encoding="utf-8")
-            said = [f"copy has layout {number}, made by fretwear 9.9.9", f"reads layout {LAYOUT} only", "another folder"]
+            said = [f"copy has layout {number} of fretwear 9.9.9", f"reads only layout {LAYOUT}", "another folder"]
             self.refused(4, said, fretwear.Run, "copy")
         record.write_text(json.dumps({"format": 1}), encoding="utf-8")
-        self.refused(4, ["copy has layout 1, and"], fretwear.Run, "copy")
+        self.refused(4, ["copy has layout 1; this"], fretwear.Run, "copy")
 
     def test_a_run_verifies_until_it_is_touched(self):
         self.joint.verify()

@@ -184,7 +184,7 @@ impl Cost {
             disk: None,
         };
         if is_rehearsed {
-            let found = rehearsal::rehearse(&plan.inputs, rehearsal::LONGEST);
+            let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
             cost.seconds = found.seconds.map(|seconds| seconds.expected);
             cost.disk = found.cost.disk.map(|disk| disk.expected);
         }

@@ -15,7 +15,7 @@ from fretwear._program import Error, call
 
 Library = Literal["arrow", "pandas", "polars"]
 
-#: Number of the layout of run folders, as the program has it.
+#: Layout number of run folders: that of the program.
 LAYOUT = 4
 #: Exit code of the program for a damaged or mismatched run.
 MISMATCHED = 4
@@ -48,11 +48,12 @@ class Run:
             raise Error(f"there is no run at {self.folder}: run.json is missing")
         record = self._record()
         if (found := record.get("format")) != LAYOUT:
-            version = record.get("program_version")
-            made_by = f", made by fretwear {version}" if version else ""
+            version, commit = record.get("program_version"), record.get("program_commit")
+            program = f" of fretwear {version}" if version else ""
+            program += f" (commit {commit})" if version and commit else ""
             raise Error(
-                f"{self.folder} has layout {found}{made_by}, and this module reads layout {LAYOUT} only; use the program that made the "
-                "run, or begin another run in another folder",
+                f"the run {self.folder} has layout {found}{program}; this module reads only layout {LAYOUT}: read the run with the program "
+                "that made it, or start a new run in another folder",
                 MISMATCHED,
             )
 

@@ -198,9 +198,9 @@ def run(
 def plan(scene: str | os.PathLike[str], *, set: Mapping[str, Value] | None = None, rehearsal: bool = True) -> dict[str, Any]:
     """What a scene will compute (`recipe`), why (`decisions`), what speaks against it (`warnings`), and what it costs (`cost`).
 
-    `cost` has wear iterations, FFT pairs and bytes of disk with their ranges, and bytes of memory; `seconds["run"]` is the time on this
-    machine. They are None where a coarse run does not show them, and `cost["not_known"]` has the reason. The coarse run takes some
-    seconds; `rehearsal=False` leaves the cost out. `set` as in `run`. Raises Error.
+    `cost` contains the counted memory and disk per iteration [B], and ranges of wear iterations, FFT pairs and total disk [B].
+    `seconds["run"]` is the range of the time on this machine. A range is None if the coarse run gives no estimate; `cost["not_known"]`
+    has the reason. The coarse run takes a few seconds; `rehearsal=False` skips it and returns no cost. `set` as in `run`. Raises Error.
     """
     without = [] if rehearsal else ["--no-rehearsal"]
     planned: dict[str, Any] = json.loads(call("plan", "--json", *without, *_sets(set), "--", os.fspath(scene)))
@@ -211,7 +211,7 @@ def explain(key: str) -> dict[str, Any]:
     """What a key of a scene means, with its type, default and an example; of a section ("contact"), all of its keys. Raises Error."""
     about: dict[str, Any] = json.loads(call("schema", "--json", "--", key))
     if "section" in about:
-        # A table of the same name is beside it.
+        # The program also returns the table of the same name.
         return {name: about[name] for name in ("section", "meaning", "keys")}
     if "key" not in about:
         raise Error(f"{key}: there is no such key or section of a scene", 2)
