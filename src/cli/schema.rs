@@ -52,7 +52,7 @@ pub fn schema(word: Option<&str>, form: Form, out: &mut Results) -> Result<Exit,
     let table = TableName::from_name(word);
     let about = explain::explain(word);
     if let (None, Err(unknown)) = (table, &about) {
-        let found = SearchResult::of(word);
+        let found = SearchResult::column(word).unwrap_or_else(|| SearchResult::of(word));
         if unknown.is_former || found.is_empty() {
             return Err(CliError::UnknownWord(unknown.clone()));
         }
@@ -109,6 +109,18 @@ impl SearchResult {
                 .filter(|(_, column)| mentions(&[&column.name, &column.description]))
                 .collect(),
         }
+    }
+
+    /// The column of a name as the search prints it, `TABLE.COLUMN`.
+    fn column(name: &str) -> Option<SearchResult> {
+        let (table, column) = name.split_once('.')?;
+        let table = TableName::from_name(table)?;
+        let mut columns = table.schema().columns.iter();
+        let found = columns.find(|own| own.name == column)?;
+        Some(SearchResult {
+            keys: Vec::new(),
+            columns: vec![(table, found)],
+        })
     }
 
     fn is_empty(&self) -> bool {

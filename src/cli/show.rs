@@ -133,9 +133,11 @@ pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
         writeln!(out, "all {} iterations verify", report.commits.len());
         return Ok(Exit::Done);
     }
-    writeln!(
-        out,
-        "{damaged} files do not verify; `run` continues from the last iteration before them"
-    );
+    let mut commits = report.commits.iter();
+    let next = match commits.any(|commit| !commit.damage.is_empty()) {
+        true => "`run` continues from the last iteration before them",
+        false => "`run` repairs them and loses no iteration",
+    };
+    writeln!(out, "{damaged} files do not verify; {next}");
     Ok(Exit::Damaged)
 }

@@ -85,16 +85,21 @@ fn reduction(recipe: &Recipe) -> Option<f64> {
 
 /// Bytes of the tables of one iteration, as they compress on a rough joint.
 fn disk_per_iteration(inputs: &Inputs, counted: &Counted) -> f64 {
-    let cells = counted.cells as f64;
-    let axes = inputs
-        .recipe
-        .contact()
-        .map_or(0.0, |contact| match contact.shear {
-            Shear::AlongX => 1.0,
-            Shear::InPlane => 2.0,
-        });
-    // A cell has a gap or a pressure, and in contact its shear, slip and wear.
-    let fields = cells * (1.0 + IN_CONTACT * (axes + 2.0)) + cells * cycle_fields(inputs, axes);
+    let recipe = &inputs.recipe;
+    let axes = recipe.contact().map_or(0.0, |contact| match contact.shear {
+        Shear::AlongX => 1.0,
+        Shear::InPlane => 2.0,
+    });
+    // A cell has a gap or a pressure; in contact its shear, path and energy over a cycle, and its wear.
+    let cycle = recipe.cycle().map_or(0.0, |_| axes + 2.0);
+    let wear = recipe.wear.as_ref().map_or(0.0, |_| 1.0);
+    let contact = 1.0 + IN_CONTACT * (cycle + wear);
+    // A run of a prescribed motion that wears has the same of its coarse trajectory.
+    let times = match recipe.structure.is_none() && recipe.wear.is_some() {
+        true => 2.0,
+        false => 1.0,
+    };
+    let fields = counted.cells as f64 * (times * contact + cycle_fields(inputs, axes));
     DOUBLE * (fields + counted.unknowns as f64) + TABLES
 }
 

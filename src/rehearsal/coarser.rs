@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{CELLS_PER_LENGTH, FEWEST_CELLS, GRID_RATIO, LARGEST_GRID_RATIO, MOST_CELLS};
 use crate::contact::Boundary;
 use crate::fft::fast_length;
-use crate::recipe::{Inputs, Keep, Recipe};
+use crate::recipe::{Inputs, Recipe};
 use crate::surface::prepare::{self, Detrend, Fill, PrepareOptions};
 use crate::surface::topography::Topography;
 
@@ -37,7 +37,6 @@ pub(super) fn grid_ratio(recipe: &Recipe) -> f64 {
 pub(super) fn on_grid(inputs: &Inputs, ratio: f64) -> Option<Inputs> {
     let mut coarse = inputs.clone();
     let output = &mut coarse.recipe.output;
-    output.keep = Keep::All;
     let joint = coarse.recipe.joints.first_mut()?;
     let surface = joint.surface.as_mut()?;
     let contact = joint.contact.as_mut()?;

@@ -8,7 +8,7 @@
 //! - The run ends after a fixed number of operations, so that a plan prints the same numbers on every machine that reaches them within
 //!   [`TIME_LIMIT`]. Steps lengthen as wear proceeds, so that the number of remaining steps is at most the remaining cycles, or volume, over
 //!   those of the last step.
-//! - The time of the contact scales with the operations of its transforms, the time of the vibration with the number of iterations.
+//! - The time of the contact scales with the operations of its transforms, all other time with the number of iterations.
 //!
 //! A structure that comes from a mesh is not rehearsed: its FFT pairs and its time are not known before the run. No number of a
 //! rehearsal enters a recipe.
@@ -24,7 +24,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::gauge::Gauge;
-use crate::recipe::{Counted, Inputs, Recipe, StructureSource, Wear};
+use crate::recipe::{Counted, Inputs, Keep, Recipe, StructureSource, Wear};
 use crate::scene::plan::unstable_explicit_step;
 use crate::stages::{self, Ending, Observer, Progress, RunCost, RunOptions, Stage};
 use crate::store::{Opening, RealFileSystem, RunReader, UnsyncedFileSystem};
@@ -182,12 +182,13 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
         ));
     }
     let ratio = coarser::grid_ratio(recipe);
-    let coarse = match ratio < 1.0 {
+    let mut coarse = match ratio < 1.0 {
         true => {
             coarser::on_grid(inputs, ratio).ok_or("the surface cannot be put on a coarser grid")?
         }
         false => inputs.clone(),
     };
+    coarse.recipe.output.keep = Keep::All;
     let cells = coarse.recipe.surface().map_or([0; 2], |s| s.grid);
     let run = run(&coarse, longest).map_err(|error| match cells {
         [0, 0] => format!("the rehearsal failed: {error}"),
@@ -244,8 +245,11 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
     let vibration: f64 = vibration.sum();
     let per_pair = operations_of_pair(recipe) / operations_of_pair(&coarse.recipe);
     let contact = (run.cost.total_seconds() - vibration) * per_pair;
+    // Between the stages tables are written and hashed.
+    let others = (run.seconds - run.cost.total_seconds()).max(0.0);
     let seconds = |steps: f64, pairs: f64| {
-        vibration * passes(steps) + contact * if total > 0.0 { pairs / total } else { 1.0 }
+        let contact = contact * if total > 0.0 { pairs / total } else { 1.0 };
+        (vibration + others) * passes(steps) + contact
     };
     let seconds = Range {
         expected: seconds(iterations.expected, pairs.expected),
@@ -269,6 +273,8 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
 /// Results of the coarse run.
 struct CoarseResult {
     cost: RunCost,
+    /// Time of the run \[s\].
+    seconds: f64,
     is_whole: bool,
     unworn: Summary,
     worn: Summary,
@@ -362,7 +368,9 @@ fn run(inputs: &Inputs, longest: Duration) -> Result<Option<CoarseResult>, Box<d
             spent >= OPERATIONS
         },
     };
+    let begin = Instant::now();
     let is_whole = stages::run(&options, &budget)?.ending == Ending::Done;
+    let seconds = begin.elapsed().as_secs_f64();
     let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
     let Some(last) = reader.latest() else {
         return Ok(None);
@@ -370,6 +378,7 @@ fn run(inputs: &Inputs, longest: Duration) -> Result<Option<CoarseResult>, Box<d
     let before: Summary = reader.typed(last.saturating_sub(1))?;
     Ok(Some(CoarseResult {
         cost: RunCost::of(&reader)?,
+        seconds,
         is_whole,
         unworn: reader.typed(0)?,
         worn: reader.typed(last)?,

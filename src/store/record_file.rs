@@ -128,7 +128,7 @@ fn check_hash(files: &Files, path: PathBuf, expected: &str) -> Result<Option<Dam
 /// What `read` makes of the plan of a run.
 ///
 /// # Errors
-/// [`StoreError::Plan`] for a file that is not there, is no JSON, or of which `read` says why it is no plan.
+/// [`StoreError::Plan`] for a file that is missing, is no JSON, is not as the run wrote it, or of which `read` says why it is no plan.
 pub(super) fn read_plan<P>(
     files: &Files,
     layout: &Layout,
@@ -140,13 +140,18 @@ pub(super) fn read_plan<P>(
         Ok(bytes) => serde_json::from_slice(&bytes).map_err(|error| error.to_string()),
         Err(damage) => Err(damage.kind.to_string()),
     };
-    value
-        .and_then(|value| read(&value))
-        .map_err(|reason| StoreError::Plan {
-            path,
-            reason,
-            program_version: record.circumstances().0.to_owned(),
-        })
+    let plan = match value.and_then(|value| read(&value)) {
+        Ok(plan) => match check_hash(files, path.clone(), &record.plan_hash)? {
+            None => Ok(plan),
+            Some(damage) => Err(damage.kind.to_string()),
+        },
+        Err(reason) => Err(reason),
+    };
+    plan.map_err(|reason| StoreError::Plan {
+        path,
+        reason,
+        program_version: record.circumstances().0.to_owned(),
+    })
 }
 
 /// Checks that `read` makes something of the plan of a run, if there is a run and the plan is the one it wrote: a start writes a

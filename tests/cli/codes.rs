@@ -230,7 +230,7 @@ fn runs_that_are_not_there() {
         &bench,
         &["status", "small.toml"],
         USAGE,
-        &["small.toml is a file, and a run is a folder"],
+        &["small.toml is a file, but a run is a folder"],
     );
     fails(
         &bench,
@@ -296,7 +296,7 @@ fn help() {
     let help = bench.done(&["--help"]).stdout();
     for code in [
         "0 done",
-        "2 usage",
+        "2 wrong usage",
         "3 not converged",
         "4 damaged",
         "75 stopped",

@@ -144,7 +144,7 @@ fn a_plan_that_this_program_does_not_write_is_rejected() {
         });
         let file = Path::new("a").join("plan.json").display().to_string();
         let version = format!("fretwear {}", env!("CARGO_PKG_VERSION"));
-        let said = [&*file, "is no plan of this program", named, &version];
+        let said = [&*file, "cannot read", named, &version];
         let mut commands = readers();
         commands.push(vec!["run", "--run", "a"]);
         commands.push(vec![
@@ -165,6 +165,14 @@ fn a_plan_that_this_program_does_not_write_is_rejected() {
         fs::remove_file(root.join("lock")).expect("removed");
         assert_eq!(fs::read(root.join("plan.json")).expect("a plan"), sound);
         bench.done(&["status", "a"]);
+    }
+    // One that reads well and is not as the run wrote it.
+    let edited = plan(&root, |plan| {
+        plan["recipe"]["wear"]["tolerance"] = json!(0.5)
+    });
+    fs::write(root.join("plan.json"), edited).expect("written");
+    for command in readers() {
+        rejected(&bench, &command, &["plan.json", "content has hash"]);
     }
     fs::remove_file(root.join("plan.json")).expect("removed");
     rejected(&bench, &["status", "a"], &["plan.json", "missing"]);
