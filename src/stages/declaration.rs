@@ -32,6 +32,22 @@ pub struct Declaration {
     pub compute: fn(&Reads, &mut Solvers) -> Result<Outputs, RunError>,
 }
 
+/// The tables of several lists, in their order. `N` is the sum of the lengths.
+pub(super) const fn joined<const N: usize>(lists: &[&[TableName]]) -> [TableName; N] {
+    let mut tables = [TableName::Summary; N];
+    let (mut list, mut at) = (0, 0);
+    while list < lists.len() {
+        let mut own = 0;
+        while own < lists[list].len() {
+            tables[at] = lists[list][own];
+            (own, at) = (own + 1, at + 1);
+        }
+        list += 1;
+    }
+    assert!(at == N, "N is the sum of the lengths");
+    tables
+}
+
 impl Declaration {
     /// What it reads.
     pub(super) fn declared(&self) -> Declared {

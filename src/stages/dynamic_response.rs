@@ -6,7 +6,7 @@ use super::RunError;
 use super::agreement::{self, Agreed, agreed};
 use super::contact_elements::{element_table, slider_table};
 use super::contact_state::{harmonics_of, parameters_of};
-use super::declaration::Declaration;
+use super::declaration::{Declaration, joined};
 use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given, layout};
@@ -34,22 +34,16 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Elements,
         Part::Response,
     ],
-    reads: &[
-        agreement::TABLES[0],
-        agreement::TABLES[1],
-        agreement::TABLES[2],
-        agreement::TABLES[3],
-        agreement::TABLES[4],
-        reduced::TABLES[0],
-        reduced::TABLES[1],
-        reduced::TABLES[2],
-        reduced::TABLES[3],
-        reduced::TABLES[4],
-        TableName::ReferenceElement,
-        TableName::ModelUpdate,
-        TableName::ContactElement,
-        TableName::ContactSlider,
-    ],
+    reads: &joined::<14>(&[
+        &agreement::TABLES,
+        &reduced::TABLES,
+        &[
+            TableName::ReferenceElement,
+            TableName::ModelUpdate,
+            TableName::ContactElement,
+            TableName::ContactSlider,
+        ],
+    ]),
     before: &IN_FORCE,
     writes: &IN_FORCE,
     is_due: |_| true,

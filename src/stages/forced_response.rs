@@ -3,7 +3,7 @@
 use super::RunError;
 use super::contact_elements::parameters;
 use super::contact_state::{harmonics_of, parameters_of};
-use super::declaration::Declaration;
+use super::declaration::{Declaration, joined};
 use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, start_of};
 use super::reads::{Outputs, Reads};
 use super::reduced;
@@ -29,23 +29,21 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Elements,
         Part::Response,
     ],
-    reads: &[
-        reduced::TABLES[0],
-        reduced::TABLES[1],
-        reduced::TABLES[2],
-        reduced::TABLES[3],
-        reduced::TABLES[4],
-        TableName::Surface,
-        TableName::Reference,
-        TableName::ReferenceElement,
-        TableName::StaticContact,
-        TableName::ContactField,
-        TableName::ModelUpdate,
-        TableName::ContactElement,
-        TableName::ContactSlider,
-        TableName::Response,
-        TableName::DynamicResponse,
-    ],
+    reads: &joined::<15>(&[
+        &reduced::TABLES,
+        &[
+            TableName::Surface,
+            TableName::Reference,
+            TableName::ReferenceElement,
+            TableName::StaticContact,
+            TableName::ContactField,
+            TableName::ModelUpdate,
+            TableName::ContactElement,
+            TableName::ContactSlider,
+            TableName::Response,
+            TableName::DynamicResponse,
+        ],
+    ]),
     before: &[],
     writes: &[
         TableName::Frf,
