@@ -121,8 +121,13 @@ fn pass_through(
     observer: &dyn Observer,
 ) -> Result<Ending, RunError> {
     let inputs = options.inputs;
-    // Damage to what is computed once a run is repaired by computing it again, also in a run that is done.
-    let whole = options.until.is_none() && store.reader().is_once_sound()?;
+    // Tables that are computed once per run are computed again if they are damaged or missing, also in a run that is done.
+    let mut whole = options.until.is_none() && store.reader().is_once_sound()?;
+    for stage in stages_of(&inputs.recipe).filter(|stage| stage.when == When::Once) {
+        for table in stage.writes_in(&inputs.recipe) {
+            whole = whole && store.reader().has_once(table)?;
+        }
+    }
     if whole && is_done(store, inputs, observer)? {
         let once = store.reader().verify_once()?;
         let is_sound = once.iter().all(|report| report.damage.is_none());

@@ -295,7 +295,7 @@ impl RunReader {
     pub fn read_once(&self, table: TableName) -> Result<Option<Table>, StoreError> {
         let folder = self.layout.once();
         let key_path = folder.join(format!("{table}.json"));
-        if !self.files.is_there(&key_path)? {
+        if !self.has_once(table)? {
             return Ok(None);
         }
         let keyed: KeyedEntry =
@@ -305,6 +305,15 @@ impl RunReader {
         let path = folder.join(table.file_name());
         check_cells(self.cells(), &path, &values).map_err(StoreError::Damaged)?;
         Ok(Some(values))
+    }
+
+    /// True if a table of `once/` is there, sound or not.
+    ///
+    /// # Errors
+    /// [`StoreError::Io`].
+    pub fn has_once(&self, table: TableName) -> Result<bool, StoreError> {
+        let path = self.layout.once().join(format!("{table}.json"));
+        self.files.is_there(&path)
     }
 
     /// True if every table of `once/` verifies.

@@ -296,3 +296,30 @@ fn by_the_command() {
         assert_eq!(did.code(), code, "{arguments:?}");
     }
 }
+
+/// A run that is done computes again what is computed once per run and was lost, and nothing else.
+#[test]
+fn a_lost_table_of_a_finished_run_is_computed_again() {
+    let bench = Bench::new();
+    let run = ["run", "small.toml", "--run", "a", "-q"];
+    bench.done(&run);
+    let once = |end: &str| bench.path(&format!("a/once/surface.{end}"));
+    let [table, key] = ["parquet", "json"].map(|end| fs::read(once(end)).expect("a file"));
+    for end in ["parquet", "json"] {
+        fs::remove_file(once(end)).expect("removed");
+    }
+    let stage = ["stage", "static_contact", "--run", "a@0"];
+    let failed = bench.fretwear(&stage);
+    assert!(
+        failed.stderr().contains("start the run again"),
+        "{}",
+        failed.stderr()
+    );
+    let commits = || fs::read(bench.path("a/history.parquet")).expect("a history");
+    let before = commits();
+    bench.done(&run);
+    assert_eq!(fs::read(once("parquet")).expect("a table"), table);
+    assert_eq!(fs::read(once("json")).expect("its key"), key);
+    assert_eq!(commits(), before);
+    bench.done(&stage);
+}
