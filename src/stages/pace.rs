@@ -81,17 +81,21 @@ impl Pace {
         *own += seconds;
     }
 
-    /// Closes the current iteration at these cycles and this worn volume \[m³\]. Ignores an iteration that spent no time: a continued run commits
-    /// its first iteration twice.
+    /// Closes the current iteration at these cycles and this worn volume \[m³\]. One at the cycles of the last is the same iteration, which a
+    /// continued run commits again: it is not counted twice.
     pub fn commit(&mut self, cycles: u64, volume: f64) {
-        if self.current.total() == 0.0 && !self.iterations.is_empty() {
+        let seconds = std::mem::take(&mut self.current);
+        if self
+            .iterations
+            .last()
+            .is_some_and(|last| last.cycles == cycles)
+        {
             return;
         }
         let part = self
             .wear
             .as_ref()
             .map_or(0.0, |wear| wear.part(cycles, volume));
-        let seconds = std::mem::take(&mut self.current);
         self.iterations.push(Iteration {
             cycles,
             part,

@@ -105,9 +105,20 @@ fn equal_steps() {
         .map(|k| [0.1 * f64::from(k), 2.0, 0.0, 0.0])
         .collect();
     let mut pace = pace(&equal);
+    // As a start does that first restores a table, and without one.
+    pace.spend(Stage::Surface.name(), 7.0);
+    pace.commit(5000, 0.0);
     pace.commit(5000, 0.0);
     let left = pace.seconds_left().expect("half of the run is done");
     assert!((left - 10.0).abs() < 1e-9, "{left}");
     let rate = pace.cycles_per_second().expect("steps");
     assert!((rate - 500.0).abs() < 1e-9, "{rate}");
+}
+
+/// An iteration whose times are lost still counts for the part that is done.
+#[test]
+fn lost_times() {
+    let mut pace = pace(&[[0.0, 2.0, 0.0, 0.0], [0.1, 2.0, 0.0, 0.0]]);
+    pace.commit(6000, 0.0);
+    assert_eq!(pace.part(), 0.6);
 }
