@@ -73,6 +73,7 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),
     };
     let result = stages::run(&options, &watcher);
+    stopping.closes();
     watcher.finish();
     let outcome = match result {
         Ok(outcome) => outcome,

@@ -32,6 +32,8 @@ pub struct At {
     /// How to go on.
     continuation: String,
     bar: Option<ProgressBar>,
+    /// The last stage is over: what is left to do is to say how it ended.
+    over: bool,
 }
 
 /// Signals to a command that computes nothing itself, and hands them on to those that do.
@@ -145,6 +147,11 @@ impl Stopping {
         at.stage = Some((stage, goes_on, Instant::now()));
     }
 
+    /// The last stage is over: from here on, nothing is said or ended from aside.
+    pub fn closes(&self) {
+        self.at().over = true;
+    }
+
     fn at(&self) -> std::sync::MutexGuard<'_, At> {
         self.at.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -191,15 +198,22 @@ impl Watch {
 
     fn tell(&self, text: &str) {
         let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
+        if at.over {
+            return;
+        }
         match &at.bar {
             Some(bar) => bar.suspend(|| say(text)),
             None => say(text),
         }
     }
 
-    fn end_now(&self, late: bool) -> ! {
+    /// Ends the process, unless its last stage is over.
+    fn end_now(&self, late: bool) {
         // Whoever holds it is about to say where the run is, and not to compute.
         let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
+        if at.over {
+            return;
+        }
         if let Some(bar) = &at.bar {
             bar.finish_and_clear();
         }
