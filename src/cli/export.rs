@@ -3,6 +3,7 @@
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 
+use fretwear::recipe::ElementStiffness;
 use fretwear::report::output;
 use fretwear::scene::{self, Contact, Scene};
 use fretwear::structure::deck::Deck;
@@ -28,7 +29,7 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
         None => (Resonator::default(), None),
         Some(path) => {
             let scene = scene::load(path, &arguments.sets)?;
-            let resonator = scene.structure.as_ref().and_then(|s| s.resonator());
+            let resonator = scene.structure().and_then(|s| s.resonator());
             let Some(resonator) = resonator.cloned() else {
                 return Err(CliError::NothingToExport { path: path.clone() });
             };
@@ -117,12 +118,11 @@ pub(super) fn save(
 
 /// kt and kn \[N/m\] of a contact at rest, if the scene says them: a gap bears nothing.
 fn at_rest(contact: &Contact) -> Option<(f64, f64)> {
-    let given = contact.given?;
-    Some(if given.gap > 0.0 {
-        (0.0, 0.0)
-    } else {
-        (given.kt, given.kn)
-    })
+    match contact.elements {
+        ElementStiffness::Given { gap, .. } if gap > 0.0 => Some((0.0, 0.0)),
+        ElementStiffness::Given { kn, kt, .. } => Some((kt, kn)),
+        ElementStiffness::Contact { .. } => None,
+    }
 }
 
 /// `stiffness`: kt and kn \[N/m\] of the whole joint, shared by area; `frequencies`: where they are printed.

@@ -40,7 +40,7 @@ pub fn plan(
         out.json(&printed);
         return Ok(Exit::Done);
     }
-    if let Some(title) = &scene.title {
+    if let Some(title) = &scene.recipe.title {
         writeln!(out, "{title}\n");
     }
     for decision in &plan.decisions {

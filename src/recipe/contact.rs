@@ -20,22 +20,13 @@ use crate::wear::{FrettingJoint, Motion};
 pub struct Contact {
     /// The two bodies.
     pub bodies: Pair,
-    /// What lies beyond the edges.
-    pub boundary: Boundary,
+    /// What presses and holds them.
+    #[serde(flatten)]
+    pub conditions: Conditions,
     /// Points of the plane that fields are transformed on.
     pub plane: [usize; 2],
-    /// Largest pressure a cell can carry \[Pa\], [A eq. 4.3]; none: elastic.
-    pub pressure_cap: Option<f64>,
     /// Coulomb's coefficient of friction; none where nothing moves.
     pub friction_coefficient: Option<f64>,
-    /// Static load \[N\]; 0 where the approach is given.
-    pub normal_load: f64,
-    /// Approach of the bodies from height 0, in place of the load \[m\].
-    pub approach: Option<f64>,
-    /// Stiffness of the bolt and of what it clamps \[N/m\]: the load falls as wear brings the bodies closer; none: it does not.
-    pub bolt_stiffness: Option<f64>,
-    /// What holds the bodies parallel.
-    pub rotation: Rotation,
     /// Tangential tractions.
     pub shear: Shear,
     /// What happens to y where nothing drives it: true finds its displacement from no force.
@@ -47,14 +38,42 @@ pub struct Contact {
     pub structure_mesh: Option<StructureMesh>,
     /// Whether kn and kt are computed at every iteration.
     pub stiffness: bool,
-    /// Relative error of a normal contact solve.
-    pub normal_tolerance: f64,
-    /// Relative duality gap of a tangential contact solve.
-    pub tangential_tolerance: f64,
-    /// Closure of a sequence of tangential steps, a steady cycle or the way up to a load, in parts of the largest µp.
-    pub cycle_tolerance: f64,
+    /// What its solves and cycles are ended by.
+    #[serde(flatten)]
+    pub tolerances: Tolerances,
     /// The reasons.
     pub why: Reasons,
+}
+
+/// What presses the bodies together, and what holds them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// What lies beyond the edges.
+    pub boundary: Boundary,
+    /// Largest pressure a cell can carry \[Pa\], [A eq. 4.3]; none: elastic.
+    pub pressure_cap: Option<f64>,
+    /// Static load \[N\]; 0 where the approach is given.
+    pub normal_load: f64,
+    /// Approach of the bodies from height 0, in place of the load \[m\].
+    pub approach: Option<f64>,
+    /// Stiffness of the bolt and of what it clamps \[N/m\]: the load falls as wear brings the bodies closer; none: it does not.
+    pub bolt_stiffness: Option<f64>,
+    /// What holds the bodies parallel.
+    pub rotation: Rotation,
+}
+
+/// What contact solves and cycles are ended by.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Tolerances {
+    /// Relative error of a normal contact solve.
+    #[serde(rename = "normal_tolerance")]
+    pub normal: f64,
+    /// Relative duality gap of a tangential contact solve.
+    #[serde(rename = "tangential_tolerance")]
+    pub tangential: f64,
+    /// Closure of a sequence of tangential steps, a steady cycle or the way up to a load, in parts of the largest µp.
+    #[serde(rename = "cycle_tolerance")]
+    pub cycle: f64,
 }
 
 /// A mesh of equal boxes under a joint, the same on both sides.
@@ -113,7 +132,7 @@ impl Contact {
     /// What is to be said of the peak pressure \[Pa\] of a contact without a cap, if a real one would yield.
     pub fn remark_on_peak(&self, peak: f64) -> Option<String> {
         let modulus = self.least_modulus();
-        if self.pressure_cap.is_some() || peak <= YIELDS * modulus {
+        if self.conditions.pressure_cap.is_some() || peak <= YIELDS * modulus {
             return None;
         }
         let also = if peak > WRONG * modulus {
@@ -133,7 +152,7 @@ impl Contact {
     /// # Errors
     /// [`StructureError`] for a [`Contact::structure_mesh`] without boxes.
     pub fn joint(&self, patch: Patch, height: Vec<f64>) -> Result<FrettingJoint, StructureError> {
-        let mut half_space = HalfSpace::new(patch.grid, self.bodies, self.boundary);
+        let mut half_space = HalfSpace::new(patch.grid, self.bodies, self.conditions.boundary);
         if let Some(mesh) = &self.structure_mesh {
             let nodal = mesh.taken_away(patch.grid, self.bodies)?;
             let set = half_space.set_nodal(Some(nodal.into()));
@@ -143,21 +162,21 @@ impl Contact {
             half_space,
             patch,
             height,
-            pressure_cap: self.pressure_cap,
+            pressure_cap: self.conditions.pressure_cap,
             friction_coefficient: self.friction_coefficient.unwrap_or(0.0),
-            rotation: self.rotation,
-            motion: Motion::none(self.normal_load),
+            rotation: self.conditions.rotation,
+            motion: Motion::none(self.conditions.normal_load),
             march: March::Reversal,
             options: FrettingOptions {
                 normal: NormalOptions {
-                    tolerance: self.normal_tolerance,
+                    tolerance: self.tolerances.normal,
                     ..NormalOptions::default()
                 },
                 tangential: TangentialOptions {
-                    tolerance: self.tangential_tolerance,
+                    tolerance: self.tolerances.tangential,
                     ..TangentialOptions::default()
                 },
-                cycle_tolerance: self.cycle_tolerance,
+                cycle_tolerance: self.tolerances.cycle,
                 extrapolate: false,
             },
         })
@@ -170,7 +189,10 @@ impl Contact {
         told.add("transforms", format!("real, {x} x {y}"), why.of("boundary"));
         let cells = format!("{} of {}", surface.kept, surface.grid().len());
         told.add("cells", cells, surface.why.of("cells"));
-        let cap = self.pressure_cap.map(|cap| format!("at {cap:e} Pa"));
+        let cap = self
+            .conditions
+            .pressure_cap
+            .map(|cap| format!("at {cap:e} Pa"));
         let cap = cap.unwrap_or_else(|| "none".to_owned());
         told.add("pressure cap", cap, why.of("pressure_cap"));
         let coupling = match self.coupling {
@@ -188,7 +210,7 @@ impl Contact {
             (Shear::InPlane, true) => "along x and y, without force along y; kernels xx, yy, xy",
         };
         told.add("shear", shear, why.of("shear"));
-        let rotation = match self.rotation {
+        let rotation = match self.conditions.rotation {
             Rotation::Given(_) => "held; the moments of the pressure are reported".to_owned(),
             Rotation::Free { moment: [0.0, 0.0] } => {
                 "found such that the pressure has no moments, and reported".to_owned()

@@ -177,7 +177,9 @@ fn cycle_fields(inputs: &Inputs, axes: f64) -> f64 {
     let Some((fields, cycle)) = recipe.output.cycle_fields.as_ref().zip(recipe.cycle()) else {
         return 0.0;
     };
-    let load = recipe.contact().map_or(0.0, |contact| contact.normal_load);
+    let load = recipe
+        .contact()
+        .map_or(0.0, |contact| contact.conditions.normal_load);
     let samples = fields.samples_of(cycle, load) as f64;
     // Pressure and gap twice, shear and slip; of a row also where it is.
     let held = 4.0 + 2.0 * axes;

@@ -254,7 +254,7 @@ impl Cycle {
         let samples = match &self.motion {
             MotionSource::History { samples, .. } => *samples,
             _ => self
-                .harmonic_motion(contact.normal_load)
+                .harmonic_motion(contact.conditions.normal_load)
                 .map_or(self.steps, |motion| motion.samples()),
         };
         let extrapolated = if self.extrapolate {

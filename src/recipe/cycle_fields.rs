@@ -73,7 +73,7 @@ impl CycleFields {
         else {
             return;
         };
-        let samples = self.samples_of(cycle, contact.normal_load);
+        let samples = self.samples_of(cycle, contact.conditions.normal_load);
         let cells = surface.patch().map_or(surface.kept, |p| self.count(&p));
         let axes = match contact.shear {
             Shear::AlongX => 1,

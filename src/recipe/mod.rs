@@ -28,7 +28,7 @@ pub use crate::model_update::Criterion;
 pub use crate::structure::contact_array::ContactArray;
 pub use crate::wear::Scheme;
 pub use check::Check;
-pub use contact::{Contact, StructureMesh, YIELDS};
+pub use contact::{Conditions, Contact, StructureMesh, Tolerances, YIELDS};
 pub use counted::Counted;
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS};

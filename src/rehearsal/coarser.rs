@@ -49,7 +49,7 @@ pub(super) fn on_grid(inputs: &Inputs, ratio: f64) -> Option<Inputs> {
     surface.grid = grid;
     let patch = surface.patch().ok()?;
     surface.kept = patch.cells();
-    contact.plane = match contact.boundary {
+    contact.plane = match contact.conditions.boundary {
         Boundary::Free => grid.map(|cells| fast_length(2 * cells - 1)),
         Boundary::Periodic => grid,
     };

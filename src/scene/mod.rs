@@ -19,7 +19,6 @@
 //! ```
 
 mod begun;
-mod canonical;
 mod document;
 mod error;
 pub mod explain;
@@ -28,6 +27,7 @@ mod keys;
 mod of_files;
 pub mod plan;
 mod reader;
+mod record;
 mod resolve;
 pub mod variants;
 
@@ -37,8 +37,9 @@ use serde::Serialize;
 
 use crate::contact::Pair;
 use crate::grid::{Grid, Patch};
-use crate::material::Elastic;
 use crate::model_update::{ContactElements, ModelUpdateError};
+use crate::recipe::{Conditions, ElementStiffness, Recipe, Tolerances};
+use crate::wear::HarmonicMotion;
 use crate::wear::cycle::March;
 
 pub use crate::contact::Boundary;
@@ -51,18 +52,18 @@ pub use crate::recipe::{
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
 pub use crate::wear::Scheme;
-pub use canonical::{FOLLOWING_KEYS, means_something};
 pub use error::{Place, Problem, SceneError};
 pub use faults::MOST as MOST_FAULTS;
 pub use plan::{InputError, Plan, PlanError};
+pub use record::{FOLLOWING_KEYS, means_something};
 
 /// A complete, checked scene. All quantities are SI.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// What the user calls it.
-    pub title: Option<String>,
     /// The name of its file without the extension.
     pub name: String,
+    /// What single keys decide of the recipe. Its joints and its reasons are planned.
+    pub recipe: Recipe,
     /// Extent, grid and contact elements of the joint; none for an oscillator.
     pub joint: Option<Joint>,
     /// Elastic constants and density of the bodies; none for an oscillator.
@@ -72,26 +73,20 @@ pub struct Scene {
     pub surface: Option<Surface>,
     /// Friction, load and boundary conditions; none for a structure without contact.
     pub contact: Option<Contact>,
-    /// What vibrates; always together with `dynamics`.
-    pub structure: Option<Structure>,
-    /// How it is made to vibrate, and what of the response is wanted.
-    pub dynamics: Option<Dynamics>,
     /// The prescribed cyclic motion; none for a static contact, or where a structure moves the joint.
     pub motion: Option<Motion>,
-    /// Wear over many cycles; none for a single pass.
-    pub wear: Option<Wear>,
-    /// When the worn contact changes the contact elements of the structure; none: never.
-    pub update: Option<Update>,
+    /// Friction in the plane of the contact elements.
+    pub friction_law: FrictionLaw,
+    /// When the worn contact changes the contact elements of the structure.
+    pub update: Update,
     /// Accuracy against cost.
     pub fidelity: Fidelity,
-    /// What a run keeps.
-    pub output: Output,
-    #[serde(skip)]
+    canonical: serde_json::Value,
     document: toml::Table,
 }
 
 /// `[joint]`
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// Side lengths along x and y \[m\].
     pub size: [f64; 2],
@@ -99,81 +94,34 @@ pub struct Joint {
     pub grid: Option<[usize; 2]>,
     /// Contact elements along x and y; there whenever there is a structure with a joint.
     pub elements: Option<[usize; 2]>,
-    /// A round hole in the middle.
-    pub hole: Option<Hole>,
-}
-
-/// `[joint] hole`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Hole {
-    /// Diameter \[m\].
-    pub diameter: f64,
+    /// Diameter of a round hole in the middle \[m\].
+    pub hole: Option<f64>,
 }
 
 /// `[material]`
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bodies {
-    /// The body below the joint.
-    pub lower: Solid,
-    /// The body above the joint.
-    pub upper: Solid,
-}
-
-/// What a scene says of a body's material.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Solid {
-    /// Its elastic constants.
-    #[serde(flatten)]
-    pub elastic: Elastic,
-    /// Density \[kg/m³\]; only a structure needs it.
-    pub density: Option<f64>,
+    /// The elastic constants of both bodies.
+    pub elastic: Pair,
+    /// Density of the lower body and of the upper one \[kg/m³\]; only a structure needs them.
+    pub density: [Option<f64>; 2],
 }
 
 /// `[contact]`
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
     /// Coulomb's coefficient of friction, zero or greater; there whenever there is a motion or a structure.
     pub friction_coefficient: Option<f64>,
-    /// Static load that presses the bodies together \[N\]; 0 where the approach is given.
-    pub normal_load: f64,
-    /// Approach of the bodies from height 0, in place of the load \[m\]; none: the load is given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub approach: Option<f64>,
-    /// Stiffness of a contact without a surface.
-    pub given: Option<GivenContact>,
-    /// Which stiffness of the rough contact the contact elements get.
-    pub stiffness: Stiffness,
-    /// How a stiffness of the whole joint is shared among the contact elements.
-    pub distribution: Distribution,
-    /// Stiffness of the bolt and of what it clamps \[N/m\]: the load falls as wear brings the bodies closer; none: it does not.
-    pub bolt_stiffness: Option<f64>,
-    /// Largest pressure a point can carry \[Pa\], [A eq. 4.3]; none: elastic.
-    pub pressure_cap: Option<f64>,
-    /// What lies beyond the edges of the joint.
-    pub boundary: Boundary,
     /// What happens to the in-plane direction that is not driven.
     pub transverse: Transverse,
-    /// What happens to the rotations of the bodies about x and y.
-    pub rotation: Rotation,
-    /// Moments about x and y, through the middle of the joint, under which free rotations are found \[N m\]; none: no moments.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub moment: Option<[f64; 2]>,
-}
-
-/// Contact stiffness given in place of a surface: totals over the joint.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct GivenContact {
-    /// Normal stiffness \[N/m\].
-    pub kn: f64,
-    /// Tangential stiffness \[N/m\].
-    pub kt: f64,
-    /// Gap without load \[m\]; zero under load.
-    pub gap: f64,
+    /// What presses and holds the bodies; none of a contact of given stiffness.
+    pub conditions: Option<Conditions>,
+    /// What the contact elements of a structure get as stiffness.
+    pub elements: ElementStiffness,
 }
 
 /// What happens to the in-plane direction that is not driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
 pub enum Transverse {
     /// It does not exist: neither shear nor displacement along y.
     Absent,
@@ -183,77 +131,11 @@ pub enum Transverse {
     Free,
 }
 
-/// What happens to the rotations of the bodies about x and y.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Rotation {
-    /// They are held; the moments are reactions.
-    Fixed,
-    /// They are found such that the contact has the moments given.
-    Free,
-}
-
-/// `[dynamics]`
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Dynamics {
-    /// The forces; the drive is the first of harmonic 1 at the response and along it, or the first of all where none is there.
-    pub forces: Vec<Force>,
-    /// How the ground of an oscillator moves; none: it rests.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub base: Option<Base>,
-    /// Whose displacement is the response.
-    pub response: Port,
-    /// Orders of the harmonics, 0 among them: all, or those to begin with if there is a [`Fidelity::harmonic_tolerance`].
-    pub harmonics: Vec<u32>,
-    /// Elastic modes of the reduced structure.
-    pub modes: usize,
-    /// Modal damping ratio.
-    pub damping_ratio: f64,
-    /// The scene gives that ratio; it is no default.
-    #[serde(skip)]
-    pub has_damping_ratio: bool,
-    /// Damping by mass and stiffness beside it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rayleigh: Option<Rayleigh>,
-    /// Of which structure the damped modes are.
-    pub damping_basis: DampingBasis,
-    /// Friction in the plane.
-    pub friction_law: FrictionLaw,
-    /// Range in which the resonance is looked for and the forced response is computed \[Hz\].
-    pub frequency: [f64; 2],
-    /// Equidistant points of the forced response; none: as continuation places them.
-    pub points: Option<usize>,
-}
-
-impl Bodies {
-    /// The elastic constants of both bodies.
-    pub fn pair(&self) -> Pair {
-        Pair {
-            lower: self.lower.elastic,
-            upper: self.upper.elastic,
-        }
-    }
-}
-
 /// `[motion]`: what drives the joint in every cycle of period T.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
-    /// u(t) = amplitude · cos(2πt/T + phase), or the force instead, N(t) = normal_load + normal_load_amplitude · cos(2πt/T).
-    Harmonic {
-        /// Half ranges of the relative displacement along x and y \[m\]; zero where the force is given.
-        amplitude: [f64; 2],
-        /// Half ranges of the force along x and y \[N\], in place of the displacement; zero along y leaves y to `transverse`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        force: Option<[f64; 2]>,
-        /// What turns the upper body about z, in phase with cos(2πt/T).
-        #[serde(flatten, skip_serializing_if = "Option::is_none")]
-        torsion: Option<Torsion>,
-        /// Phases along x and y \[rad\].
-        phase: [f64; 2],
-        /// Half range of the normal load \[N\].
-        normal_load_amplitude: f64,
-    },
+    /// It is harmonic.
+    Harmonic(HarmonicMotion),
     /// One cycle as a table in a file.
     History {
         /// The file, absolute.
@@ -261,44 +143,25 @@ pub enum Motion {
     },
 }
 
-/// `[motion] rotation` or `moment`: about z, through the middle of the joint.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Torsion {
-    /// Half range of the rotation \[rad\].
-    Rotation(f64),
-    /// Half range of the moment \[N m\].
-    Moment(f64),
-}
-
 /// `[fidelity]`
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fidelity {
     /// The set of defaults that the other values come from.
     pub preset: Preset,
     /// The error that the knobs were chosen for in place of the preset's: a bound on the error bar of the worn volume.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// How a cycle is marched; none: the plan decides.
     pub cycle: Option<March>,
     /// Time steps of a stepped cycle.
     pub steps_per_cycle: usize,
-    /// Relative error of a normal contact solve.
-    pub normal_tolerance: f64,
-    /// Relative duality gap of a tangential contact solve.
-    pub tangential_tolerance: f64,
-    /// Relative closure of a steady cycle.
-    pub cycle_tolerance: f64,
+    /// What solves of the contact and cycles are ended by.
+    pub tolerances: Tolerances,
     /// Whether a stepped cycle has steps of second order, and is extrapolated to steps of no length from them and half as many.
     pub cycle_extrapolation: bool,
-    /// Steps in which the load rises on bodies that slip under it, since they differ elastically; none: those of the preset.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub load_steps: Option<usize>,
-    /// Samples of a vibration cycle at which contact elements are evaluated.
+    /// Steps in which the load rises on bodies that slip under it, since they differ elastically.
+    pub load_steps: usize,
+    /// Samples of a vibration cycle at which contact elements are evaluated, unless its harmonics need more.
     pub aft_samples: usize,
-    /// Relative error by harmonics left out, up to which they are extended; none where the scene says which there are.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub harmonic_tolerance: Option<f64>,
 }
 
 /// A set of defaults.
@@ -379,12 +242,20 @@ impl Scene {
         self.document.to_string()
     }
 
-    /// The resolved values as nested objects with sorted keys: what a hash of the scene is made of.
+    /// The values of its keys as they were read, in SI, as nested objects with sorted keys: what a hash of the scene is made of.
     ///
     /// Scenes that mean the same in other units are equal here. Title, name and paths are left out, since they do not influence
     /// a result; the content of a file must be hashed beside.
     pub fn canonical(&self) -> serde_json::Value {
-        canonical::canonical(self)
+        self.canonical.clone()
+    }
+
+    /// What vibrates, if anything does.
+    pub fn structure(&self) -> Option<&Structure> {
+        self.recipe
+            .structure
+            .as_ref()
+            .map(|structure| &structure.source)
     }
 
     /// What its rough contact is made of, if it has one.
@@ -394,7 +265,8 @@ impl Scene {
             material: self.material.as_ref()?,
             surface: self.surface.as_ref()?,
             contact: self.contact.as_ref()?,
-            structure: self.structure.as_ref(),
+            conditions: self.contact.as_ref()?.conditions.as_ref()?,
+            structure: self.structure(),
             grid: Grid::over(self.joint.as_ref()?.size, self.joint.as_ref()?.grid?),
         })
     }
@@ -409,12 +281,25 @@ pub struct RoughJoint<'a> {
     pub material: &'a Bodies,
     /// The surface.
     pub surface: &'a Surface,
-    /// Friction, load and boundary conditions.
+    /// Friction.
     pub contact: &'a Contact,
+    /// What presses and holds the bodies.
+    pub conditions: &'a Conditions,
     /// The structure whose contact elements the cells belong to.
     pub structure: Option<&'a Structure>,
     /// The grid of the joint.
     pub grid: Grid,
+}
+
+impl Contact {
+    /// Static load that presses the bodies together \[N\]; 0 where the approach is given.
+    pub fn normal_load(&self) -> f64 {
+        match (&self.conditions, self.elements) {
+            (Some(conditions), _) => conditions.normal_load,
+            (None, ElementStiffness::Given { normal_load, .. }) => normal_load,
+            (None, ElementStiffness::Contact { .. }) => 0.0,
+        }
+    }
 }
 
 impl RoughJoint<'_> {
@@ -422,7 +307,7 @@ impl RoughJoint<'_> {
     pub fn patch(&self) -> Patch {
         match (self.elements(), self.joint.hole) {
             (Some(Ok(elements)), _) => elements.patch().clone(),
-            (_, Some(hole)) => Patch::with_hole(self.grid, hole.diameter),
+            (_, Some(diameter)) => Patch::with_hole(self.grid, diameter),
             _ => Patch::full(self.grid),
         }
     }

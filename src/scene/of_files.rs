@@ -23,9 +23,8 @@ impl Scene {
             joint.remove("hole");
         }
         let usual = self
-            .structure
-            .as_ref()
-            .and_then(|s| s.points().first().copied());
+            .structure()
+            .and_then(|structure| structure.points().first().copied());
         let name_point = |place: &mut Value, usual: Option<&str>| {
             let Some(place) = place.as_table_mut() else {
                 return;

@@ -1,14 +1,16 @@
-//! Access to the tree of a scene by its declared keys.
+//! Access to the tree of a scene by its declared keys, and the record of what was read.
 
 use std::path::PathBuf;
 
+use serde_json::Value as Json;
 use toml::Value as Toml;
 
 use super::Preset;
 use super::document::{Content, Node};
 use super::error::{Problem, SceneError};
 use super::faults::Faults;
-use super::keys::{self, Choice, Even, Given, Key, ListOrPath, Point, Value, join, meant};
+use super::keys::{self, Choice, Even, Given, Key, ListOrPath, Point, Tables, Value, join, meant};
+use super::record::Record;
 
 type Result<T> = std::result::Result<T, SceneError>;
 
@@ -29,23 +31,29 @@ impl<V: ?Sized> Named for &Key<V> {
     }
 }
 
-/// Reads the values of a tree, and says what is wrong with them.
+/// Reads the values of a tree, notes them by their keys, and says what is wrong with them.
 pub(super) struct Reader<'a> {
     pub root: &'a Node,
+    /// The values that it has handed out.
+    pub record: Record,
     /// A list of tables of which the tree has one, and its number: errors say so.
     item: Option<(&'static str, usize)>,
 }
 
 impl<'a> Reader<'a> {
     pub fn new(root: &'a Node) -> Self {
-        Reader { root, item: None }
+        Reader {
+            root,
+            record: Record::default(),
+            item: None,
+        }
     }
 
     /// A reader of one of the tables of a list: the tree has it where the list would be.
     pub fn of_item(root: &'a Node, list: &'static str, at: usize) -> Self {
         Reader {
-            root,
             item: Some((list, at)),
+            ..Reader::new(root)
         }
     }
 
@@ -76,11 +84,36 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The value of a key, if it is given.
-    pub fn get<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
+    /// The value of a key, if it is given, for a decision on other keys alone: it is not noted.
+    pub fn look<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
         self.has(key)
             .then(|| key.value.read(&self.given(key)))
             .transpose()
+    }
+
+    /// Notes the value of a key, and hands it on.
+    pub fn note<V: Value>(&self, key: &Key<V>, value: V::Read) -> V::Read {
+        self.record.note(key.name, key.value.noted(&value));
+        value
+    }
+
+    /// The value of a key, if it is given.
+    pub fn get<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
+        Ok(self.look(key)?.map(|value| self.note(key, value)))
+    }
+
+    /// The value of a key, else the one chosen for it, else none, which is noted too.
+    pub fn optional<V: Value>(
+        &self,
+        key: &Key<V>,
+        chosen: Option<V::Read>,
+    ) -> Result<Option<V::Read>> {
+        let value = self.get(key)?;
+        let value = value.or_else(|| chosen.map(|value| self.note(key, value)));
+        if value.is_none() {
+            self.record.note(key.name, Json::Null);
+        }
+        Ok(value)
     }
 
     /// The value of a key that must be given.
@@ -100,60 +133,61 @@ impl<'a> Reader<'a> {
         chosen: Option<V::Read>,
         preset: Preset,
     ) -> Result<V::Read> {
-        match self.get(key)?.or(chosen) {
-            Some(value) => Ok(value),
-            None => self.default(key, preset),
-        }
+        let value = match self.look(key)?.or(chosen) {
+            Some(value) => value,
+            None => self.default(key, preset)?,
+        };
+        Ok(self.note(key, value))
     }
 
-    /// The value of a key that some presets do without, else the one chosen for it, else its default under a preset, if it has one.
-    pub fn get_or<V: Value>(
-        &self,
-        key: &Key<V>,
-        chosen: Option<V::Read>,
-        preset: Preset,
-    ) -> Result<Option<V::Read>> {
-        match self.get(key)?.or(chosen) {
-            None if key.default.of(preset).is_none() => Ok(None),
-            None => self.default(key, preset).map(Some),
-            value => Ok(value),
-        }
-    }
-
-    /// The default of a key under a preset, whatever is given.
-    pub fn default<V: Value>(&self, key: &Key<V>, preset: Preset) -> Result<V::Read> {
+    /// The default of a key under a preset, if it has one, whatever is given. It is not noted.
+    pub fn default_of<V: Value>(&self, key: &Key<V>, preset: Preset) -> Result<Option<V::Read>> {
         let Some(text) = key.default.of(preset) else {
-            return Err(self.missing(key, ""));
+            return Ok(None);
         };
         let node = Node::value(&self.root.place, meant(text));
-        key.value.read(&Given {
+        let given = Given {
             key: self.called(key.name),
             node: &node,
-        })
+        };
+        key.value.read(&given).map(Some)
     }
 
-    /// The numbers of a key that may be the path of a file too, if it is given.
-    pub fn list<const N: usize>(&self, key: &Key<ListOrPath<N>>) -> Result<Option<[f64; N]>> {
+    /// The default that a key has under each preset, whatever is given. It is not noted.
+    pub fn default<V: Value>(&self, key: &Key<V>, preset: Preset) -> Result<V::Read> {
+        self.default_of(key, preset)?
+            .ok_or_else(|| self.missing(key, ""))
+    }
+
+    /// The numbers of a key that may be the path of a file too, if it is given. They are not noted.
+    pub fn list(&self, key: &Key<ListOrPath<3>>) -> Result<Option<[f64; 3]>> {
         self.has(key)
             .then(|| key.value.0.read(&self.given(key)))
             .transpose()
     }
 
     /// The path of a key that may be numbers too, if it is given.
-    pub fn path<const N: usize>(&self, key: &Key<ListOrPath<N>>) -> Result<Option<PathBuf>> {
+    pub fn path(&self, key: &Key<ListOrPath<3>>) -> Result<Option<PathBuf>> {
         self.has(key)
             .then(|| key.value.1.read(&self.given(key)))
             .transpose()
     }
 
-    /// One of those points that are allowed, of any where none are listed, if it is given.
+    /// The tables of a key that may be one table too, if it is a list; none within where it is one, none at all where it is not given.
+    pub fn tables(&self, key: &Key<Tables>) -> Result<Option<Option<Vec<Node>>>> {
+        self.has(key)
+            .then(|| key.value.list(&self.given(key)))
+            .transpose()
+    }
+
+    /// One of those points that are allowed, of any where none are listed, if it is given. It is not noted.
     pub fn point(&self, key: &Key<Point>, allowed: &[&'static str]) -> Result<Option<String>> {
         self.has(key)
             .then(|| key.value.among(&self.given(key), allowed))
             .transpose()
     }
 
-    /// An even number of at least so many for a reason, if it is given.
+    /// An even number of at least so many for a reason, if it is given. It is not noted.
     pub fn even_from(&self, key: &Key<Even>, least: u64, reason: &str) -> Result<Option<usize>> {
         self.has(key)
             .then(|| key.value.read_from(&self.given(key), least, reason))
@@ -212,7 +246,8 @@ impl<'a> Reader<'a> {
 
     /// The kind of a section, once it is there. Keys of another kind are refused.
     pub fn kind(&self, key: &Key<Choice<&'static str>>) -> Result<&'static str> {
-        let kind = self.required(key)?;
+        let kind = self.look(key)?;
+        let kind = kind.ok_or_else(|| self.missing(key, ""))?;
         let section = keys::section_of(key.name);
         let own = keys::keys_of_kind(section, kind);
         let mut faults = Faults::default();

@@ -258,7 +258,7 @@ pub fn let_move(
         None => {
             let mut motion = reads.motion().clone();
             // Always from the motion of the scene: shifted again and again it would hang on how often that was.
-            if contact_of(recipe).bolt_stiffness.is_some() {
+            if contact_of(recipe).conditions.bolt_stiffness.is_some() {
                 motion = motion.with_mean_load(load);
             }
             let march = cycle.march.unwrap_or(March::Reversal);

@@ -75,7 +75,9 @@ impl Declaration {
 pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
     let structure = recipe.structure.as_ref();
     let (rough, vibrates) = (recipe.surface().is_some(), structure.is_some());
-    let bolted = recipe.contact().is_some_and(|c| c.bolt_stiffness.is_some());
+    let bolted = recipe
+        .contact()
+        .is_some_and(|c| c.conditions.bolt_stiffness.is_some());
     let curves = recipe.output.curves_every > 0;
     match table {
         TableName::Structure

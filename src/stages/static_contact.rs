@@ -71,7 +71,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let bolt = bolt(reads)?;
     let load = load(reads)?;
     let (pressed, solve_pairs) = solvers.work(reads, None, |joint| {
-        match (coupling.load_steps(), contact.approach) {
+        match (coupling.load_steps(), contact.conditions.approach) {
             (Some(load_steps), _) => {
                 let found = indent(joint, shear, load, load_steps)?;
                 Ok(Pressed {
@@ -121,7 +121,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     if let Some(Curve { load, displacement }) = curve {
         outputs.put(&typed::Indentation { load, displacement })?;
     }
-    let turns = matches!(contact.rotation, Rotation::Free { .. });
+    let turns = matches!(contact.conditions.rotation, Rotation::Free { .. });
     let rotation = turns.then_some(solution.rotation);
     let joint = solvers.joint(reads)?;
     let compliance = joint.half_space.self_compliance();
@@ -161,13 +161,13 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 /// What clamps the joint, if its load falls with wear.
 fn bolt(reads: &Reads) -> Result<Option<Bolt>, RunError> {
     let contact = contact_of(&reads.recipe);
-    let Some(stiffness) = contact.bolt_stiffness else {
+    let Some(stiffness) = contact.conditions.bolt_stiffness else {
         return Ok(None);
     };
     let reference: typed::Reference = reads.table()?;
     Ok(Some(Bolt {
         stiffness,
-        load: contact.normal_load,
+        load: contact.conditions.normal_load,
         approach: reference.approach,
     }))
 }
@@ -175,7 +175,7 @@ fn bolt(reads: &Reads) -> Result<Option<Bolt>, RunError> {
 /// Static load \[N\] from which that of a bolt is looked for, and which another joint bears: the number itself, as the mean of a motion
 /// under it is rounded, and a run that is continued has to go on with the very same.
 fn load(reads: &Reads) -> Result<f64, RunError> {
-    let before = match contact_of(&reads.recipe).bolt_stiffness {
+    let before = match contact_of(&reads.recipe).conditions.bolt_stiffness {
         Some(_) => reads.maybe_before::<typed::StaticContact>()?,
         None => None,
     };

@@ -183,7 +183,9 @@ type OfScene = fn(&Scene) -> bool;
 /// more steps a cycle.
 const OTHER_THAN_THE_PRESET: [(&str, OfScene); 3] = [
     ("fidelity.aft_samples", |scene| scene.joint.is_none()),
-    ("fidelity.wear_tolerance", |scene| scene.dynamics.is_some()),
+    ("fidelity.wear_tolerance", |scene| {
+        scene.recipe.response.is_some()
+    }),
     ("fidelity.steps_per_cycle", |scene| {
         matches!(scene.motion, Some(Motion::History { .. }))
     }),

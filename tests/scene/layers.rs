@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fretwear::scene::{Motion, Surface};
 
-use super::{CASE, Folder, Sections, absolute, case, case_with};
+use super::{CASE, Folder, Sections, absolute, case, case_with, displaced};
 
 #[test]
 fn a_derived_file_gives_only_what_differs() {
@@ -19,9 +19,9 @@ fn a_derived_file_gives_only_what_differs() {
         );
     let scene = folder.scene("sub/deep/both.toml", &[]);
     assert_eq!(scene.name, "both");
-    assert_eq!(scene.title.as_deref(), Some("Both"));
-    assert_eq!(scene.the_contact().pressure_cap, Some(6e8));
-    assert_eq!(scene.the_contact().normal_load, 2e4);
+    assert_eq!(scene.recipe.title.as_deref(), Some("Both"));
+    assert_eq!(scene.the_conditions().pressure_cap, Some(6e8));
+    assert_eq!(scene.the_contact().normal_load(), 2e4);
     assert_eq!(
         scene.the_surface(),
         Surface::Gaussian {
@@ -122,28 +122,25 @@ fn a_set_value_is_toml_else_a_string() {
         "title=a = b",
     ]);
     assert_eq!(
-        scene.wear.as_ref().and_then(|wear| wear.cycles),
+        scene.recipe.wear.as_ref().and_then(|wear| wear.cycles),
         Some(1_000_000)
     );
-    assert_eq!(scene.the_contact().normal_load, 2e4);
+    assert_eq!(scene.the_contact().normal_load(), 2e4);
     assert!(matches!(
         scene.the_surface(),
         Surface::Gaussian { rq: 2e-6, .. }
     ));
     assert_eq!(scene.the_joint().grid.expect("grid"), [32, 24]);
-    assert!(scene.output.cycle_fields.is_some());
-    assert_eq!(
-        scene.the_joint().hole.map(|hole| hole.diameter),
-        Some(0.009)
-    );
-    assert_eq!(scene.output.curves_every, 0);
-    assert_eq!(scene.title.as_deref(), Some("a = b"));
+    assert!(scene.recipe.output.cycle_fields.is_some());
+    assert_eq!(scene.the_joint().hole, Some(0.009));
+    assert_eq!(scene.recipe.output.curves_every, 0);
+    assert_eq!(scene.recipe.title.as_deref(), Some("a = b"));
 }
 
 #[test]
 fn the_last_set_of_a_key_holds() {
     let scene = case_with(&["wear.cycles=5", "wear.cycles=7"]);
-    assert_eq!(scene.wear.and_then(|wear| wear.cycles), Some(7));
+    assert_eq!(scene.recipe.wear.and_then(|wear| wear.cycles), Some(7));
 }
 
 #[test]
@@ -153,7 +150,7 @@ fn a_set_may_add_a_section() {
         "still.toml",
         &["wear.cycles=5", "wear.coefficient=2e3 um^3/J"],
     );
-    assert_eq!(scene.wear.and_then(|wear| wear.cycles), Some(5));
+    assert_eq!(scene.recipe.wear.and_then(|wear| wear.cycles), Some(5));
 }
 
 #[test]
@@ -229,13 +226,7 @@ fn a_history_replaces_an_amplitude_and_the_other_way_round() {
         folder
             .scene("history.toml", &["motion.amplitude=2 um"])
             .motion,
-        Some(Motion::Harmonic {
-            amplitude: [2e-6, 0.0],
-            force: None,
-            torsion: None,
-            phase: [0.0; 2],
-            normal_load_amplitude: 0.0
-        })
+        displaced([2e-6, 0.0], [0.0; 2], 0.0)
     );
 }
 

@@ -9,6 +9,7 @@ mod layers;
 mod pipelines;
 mod set_faults;
 mod structure_faults;
+mod twins;
 mod values;
 mod variants;
 mod vibration;
@@ -17,7 +18,9 @@ mod wear_law;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fretwear::scene::{Bodies, Contact, Joint, Scene, SceneError, Surface, load};
+use fretwear::recipe::Conditions;
+use fretwear::scene::{Bodies, Contact, Joint, Motion, Scene, SceneError, Surface, load};
+use fretwear::wear::{Harmonic, HarmonicMotion};
 use tempfile::TempDir;
 
 /// A scene that uses most sections, one key a line, so that a test can change one of them.
@@ -165,6 +168,7 @@ trait Sections {
     fn the_material(&self) -> &Bodies;
     fn the_surface(&self) -> Surface;
     fn the_contact(&self) -> &Contact;
+    fn the_conditions(&self) -> &Conditions;
 }
 
 impl Sections for Scene {
@@ -183,6 +187,25 @@ impl Sections for Scene {
     fn the_contact(&self) -> &Contact {
         self.contact.as_ref().expect("a contact")
     }
+
+    fn the_conditions(&self) -> &Conditions {
+        let conditions = self.the_contact().conditions.as_ref();
+        conditions.expect("a rough contact")
+    }
+}
+
+/// Harmonic displacements of half ranges \[m\] and phases \[rad\] along x and y, under a load of this half range \[N\].
+fn displaced(amplitude: [f64; 2], phase: [f64; 2], normal_load_amplitude: f64) -> Option<Motion> {
+    let axis = |axis: usize| Harmonic {
+        amplitude: amplitude[axis],
+        phase: phase[axis],
+        is_force: false,
+    };
+    Some(Motion::Harmonic(HarmonicMotion {
+        axes: vec![axis(0), axis(1)],
+        rotation: None,
+        normal_load_amplitude,
+    }))
 }
 
 /// [`CASE`] in a folder, as `case.toml`.

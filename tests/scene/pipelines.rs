@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::Path;
 
+use fretwear::recipe::ElementStiffness;
 use fretwear::scene::{
     Contact, Motion, Resonator, Scene, Stiffness, Structure, Surface, Transverse, Update, Wear,
     load,
@@ -29,7 +30,11 @@ fn every_shipped_scene_loads_and_has_a_title() {
             .is_some_and(|extension| extension == "toml")
         {
             let scene = load(&path, &[]).unwrap_or_else(|error| panic!("{error}"));
-            assert!(scene.title.is_some(), "{} has no title", path.display());
+            assert!(
+                scene.recipe.title.is_some(),
+                "{} has no title",
+                path.display()
+            );
             count += 1;
         }
     }
@@ -39,8 +44,9 @@ fn every_shipped_scene_loads_and_has_a_title() {
 #[test]
 fn the_published_parameters() {
     let scene = shipped("prescribed_fretting.toml");
-    assert_eq!(scene.the_material().upper.elastic.youngs_modulus, 198.4e9);
-    assert_eq!(scene.the_material().upper.density, Some(7949.0));
+    let material = scene.the_material();
+    assert_eq!(material.elastic.upper.youngs_modulus, 198.4e9);
+    assert_eq!(material.density[1], Some(7949.0));
     assert_eq!(scene.the_joint().size, [0.04; 2]);
     assert_eq!(scene.the_joint().grid.expect("grid"), [256; 2]);
     assert_eq!(scene.the_joint().elements, Some([19; 2]));
@@ -53,15 +59,15 @@ fn the_published_parameters() {
         }
     );
     assert_eq!(scene.the_contact().friction_coefficient, Some(0.6));
-    assert_eq!(scene.the_contact().normal_load, 3e4);
-    let wear = scene.wear.as_ref().expect("a [wear] section");
+    assert_eq!(scene.the_contact().normal_load(), 3e4);
+    let wear = scene.recipe.wear.as_ref().expect("a [wear] section");
     assert_eq!((wear.coefficient, wear.cycles), (2e-15, Some(10_000_000)));
 
     let plastic = shipped("prescribed_fretting_plastic.toml");
     let found = fretwear::json::differences(&scene.canonical(), &plastic.canonical());
     let keys: Vec<&str> = found.iter().map(|d| d.key.as_str()).collect();
     assert_eq!(keys, ["contact.pressure_cap"]);
-    assert_eq!(plastic.the_contact().pressure_cap, Some(6e8));
+    assert_eq!(plastic.the_conditions().pressure_cap, Some(6e8));
 }
 
 /// What Table 1 and sections 3 and 4 of the paper say, and what the scene says it assumes.
@@ -76,28 +82,33 @@ fn the_published_case() {
         tolerance: 0.015,
         ..wear
     };
-    assert_eq!(scene.wear, prescribed.wear.map(of_response));
+    assert_eq!(scene.recipe.wear, prescribed.recipe.wear.map(of_response));
+    let ElementStiffness::Contact { distribution, .. } = scene.the_contact().elements else {
+        panic!("{:?}", scene.the_contact().elements);
+    };
     let of_no_structure = Contact {
-        stiffness: Stiffness::Total,
+        elements: ElementStiffness::Contact {
+            stiffness: Stiffness::Total,
+            distribution,
+        },
         ..scene.the_contact().clone()
     };
     assert_eq!(Some(of_no_structure), prescribed.contact);
     let joint = scene.the_joint();
     assert_eq!((joint.size, joint.grid), ([0.04; 2], Some([256; 2])));
-    let Some(Structure::Resonator { geometry }) = &scene.structure else {
-        panic!("{:?}", scene.structure);
+    let Some(Structure::Resonator { geometry }) = scene.structure() else {
+        panic!("{:?}", scene.structure());
     };
     assert_eq!(**geometry, Resonator::default(), "the shipped set");
     assert_eq!(geometry.contact_array().cells().len(), 340);
-    let dynamics = scene.dynamics.as_ref().expect("dynamics");
+    let dynamics = scene.recipe.response.as_ref().expect("dynamics");
     assert_eq!(dynamics.forces.len(), 1);
     assert_eq!(dynamics.forces[0].amplitude, 1000.0);
-    assert_eq!(dynamics.forces[0].port, dynamics.response);
-    assert_eq!(
-        (dynamics.modes, &dynamics.harmonics[..]),
-        (30, &[0, 1, 2, 3][..])
-    );
-    assert_eq!(scene.update, Some(Update::StiffnessChange(0.1)));
+    assert_eq!(dynamics.forces[0].port, dynamics.at);
+    assert_eq!(dynamics.harmonics, [0, 1, 2, 3]);
+    let structure = scene.recipe.structure.as_ref().expect("a structure");
+    assert_eq!(structure.modes, 30);
+    assert_eq!(scene.update, Update::StiffnessChange(0.1));
 }
 
 #[test]
@@ -130,21 +141,24 @@ fn variants_differ_in_what_they_say() {
     ]
     .map(rq);
     assert_eq!(found, [0.5e-6, 1e-6, 10e-6]);
-    assert_eq!(shipped("lap_joint_no_update.toml").update, None);
-    let cap = shipped("lap_joint_plastic.toml").the_contact().pressure_cap;
-    assert_eq!(cap, Some(6e8));
+    assert_eq!(shipped("lap_joint_no_update.toml").update, Update::Never);
+    let plastic = shipped("lap_joint_plastic.toml");
+    assert_eq!(plastic.the_conditions().pressure_cap, Some(6e8));
 }
 
 #[test]
 fn given_springs_are_those_of_the_independent_run() {
     let scene = shipped("resonator_springs.toml");
-    let given = scene.the_contact().given.expect("given");
-    assert_eq!((given.kn, given.kt, given.gap), (1.2e10, 1e10, 0.0));
-    assert_eq!(scene.structure, shipped("lap_joint.toml").structure);
+    let ElementStiffness::Given { kn, kt, gap, .. } = scene.the_contact().elements else {
+        panic!("{:?}", scene.the_contact().elements);
+    };
+    assert_eq!((kn, kt, gap), (1.2e10, 1e10, 0.0));
+    let lap_joint = shipped("lap_joint.toml");
+    assert_eq!(scene.structure(), lap_joint.structure());
     let [here, there] =
-        [&scene, &shipped("lap_joint.toml")].map(|scene| scene.dynamics.clone().expect("dynamics"));
+        [&scene, &lap_joint].map(|scene| scene.recipe.response.as_ref().expect("dynamics"));
     assert_eq!(here.forces, there.forces);
-    assert!(scene.surface.is_none() && scene.wear.is_none());
+    assert!(scene.surface.is_none() && scene.recipe.wear.is_none());
 }
 
 /// The comment of the oscillator says where its resonances are, and that friction holds it.
@@ -153,18 +167,18 @@ fn the_oscillator_slips_between_its_two_resonances() {
     let scene = shipped("oscillator.toml");
     let Some(Structure::Oscillator {
         mass, stiffness, ..
-    }) = &scene.structure
+    }) = scene.structure()
     else {
-        panic!("{:?}", scene.structure);
+        panic!("{:?}", scene.structure());
     };
     let contact = scene.the_contact();
-    let kt = contact.given.expect("given").kt;
+    let [_, kt, _] = contact.elements.given().expect("given");
     let hertz = |stiffness: f64| (stiffness / mass[0]).sqrt() / TAU;
     assert_eq!(hertz(stiffness[0]).round(), 318.0);
     assert_eq!(hertz(stiffness[0] + kt).round(), 503.0);
-    let limit = contact.friction_coefficient.expect("friction") * contact.normal_load;
+    let limit = contact.friction_coefficient.expect("friction") * contact.normal_load();
     assert_eq!(limit, 300.0);
-    let dynamics = scene.dynamics.as_ref().expect("dynamics");
+    let dynamics = scene.recipe.response.as_ref().expect("dynamics");
     assert!(dynamics.forces[0].amplitude < 4.0 / PI * limit);
     let [low, high] = dynamics.frequency;
     assert!(low < hertz(stiffness[0]) && hertz(stiffness[0] + kt) < high);
@@ -174,7 +188,7 @@ fn the_oscillator_slips_between_its_two_resonances() {
 fn the_static_contact_does_not_move() {
     let scene = shipped("static_contact.toml");
     assert_eq!(scene.the_joint().size, [0.04, 0.03]);
-    assert_eq!((scene.motion, scene.wear), (None, None));
+    assert_eq!((scene.motion, scene.recipe.wear), (None, None));
 }
 
 /// Shares that the scene of the sphere states for itself, to the two digits it states them with.
@@ -187,16 +201,16 @@ fn the_sphere_fits_its_patch_and_slips_partially() {
     let Surface::Sphere { radius } = scene.the_surface() else {
         panic!("not a sphere");
     };
-    let Some(Motion::Harmonic { amplitude, .. }) = scene.motion else {
+    let Some(Motion::Harmonic(motion)) = &scene.motion else {
         panic!("not a harmonic motion");
     };
-    let solid = scene.the_material().lower;
-    let (load, nu) = (scene.the_contact().normal_load, solid.elastic.poisson_ratio);
+    let elastic = scene.the_material().elastic.lower;
+    let (load, nu) = (scene.the_contact().normal_load(), elastic.poisson_ratio);
     let friction = scene.the_contact().friction_coefficient.expect("friction");
-    let contact_modulus = solid.elastic.youngs_modulus / (2.0 * (1.0 - nu * nu));
-    let shear_modulus = solid.elastic.youngs_modulus / (2.0 * (1.0 + nu));
+    let contact_modulus = elastic.youngs_modulus / (2.0 * (1.0 - nu * nu));
+    let shear_modulus = elastic.youngs_modulus / (2.0 * (1.0 + nu));
     let a = (0.75 * load * radius / contact_modulus).cbrt();
     let sliding = 3.0 * friction * load / (8.0 * a) * (2.0 - nu) / shear_modulus;
     assert!((a / (0.5 * scene.the_joint().size[1]) - 0.33).abs() < STATED);
-    assert!((amplitude[0] / sliding - 0.6).abs() < STATED);
+    assert!((motion.axes[0].amplitude / sliding - 0.6).abs() < STATED);
 }

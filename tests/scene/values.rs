@@ -9,25 +9,23 @@ use fretwear::scene::{
 };
 use fretwear::wear::cycle::March;
 
-use super::{Sections, absolute, case, case_with, edited, scene_of};
+use super::{Sections, absolute, case, case_with, displaced, edited, scene_of};
 
 #[test]
 fn a_case_with_its_defaults() {
     let scene = case_with(&[]);
-    assert_eq!(scene.title.as_deref(), Some("Case"));
+    assert_eq!(scene.recipe.title.as_deref(), Some("Case"));
     assert_eq!(scene.name, "case");
     assert_eq!(scene.the_joint().size, [0.04, 0.03]);
     assert_eq!(scene.the_joint().grid.expect("grid"), [64, 40]);
     assert_eq!(scene.the_joint().elements, None);
-    assert_eq!(
-        scene.the_joint().hole.map(|hole| hole.diameter),
-        Some(0.011)
-    );
-    for solid in [scene.the_material().lower, scene.the_material().upper] {
-        assert_eq!(solid.elastic.youngs_modulus, 198.4e9);
-        assert_eq!(solid.elastic.poisson_ratio, 0.3);
-        assert_eq!(solid.density, None);
+    assert_eq!(scene.the_joint().hole, Some(0.011));
+    let material = scene.the_material();
+    for elastic in [material.elastic.lower, material.elastic.upper] {
+        assert_eq!(elastic.youngs_modulus, 198.4e9);
+        assert_eq!(elastic.poisson_ratio, 0.3);
     }
+    assert_eq!(material.density, [None; 2]);
     assert_eq!(
         scene.the_surface(),
         Surface::Gaussian {
@@ -38,21 +36,13 @@ fn a_case_with_its_defaults() {
     );
     let contact = scene.the_contact();
     assert_eq!(contact.friction_coefficient, Some(0.6));
-    assert_eq!(contact.normal_load, 3e4);
-    assert_eq!(contact.pressure_cap, None);
-    assert_eq!(contact.boundary, Boundary::Free);
+    assert_eq!(contact.normal_load(), 3e4);
     assert_eq!(contact.transverse, Transverse::Fixed);
-    assert_eq!(
-        scene.motion,
-        Some(Motion::Harmonic {
-            amplitude: [5e-6, 0.0],
-            force: None,
-            torsion: None,
-            phase: [0.0, 0.0],
-            normal_load_amplitude: 0.0
-        })
-    );
-    let wear = scene.wear.expect("a [wear] section");
+    let conditions = scene.the_conditions();
+    assert_eq!(conditions.pressure_cap, None);
+    assert_eq!(conditions.boundary, Boundary::Free);
+    assert_eq!(scene.motion, displaced([5e-6, 0.0], [0.0; 2], 0.0));
+    let wear = scene.recipe.wear.expect("a [wear] section");
     assert_eq!(wear.coefficient, 2e-15);
     assert_eq!((wear.cycles, wear.volume), (Some(10_000_000), None));
     assert_eq!((wear.scheme, wear.depth_step), (Scheme::Implicit, None));
@@ -61,9 +51,9 @@ fn a_case_with_its_defaults() {
     assert_eq!(scene.fidelity.cycle, None);
     assert_eq!(scene.fidelity.steps_per_cycle, 64);
     assert!(scene.fidelity.cycle_extrapolation);
-    assert_eq!(scene.output.keep, Keep::All);
-    assert_eq!(scene.output.cycle_fields, None);
-    assert_eq!(scene.output.curves_every, 10);
+    assert_eq!(scene.recipe.output.keep, Keep::All);
+    assert_eq!(scene.recipe.output.cycle_fields, None);
+    assert_eq!(scene.recipe.output.curves_every, 10);
 }
 
 #[test]
@@ -91,16 +81,14 @@ fn one_body_may_differ() {
         "density = \"7949 kg/m^3\"\n[material.upper]\nyoungs_modulus = \"70 GPa\"\ndensity = \"2.7 g/cm^3\"\n[surface]",
     );
     let scene = scene_of(&text, &[]);
-    let (lower, upper) = (scene.the_material().lower, scene.the_material().upper);
+    let material = scene.the_material();
+    let (lower, upper) = (material.elastic.lower, material.elastic.upper);
     assert_eq!(
-        (lower.elastic.youngs_modulus, lower.density),
-        (198.4e9, Some(7949.0))
+        (lower.youngs_modulus, upper.youngs_modulus),
+        (198.4e9, 70e9)
     );
-    assert_eq!(
-        (upper.elastic.youngs_modulus, upper.density),
-        (70e9, Some(2700.0))
-    );
-    assert_eq!(upper.elastic.poisson_ratio, 0.3);
+    assert_eq!(material.density, [Some(7949.0), Some(2700.0)]);
+    assert_eq!(upper.poisson_ratio, 0.3);
 }
 
 #[test]
@@ -174,23 +162,11 @@ fn motions() {
             "motion.phase=[\"0 deg\", \"90 deg\"]",
             "motion.normal_load_amplitude=1 kN",
         ]),
-        Some(Motion::Harmonic {
-            amplitude: [3e-6, 2e-6],
-            force: None,
-            torsion: None,
-            phase: [0.0, FRAC_PI_2],
-            normal_load_amplitude: 1e3
-        })
+        displaced([3e-6, 2e-6], [0.0, FRAC_PI_2], 1e3)
     );
     assert_eq!(
         motion(&["motion.amplitude=4 um"]),
-        Some(Motion::Harmonic {
-            amplitude: [4e-6, 0.0],
-            force: None,
-            torsion: None,
-            phase: [0.0; 2],
-            normal_load_amplitude: 0.0
-        })
+        displaced([4e-6, 0.0], [0.0; 2], 0.0)
     );
     assert_eq!(
         motion(&["motion.history=cycle.parquet"]),
@@ -210,12 +186,12 @@ fn presets_set_the_tolerances() {
     for (preset, tolerances, steps) in expected {
         let scene = case_with(&[&format!("fidelity.preset={preset}")]);
         let fidelity = scene.fidelity;
-        let wear = scene.wear.expect("a [wear] section");
+        let wear = scene.recipe.wear.expect("a [wear] section");
         assert_eq!(
             [
-                fidelity.normal_tolerance,
-                fidelity.tangential_tolerance,
-                fidelity.cycle_tolerance,
+                fidelity.tolerances.normal,
+                fidelity.tolerances.tangential,
+                fidelity.tolerances.cycle,
                 wear.tolerance
             ],
             tolerances,
@@ -243,7 +219,7 @@ fn wear_steps_are_as_exact_as_the_vibration_that_drives_them() {
     let tolerance = |preset: &str| {
         let preset = format!("fidelity.preset={preset}");
         let scene = load(&lap_joint, &[preset]).expect("a scene");
-        scene.wear.expect("a [wear] section").tolerance
+        scene.recipe.wear.expect("a [wear] section").tolerance
     };
     assert_eq!(
         ["fast", "balanced", "reference"].map(tolerance),
@@ -254,24 +230,24 @@ fn wear_steps_are_as_exact_as_the_vibration_that_drives_them() {
 #[test]
 fn a_tolerance_sets_the_knobs_by_what_each_adds_to_the_error() {
     let scene = case_with(&["fidelity.tolerance=0.05"]);
-    let wear = scene.wear.expect("a [wear] section");
+    let wear = scene.recipe.wear.expect("a [wear] section");
     let fidelity = scene.fidelity;
     assert_eq!(fidelity.tolerance, Some(0.05));
-    assert!((fidelity.normal_tolerance - 5e-6).abs() < 1e-18);
-    assert!((fidelity.tangential_tolerance - 5e-3).abs() < 1e-15);
+    assert!((fidelity.tolerances.normal - 5e-6).abs() < 1e-18);
+    assert!((fidelity.tolerances.tangential - 5e-3).abs() < 1e-15);
     assert!((wear.tolerance - 0.0125).abs() < 1e-15);
     // What is said singly counts.
     let scene = case_with(&[
         "fidelity.tolerance=0.05",
         "fidelity.tangential_tolerance=1e-5",
     ]);
-    assert_eq!(scene.fidelity.tangential_tolerance, 1e-5);
+    assert_eq!(scene.fidelity.tolerances.tangential, 1e-5);
 }
 
 #[test]
 fn the_paper_preset_is_explicit_and_stepped_unless_told_otherwise() {
     let paper = case_with(&["fidelity.preset=paper"]);
-    let wear = paper.wear.expect("a [wear] section");
+    let wear = paper.recipe.wear.expect("a [wear] section");
     assert_eq!(paper.fidelity.cycle, Some(March::Stepped));
     assert_eq!(paper.fidelity.steps_per_cycle, 32);
     assert!(!paper.fidelity.cycle_extrapolation);
@@ -285,7 +261,7 @@ fn the_paper_preset_is_explicit_and_stepped_unless_told_otherwise() {
         "fidelity.cycle=reversal",
         "wear.depth_step=0.01 um",
     ]);
-    let wear = other.wear.expect("a [wear] section");
+    let wear = other.recipe.wear.expect("a [wear] section");
     assert_eq!(other.fidelity.cycle, Some(March::Reversal));
     assert_eq!(
         (wear.scheme, wear.depth_step),
@@ -293,7 +269,7 @@ fn the_paper_preset_is_explicit_and_stepped_unless_told_otherwise() {
     );
 
     let implicit = case_with(&["fidelity.preset=paper", "wear.scheme=implicit"]);
-    let wear = implicit.wear.expect("a [wear] section");
+    let wear = implicit.recipe.wear.expect("a [wear] section");
     assert_eq!((wear.scheme, wear.depth_step), (Scheme::Implicit, None));
 }
 
@@ -305,23 +281,23 @@ fn single_overrides_beat_the_preset() {
         "fidelity.wear_tolerance=0.02",
         "fidelity.steps_per_cycle=64",
     ]);
-    assert_eq!(scene.fidelity.normal_tolerance, 1e-7);
-    assert_eq!(scene.fidelity.tangential_tolerance, 1e-3);
+    assert_eq!(scene.fidelity.tolerances.normal, 1e-7);
+    assert_eq!(scene.fidelity.tolerances.tangential, 1e-3);
     assert_eq!(scene.fidelity.steps_per_cycle, 64);
-    assert_eq!(scene.wear.map(|wear| wear.tolerance), Some(0.02));
+    assert_eq!(scene.recipe.wear.map(|wear| wear.tolerance), Some(0.02));
 }
 
 #[test]
 fn a_run_may_stop_by_volume_alone() {
     let text = edited("cycles = 10_000_000", "volume = \"1 mm^3\"");
     let scene = scene_of(&text, &[]);
-    let wear = scene.wear.expect("a [wear] section");
+    let wear = scene.recipe.wear.expect("a [wear] section");
     assert_eq!((wear.cycles, wear.volume), (None, Some(1e-9)));
 }
 
 #[test]
 fn iterations_to_keep() {
-    let keep = |set: &str| case_with(&[set]).output.keep;
+    let keep = |set: &str| case_with(&[set]).recipe.output.keep;
     assert_eq!(
         keep("output.keep={ every = 50, last = 3, updates = false }"),
         Keep::Some {
@@ -356,7 +332,7 @@ fn what_the_whole_program_writes_is_accepted_where_it_means_the_same() {
 #[test]
 fn a_periodic_joint_may_have_a_hole() {
     let scene = case_with(&["contact.boundary=periodic"]);
-    assert_eq!(scene.the_contact().boundary, Boundary::Periodic);
+    assert_eq!(scene.the_conditions().boundary, Boundary::Periodic);
     assert!(scene.the_joint().hole.is_some());
 }
 
@@ -366,7 +342,7 @@ fn a_static_contact_needs_no_friction() {
     let start = text.find("[motion]").expect("a motion");
     let scene = scene_of(&text[..start], &[]);
     assert_eq!(scene.the_contact().friction_coefficient, None);
-    assert_eq!((scene.motion, scene.wear), (None, None));
+    assert_eq!((scene.motion, scene.recipe.wear), (None, None));
     // The case itself is not affected by its copy.
     assert!(case().load("case.toml", &[]).is_ok());
 }

@@ -66,10 +66,10 @@ fn presets_are_without_the_accuracy_of_the_scene() {
         (Preset::Balanced, 1e-6, Scheme::Explicit, Some(0.5e-6)),
     ]) {
         let scene = variants::load(&path, &sets, variant).expect("a scene");
-        let wear = scene.wear.expect("wear");
+        let wear = scene.recipe.wear.expect("wear");
         assert_eq!(scene.fidelity.preset, preset, "{}", variant.name);
         assert_eq!(
-            scene.fidelity.normal_tolerance, tolerance,
+            scene.fidelity.tolerances.normal, tolerance,
             "{}",
             variant.name
         );

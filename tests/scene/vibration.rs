@@ -3,9 +3,10 @@
 use std::f64::consts::{PI, TAU};
 
 use fretwear::json::differences;
+use fretwear::recipe::{ElementStiffness, Reasons, Response};
 use fretwear::scene::{
-    Base, BaseMotion, DampingBasis, Distribution, Dynamics, Force, FrictionLaw, GivenContact, Port,
-    Rayleigh, Resonator, Scene, Stiffness, Structure, Update,
+    Base, BaseMotion, DampingBasis, Distribution, Force, FrictionLaw, Port, Rayleigh, Resonator,
+    Scene, Stiffness, Structure, Update,
 };
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with, message_of, scene_of};
@@ -28,14 +29,30 @@ frequency = ["900 Hz", "1050 Hz"]
 "#;
 
 fn resonator(scene: &Scene) -> Resonator {
-    match &scene.structure {
+    match scene.structure() {
         Some(Structure::Resonator { geometry }) => (**geometry).clone(),
         other => panic!("{other:?}"),
     }
 }
 
-fn dynamics(scene: &Scene) -> &Dynamics {
-    scene.dynamics.as_ref().expect("a [dynamics] section")
+fn dynamics(scene: &Scene) -> &Response {
+    scene
+        .recipe
+        .response
+        .as_ref()
+        .expect("a [dynamics] section")
+}
+
+fn modes(scene: &Scene) -> Option<usize> {
+    Some(scene.recipe.structure.as_ref()?.modes)
+}
+
+/// That of the rough contact, shared by area.
+fn uniform(stiffness: Stiffness) -> ElementStiffness {
+    ElementStiffness::Contact {
+        stiffness,
+        distribution: Distribution::Uniform,
+    }
 }
 
 fn port(at: &str, axis: usize) -> Port {
@@ -55,25 +72,20 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
     };
     assert_eq!(resonator(&scene), expected);
     assert_eq!(scene.the_joint().elements, Some([19; 2]));
-    let contact = scene.the_contact();
-    assert_eq!(contact.given, None);
-    assert_eq!(
-        (contact.stiffness, contact.distribution),
-        (Stiffness::Sliders, Distribution::Uniform)
-    );
+    assert_eq!(scene.the_contact().elements, uniform(Stiffness::Sliders));
     for (sets, expected) in [
         (["fidelity.preset=paper"], Stiffness::Total),
         (["contact.boundary=periodic"], Stiffness::Total),
         (["fidelity.preset=reference"], Stiffness::Sliders),
     ] {
         assert_eq!(
-            scene_of(ROUGH, &sets).the_contact().stiffness,
-            expected,
+            scene_of(ROUGH, &sets).the_contact().elements,
+            uniform(expected),
             "{sets:?}"
         );
     }
-    assert_eq!(contact.bolt_stiffness, None);
-    let expected = Dynamics {
+    assert_eq!(scene.the_conditions().bolt_stiffness, None);
+    let expected = Response {
         forces: vec![Force {
             amplitude: 1e3,
             port: port("far_wall", 0),
@@ -81,22 +93,26 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
             harmonic: 1,
         }],
         base: None,
-        response: port("far_wall", 0),
+        at: port("far_wall", 0),
         harmonics: vec![0, 1, 2, 3],
-        modes: 30,
+        harmonic_tolerance: Some(0.005),
+        samples: 64,
         damping_ratio: 0.002,
-        has_damping_ratio: false,
         rayleigh: None,
         damping_basis: DampingBasis::Stuck,
-        friction_law: FrictionLaw::Cone,
         frequency: [900.0, 1050.0],
         points: None,
+        why: Reasons::default(),
     };
     assert_eq!(dynamics(&scene), &expected);
-    assert_eq!(scene.update, Some(Update::StiffnessChange(0.1)));
+    assert_eq!(
+        (modes(&scene), scene.friction_law),
+        (Some(30), FrictionLaw::Cone)
+    );
+    assert_eq!(scene.update, Update::StiffnessChange(0.1));
     assert_eq!(scene.fidelity.aft_samples, 64);
-    assert_eq!(scene.output.response_at, [0_u64; 0]);
-    assert!(scene.motion.is_none() && scene.wear.is_some());
+    assert_eq!(scene.recipe.output.response_at, [0_u64; 0]);
+    assert!(scene.motion.is_none() && scene.recipe.wear.is_some());
 }
 
 #[test]
@@ -188,14 +204,15 @@ fn given_stiffness_needs_no_surface_and_no_grid() {
     assert_eq!((&scene.surface, scene.the_joint().grid), (&None, None));
     assert_eq!(scene.the_joint().elements, Some([19; 2]));
     let contact = scene.the_contact();
-    let given = GivenContact {
+    let given = ElementStiffness::Given {
         kn: 1.2e10,
         kt: 1e10,
         gap: 0.0,
+        normal_load: 3e4,
     };
-    assert_eq!(contact.given, Some(given));
+    assert_eq!(contact.elements, given);
     assert_eq!(
-        (contact.normal_load, contact.friction_coefficient),
+        (contact.normal_load(), contact.friction_coefficient),
         (3e4, Some(0.6))
     );
     assert!(scene.rough().is_none());
@@ -206,8 +223,11 @@ fn given_stiffness_needs_no_surface_and_no_grid() {
 fn a_contact_may_be_open_at_rest_and_without_friction() {
     let open = SPRINGS.replace("normal_load = \"30 kN\"", "gap = \"2 um\"");
     let contact = scene_of(&open, &[]).contact.expect("a contact");
-    assert_eq!(contact.normal_load, 0.0);
-    assert_eq!(contact.given.map(|given| given.gap), Some(2e-6));
+    assert_eq!(contact.normal_load(), 0.0);
+    assert!(matches!(
+        contact.elements,
+        ElementStiffness::Given { gap: 2e-6, .. }
+    ));
     let smooth = SPRINGS.replace("friction_coefficient = 0.6\n", "");
     let contact = scene_of(&smooth, &["contact.kt=0 N/um"])
         .contact
@@ -225,7 +245,7 @@ fn a_contact_may_be_open_at_rest_and_without_friction() {
 #[test]
 fn a_bolt_loosens_only_with_wear() {
     let set = "contact.bolt_stiffness=500 N/um";
-    assert_eq!(case_with(&[set]).the_contact().bolt_stiffness, Some(5e8));
+    assert_eq!(case_with(&[set]).the_conditions().bolt_stiffness, Some(5e8));
     let end = CASE.find("[motion]").expect("a motion");
     assert_eq!(
         message_of(&CASE[..end], &[set]),
@@ -248,10 +268,10 @@ fn an_oscillator_with_its_defaults() {
         damping: [0.0; 3],
         stiffness: [4e6; 3],
     };
-    assert_eq!(scene.structure, Some(expected));
+    assert_eq!(scene.structure(), Some(&expected));
     assert!(scene.joint.is_none() && scene.material.is_none() && scene.surface.is_none());
     let dynamics = dynamics(&scene);
-    assert_eq!(dynamics.response, port("mass", 0));
+    assert_eq!(dynamics.at, port("mass", 0));
     assert_eq!(dynamics.damping_ratio, 0.0);
     let three = scene_of(
         OSCILLATOR,
@@ -267,7 +287,7 @@ fn an_oscillator_with_its_defaults() {
         damping: [5.0, 6.0, 0.0],
         stiffness: [4e6, 5e6, 6e6],
     };
-    assert_eq!(three.structure, Some(expected));
+    assert_eq!(three.structure(), Some(&expected));
 }
 
 /// Beside a damping ratio that is given, in place of one that is not.
@@ -324,7 +344,7 @@ fn a_ground_that_moves() {
     let found = dynamics(&scene);
     assert_eq!((found.base, found.forces.len()), (Some(expected), 0));
     // The ground is the drive: its axis is that of the response, and of the frequencies.
-    assert_eq!(found.response, port("mass", 1));
+    assert_eq!(found.at, port("mass", 1));
     let natural = 2e6_f64.sqrt() / TAU;
     assert!((found.frequency[0] / (0.5 * natural) - 1.0).abs() < ROUNDING);
 
@@ -339,7 +359,7 @@ fn a_ground_that_moves() {
             .map(|base| (base.motion, base.axis, base.harmonic)),
         Some((BaseMotion::Displacement(2e-6), 2, 4))
     );
-    assert_eq!(found.response, port("mass", 0));
+    assert_eq!(found.at, port("mass", 0));
     assert_eq!(found.harmonics, [0, 1, 2, 3, 4]);
 }
 
@@ -443,7 +463,7 @@ fn the_frequencies_of_an_oscillator() {
 fn forces_as_a_list() {
     let list = r#"dynamics.force=[{ amplitude = "5 N" }, { amplitude = "4 N", direction = "y", phase = "90 deg" }, { amplitude = "-3 N", direction = "z", harmonic = 0 }, { amplitude = "2 N", harmonic = 3 }]"#;
     let scene = scene_of(OSCILLATOR, &[list, "dynamics.harmonics=[3, 1, 0]"]);
-    let dynamics = dynamics(&scene);
+    let found = dynamics(&scene);
     let force = |amplitude, axis, phase, harmonic| Force {
         amplitude,
         port: port("mass", axis),
@@ -451,7 +471,7 @@ fn forces_as_a_list() {
         harmonic,
     };
     assert_eq!(
-        dynamics.forces,
+        found.forces,
         [
             force(5.0, 0, 0.0, 1),
             force(4.0, 1, 0.5 * PI, 1),
@@ -459,14 +479,14 @@ fn forces_as_a_list() {
             force(2.0, 0, 0.0, 3)
         ]
     );
-    assert_eq!(dynamics.harmonics, [0, 1, 3]);
+    assert_eq!(found.harmonics, [0, 1, 3]);
 
     let text = OSCILLATOR.replace(
         "[dynamics]\nforce = { amplitude = \"100 N\" }\n",
         "[[dynamics.force]]\namplitude = \"1 N\"\nharmonic = 2\n[[dynamics.force]]\namplitude = \"2 N\"\ndirection = \"z\"\n",
     );
     let scene = scene_of(&text, &[]);
-    assert_eq!(scene.dynamics.expect("dynamics").response, port("mass", 2));
+    assert_eq!(dynamics(&scene).at, port("mass", 2));
 }
 
 #[test]
@@ -487,34 +507,33 @@ fn what_else_a_response_may_be() {
         ],
     );
     let dynamics = dynamics(&scene);
-    assert_eq!(dynamics.response, port("block", 1));
-    assert_eq!((dynamics.modes, dynamics.points), (12, Some(61)));
+    assert_eq!(dynamics.at, port("block", 1));
+    assert_eq!((modes(&scene), dynamics.points), (Some(12), Some(61)));
     assert_eq!(dynamics.damping_ratio, 0.01);
     assert_eq!(
-        (dynamics.damping_basis, dynamics.friction_law),
+        (dynamics.damping_basis, scene.friction_law),
         (DampingBasis::Free, FrictionLaw::Box)
     );
-    let contact = scene.the_contact();
-    assert_eq!(contact.bolt_stiffness, Some(5e8));
+    assert_eq!(scene.the_conditions().bolt_stiffness, Some(5e8));
     assert_eq!(
-        (contact.stiffness, contact.distribution),
-        (Stiffness::Roughness, Distribution::ByLoad)
+        scene.the_contact().elements,
+        ElementStiffness::Contact {
+            stiffness: Stiffness::Roughness,
+            distribution: Distribution::ByLoad
+        }
     );
-    assert_eq!(scene.output.response_at, [0, 1_000_000, 10_000_000]);
+    assert_eq!(scene.recipe.output.response_at, [0, 1_000_000, 10_000_000]);
 }
 
 #[test]
 fn updates_and_their_alternatives() {
     let update = |sets: &[&str]| scene_of(ROUGH, sets).update;
-    assert_eq!(
-        update(&["update.iterations=5"]),
-        Some(Update::Iterations(5))
-    );
+    assert_eq!(update(&["update.iterations=5"]), Update::Iterations(5));
     assert_eq!(
         update(&["update.wear_volume=0.5 mm^3"]),
-        Some(Update::WearVolume(5e-10))
+        Update::WearVolume(5e-10)
     );
-    assert_eq!(update(&["update=never"]), None);
+    assert_eq!(update(&["update=never"]), Update::Never);
     let folder = Folder::new()
         .with("case.toml", ROUGH)
         .with("never.toml", "base = \"case.toml\"\nupdate = \"never\"\n")
@@ -522,16 +541,16 @@ fn updates_and_their_alternatives() {
             "again.toml",
             "base = \"never.toml\"\n[update]\niterations = 3\n",
         );
-    assert_eq!(folder.scene("never.toml", &[]).update, None);
+    assert_eq!(folder.scene("never.toml", &[]).update, Update::Never);
     assert_eq!(
         folder.scene("again.toml", &[]).update,
-        Some(Update::Iterations(3))
+        Update::Iterations(3)
     );
 }
 
 #[test]
 fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
-    let samples = |sets: &[&str]| scene_of(ROUGH, sets).fidelity.aft_samples;
+    let samples = |sets: &[&str]| dynamics(&scene_of(ROUGH, sets)).samples;
     for (preset, expected) in [
         ("paper", 32),
         ("fast", 32),
@@ -540,7 +559,7 @@ fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
     ] {
         let set = format!("fidelity.preset={preset}");
         assert_eq!(samples(&[&set]), expected);
-        let oscillator = scene_of(OSCILLATOR, &[&set]).fidelity.aft_samples;
+        let oscillator = dynamics(&scene_of(OSCILLATOR, &[&set])).samples;
         assert_eq!(oscillator, 8 * expected);
     }
     assert_eq!(samples(&["dynamics.harmonics=[0, 1, 50]"]), 500);
@@ -549,7 +568,7 @@ fn samples_of_a_cycle_follow_the_preset_and_the_harmonics() {
 
 #[test]
 fn harmonics_that_are_not_given_are_extended() {
-    let tolerance = |sets: &[&str]| scene_of(ROUGH, sets).fidelity.harmonic_tolerance;
+    let tolerance = |sets: &[&str]| dynamics(&scene_of(ROUGH, sets)).harmonic_tolerance;
     for (preset, expected) in [
         ("paper", None),
         ("fast", Some(0.025)),
@@ -573,11 +592,8 @@ fn harmonics_that_are_not_given_are_extended() {
     );
     // Those that are driven are among them from the beginning.
     let forces = r#"dynamics.force=[{ amplitude = "9 N" }, { amplitude = "5 N", harmonic = 5 }]"#;
-    let harmonics = scene_of(OSCILLATOR, &[forces])
-        .dynamics
-        .expect("dynamics")
-        .harmonics;
-    assert_eq!(harmonics, [0, 1, 2, 3, 5]);
+    let scene = scene_of(OSCILLATOR, &[forces]);
+    assert_eq!(dynamics(&scene).harmonics, [0, 1, 2, 3, 5]);
 }
 
 #[test]
@@ -612,7 +628,7 @@ fn a_tangent_stiffness_drops_the_distribution() {
         "normal_load = \"30 kN\"\nstiffness = \"total\"\ndistribution = \"uniform\"",
     );
     let scene = scene_of(&text, &["contact.stiffness=tangent"]);
-    assert_eq!(scene.the_contact().stiffness, Stiffness::Tangent);
+    assert_eq!(scene.the_contact().elements, uniform(Stiffness::Tangent));
 }
 
 #[test]

@@ -34,7 +34,7 @@ const OF_ENERGY: [&str; 5] = [
 fn coefficient(unit: &str, sets: &[&str]) -> f64 {
     let coefficient = format!("wear.coefficient={unit}");
     let sets = [&[coefficient.as_str()], sets].concat();
-    case_with(&sets).wear.expect("wear").coefficient
+    case_with(&sets).recipe.wear.expect("wear").coefficient
 }
 
 /// [`CASE`] by Archard's law with another coefficient of friction.
@@ -84,7 +84,7 @@ fn archards_coefficient_is_divided_by_the_friction_that_is_set() {
     }
     // In whatever place both stand.
     let scene = scene_of(&by_archard("0.25"), &[]);
-    assert_is(scene.wear.expect("wear").coefficient, 8e-15, "0.25");
+    assert_is(scene.recipe.wear.expect("wear").coefficient, 8e-15, "0.25");
 }
 
 #[test]

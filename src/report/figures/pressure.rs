@@ -44,7 +44,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 }
 
 fn cap(run: &Of) -> Option<f64> {
-    run.tables.recipe().contact()?.pressure_cap
+    run.tables.recipe().contact()?.conditions.pressure_cap
 }
 
 /// Cells at the cap, to rounding.

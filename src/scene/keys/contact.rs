@@ -4,7 +4,8 @@ use super::Default::{Absent, ByPreset, Is, Rule};
 use super::keys;
 use super::value::{ANY, List, NOT_NEGATIVE, POSITIVE, Quantity, XY};
 use super::word::Choice;
-use crate::scene::{Boundary, Distribution, Rotation, Stiffness, Transverse};
+use crate::contact::normal::Rotation;
+use crate::scene::{Boundary, Distribution, Stiffness, Transverse};
 use crate::units::Dimension;
 
 keys! {
@@ -40,8 +41,8 @@ keys! {
     ]), of ["rough"];
     /// What happens to the rotations of the bodies about x and y.
     ROTATION: Choice<Rotation> = "contact.rotation", Is("fixed"), Choice(&[
-        ("fixed", Rotation::Fixed, "they are held; the moments are reported"),
-        ("free", Rotation::Free, "the bodies tilt until the pressure has the moments given"),
+        ("fixed", Rotation::FIXED, "they are held; the moments are reported"),
+        ("free", Rotation::Free { moment: [0.0; 2] }, "the bodies tilt until the pressure has the moments given"),
     ]), of ["rough"];
     /// Moments about x and y, through the middle of the joint, under which free rotations are found. With rotation = "free".
     MOMENT: List<2> = "contact.moment", Rule("no moments"),

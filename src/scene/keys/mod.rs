@@ -17,7 +17,7 @@ use std::fmt;
 use super::Preset;
 use super::error::SceneError;
 pub use value::{Even, Form, Given, List, Quantity, Value, as_toml, meant};
-pub use word::{Choice, ListOrPath, Point};
+pub use word::{Choice, ListOrPath, Point, Tables};
 
 /// A key, and the type of its value.
 pub struct Key<V: ?Sized> {

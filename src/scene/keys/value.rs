@@ -6,6 +6,7 @@ use std::ops::{
     RangeBounds,
 };
 
+use serde::Serialize;
 use serde_json::{Value as Json, json};
 use toml::Value as Toml;
 
@@ -44,12 +45,17 @@ impl Form {
 /// A type of values.
 pub trait Value {
     /// What is made of the text.
-    type Read;
+    type Read: Serialize;
 
     fn form(&self) -> Form;
 
     /// The value, if it is of this type and within its range.
     fn read(&self, given: &Given<'_>) -> Result<Self::Read>;
+
+    /// The value as a scene is known by it.
+    fn noted(&self, read: &Self::Read) -> Json {
+        json!(read)
+    }
 
     /// Whether what is given is the path of a file.
     fn names_file(&self, _: &Given<'_>) -> bool {
@@ -234,7 +240,10 @@ pub struct List<const N: usize>(pub &'static str, pub Quantity, pub Option<Alone
 /// What most lists are.
 pub const XY: &str = "a list of two values, for x and y";
 
-impl<const N: usize> Value for List<N> {
+impl<const N: usize> Value for List<N>
+where
+    [f64; N]: Serialize,
+{
     type Read = [f64; N];
 
     fn form(&self) -> Form {
@@ -292,7 +301,7 @@ pub const fn integer<T>(smallest: u64, largest: u64, example: &'static str) -> I
     Integer(smallest, largest, example, PhantomData)
 }
 
-impl<T: TryFrom<u64>> Value for Integer<T> {
+impl<T: TryFrom<u64> + Serialize> Value for Integer<T> {
     type Read = T;
 
     fn form(&self) -> Form {

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
+use serde::Serialize;
+use serde_json::{Value as Json, json};
 use toml::Value as Toml;
 
 use super::value::{Form, Given, List, Value, as_toml};
@@ -92,7 +93,7 @@ impl Value for Unit {
 /// One of a few words, what it stands for, and what it means.
 pub struct Choice<T: 'static>(pub &'static [(&'static str, T, &'static str)]);
 
-impl<T: Copy> Choice<T> {
+impl<T: Copy + PartialEq> Choice<T> {
     /// The choice among those of the words that are allowed.
     pub fn among(&self, given: &Given<'_>, allowed: impl Fn(&str) -> bool) -> Result<T> {
         let choices = || self.0.iter().filter(|choice| allowed(choice.0));
@@ -110,7 +111,7 @@ impl<T: Copy> Choice<T> {
     }
 }
 
-impl<T: Copy> Value for Choice<T> {
+impl<T: Copy + PartialEq + Serialize> Value for Choice<T> {
     type Read = T;
 
     fn form(&self) -> Form {
@@ -124,6 +125,12 @@ impl<T: Copy> Value for Choice<T> {
 
     fn read(&self, given: &Given<'_>) -> Result<T> {
         self.among(given, |_| true)
+    }
+
+    /// Its word.
+    fn noted(&self, read: &T) -> Json {
+        let word = self.0.iter().find(|choice| choice.1 == *read);
+        json!(word.map(|choice| choice.0))
     }
 }
 
@@ -194,7 +201,10 @@ impl Value for PathOrTable {
 /// Numbers with units of one kind of a section, the path of a file of another. What is read is whether it may be either.
 pub struct ListOrPath<const N: usize>(pub List<N>, pub FilePath);
 
-impl<const N: usize> Value for ListOrPath<N> {
+impl<const N: usize> Value for ListOrPath<N>
+where
+    [f64; N]: Serialize,
+{
     type Read = ();
 
     fn form(&self) -> Form {
@@ -275,23 +285,30 @@ impl Value for Point {
     }
 }
 
-/// A table of keys, or a list of such tables; the example. What is read is the list, if it is one.
+/// A table of keys, or a list of such tables; the example. What is read is whether it may be either.
 pub struct Tables(pub &'static str);
 
-impl Value for Tables {
-    type Read = Option<Vec<Node>>;
-
-    fn form(&self) -> Form {
-        let words = "a table, or a list of such tables";
-        Form::new(self.0, words, json!({ "type": "array", "minItems": 1 }))
-    }
-
-    fn read(&self, given: &Given<'_>) -> Result<Option<Vec<Node>>> {
+impl Tables {
+    /// The list, if it is one.
+    pub fn list(&self, given: &Given<'_>) -> Result<Option<Vec<Node>>> {
         if matches!(given.node.content, Content::Section(_)) {
             return Ok(None);
         }
         let expected = format!("a table such as {}, or a list of such tables", self.0);
         let tables = given.node.tables();
         tables.ok_or_else(|| given.wrong_type(expected)).map(Some)
+    }
+}
+
+impl Value for Tables {
+    type Read = ();
+
+    fn form(&self) -> Form {
+        let words = "a table, or a list of such tables";
+        Form::new(self.0, words, json!({ "type": "array", "minItems": 1 }))
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<()> {
+        self.list(given).map(drop)
     }
 }

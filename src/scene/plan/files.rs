@@ -10,9 +10,9 @@ use super::PlanError;
 use super::rough::{Contents, motion_of};
 use super::structure_files::{self, StructureFileError};
 use crate::files;
-use crate::recipe::HeightsFile;
+use crate::recipe::{HeightsFile, Identity, Inputs};
+use crate::scene::record::FOLLOWING_KEYS;
 use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse};
-use crate::structure::imported::Imported;
 use crate::surface::prepare::{self, PrepareError, PrepareOptions, Prepared};
 use crate::surface::readers::{self, ReadError, ReadOptions};
 use crate::tables::{self, TableError, TableName, TypedTable, typed};
@@ -128,18 +128,12 @@ pub enum HistoryProblem {
 
 /// What the files of a scene say.
 pub(super) struct Files {
-    /// The motion of `[motion]`; of no axis without.
-    pub motion: Motion,
-    /// The heights of a surface from a file on the joint's cells.
-    pub measured: Option<Arc<Prepared>>,
-    /// The matrices of a structure.
-    pub imported: Option<Arc<Imported>>,
     /// The scene with what the files say of its structure.
     pub scene: Scene,
     /// Hashes of the files.
     pub contents: Contents,
-    /// [`Scene::canonical`] with these hashes.
-    pub canonical: Value,
+    /// All that is not decided yet: the recipe is that of the scene.
+    pub inputs: Inputs,
 }
 
 /// Hash of what is written part by part.
@@ -157,7 +151,7 @@ impl Files {
         let mut canonical = scene.canonical();
         let mut scene = scene.clone();
         let imported = structure_files::read(&mut scene)?.map(Arc::new);
-        if let Some(import) = scene.structure.as_ref().and_then(|s| s.import()) {
+        if let Some(import) = scene.structure().and_then(|s| s.import()) {
             canonical["structure"]["content"] = json!(import.content);
         }
         let mut contents = Contents::default();
@@ -194,13 +188,23 @@ impl Files {
             (Some(contact), _) => motion_of(&scene, contact),
             (None, _) => Motion::none(0.0),
         };
-        Ok(Files {
+        let inputs = Inputs {
+            recipe: scene.recipe.clone(),
             motion,
             measured,
             imported,
+            identity: Identity {
+                scene: canonical,
+                following: FOLLOWING_KEYS,
+                scene_toml: scene.to_toml(),
+                scene_written: None,
+                plan: Value::Null,
+            },
+        };
+        Ok(Files {
             scene,
             contents,
-            canonical,
+            inputs,
         })
     }
 }
@@ -289,7 +293,7 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
     }
     let normal_load = columns
         .normal_load
-        .unwrap_or_else(|| vec![contact.normal_load; rows]);
+        .unwrap_or_else(|| vec![contact.normal_load(); rows]);
     let changes = |values: &[f64]| values.iter().any(|value| *value != values[0]);
     let mut given = drive.iter().map(|channel| &channel.values()[..]);
     if !given.any(changes) && !changes(&normal_load) {

@@ -14,11 +14,8 @@ mod vibration;
 use serde_json::json;
 
 use super::Scene;
-use super::canonical::FOLLOWING_KEYS;
 use crate::model_update::ModelUpdateError;
-use crate::recipe::{
-    Check, CycleError, Decision, Identity, Inputs, Joint, KeptPlan, Reasons, Recipe, told,
-};
+use crate::recipe::{Check, CycleError, Decision, Inputs, Joint, KeptPlan, Recipe, told};
 use crate::surface::SurfaceError;
 use crate::wear::Motion;
 use files::Files;
@@ -232,13 +229,17 @@ impl Plan {
     /// # Errors
     /// [`InputError`] for a file that cannot be used, and for a scene that is well written and cannot be run.
     pub fn of(scene: &Scene) -> Result<Plan, InputError> {
-        let files = Files::read(scene)?;
-        let recipe = decide(&files.scene, &files.motion, &files.contents)?;
+        let Files {
+            scene,
+            contents,
+            mut inputs,
+        } = Files::read(scene)?;
+        let recipe = decide(&scene, &inputs.motion, &contents)?;
         let warnings = stability::warning(&recipe);
         let decisions = told(&recipe);
-        let checks = plausible::checks(&recipe, &files.motion, files.measured.as_deref());
+        let checks = plausible::checks(&recipe, &inputs.motion, inputs.measured.as_deref());
         let implausible = checks.iter().filter_map(|check| check.warning.clone());
-        let doubts = files.imported.iter();
+        let doubts = inputs.imported.iter();
         let doubts = doubts.flat_map(|found| {
             found
                 .doubts
@@ -250,24 +251,13 @@ impl Plan {
             .chain(implausible)
             .chain(doubts)
             .collect();
-        let kept = KeptPlan {
-            recipe: recipe.clone(),
+        inputs.recipe = recipe.clone();
+        inputs.identity.plan = json!(KeptPlan {
+            recipe,
             warnings: warnings.clone(),
-        };
+        });
         Ok(Plan {
-            inputs: Inputs {
-                identity: Identity {
-                    scene: files.canonical,
-                    following: FOLLOWING_KEYS,
-                    scene_toml: scene.to_toml(),
-                    scene_written: None,
-                    plan: json!(kept),
-                },
-                motion: files.motion,
-                measured: files.measured,
-                imported: files.imported,
-                recipe,
-            },
+            inputs,
             decisions,
             checks,
             warnings,
@@ -293,17 +283,11 @@ fn decide(scene: &Scene, motion: &Motion, contents: &Contents) -> Result<Recipe,
         elements,
     };
     let has_joint = joint.surface.is_some() || joint.elements.is_some();
-    let (structure, response) = vibration::decide(scene).unzip();
     let mut recipe = Recipe {
-        title: scene.title.clone(),
-        structure,
         joints: has_joint.then_some(joint).into_iter().collect(),
-        response,
-        wear: scene.wear.clone(),
-        output: scene.output.clone(),
-        asked_error: scene.fidelity.tolerance,
-        why: Reasons::default(),
+        ..scene.recipe.clone()
     };
+    vibration::explain(scene, &mut recipe);
     recipe.why = numbers::reasons(scene, &recipe);
     Ok(recipe)
 }

@@ -14,7 +14,8 @@ pub(super) fn reasons(scene: &Scene, recipe: &Recipe) -> Reasons {
     let (cycle, wear) = (recipe.cycle().is_some(), recipe.wear.is_some());
     let sheared = cycle || load_steps.is_some();
     let vibrates = recipe.response.is_some();
-    let extended = fidelity.harmonic_tolerance.is_some();
+    let response = recipe.response.as_ref();
+    let extended = response.is_some_and(|response| response.harmonic_tolerance.is_some());
     // Keys that give a number, whether the recipe has it, and whether it follows from an error that is asked for.
     let numbers: [(&[&str], bool, bool); 10] = [
         (&[NORMAL_TOLERANCE.name], recipe.contact().is_some(), true),

@@ -1,16 +1,16 @@
 //! The rough contact of a scene: what is decided about it.
 
 use super::PlanError;
-use super::vibration::contact_ports;
-use crate::contact::{Coupling, Shear, normal};
+use crate::contact::normal::Rotation;
+use crate::contact::{Coupling, Shear};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
 use crate::recipe::{self, CycleError, MotionSource, Reasons, why_computed};
-use crate::scene::keys::fidelity::LOAD_STEPS;
-use crate::scene::{Boundary, Contact, Fidelity, Rotation, RoughJoint, Scene, Torsion, Transverse};
+use crate::scene::keys::contact::MOMENT;
+use crate::scene::{Boundary, Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse};
 use crate::structure::reduction::ContactPorts;
 use crate::wear::cycle::March;
-use crate::wear::{Channel, Harmonic, HarmonicMotion, Motion};
+use crate::wear::{Channel, Motion};
 
 /// Points of the plane that fields of a scene are transformed on.
 pub(super) fn plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
@@ -32,8 +32,8 @@ pub(super) fn decide(
     check(scene, rough, &patch, motion)?;
     let surface = surface(rough, &patch, contact_ports(scene), contents);
     let mut contact = contact(scene, rough)?;
-    let cycle = cycle(scene, rough.contact, motion, contents)?;
-    if let (Some(fields), Some(cycle)) = (&scene.output.cycle_fields, &cycle) {
+    let cycle = cycle(scene, motion, contents)?;
+    if let (Some(fields), Some(cycle)) = (&scene.recipe.output.cycle_fields, &cycle) {
         check_cycle_fields(fields, rough.grid, cycle, motion)?;
     }
     if cycle.is_none() {
@@ -49,6 +49,12 @@ pub struct Contents {
     pub surface: Option<String>,
     /// That of the motion's history, and whether every other sample of the motion is one in the middle between those of the file.
     pub history: Option<(String, bool)>,
+}
+
+/// What the contact elements are: where each has a law of its own, pairs of nodes, between which cells move as the mesh does.
+fn contact_ports(scene: &Scene) -> ContactPorts {
+    let structure = scene.recipe.structure.as_ref();
+    structure.map_or(ContactPorts::Faces, |structure| structure.contact_ports)
 }
 
 /// The mesh under the joint, where the contact elements at its nodes have laws of their own.
@@ -90,9 +96,7 @@ fn surface(
             absent: array.absent,
             ports,
         },
-        (None, Some(hole)) => recipe::Cells::Hole {
-            diameter: hole.diameter,
-        },
+        (None, Some(diameter)) => recipe::Cells::Hole { diameter },
         (None, None) => recipe::Cells::All,
     };
     recipe::Surface {
@@ -107,13 +111,12 @@ fn surface(
 }
 
 fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanError> {
-    let (contact, fidelity) = (rough.contact, &scene.fidelity);
-    let bodies = rough.material.pair();
+    let (contact, conditions) = (rough.contact, *rough.conditions);
     let (coupling, of_coupling) = coupling(scene, rough)?;
     let mut why = Reasons::default();
     why.add(
         "boundary",
-        match contact.boundary {
+        match conditions.boundary {
             Boundary::Free => {
                 "contact.boundary = \"free\": fields are padded with zeros to twice their length"
             }
@@ -124,7 +127,7 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
     );
     why.add(
         "pressure_cap",
-        match contact.pressure_cap {
+        match conditions.pressure_cap {
             Some(_) => "contact.pressure_cap is given",
             None => "no contact.pressure_cap: elastic",
         },
@@ -140,10 +143,12 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
     );
     why.add(
         "rotation",
-        match (contact.rotation, contact.moment) {
-            (Rotation::Fixed, _) => "contact.rotation = \"fixed\"",
-            (Rotation::Free, None) => "contact.rotation = \"free\"; kn is that of bodies that turn",
-            (Rotation::Free, Some(_)) => {
+        match (conditions.rotation, scene.given(MOMENT.name)) {
+            (Rotation::Given(_), _) => "contact.rotation = \"fixed\"",
+            (Rotation::Free { .. }, None) => {
+                "contact.rotation = \"free\"; kn is that of bodies that turn"
+            }
+            (Rotation::Free { .. }, Some(_)) => {
                 "contact.rotation = \"free\" with contact.moment; kn is that of bodies that turn"
             }
         },
@@ -155,36 +160,24 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
         );
     }
     // Contact elements are made of them, and held against them.
-    let stiffness = scene.output.stiffness || scene.structure.is_some();
+    let stiffness = scene.recipe.output.stiffness || scene.recipe.structure.is_some();
     if !stiffness {
         why.add("stiffness", "output.stiffness = false");
     }
     Ok(recipe::Contact {
-        bodies,
+        bodies: rough.material.elastic,
+        conditions,
         stiffness,
-        boundary: contact.boundary,
-        plane: plane(rough.grid, contact.boundary),
-        pressure_cap: contact.pressure_cap,
+        plane: plane(rough.grid, conditions.boundary),
         friction_coefficient: contact.friction_coefficient,
-        normal_load: contact.normal_load,
-        approach: contact.approach,
-        bolt_stiffness: contact.bolt_stiffness,
         structure_mesh: structure_mesh(scene, rough),
-        rotation: match contact.rotation {
-            Rotation::Fixed => normal::Rotation::FIXED,
-            Rotation::Free => normal::Rotation::Free {
-                moment: contact.moment.unwrap_or([0.0; 2]),
-            },
-        },
         shear: match contact.transverse {
             Transverse::Absent => Shear::AlongX,
             Transverse::Fixed | Transverse::Free => Shear::InPlane,
         },
         transverse_free: contact.transverse == Transverse::Free,
         coupling,
-        normal_tolerance: fidelity.normal_tolerance,
-        tangential_tolerance: fidelity.tangential_tolerance,
-        cycle_tolerance: fidelity.cycle_tolerance,
+        tolerances: scene.fidelity.tolerances,
         why,
     })
 }
@@ -192,13 +185,13 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
 /// What elastically different bodies make of a scene, and why. Cycles and wear of such bodies are refused: their pressure changes with
 /// the shear of every instant, which the cycle and the wear step take to be constant.
 fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), PlanError> {
-    let pair = rough.material.pair();
+    let pair = rough.material.elastic;
     if !pair.is_coupled() {
         let why = "the bodies are elastically alike (Dundurs' beta = 0): pressure causes no slip";
         return Ok((Coupling::None, why.to_owned()));
     }
     let beta = pair.dundurs_beta();
-    if scene.motion.is_some() || scene.dynamics.is_some() {
+    if scene.motion.is_some() || scene.recipe.response.is_some() {
         return Err(PlanError::Dissimilar { beta });
     }
     let contact = rough.contact;
@@ -210,13 +203,13 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), Pla
     }
     let refused = [
         (
-            contact.approach.is_some(),
+            rough.conditions.approach.is_some(),
             "contact.approach",
             "given",
             "contact.normal_load",
         ),
         (
-            contact.moment.is_some(),
+            scene.given(MOMENT.name).is_some(),
             "contact.moment",
             "given",
             "no moment",
@@ -236,7 +229,7 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), Pla
             beta,
         }),
         None => {
-            let load_steps = load_steps(&scene.fidelity);
+            let load_steps = scene.fidelity.load_steps;
             let why = format!(
                 "Dundurs' beta = {beta:.4}: pressing the bodies together makes them slip; kn and kt are of full stick"
             );
@@ -245,22 +238,14 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), Pla
     }
 }
 
-/// Their number is an error of first order: 16 change the approach by 2e-4 of it and the largest pressure by 5e-4, against 64.
-fn load_steps(fidelity: &Fidelity) -> usize {
-    let of_preset = || LOAD_STEPS.default.of(fidelity.preset)?.parse().ok();
-    let steps = fidelity.load_steps.or_else(of_preset);
-    steps.expect("the key is declared with a number for each preset")
-}
-
 fn cycle(
     scene: &Scene,
-    contact: &Contact,
     motion: &Motion,
     contents: &Contents,
 ) -> Result<Option<recipe::Cycle>, PlanError> {
     let fidelity = &scene.fidelity;
     let mut why = Reasons::default();
-    let (motion, march, asked) = if scene.dynamics.is_some() {
+    let (motion, march, asked) = if scene.recipe.response.is_some() {
         let asked = fidelity.cycle;
         if asked == Some(March::Superposition) && !contact_ports(scene).are_faces() {
             return Err(PlanError::SuperposedElements);
@@ -268,9 +253,18 @@ fn cycle(
         why.add("march", why_computed(asked));
         (MotionSource::Computed, None, asked)
     } else {
-        if scene.motion.is_none() {
-            return Ok(None);
-        }
+        let source = match (&scene.motion, &contents.history) {
+            (None, _) => return Ok(None),
+            (Some(SceneMotion::Harmonic(motion)), _) => MotionSource::Harmonic(motion.clone()),
+            (Some(SceneMotion::History { .. }), history) => {
+                let (content, halved) = history.clone().unwrap_or_default();
+                MotionSource::History {
+                    content,
+                    samples: motion.samples(),
+                    halved,
+                }
+            }
+        };
         let march = march(fidelity.cycle, motion)?;
         why.add(
             "march",
@@ -281,11 +275,7 @@ fn cycle(
                 (March::Stepped, None) => "the load varies, or the motion is not straight about zero",
             },
         );
-        (
-            prescribed(scene, contact, motion, contents),
-            Some(march),
-            None,
-        )
+        (source, Some(march), None)
     };
     Ok(Some(recipe::Cycle {
         motion,
@@ -297,76 +287,13 @@ fn cycle(
     }))
 }
 
-fn prescribed(
-    scene: &Scene,
-    contact: &Contact,
-    motion: &Motion,
-    contents: &Contents,
-) -> MotionSource {
-    match harmonic(scene, contact) {
-        Some(motion) => MotionSource::Harmonic(motion),
-        None => {
-            let (content, halved) = contents.history.clone().unwrap_or_default();
-            MotionSource::History {
-                content,
-                samples: motion.samples(),
-                halved,
-            }
-        }
-    }
-}
-
-/// The harmonic motion of a scene; none where there is no such motion.
+/// The motion of a scene; under its load at rest where nothing moves it harmonically.
 pub(super) fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
-    let (load, samples) = (contact.normal_load, scene.fidelity.steps_per_cycle);
-    harmonic(scene, contact).map_or_else(
-        || Motion::none(load),
-        |motion| motion.sampled(load, samples),
-    )
-}
-
-/// What a harmonic motion drives along the axes, and about z.
-fn harmonic(scene: &Scene, contact: &Contact) -> Option<HarmonicMotion> {
-    let Some(crate::scene::Motion::Harmonic {
-        amplitude,
-        force,
-        torsion,
-        phase,
-        normal_load_amplitude,
-    }) = &scene.motion
-    else {
-        return None;
-    };
-    let of_force = |axis: usize| force.map(|force| force[axis]);
-    let axis = |axis: usize, force: Option<f64>| Harmonic {
-        amplitude: force.unwrap_or(amplitude[axis]),
-        phase: phase[axis],
-        is_force: force.is_some(),
-    };
-    let mut axes = vec![axis(0, of_force(0))];
-    // Without a force of its own y is held or free, as the scene says.
-    let along_y = of_force(1).filter(|force| *force > 0.0);
-    match contact.transverse {
-        Transverse::Absent => {}
-        Transverse::Fixed => axes.push(axis(1, along_y)),
-        Transverse::Free => axes.push(axis(1, Some(along_y.unwrap_or(0.0)))),
+    let load = contact.normal_load();
+    match &scene.motion {
+        Some(SceneMotion::Harmonic(motion)) => motion.sampled(load, scene.fidelity.steps_per_cycle),
+        _ => Motion::none(load),
     }
-    let rotation = torsion.map(|torsion| {
-        let (amplitude, is_force) = match torsion {
-            Torsion::Rotation(rotation) => (rotation, false),
-            Torsion::Moment(moment) => (moment, true),
-        };
-        Harmonic {
-            amplitude,
-            phase: 0.0,
-            is_force,
-        }
-    });
-    Some(HarmonicMotion {
-        axes,
-        rotation,
-        normal_load_amplitude: *normal_load_amplitude,
-    })
 }
 
 fn check(
@@ -393,17 +320,17 @@ fn check(
     if least <= 0.0 && scene.motion.is_some() {
         return Err(CycleError::LiftsOff { load: least }.into());
     }
-    check_moment(rough.contact, patch, least.min(rough.contact.normal_load))?;
+    check_moment(rough, patch, least.min(rough.conditions.normal_load))?;
     if let Some(friction) = rough.contact.friction_coefficient {
         check_force(motion, friction)?;
         check_torsion(motion, patch, friction)?;
     }
-    if let Some(cap) = rough.contact.pressure_cap {
+    if let Some(cap) = rough.conditions.pressure_cap {
         let area = patch.area();
         let load = loads
             .iter()
             .copied()
-            .fold(rough.contact.normal_load, f64::max);
+            .fold(rough.conditions.normal_load, f64::max);
         if load > cap * area {
             return Err(PlanError::CapTooLow {
                 cap,
@@ -480,9 +407,9 @@ fn check_pressure(rough: &RoughJoint, patch: &Patch, loads: &[f64]) -> Result<()
     let largest = loads
         .iter()
         .copied()
-        .fold(rough.contact.normal_load, f64::max);
+        .fold(rough.conditions.normal_load, f64::max);
     let area = patch.area();
-    let modulus = rough.material.pair().effective_modulus();
+    let modulus = rough.material.elastic.effective_modulus();
     if largest / area > MOST_STRAIN * modulus {
         return Err(PlanError::Overloaded {
             load: largest,
@@ -495,12 +422,16 @@ fn check_pressure(rough: &RoughJoint, patch: &Patch, loads: &[f64]) -> Result<()
 }
 
 /// Pressures push: their resultant stays among the cells, whatever the moments.
-fn check_moment(contact: &Contact, patch: &Patch, load: f64) -> Result<(), PlanError> {
+fn check_moment(rough: &RoughJoint, patch: &Patch, load: f64) -> Result<(), PlanError> {
     // Under an approach the load is found.
-    let given = contact.moment.filter(|_| contact.approach.is_none());
-    let Some([about_x, about_y]) = given else {
+    let conditions = rough.conditions;
+    let (Rotation::Free { moment }, None) = (conditions.rotation, conditions.approach) else {
         return Ok(());
     };
+    if moment == [0.0; 2] {
+        return Ok(());
+    }
+    let [about_x, about_y] = moment;
     let reach = centres(patch).fold([0.0f64; 2], |[x, y], centre| {
         [x.max(centre.0.abs()), y.max(centre.1.abs())]
     });

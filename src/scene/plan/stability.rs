@@ -21,7 +21,7 @@ fn explicit_step(recipe: &Recipe, pressure: f64) -> Option<[f64; 2]> {
 /// The warning for an explicit step that is unstable under the cap on the pressure. Whether another one is, or becomes so, is known once
 /// the pressures are.
 pub(super) fn warning(recipe: &Recipe) -> Option<String> {
-    let cap = recipe.contact()?.pressure_cap?;
+    let cap = recipe.contact()?.conditions.pressure_cap?;
     let [depth_step, longest] = explicit_step(recipe, cap)?;
     (depth_step > longest).then(|| {
         format!(

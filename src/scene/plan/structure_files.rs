@@ -6,6 +6,7 @@ use super::files::{InputError, hash_of};
 use crate::files;
 use crate::recipe::Import;
 use crate::scene::Scene;
+use crate::scene::keys::dynamics::DAMPING_RATIO;
 use crate::structure::imported::{Facing, ImportError, Imported, Options, name_rows};
 use crate::structure::matrices::Role;
 use crate::structure::node_tables::{self, NodeTableError};
@@ -43,13 +44,12 @@ pub enum StructureFileError {
 /// Reads the matrices of a scene's structure, and says in the scene what they are.
 pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     let points = points(scene);
-    let structure = scene.structure.as_mut();
-    let import = structure.and_then(|structure| structure.import_mut());
+    let is_ratio_given = scene.given(DAMPING_RATIO.name).is_some();
+    let structure = scene.recipe.structure.as_mut();
+    let import = structure.and_then(|structure| structure.source.import_mut());
     let (Some(joint), Some(import)) = (&scene.joint, import) else {
         return Ok(None);
     };
-    let dynamics = scene.dynamics.as_ref();
-    let is_ratio_given = dynamics.is_none_or(|dynamics| dynamics.has_damping_ratio);
     let joint = (joint.size, joint.elements);
     let imported = imported(import, joint, &points, is_ratio_given)?;
     import.points = points;
@@ -64,9 +64,9 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
 /// Where forces act and displacements are read, each once.
 fn points(scene: &Scene) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    if let Some(dynamics) = &scene.dynamics {
-        let forces = dynamics.forces.iter().map(|force| &force.port);
-        for port in forces.chain([&dynamics.response]) {
+    if let Some(response) = &scene.recipe.response {
+        let forces = response.forces.iter().map(|force| &force.port);
+        for port in forces.chain([&response.at]) {
             if !names.contains(&port.at) {
                 names.push(port.at.clone());
             }

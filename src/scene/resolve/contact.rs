@@ -1,11 +1,11 @@
 //! `[contact]`: of a rough surface, or of given stiffness.
 
 use super::{All, Body, Result};
+use crate::contact::normal::Rotation;
+use crate::recipe::{Conditions, ElementStiffness};
 use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
-use crate::scene::{
-    Boundary, Contact, Distribution, GivenContact, Rotation, Stiffness, Transverse,
-};
+use crate::scene::{Boundary, Contact, Distribution, Stiffness, Transverse};
 
 pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>> {
     let has_surface = reader.has("surface");
@@ -76,14 +76,14 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
 
 fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     let vibrates = body != Body::Joint;
-    let friction_coefficient = match reader.get(&FRICTION_COEFFICIENT) {
+    let friction_coefficient = match reader.optional(&FRICTION_COEFFICIENT, None) {
         Ok(None) if vibrates || reader.has("motion") => {
             Err(reader.missing(&FRICTION_COEFFICIENT, ""))
         }
         read => read,
     };
     let boundary = reader.value(&BOUNDARY)?;
-    let (friction_coefficient, pressed, law, transverse, turned) = (
+    let (friction_coefficient, pressed, elements, transverse, rotation) = (
         friction_coefficient,
         load_or_approach(reader, vibrates),
         element_law(reader, vibrates, boundary),
@@ -92,9 +92,7 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     )
         .all()?;
     let (normal_load, approach) = pressed;
-    let (stiffness, distribution) = law;
-    let (rotation, moment) = turned;
-    let bolt_stiffness = reader.get(&BOLT_STIFFNESS)?;
+    let bolt_stiffness = reader.optional(&BOLT_STIFFNESS, None)?;
     if bolt_stiffness.is_some() && !reader.has("wear") {
         return Err(reader.conflict(
             &BOLT_STIFFNESS,
@@ -103,17 +101,16 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     }
     Ok(Contact {
         friction_coefficient,
-        normal_load,
-        approach,
-        given: None,
-        stiffness,
-        distribution,
-        bolt_stiffness,
-        pressure_cap: reader.get(&PRESSURE_CAP)?,
-        boundary,
         transverse,
-        rotation,
-        moment,
+        conditions: Some(Conditions {
+            boundary,
+            pressure_cap: reader.optional(&PRESSURE_CAP, None)?,
+            normal_load,
+            approach,
+            bolt_stiffness,
+            rotation,
+        }),
+        elements,
     })
 }
 
@@ -122,8 +119,8 @@ fn element_law(
     reader: &Reader<'_>,
     vibrates: bool,
     boundary: Boundary,
-) -> Result<(Stiffness, Distribution)> {
-    let given = reader.get(&STIFFNESS)?;
+) -> Result<ElementStiffness> {
+    let given = reader.look(&STIFFNESS)?;
     let distribution = reader.value(&DISTRIBUTION)?;
     let needs_structure = "it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
     if !vibrates && given.is_some_and(|stiffness| stiffness != Stiffness::Total) {
@@ -158,7 +155,10 @@ fn element_law(
             "contact.stiffness = \"sliders\" takes what the structure's mesh has from half spaces with a free surface; use \"free\", or stiffness = \"total\"",
         ));
     }
-    Ok((stiffness, distribution))
+    Ok(ElementStiffness::Contact {
+        stiffness,
+        distribution,
+    })
 }
 
 /// What presses the bodies together: a load, or for a contact that does not move the approach.
@@ -178,7 +178,7 @@ fn load_or_approach(reader: &Reader<'_>, vibrates: bool) -> Result<(f64, Option<
             &APPROACH,
             "it presses a contact that does not move; with [motion] or [dynamics] give contact.normal_load",
         )),
-        (None, approach) => Ok((0.0, approach)),
+        (None, approach) => Ok((reader.note(&NORMAL_LOAD, 0.0), approach)),
     }
 }
 
@@ -193,23 +193,23 @@ fn transverse(reader: &Reader<'_>, vibrates: bool) -> Result<Transverse> {
     Ok(transverse)
 }
 
-/// What the bodies' rotations about x and y do, and the moments of free ones.
-fn rotation(reader: &Reader<'_>, boundary: Boundary) -> Result<(Rotation, Option<[f64; 2]>)> {
+/// What the bodies' rotations about x and y do.
+fn rotation(reader: &Reader<'_>, boundary: Boundary) -> Result<Rotation> {
     let rotation = reader.value(&ROTATION)?;
-    if rotation == Rotation::Free && boundary == Boundary::Periodic {
+    if rotation != Rotation::FIXED && boundary == Boundary::Periodic {
         return Err(reader.conflict(
             &ROTATION,
             "with contact.boundary = \"periodic\" a turned body would not repeat itself; use \"fixed\"",
         ));
     }
-    let moment = reader.get(&MOMENT)?;
-    if moment.is_some() && rotation == Rotation::Fixed {
-        return Err(reader.conflict(
+    match reader.get(&MOMENT)? {
+        Some(_) if rotation == Rotation::FIXED => Err(reader.conflict(
             &MOMENT,
             "with contact.rotation = \"fixed\" the moments are found and reported; use \"free\", or leave moment out",
-        ));
+        )),
+        Some(moment) => Ok(Rotation::Free { moment }),
+        None => Ok(rotation),
     }
-    Ok((rotation, moment))
 }
 
 fn given(reader: &Reader<'_>) -> Result<Contact> {
@@ -224,7 +224,7 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
         Err(error) => Err(error),
     };
     let (kn, kt, gap) = (kn, reader.required(&KT), reader.value(&GAP)).all()?;
-    let normal_load = match reader.get(&LOAD_AT_REST)? {
+    let normal_load = match reader.look(&LOAD_AT_REST)? {
         Some(load) if load > 0.0 && gap > 0.0 => {
             return Err(reader.conflict(
                 &GAP,
@@ -242,22 +242,27 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
             "without a normal stiffness the contact bears nothing unless contact.kt and contact.normal_load are greater than zero; give them, or leave [contact] out",
         ));
     }
-    let friction_coefficient = reader.get(&FRICTION_COEFFICIENT)?;
+    let friction_coefficient = reader.optional(&FRICTION_COEFFICIENT, None)?;
     if friction_coefficient.is_none() && kt > 0.0 {
         return Err(reader.missing(&FRICTION_COEFFICIENT, ""));
     }
+    // What a rough contact would have besides is what it is without a word on it.
+    reader.note(&STIFFNESS, Stiffness::Total);
+    reader.value(&DISTRIBUTION)?;
+    reader.value(&BOUNDARY)?;
+    reader.value(&ROTATION)?;
+    for none in [&BOLT_STIFFNESS, &PRESSURE_CAP] {
+        reader.optional(none, None)?;
+    }
     Ok(Contact {
         friction_coefficient,
-        normal_load,
-        approach: None,
-        given: Some(GivenContact { kn, kt, gap }),
-        stiffness: Stiffness::Total,
-        distribution: Distribution::Uniform,
-        bolt_stiffness: None,
-        pressure_cap: None,
-        boundary: Boundary::Free,
-        transverse: Transverse::Fixed,
-        rotation: Rotation::Fixed,
-        moment: None,
+        transverse: reader.value(&TRANSVERSE)?,
+        conditions: None,
+        elements: ElementStiffness::Given {
+            kn,
+            kt,
+            gap,
+            normal_load: reader.note(&LOAD_AT_REST, normal_load),
+        },
     })
 }

@@ -3,10 +3,9 @@
 use super::{All, Body, Result, fidelity};
 use crate::scene::keys::{contact::KN, cycles::*, fidelity::WEAR_TOLERANCE};
 use crate::scene::reader::Reader;
-use crate::scene::{
-    Boundary, Contact, Dynamics, Fidelity, Motion, Preset, Torsion, Transverse, Update, Wear,
-};
+use crate::scene::{Boundary, Contact, Fidelity, Motion, Preset, Transverse, Update, Wear};
 use crate::units::has_force;
+use crate::wear::{Harmonic, HarmonicMotion};
 
 /// Largest wear depth of an explicit step of the `paper` preset \[m\]: what [A §4a] takes at Rq 5 and 10 µm.
 const PAPER_DEPTH_STEP: f64 = 1e-7;
@@ -15,47 +14,49 @@ pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Mo
     if !reader.has("motion") {
         return Ok(None);
     }
-    if let Some(path) = reader.get(&HISTORY)? {
+    if let Some(path) = reader.look(&HISTORY)? {
         reader.refuse_form(
             "motion",
             "harmonic",
             "motion.history gives the whole cycle already; give one or the other",
         )?;
+        reader.record.note("motion.kind", "history".into());
         return Ok(Some(Motion::History { path }));
     }
-    harmonic(reader, contact).map(Some)
+    reader.record.note("motion.kind", "harmonic".into());
+    harmonic(reader, contact).map(|motion| Some(Motion::Harmonic(motion)))
 }
 
-fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<Motion> {
-    let amplitude = reader.get(&MOTION_AMPLITUDE)?;
+fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<HarmonicMotion> {
+    let amplitude = reader.look(&MOTION_AMPLITUDE)?;
     let force = reader.get(&MOTION_FORCE)?;
-    let torsion = torsion(reader, contact)?;
+    let rotation = torsion(reader, contact)?;
     if amplitude.is_some() && force.is_some() {
         return Err(reader.conflict(
             &MOTION_FORCE,
             "motion.amplitude gives the displacement already; give one or the other",
         ));
     }
-    if amplitude.is_none() && force.is_none() && torsion.is_none() {
+    if amplitude.is_none() && force.is_none() && rotation.is_none() {
         return Err(reader.missing(&MOTION_AMPLITUDE, "   (or force, rotation, moment)"));
     }
     let phase = reader.value(&MOTION_PHASE)?;
     let normal_load_amplitude = reader.value(&NORMAL_LOAD_AMPLITUDE)?;
-    if normal_load_amplitude >= contact.normal_load {
+    let normal_load = contact.normal_load();
+    if normal_load_amplitude >= normal_load {
         return Err(reader.out_of_range(
             &NORMAL_LOAD_AMPLITUDE,
             format!(
-                "less than contact.normal_load, {} N, or the joint would come apart",
-                contact.normal_load
+                "less than contact.normal_load, {normal_load} N, or the joint would come apart"
             ),
         ));
     }
-    let amplitude = amplitude.unwrap_or([0.0; 2]);
+    let amplitude = reader.note(&MOTION_AMPLITUDE, amplitude.unwrap_or([0.0; 2]));
     check_along_y(reader, contact, amplitude[1], force.map_or(0.0, |f| f[1]))?;
     let moves = |values: [f64; 2]| values != [0.0; 2];
     if !moves(amplitude)
         && !force.is_some_and(moves)
-        && torsion.is_none()
+        && rotation.is_none()
         && normal_load_amplitude == 0.0
     {
         let key = if force.is_some() {
@@ -68,11 +69,22 @@ fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<Motion> {
             "nothing moves; give a value greater than zero, or leave [motion] out for a static contact",
         ));
     }
-    Ok(Motion::Harmonic {
-        amplitude,
-        force,
-        torsion,
-        phase,
+    let axis = |axis: usize, force: Option<f64>| Harmonic {
+        amplitude: force.unwrap_or(amplitude[axis]),
+        phase: phase[axis],
+        is_force: force.is_some(),
+    };
+    let mut axes = vec![axis(0, force.map(|force| force[0]))];
+    // Without a force of its own y is held or free, as the scene says.
+    let along_y = force.map(|force| force[1]).filter(|force| *force > 0.0);
+    match contact.transverse {
+        Transverse::Absent => {}
+        Transverse::Fixed => axes.push(axis(1, along_y)),
+        Transverse::Free => axes.push(axis(1, Some(along_y.unwrap_or(0.0)))),
+    }
+    Ok(HarmonicMotion {
+        axes,
+        rotation,
         normal_load_amplitude,
     })
 }
@@ -102,10 +114,10 @@ fn check_along_y(reader: &Reader<'_>, contact: &Contact, amplitude: f64, force: 
     }
 }
 
-fn torsion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Torsion>> {
+fn torsion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Harmonic>> {
     let rotation = reader.get(&MOTION_ROTATION)?;
     let moment = reader.get(&MOTION_MOMENT)?;
-    let (torsion, key) = match (rotation, moment) {
+    let (amplitude, key) = match (rotation, moment) {
         (None, None) => return Ok(None),
         (Some(_), Some(_)) => {
             return Err(reader.conflict(
@@ -113,8 +125,8 @@ fn torsion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Torsion>> {
                 "motion.rotation gives the rotation already; give one or the other",
             ));
         }
-        (Some(rotation), None) => (Torsion::Rotation(rotation), &MOTION_ROTATION),
-        (None, Some(moment)) => (Torsion::Moment(moment), &MOTION_MOMENT),
+        (Some(rotation), None) => (rotation, &MOTION_ROTATION),
+        (None, Some(moment)) => (moment, &MOTION_MOMENT),
     };
     if contact.transverse == Transverse::Absent {
         return Err(reader.conflict(
@@ -122,13 +134,18 @@ fn torsion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Torsion>> {
             "a rotation about z moves cells along y, and contact.transverse = \"absent\" leaves no y; use \"fixed\" or \"free\"",
         ));
     }
-    if contact.boundary == Boundary::Periodic {
+    let boundary = contact.conditions.map(|conditions| conditions.boundary);
+    if boundary == Some(Boundary::Periodic) {
         return Err(reader.conflict(
             key,
             "with contact.boundary = \"periodic\" a turned body would not repeat itself; use boundary = \"free\"",
         ));
     }
-    Ok(Some(torsion))
+    Ok(Some(Harmonic {
+        amplitude,
+        phase: 0.0,
+        is_force: moment.is_some(),
+    }))
 }
 
 /// What `[wear]` needs beside it: a surface, and something that moves it.
@@ -156,8 +173,9 @@ fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
 /// Worn volume per dissipated energy \[m³/J\] of the coefficient that is given. By Archard's law, dV = k N ds, it is α = k/µ, since the
 /// energy is µ N ds.
 fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
-    let given = reader.required(&COEFFICIENT)?;
-    match reader.get(&LAW)? {
+    let given = reader.look(&COEFFICIENT)?;
+    let given = given.ok_or_else(|| reader.missing(&COEFFICIENT, ""))?;
+    let alpha = match reader.look(&LAW)? {
         Some("archard") => match contact.and_then(|contact| contact.friction_coefficient) {
             Some(0.0) => Err(reader.conflict(
                 &LAW,
@@ -170,7 +188,8 @@ fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
             "this unit is that of alpha (volume per dissipated energy) and of Archard's k (volume per load and slip); say which it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)",
         )),
         _ => Ok(given),
-    }
+    };
+    alpha.map(|alpha| reader.note(&COEFFICIENT, alpha))
 }
 
 pub(super) fn wear(
@@ -179,27 +198,30 @@ pub(super) fn wear(
     fidelity: &Fidelity,
     contact: Option<&Contact>,
 ) -> Result<Option<Wear>> {
-    let general = reader.get(&WEAR_TOLERANCE)?;
+    let general = reader.look(&WEAR_TOLERANCE)?;
     if !reader.has("wear") {
         return Ok(None);
     }
     check_wear(reader, body)?;
-    let own = reader.get(&WEAR_STEP_TOLERANCE)?;
+    let own = reader.look(&WEAR_STEP_TOLERANCE)?;
     if own.is_some() && general.is_some() {
         return Err(reader.conflict(
             &WEAR_TOLERANCE,
             "wear.tolerance says the same; give one of them",
         ));
     }
-    let end = match (reader.get(&CYCLES), reader.get(&VOLUME)).all() {
+    let cycles = reader.optional(&CYCLES, None);
+    let end = match (cycles, reader.optional(&VOLUME, None)).all() {
         Ok((None, None)) => Err(reader.missing(&CYCLES, "   (or volume = \"1 mm^3\")")),
         read => read,
     };
     let (coefficient, (cycles, volume)) = (alpha(reader, contact), end).all()?;
     let is_paper = fidelity.preset == Preset::Paper;
     let scheme = reader.value_or(&SCHEME, None, fidelity.preset)?;
-    let depth_step = match (reader.get(&DEPTH_STEP)?, scheme) {
-        (None, scheme) if scheme.needs_depth_step() && is_paper => Some(PAPER_DEPTH_STEP),
+    let depth_step = match (reader.optional(&DEPTH_STEP, None)?, scheme) {
+        (None, scheme) if scheme.needs_depth_step() && is_paper => {
+            Some(reader.note(&DEPTH_STEP, PAPER_DEPTH_STEP))
+        }
         (None, scheme) if scheme.needs_depth_step() => {
             return Err(reader.missing(
                 &DEPTH_STEP,
@@ -208,26 +230,23 @@ pub(super) fn wear(
         }
         (given, _) => given,
     };
+    let tolerance = match own {
+        Some(own) => own,
+        None => fidelity::wear_tolerance(reader, fidelity)?,
+    };
     Ok(Some(Wear {
         coefficient,
         cycles,
         volume,
         scheme,
         depth_step,
-        tolerance: match own {
-            Some(own) => own,
-            None => fidelity::wear_tolerance(reader, fidelity)?,
-        },
+        tolerance: reader.note(&WEAR_STEP_TOLERANCE, tolerance),
     }))
 }
 
-pub(super) fn update(
-    reader: &Reader<'_>,
-    wear: Option<&Wear>,
-    dynamics: Option<&Dynamics>,
-) -> Result<Option<Update>> {
+pub(super) fn update(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -> Result<Update> {
     if !reader.has(&UPDATE) {
-        return Ok(None);
+        return Ok(Update::Never);
     }
     let criteria = [
         STIFFNESS_CHANGE.name,
@@ -241,7 +260,7 @@ pub(super) fn update(
     let Some(&first) = given.first() else {
         return match reader.node(&UPDATE).map(|node| node.shown()) {
             Some(empty) if empty == "{}" => Err(reader.missing(&STIFFNESS_CHANGE, "")),
-            _ => reader.get(&UPDATE).map(|_| None),
+            _ => reader.look(&UPDATE).map(|_| Update::Never),
         };
     };
     if let Some(second) = given.get(1) {
@@ -254,7 +273,7 @@ pub(super) fn update(
         let reason = "without [wear] the contact never changes; leave it out";
         return Err(reader.misplaced("update", reason));
     }
-    if dynamics.is_none() {
+    if !vibrates {
         let reason = "it changes the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
         return Err(reader.misplaced("update", reason));
     }
@@ -264,5 +283,6 @@ pub(super) fn update(
     Ok(change
         .map(Update::StiffnessChange)
         .or(iterations.map(Update::Iterations))
-        .or(volume.map(Update::WearVolume)))
+        .or(volume.map(Update::WearVolume))
+        .unwrap_or_default())
 }

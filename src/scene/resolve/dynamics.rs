@@ -2,15 +2,16 @@
 
 use std::f64::consts::TAU;
 
-use super::Result;
+use serde_json::{Value as Json, json};
+
+use super::{Result, fidelity};
+use crate::recipe::{ElementStiffness, Reasons, Response};
 use crate::scene::document::Node;
 use crate::scene::keys::dynamics::*;
 use crate::scene::keys::structure::DAMPING;
 use crate::scene::reader::Reader;
-use crate::scene::{Base, BaseMotion, Contact, Dynamics, Force, Port, Rayleigh, Structure};
+use crate::scene::{Base, BaseMotion, Contact, Fidelity, Force, Port, Rayleigh, Structure};
 
-/// Directions of motion of an oscillator, all of which it keeps.
-const OSCILLATOR_MODES: usize = 3;
 /// Harmonics unless the scene says otherwise [A §3].
 const FIRST_HARMONICS: [u32; 4] = [0, 1, 2, 3];
 /// Modal damping ratio of a bolted steel structure unless the scene says otherwise. The published case does not state its own.
@@ -37,17 +38,18 @@ fn points(structure: &Structure) -> &'static [&'static str] {
     structure.points()
 }
 
-pub(super) fn dynamics(
+pub(super) fn response(
     reader: &Reader<'_>,
     structure: &Structure,
     contact: Option<&Contact>,
-) -> Result<Dynamics> {
-    let is_oscillator = structure.is_oscillator();
+    fidelity: &Fidelity,
+) -> Result<Response> {
     let base = base(reader, structure)?;
-    let forces = match reader.has(&FORCE) || base.is_none() {
-        true => forces(reader, structure)?,
-        false => Vec::new(),
+    let (forces, noted): (Vec<Force>, Vec<Json>) = match reader.has(&FORCE) || base.is_none() {
+        true => forces(reader, structure)?.into_iter().unzip(),
+        false => Default::default(),
     };
+    reader.record.note(FORCE.name, json!(noted));
     let drive = match forces.iter().find(|force| force.harmonic == 1) {
         Some(force) => force.port.clone(),
         None => match base.filter(|base| base.harmonic == 1) {
@@ -73,43 +75,35 @@ pub(super) fn dynamics(
             "the forces of harmonic 1 cancel each other, so that nothing drives the structure; change an amplitude or a phase",
         ));
     }
+    let at = reader.point(&RESPONSE_AT, points(structure))?;
+    let axis = reader.look(&RESPONSE_DIRECTION)?;
     let response = Port {
-        at: reader
-            .point(&RESPONSE_AT, points(structure))?
-            .unwrap_or_else(|| drive.at.clone()),
-        axis: reader.get(&RESPONSE_DIRECTION)?.unwrap_or(drive.axis),
+        at: reader.note(&RESPONSE_AT, at.unwrap_or_else(|| drive.at.clone())),
+        axis: reader.note(&RESPONSE_DIRECTION, axis.unwrap_or(drive.axis)),
     };
     let harmonics = harmonics(reader, &forces, base)?;
     let rayleigh = rayleigh(reader)?;
-    if is_oscillator && reader.has(&MODES) {
-        return Err(reader.conflict(
-            &MODES,
-            "an oscillator is not reduced to modes; leave it out",
-        ));
-    }
-    Ok(Dynamics {
-        response,
-        harmonics,
-        modes: if is_oscillator {
-            OSCILLATOR_MODES
-        } else {
-            reader.value(&MODES)?
-        },
-        has_damping_ratio: reader.has(&DAMPING_RATIO),
-        damping_ratio: reader.get(&DAMPING_RATIO)?.unwrap_or(
-            if is_oscillator || rayleigh.is_some() || reader.has(&DAMPING) {
-                0.0
-            } else {
-                STEEL_DAMPING
-            },
-        ),
+    let has_own = structure.is_oscillator() || rayleigh.is_some() || reader.has(&DAMPING);
+    let damping_ratio = match reader.look(&DAMPING_RATIO)? {
+        Some(ratio) => ratio,
+        None if has_own => 0.0,
+        None => STEEL_DAMPING,
+    };
+    let is_nonlinear = contact.is_some() || !structure.springs().is_empty();
+    let highest = harmonics.last().copied().unwrap_or(0);
+    Ok(Response {
+        at: response,
+        damping_ratio: reader.note(&DAMPING_RATIO, damping_ratio),
         rayleigh,
         damping_basis: reader.value(&DAMPING_BASIS)?,
-        friction_law: reader.value(&FRICTION_LAW)?,
         frequency: frequency(reader, structure, contact, drive.axis)?,
-        points: reader.get(&POINTS)?,
+        points: reader.optional(&POINTS, None)?,
+        harmonic_tolerance: fidelity::harmonic_tolerance(reader, fidelity, is_nonlinear)?,
+        samples: fidelity::samples(reader, fidelity, structure, highest)?,
+        harmonics,
         forces,
         base,
+        why: Reasons::default(),
     })
 }
 
@@ -133,10 +127,15 @@ fn rayleigh(reader: &Reader<'_>) -> Result<Option<Rayleigh>> {
         return Ok(None);
     }
     let rayleigh = Rayleigh {
-        mass: reader.value(&RAYLEIGH_MASS)?,
-        stiffness: reader.value(&RAYLEIGH_STIFFNESS)?,
+        mass: reader.look(&RAYLEIGH_MASS)?.unwrap_or_default(),
+        stiffness: reader.look(&RAYLEIGH_STIFFNESS)?.unwrap_or_default(),
     };
-    Ok((rayleigh != Rayleigh::default()).then_some(rayleigh))
+    if rayleigh == Rayleigh::default() {
+        return Ok(None);
+    }
+    reader.note(&RAYLEIGH_MASS, rayleigh.mass);
+    reader.note(&RAYLEIGH_STIFFNESS, rayleigh.stiffness);
+    Ok(Some(rayleigh))
 }
 
 /// The motion of the ground, where the scene has one.
@@ -174,9 +173,9 @@ fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
     }))
 }
 
-/// One force, or a list of them.
-fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<Force>> {
-    let Some(list) = reader.get(&FORCE)? else {
+/// One force, or a list of them, each with its record.
+fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<(Force, Json)>> {
+    let Some(list) = reader.tables(&FORCE)? else {
         let at = if structure.is_oscillator() {
             ""
         } else {
@@ -190,15 +189,19 @@ fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<Force>> {
             ),
         });
     };
-    let Some(tables) = list else {
-        return Ok(vec![force(reader, structure)?]);
+    let read = |each: &Reader<'_>| -> Result<(Force, Json)> {
+        let force = force(each, structure)?;
+        Ok((force, each.record.section("/dynamics/force")))
     };
-    let read = |(at, table): (usize, Node)| {
+    let Some(tables) = list else {
+        return read(&Reader::new(reader.root)).map(|force| vec![force]);
+    };
+    let of_table = |(at, table): (usize, Node)| {
         reader.check_section(FORCE.name, &table)?;
         let root = table.below(&["dynamics", "force"]);
-        force(&Reader::of_item(&root, FORCE.name, at), structure)
+        read(&Reader::of_item(&root, FORCE.name, at))
     };
-    tables.into_iter().enumerate().map(read).collect()
+    tables.into_iter().enumerate().map(of_table).collect()
 }
 
 fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
@@ -211,7 +214,7 @@ fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
         }
     };
     let port = Port {
-        at,
+        at: reader.note(&FORCE_AT, at),
         axis: reader.value(&FORCE_DIRECTION)?,
     };
     let harmonic = reader.value(&FORCE_HARMONIC)? as u32;
@@ -246,7 +249,7 @@ fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
 /// In ascending order.
 fn harmonics(reader: &Reader<'_>, forces: &[Force], base: Option<Base>) -> Result<Vec<u32>> {
     let expected = HARMONICS.value.1;
-    let mut orders = match reader.get(&HARMONICS)? {
+    let mut orders = match reader.look(&HARMONICS)? {
         None => {
             let driven = forces.iter().map(|force| force.harmonic);
             let driven = driven.chain(base.map(|base| base.harmonic));
@@ -284,6 +287,7 @@ fn harmonics(reader: &Reader<'_>, forces: &[Force], base: Option<Base>) -> Resul
             format!("it is not in dynamics.harmonics = {orders:?}; add it there"),
         ));
     }
+    reader.record.note(HARMONICS.name, json!(orders));
     Ok(orders)
 }
 
@@ -306,9 +310,11 @@ fn frequency(
     let Some([mass, _, stiffness]) = structure.oscillator_along(axis) else {
         return Err(missing());
     };
-    let spring = contact
-        .and_then(|contact| contact.given)
-        .map_or(0.0, |given| if axis == 2 { given.kn } else { given.kt });
+    let spring = match contact.map(|contact| contact.elements) {
+        Some(ElementStiffness::Given { kn, .. }) if axis == 2 => kn,
+        Some(ElementStiffness::Given { kt, .. }) => kt,
+        _ => 0.0,
+    };
     let natural = |stiffness: f64| (stiffness / mass).sqrt() / TAU;
     let [free, stuck] = [natural(stiffness), natural(stiffness + spring)];
     let low = if free > 0.0 {
@@ -317,7 +323,7 @@ fn frequency(
         FROM_STUCK * stuck
     };
     if low > 0.0 {
-        Ok([low, TO_STUCK * stuck])
+        Ok(reader.note(&FREQUENCY, [low, TO_STUCK * stuck]))
     } else {
         Err(missing())
     }

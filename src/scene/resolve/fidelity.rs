@@ -2,9 +2,10 @@
 
 use super::Result;
 use crate::dynamics::vibration::samples_of;
+use crate::recipe::Tolerances;
 use crate::scene::keys::{cycles::HISTORY, dynamics::HARMONICS, fidelity::*};
 use crate::scene::reader::Reader;
-use crate::scene::{Dynamics, Fidelity, Structure};
+use crate::scene::{Fidelity, Structure};
 
 /// As many steps a cycle as make an error bar of a tenth of `error`, by the 2 % that 32 make on an orbit.
 fn steps_for(error: f64) -> usize {
@@ -27,9 +28,9 @@ const OF_PRESSURE: f64 = 1e-4;
 
 pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     let preset = reader.value(&PRESET)?;
-    let cycle = reader.get_or(&CYCLE, None, preset)?;
+    let cycle = reader.optional(&CYCLE, reader.default_of(&CYCLE, preset)?)?;
     let target = reader.get(&ASKED)?;
-    let is_history = reader.get(&HISTORY)?.is_some();
+    let is_history = reader.look(&HISTORY)?.is_some();
     let of_preset = steps_of_history(preset).filter(|_| is_history);
     let steps = target.map(steps_for).or(of_preset);
     let steps_per_cycle = reader.value_or(&STEPS_PER_CYCLE, steps, preset)?;
@@ -41,25 +42,30 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     }
     let pressure = target.map(|error| (OF_PRESSURE * error).clamp(NORMAL.0, NORMAL.1));
     let cycles = target.map(|error| OF_CYCLES * error);
+    let of_preset = reader.default(&LOAD_STEPS, preset)?;
+    let load_steps = reader.look(&LOAD_STEPS)?.unwrap_or(of_preset);
+    if load_steps != of_preset {
+        // Those of the preset stay out of the record: of alike bodies they mean nothing.
+        reader.note(&LOAD_STEPS, load_steps);
+    }
+    // Of a scene that vibrates they are read where its harmonics are known.
+    let aft_samples = match target {
+        Some(error) => samples_for(error),
+        None => reader.default(&AFT_SAMPLES, preset)?,
+    };
     Ok(Fidelity {
         preset,
         tolerance: target,
         cycle,
         steps_per_cycle,
-        normal_tolerance: reader.value_or(&NORMAL_TOLERANCE, pressure, preset)?,
-        tangential_tolerance: reader.value_or(&TANGENTIAL_TOLERANCE, cycles, preset)?,
-        cycle_tolerance: reader.value_or(&CYCLE_TOLERANCE, cycles, preset)?,
-        cycle_extrapolation: reader.value_or(&CYCLE_EXTRAPOLATION, None, preset)?,
-        // Those of the preset stay out of the scene: of alike bodies they mean nothing.
-        load_steps: reader
-            .get(&LOAD_STEPS)?
-            .filter(|steps| LOAD_STEPS.default.of(preset) != Some(&steps.to_string())),
-        // Of a scene that vibrates it is read where its harmonics are known.
-        aft_samples: match target {
-            Some(error) => samples_for(error),
-            None => reader.default(&AFT_SAMPLES, preset)?,
+        tolerances: Tolerances {
+            normal: reader.value_or(&NORMAL_TOLERANCE, pressure, preset)?,
+            tangential: reader.value_or(&TANGENTIAL_TOLERANCE, cycles, preset)?,
+            cycle: reader.value_or(&CYCLE_TOLERANCE, cycles, preset)?,
         },
-        harmonic_tolerance: None,
+        cycle_extrapolation: reader.value_or(&CYCLE_EXTRAPOLATION, None, preset)?,
+        load_steps,
+        aft_samples: reader.note(&AFT_SAMPLES, aft_samples),
     })
 }
 
@@ -68,8 +74,10 @@ pub(super) fn wear_tolerance(reader: &Reader<'_>, fidelity: &Fidelity) -> Result
     let steps = fidelity.tolerance.map(|error| OF_STEPS * error);
     let of_preset =
         wear_tolerance_with_response(fidelity.preset).filter(|_| reader.has("dynamics"));
-    let steps = steps.or(of_preset);
-    reader.value_or(&WEAR_TOLERANCE, steps, fidelity.preset)
+    match reader.look(&WEAR_TOLERANCE)?.or(steps).or(of_preset) {
+        Some(error) => Ok(error),
+        None => reader.default(&WEAR_TOLERANCE, fidelity.preset),
+    }
 }
 
 /// As many as leave a tenth of `error` of amplitude, by what 64 leave.
@@ -86,63 +94,56 @@ const WITHOUT_DYNAMICS: &str = "it is about [dynamics], and there is none; leave
 /// Part of an asked error that harmonics left out may take of amplitude and dissipation.
 const OF_HARMONICS: f64 = 0.5;
 
-/// What a vibration needs: whether its harmonics are extended, and the samples of a cycle, of which the highest needs some.
-pub(super) fn with_vibration(
-    reader: &Reader<'_>,
-    fidelity: Fidelity,
-    structure: Option<&Structure>,
-    dynamics: Option<&Dynamics>,
-    has_contact: bool,
-) -> Result<Fidelity> {
-    let has_springs = structure.is_some_and(|structure| !structure.springs().is_empty());
-    let is_nonlinear = has_contact || has_springs;
-    let given = reader.get(&HARMONIC_TOLERANCE)?;
-    let conflict = |reason| Err(reader.conflict(&HARMONIC_TOLERANCE, reason));
-    let harmonic_tolerance = match dynamics {
-        None if given.is_some() => return conflict(WITHOUT_DYNAMICS),
-        Some(_) if given.is_some() && !is_nonlinear => {
-            return conflict(
-                "without a [contact] the vibration is linear and has no more harmonics; leave it out",
-            );
-        }
-        Some(_) if given.is_some() && reader.has(&HARMONICS) => {
-            return conflict("dynamics.harmonics says which there are; give one of them");
-        }
-        Some(_) if is_nonlinear && !reader.has(&HARMONICS) => {
-            let asked = fidelity.tolerance.map(|error| OF_HARMONICS * error);
-            reader.get_or(&HARMONIC_TOLERANCE, asked, fidelity.preset)?
-        }
-        _ => None,
-    };
-    let fidelity = with_samples(reader, fidelity, structure, dynamics)?;
-    Ok(Fidelity {
-        harmonic_tolerance,
-        ..fidelity
-    })
+/// Refuses what is about a vibration where there is none.
+pub(super) fn check_without_vibration(reader: &Reader<'_>) -> Result<()> {
+    if reader.look(&HARMONIC_TOLERANCE)?.is_some() {
+        return Err(reader.conflict(&HARMONIC_TOLERANCE, WITHOUT_DYNAMICS));
+    }
+    if reader.has(&AFT_SAMPLES) {
+        return Err(reader.conflict(&AFT_SAMPLES, WITHOUT_DYNAMICS));
+    }
+    Ok(())
 }
 
-fn with_samples(
+/// Error up to which the harmonics of a vibration are extended; none where they are not.
+pub(super) fn harmonic_tolerance(
     reader: &Reader<'_>,
-    fidelity: Fidelity,
-    structure: Option<&Structure>,
-    dynamics: Option<&Dynamics>,
-) -> Result<Fidelity> {
-    let Some(dynamics) = dynamics else {
-        return if reader.has(&AFT_SAMPLES) {
-            Err(reader.conflict(&AFT_SAMPLES, WITHOUT_DYNAMICS))
-        } else {
-            Ok(fidelity)
-        };
-    };
-    let highest = dynamics.harmonics.last().map_or(0, |order| *order as usize);
+    fidelity: &Fidelity,
+    is_nonlinear: bool,
+) -> Result<Option<f64>> {
+    let given = reader.look(&HARMONIC_TOLERANCE)?;
+    let conflict = |reason| Err(reader.conflict(&HARMONIC_TOLERANCE, reason));
+    if given.is_some() && !is_nonlinear {
+        return conflict(
+            "without a [contact] the vibration is linear and has no more harmonics; leave it out",
+        );
+    }
+    if given.is_some() && reader.has(&HARMONICS) {
+        return conflict("dynamics.harmonics says which there are; give one of them");
+    }
+    if !is_nonlinear || reader.has(&HARMONICS) {
+        return Ok(None);
+    }
+    let asked = fidelity.tolerance.map(|error| OF_HARMONICS * error);
+    let of_preset = reader.default_of(&HARMONIC_TOLERANCE, fidelity.preset)?;
+    let tolerance = given.or(asked).or(of_preset);
+    Ok(tolerance.map(|tolerance| reader.note(&HARMONIC_TOLERANCE, tolerance)))
+}
+
+/// Samples of a vibration cycle, of which its highest harmonic needs some.
+pub(super) fn samples(
+    reader: &Reader<'_>,
+    fidelity: &Fidelity,
+    structure: &Structure,
+    highest: u32,
+) -> Result<usize> {
     let reason = format!(": more than twice the highest harmonic, {highest}");
-    let is_oscillator = structure.is_some_and(|structure| structure.is_oscillator());
-    let times = if is_oscillator { OSCILLATOR_SAMPLES } else { 1 };
-    let aft_samples = reader
-        .even_from(&AFT_SAMPLES, 2 * highest as u64 + 2, &reason)?
-        .unwrap_or((times * fidelity.aft_samples).max(samples_of(highest as u32)));
-    Ok(Fidelity {
-        aft_samples,
-        ..fidelity
-    })
+    let times = match structure.is_oscillator() {
+        true => OSCILLATOR_SAMPLES,
+        false => 1,
+    };
+    let samples = reader
+        .even_from(&AFT_SAMPLES, 2 * u64::from(highest) + 2, &reason)?
+        .unwrap_or((times * fidelity.aft_samples).max(samples_of(highest)));
+    Ok(reader.note(&AFT_SAMPLES, samples))
 }

@@ -1,10 +1,14 @@
 //! `[joint]` and `[material]`
 
+use serde_json::Value as Json;
+
 use super::{All, Body, Result};
+use crate::contact::Pair;
 use crate::material::Elastic;
 use crate::scene::keys::{Key, Quantity, contact, cycles::MOTION_AMPLITUDE, joint::*, lines};
 use crate::scene::reader::Reader;
-use crate::scene::{Bodies, Hole, Joint, Motion, Resonator, Scene, SceneError, Solid};
+use crate::scene::{Bodies, Joint, Motion, Resonator, Scene, SceneError};
+use crate::wear::Harmonic;
 
 pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     let example = match body {
@@ -22,12 +26,12 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     if !reader.has("joint") {
         return Err(reader.missing_section("joint", "the size of the joint", &example));
     }
-    let grid = match reader.get(&GRID) {
+    let grid = match reader.optional(&GRID, None) {
         Ok(None) if body == Body::Joint || reader.has("surface") => Err(reader.missing(&GRID, "")),
         read => read,
     };
     let (size, grid) = (reader.required(&SIZE), grid).all()?;
-    let mut elements = reader.get(&ELEMENTS)?;
+    let mut elements = reader.optional(&ELEMENTS, None)?;
     if body == Body::Matrices && reader.has("joint.hole") {
         return Err(reader.conflict(
             &HOLE_DIAMETER,
@@ -35,9 +39,10 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
         ));
     }
     if body == Body::Resonator {
-        elements = Some(resonator_elements(reader, elements, grid)?);
+        let of_mesh = resonator_elements(reader, elements, grid)?;
+        elements = Some(reader.note(&ELEMENTS, of_mesh));
     }
-    let diameter = reader.get(&HOLE_DIAMETER)?;
+    let diameter = reader.look(&HOLE_DIAMETER)?;
     if reader.has("joint.hole") && diameter.is_none() {
         return Err(reader.missing(&HOLE_DIAMETER, ""));
     }
@@ -51,8 +56,12 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
             check_hole(reader, diameter, size, elements)?;
             None
         }
-        _ => diameter.map(|diameter| Hole { diameter }),
+        _ => diameter,
     };
+    match hole {
+        Some(diameter) => _ = reader.note(&HOLE_DIAMETER, diameter),
+        None => reader.record.note("joint.hole", Json::Null),
+    }
     Ok(Some(Joint {
         size,
         grid,
@@ -153,9 +162,10 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
     }
     // Both are read, so that a faulty common value is found even where both bodies override it.
     let either = |own: &Key<Quantity>, common: &Key<Quantity>| -> Result<Option<f64>> {
-        let common = reader.get(common)?;
-        Ok(reader.get(own)?.or(common))
+        let common = reader.look(common)?;
+        reader.optional(own, common)
     };
+    type Solid = (Elastic, Option<f64>);
     let solid = |[modulus, ratio, density]: [&Key<Quantity>; 3]| -> Result<Solid> {
         let needed = |own, common| either(own, common)?.ok_or_else(|| reader.missing(common, ""));
         let constants = (
@@ -167,15 +177,18 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
             youngs_modulus: constants.0,
             poisson_ratio: constants.1,
         };
-        Ok(Solid {
-            elastic,
-            density: either(density, &DENSITY)?,
-        })
+        Ok((elastic, either(density, &DENSITY)?))
     };
     let lower = solid([&LOWER_YOUNGS_MODULUS, &LOWER_POISSON_RATIO, &LOWER_DENSITY]);
     let upper = solid([&UPPER_YOUNGS_MODULUS, &UPPER_POISSON_RATIO, &UPPER_DENSITY]);
     let (lower, upper) = (lower, upper).all()?;
-    Ok(Some(Bodies { lower, upper }))
+    Ok(Some(Bodies {
+        elastic: Pair {
+            lower: lower.0,
+            upper: upper.0,
+        },
+        density: [lower.1, upper.1],
+    }))
 }
 
 /// What needs the cells of the joint: there are some, and they can carry the load.
@@ -187,16 +200,13 @@ pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
     if patch.cells() == 0 {
         return Err(reader.out_of_range(&GRID, "finer: no cell has its centre outside the hole"));
     }
-    let (way, varying) = match scene.motion {
-        Some(Motion::Harmonic {
-            amplitude,
-            normal_load_amplitude,
-            ..
-        }) => (amplitude, normal_load_amplitude),
-        _ => ([0.0; 2], 0.0),
+    let (axes, varying) = match &scene.motion {
+        Some(Motion::Harmonic(motion)) => (&motion.axes[..], motion.normal_load_amplitude),
+        _ => (&[][..], 0.0),
     };
     let size = patch.grid.size();
-    if let Some(axis) = [0, 1].into_iter().find(|&k| way[k] >= size[k]) {
+    let too_long = |(k, axis): (usize, &Harmonic)| !axis.is_force && axis.amplitude >= size[k];
+    if let Some(axis) = axes.iter().enumerate().position(too_long) {
         return Err(reader.out_of_range(
             &MOTION_AMPLITUDE,
             format!(
@@ -206,8 +216,8 @@ pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
             ),
         ));
     }
-    let mean = (rough.contact.normal_load + varying) / patch.area();
-    if rough.contact.pressure_cap.is_some_and(|cap| cap <= mean) {
+    let mean = (rough.conditions.normal_load + varying) / patch.area();
+    if rough.conditions.pressure_cap.is_some_and(|cap| cap <= mean) {
         return Err(reader.out_of_range(
             &contact::PRESSURE_CAP,
             format!(

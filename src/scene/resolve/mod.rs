@@ -15,13 +15,14 @@ use super::document::{Content, Node};
 use super::error::SceneError;
 use super::faults::{All, Faults};
 use super::keys::{
-    dynamics::{FORCE, FREQUENCY},
+    dynamics::{FORCE, FREQUENCY, FRICTION_LAW},
     joint::TITLE,
     lines,
     structure::KIND,
 };
 use super::reader::Reader;
-use super::{Scene, Surface};
+use super::{FrictionLaw, Scene, Surface};
+use crate::recipe::{Reasons, Recipe};
 
 type Result<T> = std::result::Result<T, SceneError>;
 
@@ -56,7 +57,7 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
 
 /// The sections, each as far as those that it needs are sound: what follows from a fault is not judged.
 fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Scene> {
-    let title = faults.keep(reader.get(&TITLE));
+    let title = faults.keep(reader.look(&TITLE));
     let body = faults.keep(body(reader))?;
     let joint = faults.keep(joint::joint(reader, body));
     let contact = faults.keep(contact::contact(reader, body));
@@ -68,7 +69,7 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         Some(None) => Some(None),
         None => None,
     };
-    // Where that is wrong, wear is judged beside what it is by default.
+    // Where that is wrong, what needs it is judged beside what it is by default.
     let nothing = Node {
         place: reader.root.place.clone(),
         content: Content::Section(BTreeMap::new()),
@@ -77,42 +78,51 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         Some(fidelity) => Some(fidelity.clone()),
         None => fidelity::fidelity(&Reader::new(&nothing)).ok(),
     };
+    let beside = beside?;
     let pressed = contact.as_ref().and_then(Option::as_ref);
-    let wear = beside.and_then(|beside| faults.keep(cycles::wear(reader, body, &beside, pressed)));
+    let wear = faults.keep(cycles::wear(reader, body, &beside, pressed));
     let (joint, contact, material) = (joint?, contact?, material?);
-    let structure = structure::structure(reader, body, joint.as_ref(), material, contact.is_some());
+    let contacting = contact.as_ref();
+    let structure = structure::structure(reader, body, joint.as_ref(), material, contacting);
     let structure = faults.keep(structure)?;
-    let dynamics = match &structure {
+    let mut friction_law = FrictionLaw::default();
+    let response = match &structure {
         Some(structure) => {
-            let dynamics = dynamics::dynamics(reader, structure, contact.as_ref());
-            Some(faults.keep(dynamics)?)
+            let source = &structure.source;
+            let response = dynamics::response(reader, source, contacting, &beside);
+            friction_law = faults.keep(reader.value(&FRICTION_LAW))?;
+            Some(faults.keep(response)?)
         }
-        None => None,
+        None => {
+            faults.keep(fidelity::check_without_vibration(reader));
+            None
+        }
     };
     let wear = wear?;
-    let update = faults.keep(cycles::update(reader, wear.as_ref(), dynamics.as_ref()));
-    let output = faults.keep(output::output(reader, wear.as_ref(), dynamics.as_ref()));
-    let fidelity = faults.keep(fidelity::with_vibration(
-        reader,
-        fidelity?,
-        structure.as_ref(),
-        dynamics.as_ref(),
-        contact.is_some(),
-    ));
+    let update = faults.keep(cycles::update(reader, wear.as_ref(), response.is_some()));
+    let output = faults.keep(output::output(reader, wear.as_ref(), response.is_some()));
+    let fidelity = fidelity?;
     let scene = Scene {
-        title: title?,
         name,
-        update: update?,
-        output: output?,
-        fidelity: fidelity?,
+        recipe: Recipe {
+            title: title?,
+            structure,
+            joints: Vec::new(),
+            response,
+            wear,
+            output: output?,
+            asked_error: fidelity.tolerance,
+            why: Reasons::default(),
+        },
         joint,
         material,
         surface: surface?,
         contact,
-        structure,
-        dynamics,
         motion: motion?,
-        wear,
+        friction_law,
+        update: update?,
+        fidelity,
+        canonical: reader.record.canonical(),
         document: reader.root.to_table(),
     };
     faults.keep(joint::check_patch(reader, &scene))?;

@@ -1,31 +1,30 @@
 //! `[output]`
 
+use serde_json::json;
+
 use super::Result;
 use crate::recipe::CycleFields;
 use crate::scene::keys::{cycles::MOST_CYCLES, output::*};
 use crate::scene::reader::Reader;
-use crate::scene::{Dynamics, Keep, Output, Wear};
+use crate::scene::{Keep, Output, Wear};
 
-pub(super) fn output(
-    reader: &Reader<'_>,
-    wear: Option<&Wear>,
-    dynamics: Option<&Dynamics>,
-) -> Result<Output> {
+pub(super) fn output(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -> Result<Output> {
     let keep = if reader.has(&KEEP_EVERY) || reader.has(&KEEP_LAST) || reader.has(&KEEP_UPDATES) {
         Keep::Some {
-            every: reader.get(&KEEP_EVERY)?,
+            every: reader.optional(&KEEP_EVERY, None)?,
             last: reader.value(&KEEP_LAST)?,
             updates: reader.value(&KEEP_UPDATES)?,
         }
     } else {
-        reader.value(&KEEP)?;
+        reader.look(&KEEP)?;
+        reader.record.note(KEEP.name, "all".into());
         Keep::All
     };
     Ok(Output {
         keep,
         cycle_fields: cycle_fields(reader)?,
         stiffness: reader.value(&STIFFNESS)?,
-        response_at: response_at(reader, wear, dynamics)?,
+        response_at: response_at(reader, wear, vibrates)?,
         curves_every: reader.value(&CURVES_EVERY)?,
         durability: reader.value(&DURABILITY)?,
     })
@@ -40,7 +39,7 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
     if !is_table && !reader.value(&CYCLE_FIELDS)? {
         return Ok(None);
     }
-    let mut samples = reader.get(&CYCLE_FIELDS_SAMPLES)?;
+    let mut samples = reader.look(&CYCLE_FIELDS_SAMPLES)?;
     if let Some(samples) = &mut samples {
         samples.sort_unstable();
     }
@@ -49,10 +48,11 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
         return Err(reader.out_of_range(&CYCLE_FIELDS_SAMPLES, expected));
     }
     let fields = CycleFields {
-        samples,
-        cells: [reader.get(&CYCLE_FIELDS_I)?, reader.get(&CYCLE_FIELDS_J)?],
+        samples: samples.map(|sorted| reader.note(&CYCLE_FIELDS_SAMPLES, sorted)),
+        cells: [reader.look(&CYCLE_FIELDS_I)?, reader.look(&CYCLE_FIELDS_J)?],
         every: reader.value(&CYCLE_FIELDS_EVERY)?,
     };
+    reader.record.note(CYCLE_FIELDS.name, json!(fields));
     let moves = reader.has("motion") || reader.has("dynamics");
     if !(reader.has("surface") && moves) {
         return Err(reader.conflict(
@@ -63,11 +63,7 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
     Ok(Some(fields))
 }
 
-fn response_at(
-    reader: &Reader<'_>,
-    wear: Option<&Wear>,
-    dynamics: Option<&Dynamics>,
-) -> Result<Vec<u64>> {
+fn response_at(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -> Result<Vec<u64>> {
     let expected = RESPONSE_AT.value.1;
     let cycles = reader.value(&RESPONSE_AT)?;
     let Some(&last) = cycles.last() else {
@@ -80,7 +76,7 @@ fn response_at(
     if !cycles.is_sorted() {
         return Err(reader.out_of_range(&RESPONSE_AT, expected));
     }
-    if dynamics.is_none() {
+    if !vibrates {
         return Err(reader.conflict(
             &RESPONSE_AT,
             "without [dynamics] there is no response; leave it out or give []",

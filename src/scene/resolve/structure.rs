@@ -1,17 +1,22 @@
 //! `[structure]`
 
+use serde_json::json;
+
 use super::{All, Body, Result};
 use crate::material::Material;
-use crate::recipe::{Import, ImportFiles, JointSets};
+use crate::recipe::{self, Import, ImportFiles, JointSets, Reasons};
 use crate::scene::error::SceneError;
-use crate::scene::keys::{self, joint::DENSITY, structure::*};
+use crate::scene::keys::{self, dynamics::MODES, joint::DENSITY, structure::*};
 use crate::scene::reader::Reader;
-use crate::scene::{Bodies, Joint, Resonator, Structure};
+use crate::scene::{Bodies, Contact, Joint, Resonator, Structure};
 use crate::structure::StructureError;
 use crate::structure::imported::UnitSystem;
 use crate::structure::interface::Wanted;
 use crate::structure::matrices::Role;
+use crate::structure::reduction::ContactPorts;
 
+/// Directions of motion of an oscillator, all of which it keeps.
+const OSCILLATOR_MODES: usize = 3;
 /// Cells of the box around a mesh: the factors of the matrices of so many take some hundred gigabytes.
 const MOST_CELLS: f64 = 4e6;
 
@@ -21,23 +26,44 @@ pub(super) fn structure(
     body: Body,
     joint: Option<&Joint>,
     bodies: Option<Bodies>,
-    has_contact: bool,
-) -> Result<Option<Structure>> {
-    match (body, joint, bodies) {
-        (Body::Oscillator, ..) => oscillator(reader).map(Some),
+    contact: Option<&Contact>,
+) -> Result<Option<recipe::Structure>> {
+    let (kind, source) = match (body, joint, bodies) {
+        (Body::Oscillator, ..) => ("oscillator", oscillator(reader)?),
         (Body::Resonator, Some(joint), Some(bodies)) => {
-            let geometry = resonator(reader, joint, bodies, !has_contact)?;
-            Ok(Some(geometry.into()))
+            let geometry = resonator(reader, joint, bodies, contact.is_none())?;
+            ("resonator", geometry.into())
         }
-        (Body::Matrices, joint, _) => matrices(reader, joint).map(Some),
-        _ => Ok(None),
-    }
+        (Body::Matrices, joint, _) => ("matrices", matrices(reader, joint)?),
+        _ => return Ok(None),
+    };
+    reader.note(&KIND, kind);
+    let modes = match source.is_oscillator() {
+        true if reader.has(&MODES) => {
+            return Err(reader.conflict(
+                &MODES,
+                "an oscillator is not reduced to modes; leave it out",
+            ));
+        }
+        true => reader.note(&MODES, OSCILLATOR_MODES),
+        false => reader.value(&MODES)?,
+    };
+    let has_banks = contact.is_some_and(|contact| contact.elements.is_sliders());
+    Ok(Some(recipe::Structure {
+        source,
+        modes,
+        contact_ports: match has_banks {
+            true => ContactPorts::Nodes,
+            false => ContactPorts::Faces,
+        },
+        why: Reasons::default(),
+    }))
 }
 
 /// Matrices from another program: where they are, and what the scene says of them. The files are read later.
 fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
     let (file, stiffness, mass) = (
-        reader.get(&FILE)?,
+        reader.look(&FILE)?,
         reader.path(&STIFFNESS)?,
         reader.path(&MASS)?,
     );
@@ -69,7 +95,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
             return Err(reader.missing_line(&MASS, "mass = \"model_MASS1.mtx\""));
         }
     };
-    let pairs = match reader.get(&INTERFACE)? {
+    let pairs = match reader.look(&INTERFACE)? {
         None => {
             return Err(reader.missing(
                 &INTERFACE,
@@ -116,7 +142,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
     Ok(Structure::from(Import {
         files: ImportFiles {
             matrices: files,
-            nodes: reader.get(&NODES)?,
+            nodes: reader.look(&NODES)?,
             pairs,
         },
         format: reader.get(&FORMAT)?.map(str::to_owned),
@@ -134,19 +160,30 @@ fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
     };
     let damping = reader.list(&DAMPING).map(Option::unwrap_or_default);
     let (mass, damping, stiffness) = (needed(&MASS), damping, needed(&STIFFNESS)).all()?;
-    let springs = (
-        reader.value(&CUBIC_STIFFNESS)?,
-        reader.value(&STOP_STIFFNESS)?,
-        reader.value(&STOP_GAP)?,
-    );
-    if reader.has(&STOP_GAP) && springs.1 == [0.0; 3] {
+    for (key, list) in [(&MASS, mass), (&DAMPING, damping), (&STIFFNESS, stiffness)] {
+        reader.record.note(key.name, json!(list));
+    }
+    let along = |key: &keys::Key<keys::List<3>>| -> Result<[f64; 3]> {
+        Ok(reader.look(key)?.unwrap_or_default())
+    };
+    let [cubic, stop, gap] = [
+        along(&CUBIC_STIFFNESS)?,
+        along(&STOP_STIFFNESS)?,
+        along(&STOP_GAP)?,
+    ];
+    if reader.has(&STOP_GAP) && stop == [0.0; 3] {
         return Err(reader.conflict(
             &STOP_GAP,
             "there is no structure.stop_stiffness; give one, or leave the gap out",
         ));
     }
     let structure = Structure::oscillator(mass, damping, stiffness);
-    Ok(structure.with_springs(springs.0, springs.1, springs.2))
+    let structure = structure.with_springs(cubic, stop, gap);
+    if !structure.springs().is_empty() {
+        let springs = json!(structure.springs());
+        reader.record.note("structure.springs", springs);
+    }
+    Ok(structure)
 }
 
 fn resonator(reader: &Reader<'_>, joint: &Joint, bodies: Bodies, tied: bool) -> Result<Resonator> {
@@ -181,6 +218,16 @@ fn resonator(reader: &Reader<'_>, joint: &Joint, bodies: Bodies, tied: bool) -> 
         head_cells: reader.value(&HEAD_CELLS)?,
         tied,
     };
+    let following = [
+        ("lap_length", json!(resonator.lap_length)),
+        ("arm_height", json!(resonator.arm_height)),
+        ("lap_cells", json!(resonator.lap_cells)),
+        ("material", json!(resonator.material)),
+        ("tied", json!(tied)),
+    ];
+    for (name, value) in following {
+        reader.record.note(&keys::join("structure", name), value);
+    }
     resonator.check().map_err(|fault| named(reader, &fault))?;
     let cells = resonator.box_cells();
     if cells > MOST_CELLS {
@@ -196,15 +243,15 @@ fn resonator(reader: &Reader<'_>, joint: &Joint, bodies: Bodies, tied: bool) -> 
 
 /// The material of both bodies, which a resonator has in common.
 fn one_material(reader: &Reader<'_>, bodies: Bodies) -> Result<Material> {
-    let (lower, upper) = (bodies.lower, bodies.upper);
-    let (below, above) = (lower.elastic, upper.elastic);
+    let (below, above) = (bodies.elastic.lower, bodies.elastic.upper);
+    let [density, other] = bodies.density;
     for (name, differs) in [
         (
             "youngs_modulus",
             below.youngs_modulus != above.youngs_modulus,
         ),
         ("poisson_ratio", below.poisson_ratio != above.poisson_ratio),
-        ("density", lower.density != upper.density),
+        ("density", density != other),
     ] {
         let of = |body| keys::join(&keys::join("material", body), name);
         let key = if reader.has(of("upper").as_str()) {
@@ -220,7 +267,7 @@ fn one_material(reader: &Reader<'_>, bodies: Bodies) -> Result<Material> {
     }
     Ok(Material {
         elastic: below,
-        density: lower.density.ok_or_else(|| reader.missing(&DENSITY, ""))?,
+        density: density.ok_or_else(|| reader.missing(&DENSITY, ""))?,
     })
 }
 

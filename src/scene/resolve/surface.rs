@@ -20,7 +20,8 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
             &first_lines(),
         ));
     }
-    Ok(match reader.kind(&KIND)? {
+    let kind = reader.kind(&KIND)?;
+    Ok(match reader.note(&KIND, kind) {
         "gaussian" => {
             let (rq, correlation_length, seed) = correlated(reader)?;
             Surface::Gaussian {
@@ -38,8 +39,9 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
             }
         }
         "self_affine" => {
-            let rolloff_wavelength = reader.get(&ROLLOFF_WAVELENGTH)?.unwrap_or(longer);
-            let cutoff_wavelength = reader.get(&CUTOFF_WAVELENGTH)?;
+            let rolloff_wavelength = reader.look(&ROLLOFF_WAVELENGTH)?.unwrap_or(longer);
+            reader.note(&ROLLOFF_WAVELENGTH, rolloff_wavelength);
+            let cutoff_wavelength = reader.optional(&CUTOFF_WAVELENGTH, None)?;
             if cutoff_wavelength.is_some_and(|cutoff| cutoff >= rolloff_wavelength) {
                 return Err(reader.out_of_range(
                     &CUTOFF_WAVELENGTH,
@@ -62,11 +64,13 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
             radius: reader.required(&RADIUS)?,
         },
         "file" => Surface::File(HeightsFile {
-            path: reader.required(&PATH)?,
-            unit: reader.get(&UNIT)?,
+            path: reader
+                .look(&PATH)?
+                .ok_or_else(|| reader.missing(&PATH, ""))?,
+            unit: reader.optional(&UNIT, None)?,
             detrend: reader.value(&DETREND)?,
             fill: reader.value(&FILL)?,
-            spacing: reader.get(&SPACING)?,
+            spacing: reader.optional(&SPACING, None)?,
         }),
         _ => Surface::Flat,
     })

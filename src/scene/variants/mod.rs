@@ -305,7 +305,9 @@ impl Variants {
                 reason: "it is slow; --paper runs it too".to_owned(),
             });
         }
-        if written.fidelity != scene.fidelity || written.wear != scene.wear {
+        let accuracy =
+            |scene: &Scene| ["fidelity", "wear"].map(|part| scene.canonical[part].clone());
+        if accuracy(written) != accuracy(scene) {
             self.variants.push(Variant {
                 name: AS_WRITTEN.to_owned(),
                 knob: "scene",

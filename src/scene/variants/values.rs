@@ -1,9 +1,10 @@
 //! The values that each knob of a scene is tried at.
 
 use super::{Choice, Knob};
-use crate::recipe::{MotionSource, Recipe};
+use crate::model_update::StiffnessKind;
+use crate::recipe::{ElementStiffness, MotionSource, Recipe, Response};
+use crate::scene::Scene;
 use crate::scene::keys::contact::STIFFNESS;
-use crate::scene::{Dynamics, Scene};
 use crate::wear::cycle::March;
 
 /// Errors of the worn volume to be kept within.
@@ -38,21 +39,23 @@ pub(super) fn values(
     const RIGID: &str = "there is no rough surface";
     const STILL: &str = "nothing moves the joint";
     let fidelity = &scene.fidelity;
+    let response = scene.recipe.response.as_ref();
+    let extended = response.and_then(|response| response.harmonic_tolerance);
     let rough = scene.surface.is_some();
-    let moved = scene.dynamics.is_some() || scene.motion.is_some();
+    let moved = response.is_some() || scene.motion.is_some();
     // A computed motion decides for itself how it is marched.
     let march = recipe.cycle().and_then(|cycle| cycle.march);
     let load_steps = recipe
         .contact()
         .and_then(|contact| contact.coupling.load_steps());
-    let stepped = march == Some(March::Stepped) || scene.dynamics.is_some();
+    let stepped = march == Some(March::Stepped) || response.is_some();
     match knob.name {
-        "normal_tolerance" if rough => Ok(decades(fidelity.normal_tolerance)),
+        "normal_tolerance" if rough => Ok(decades(fidelity.tolerances.normal)),
         "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !rough => {
             Err(RIGID)
         }
         "tangential_tolerance" if moved || load_steps.is_some() => {
-            Ok(decades(fidelity.tangential_tolerance))
+            Ok(decades(fidelity.tolerances.tangential))
         }
         "tangential_tolerance" | "cycle_tolerance" | "cycle" | "steps_per_cycle" if !moved => {
             Err(STILL)
@@ -60,7 +63,7 @@ pub(super) fn values(
         "cycle_tolerance" | "steps_per_cycle" if !stepped => {
             Err("the cycle is one exact solve between its reversals, not stepped")
         }
-        "cycle_tolerance" => Ok(decades(fidelity.cycle_tolerance)),
+        "cycle_tolerance" => Ok(decades(fidelity.tolerances.cycle)),
         "steps_per_cycle" if has_rows_enough(recipe, fidelity.steps_per_cycle) => {
             Err("motion.history has more rows than a cycle has steps")
         }
@@ -74,49 +77,48 @@ pub(super) fn values(
             Some(steps) => Ok(counts(steps, [1.0 / 4.0, 1.0 / 2.0, 2.0], whole)),
             None => Err("the bodies are not pressed together in steps"),
         },
-        "tolerance" | "wear_tolerance" | "scheme" if scene.wear.is_none() => {
+        "tolerance" | "wear_tolerance" | "scheme" if scene.recipe.wear.is_none() => {
             Err("there is no [wear]")
         }
         "tolerance" => Ok(parts(1.0, TOLERANCES).without_base()),
         "wear_tolerance" => {
-            let tolerance = scene.wear.as_ref().map_or(1.0, |wear| wear.tolerance);
+            let tolerance = scene
+                .recipe
+                .wear
+                .as_ref()
+                .map_or(1.0, |wear| wear.tolerance);
             Ok(parts(tolerance, [10.0, 3.0, 0.3, 0.1]))
         }
         "scheme" => Ok(schemes(scene, written)),
-        "aft_samples" | "harmonics" | "harmonic_tolerance" if scene.dynamics.is_none() => {
+        "aft_samples" | "harmonics" | "harmonic_tolerance" if response.is_none() => {
             Err("there is no [dynamics]")
         }
         "aft_samples" | "harmonics" | "harmonic_tolerance" if scene.contact.is_none() => {
             Err("without a contact the vibration is linear")
         }
-        "aft_samples" => Ok(counts(
-            fidelity.aft_samples,
-            [1.0 / 4.0, 1.0 / 2.0, 2.0],
-            even,
-        )),
-        "harmonic_tolerance" => match fidelity.harmonic_tolerance {
+        "aft_samples" => {
+            let samples = response.map_or(1, |response| response.samples);
+            Ok(counts(samples, [1.0 / 4.0, 1.0 / 2.0, 2.0], even))
+        }
+        "harmonic_tolerance" => match extended {
             Some(tolerance) => Ok(parts(tolerance, [10.0, 3.0, 0.3])),
             None => Err("dynamics.harmonics says which there are"),
         },
-        "harmonics" if fidelity.harmonic_tolerance.is_some() => {
+        "harmonics" if extended.is_some() => {
             Err("fidelity.harmonic_tolerance extends them as far as needed")
         }
-        "harmonics" => Ok(scene.dynamics.as_ref().map(harmonics).unwrap_or_default()),
+        "harmonics" => Ok(response.map(harmonics).unwrap_or_default()),
         "modes" | "elements" | "stiffness"
-            if scene.structure.as_ref().is_none_or(|s| s.is_oscillator()) =>
+            if scene.structure().is_none_or(|s| s.is_oscillator()) =>
         {
             Err("there is no [structure] of finite elements")
         }
-        "elements"
-            if scene
-                .structure
-                .as_ref()
-                .is_some_and(|s| s.import().is_some()) =>
-        {
+        "elements" if scene.structure().is_some_and(|s| s.import().is_some()) => {
             Err("the contact elements are those of the structure's files")
         }
         "modes" => {
-            let modes = scene.dynamics.as_ref().map_or(1, |dynamics| dynamics.modes);
+            let structure = scene.recipe.structure.as_ref();
+            let modes = structure.map_or(1, |structure| structure.modes);
             Ok(counts(modes, [1.0 / 3.0, 2.0 / 3.0, 3.0 / 2.0], whole))
         }
         "elements" => Ok(elements(scene)),
@@ -199,6 +201,7 @@ fn cycles(base: Option<March>) -> Values {
 
 pub(super) fn own_depth(written: &Scene) -> Option<f64> {
     written
+        .recipe
         .wear
         .as_ref()
         .and_then(|wear| wear.depth_step)
@@ -218,6 +221,7 @@ pub(super) fn depth(metres: f64) -> String {
 fn schemes(scene: &Scene, written: &Scene) -> Values {
     let mut values = Values::default();
     if scene
+        .recipe
         .wear
         .as_ref()
         .is_some_and(|wear| wear.scheme.is_explicit())
@@ -241,8 +245,8 @@ fn schemes(scene: &Scene, written: &Scene) -> Values {
 }
 
 /// Fewer and more of them; only odd ones beside 0 where the scene has only such.
-fn harmonics(dynamics: &Dynamics) -> Values {
-    let orders = &dynamics.harmonics;
+fn harmonics(response: &Response) -> Values {
+    let orders = &response.harmonics;
     let highest = orders.last().copied().unwrap_or(1);
     let step = if orders.iter().any(|order| *order > 0 && order % 2 == 0) || highest == 1 {
         1
@@ -296,11 +300,10 @@ fn elements(scene: &Scene) -> Values {
 fn stiffnesses(scene: &Scene) -> Values {
     let mut values = Values::default();
     for (word, kind, _) in STIFFNESS.value.0 {
-        if scene
-            .contact
-            .as_ref()
-            .is_some_and(|contact| contact.stiffness != *kind)
-        {
+        let contact = scene.contact.as_ref();
+        let own = contact.map(|contact| contact.elements);
+        let other = |stiffness: StiffnessKind| stiffness != *kind;
+        if matches!(own, Some(ElementStiffness::Contact { stiffness, .. }) if other(stiffness)) {
             values.one(*word, 0.0);
         }
     }

@@ -404,7 +404,9 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
         if !loaded.is_empty() {
             found.mean_pressure = loaded.iter().sum::<f64>() / loaded.len() as f64;
             found.high_pressure = loaded[(0.99 * (loaded.len() - 1) as f64) as usize];
-            let cap = recipe.contact().and_then(|contact| contact.pressure_cap);
+            let cap = recipe
+                .contact()
+                .and_then(|contact| contact.conditions.pressure_cap);
             let at_cap = loaded
                 .iter()
                 .filter(|p| cap.is_some_and(|cap| **p >= AT_CAP * cap))

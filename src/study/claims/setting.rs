@@ -69,7 +69,8 @@ impl Setting {
             }
             ElementStiffness::Contact { .. } => None,
         });
-        let load = contact.map(|contact| (contact.friction_coefficient, contact.normal_load));
+        let load =
+            contact.map(|contact| (contact.friction_coefficient, contact.conditions.normal_load));
         let load = load.or(given);
         let size = recipe.surface().map(|surface| surface.size);
         Setting {
@@ -80,7 +81,7 @@ impl Setting {
             length: size.map(|[x, _]| x),
             rq,
             correlation_length,
-            pressure_cap: contact.and_then(|contact| contact.pressure_cap),
+            pressure_cap: contact.and_then(|contact| contact.conditions.pressure_cap),
             sphere: heights.is_some_and(|heights| heights.sphere_radius().is_some()),
             update: match &scene["update"] {
                 Value::Null => "never".to_owned(),
@@ -106,7 +107,7 @@ impl Setting {
             poisson_ratio: same_ratio.map(|bodies| bodies.lower.poisson_ratio),
             dundurs_beta: bodies.map_or(0.0, |bodies| bodies.dundurs_beta()),
             tolerances: contact.map_or([0.0; 2], |contact| {
-                [contact.normal_tolerance, contact.tangential_tolerance]
+                [contact.tolerances.normal, contact.tolerances.tangential]
             }),
         }
     }

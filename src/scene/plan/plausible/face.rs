@@ -72,7 +72,7 @@ impl<'a> Face<'a> {
 
     /// What friction holds \[N\].
     pub fn limit(&self) -> Option<f64> {
-        Some(self.contact.friction_coefficient? * self.contact.normal_load)
+        Some(self.contact.friction_coefficient? * self.contact.conditions.normal_load)
     }
 
     /// Rq, also of a face that has none \[m\].
@@ -82,14 +82,14 @@ impl<'a> Face<'a> {
 
     /// Mean pressure under its load \[Pa\].
     pub fn mean_pressure(&self) -> Option<f64> {
-        let under_load = self.contact.approach.is_none();
-        under_load.then(|| self.contact.normal_load / self.area())
+        let under_load = self.contact.conditions.approach.is_none();
+        under_load.then(|| self.contact.conditions.normal_load / self.area())
     }
 
     /// Radius of the contact of a sphere, after Hertz \[m\].
     pub fn contact_radius(&self) -> Option<f64> {
         let radius = self.surface.heights.sphere_radius()?;
-        Some((0.75 * self.contact.normal_load * radius / self.modulus()).cbrt())
+        Some((0.75 * self.contact.conditions.normal_load * radius / self.modulus()).cbrt())
     }
 
     /// Width of what is pressed together \[m\].

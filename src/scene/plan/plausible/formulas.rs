@@ -124,8 +124,8 @@ pub fn closed(setup: &Setup) -> Option<f64> {
 /// Cells that touch.
 pub fn touching(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
-    let capped = face.contact.pressure_cap.map_or(0.0, |cap| {
-        face.contact.normal_load / (cap * face.surface.grid().cell_area())
+    let capped = face.contact.conditions.pressure_cap.map_or(0.0, |cap| {
+        face.contact.conditions.normal_load / (cap * face.surface.grid().cell_area())
     });
     let kept = face.surface.kept as f64;
     let cells = (2.0 * closed(setup)? * kept).min(kept).max(capped);
@@ -141,7 +141,7 @@ pub fn hertz_radius(setup: &Setup) -> Option<f64> {
 /// Peak pressure of that contact over the contact modulus.
 pub fn hertz_pressure(setup: &Setup) -> Option<Figure> {
     let (face, radius) = (setup.face?, hertz_radius(setup)?);
-    let peak = 1.5 * face.contact.normal_load / (PI * radius * radius);
+    let peak = 1.5 * face.contact.conditions.normal_load / (PI * radius * radius);
     part(peak, face.modulus(), GPA)
 }
 
@@ -155,7 +155,7 @@ pub fn hertz_cells(setup: &Setup) -> Option<Figure> {
 pub fn bolt(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     let bodies = face.modulus() * face.width();
-    over_some(face.contact.bolt_stiffness?, bodies, N_PER_UM)
+    over_some(face.contact.conditions.bolt_stiffness?, bodies, N_PER_UM)
 }
 
 /// Coefficient of friction.
@@ -196,7 +196,10 @@ pub fn twist(setup: &Setup) -> Option<Figure> {
 
 /// Mean load of a motion over that of the contact, where it is another.
 pub fn mean_load(setup: &Setup) -> Option<Figure> {
-    let (mean, load) = (setup.motion.mean_load(), setup.face?.contact.normal_load);
+    let (mean, load) = (
+        setup.motion.mean_load(),
+        setup.face?.contact.conditions.normal_load,
+    );
     let is_own = (mean / load - 1.0).abs() > 1e-6;
     over(mean, load, N).filter(|_| load > 0.0 && is_own)
 }
@@ -207,7 +210,7 @@ pub fn onset(setup: &Setup) -> Option<f64> {
     let mu = face.contact.friction_coefficient.filter(|mu| *mu > 0.0)?;
     // Asperities give way by µ Rq / 2, and the bodies under them by that of a punch as wide as the contact.
     let asperities = mu * face.rq.unwrap_or(0.0) / 2.0;
-    Some(asperities + mu * face.contact.normal_load / (face.modulus() * face.width()))
+    Some(asperities + mu * face.contact.conditions.normal_load / (face.modulus() * face.width()))
 }
 
 /// Damping ratio of the dashpots of an oscillator. Without a spring there is none.

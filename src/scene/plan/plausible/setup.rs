@@ -57,7 +57,7 @@ impl<'a> Setup<'a> {
     pub fn friction(&self) -> Option<[f64; 2]> {
         if let Some(contact) = self.recipe.contact() {
             let mu = contact.friction_coefficient?;
-            return Some([mu, mu * contact.normal_load]);
+            return Some([mu, mu * contact.conditions.normal_load]);
         }
         let elements = self.recipe.elements()?;
         let mu = elements.friction_coefficient;

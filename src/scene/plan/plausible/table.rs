@@ -185,13 +185,24 @@ pub static TABLE: &[Row] = &[
         .bounds(AtLeast(3.0))
         .hint("the contact is not resolved; N or mN, mm or um?"),
     row("approach over the shorter side of the joint")
-        .of(|setup| part(setup.face?.contact.approach?, setup.face?.side(), UM))
+        .of(|setup| {
+            part(
+                setup.face?.contact.conditions.approach?,
+                setup.face?.side(),
+                UM,
+            )
+        })
         .keys("contact.approach, joint.size")
         // The strain that it makes in the bodies.
         .bounds(AtMost(1e-2))
         .hint("um or mm?"),
     row("cap of the pressure over the contact modulus")
-        .of(|setup| strain(setup.face?.contact.pressure_cap?, setup.face?.modulus()))
+        .of(|setup| {
+            strain(
+                setup.face?.contact.conditions.pressure_cap?,
+                setup.face?.modulus(),
+            )
+        })
         .keys("contact.pressure_cap")
         .bounds(Between(1e-10, 0.5))
         .hint("MPa or GPa? no pressure comes near it"),

@@ -1,0 +1,74 @@
+//! What a scene comes to: the value of each key as it was read, in SI, by the names of the keys.
+
+use std::cell::RefCell;
+
+use serde_json::{Map, Value, json};
+
+use super::keys;
+use crate::json;
+
+/// Sections that are none where nobody reads a key of them.
+const NONE: [&str; 9] = [
+    "contact",
+    "dynamics",
+    "joint",
+    "material",
+    "motion",
+    "structure",
+    "surface",
+    "update",
+    "wear",
+];
+
+/// Fields of the resonator that follow from other sections. They are noted too, so that `structure` is complete in itself, and they are
+/// no difference of their own.
+pub const FOLLOWING_KEYS: [&str; 5] = [
+    "structure.lap_length",
+    "structure.arm_height",
+    "structure.lap_cells",
+    "structure.material.*",
+    "structure.tied",
+];
+
+/// Whether something may be computed from a key of a canonical scene: some have their default also where what they are about is not there.
+pub fn means_something(canonical: &Value, key: &str) -> bool {
+    let is_there = |section: &&str| canonical.get(section).is_some_and(|s| !s.is_null());
+    keys::find(key).is_none_or(|key| key.with.iter().all(is_there))
+}
+
+/// Values by their keys, a section within the other.
+#[derive(Debug, Default)]
+pub struct Record(RefCell<Map<String, Value>>);
+
+impl Record {
+    /// Notes the value of a key, in place of one that was noted before.
+    pub fn note(&self, key: &str, value: Value) {
+        let mut sections = self.0.borrow_mut();
+        let mut at = &mut *sections;
+        let mut parts = key.split('.');
+        let last = parts.next_back().unwrap_or_default();
+        for section in parts {
+            let below = at.entry(section).or_insert(Value::Null);
+            if !below.is_object() {
+                *below = json!({});
+            }
+            at = below.as_object_mut().expect("an object by now");
+        }
+        at.insert(last.to_owned(), value);
+    }
+
+    /// What was noted of a section, by a JSON pointer.
+    pub fn section(&self, pointer: &str) -> Value {
+        let all = Value::Object(self.0.borrow().clone());
+        all.pointer(pointer).cloned().unwrap_or_default()
+    }
+
+    /// All of it, with the keys of every object in order: what a hash of the scene is made of.
+    pub fn canonical(&self) -> Value {
+        let mut sections = self.0.borrow().clone();
+        for name in NONE {
+            sections.entry(name).or_insert(Value::Null);
+        }
+        json::sorted(Value::Object(sections))
+    }
+}
