@@ -62,7 +62,7 @@ pub use record::{FOLLOWING_KEYS, means_something};
 pub struct Scene {
     /// The name of its file without the extension.
     pub name: String,
-    /// What single keys decide of the recipe. Its joints and its reasons are planned.
+    /// The recipe as far as one key decides each value; [`Plan`] adds joints and reasons.
     pub recipe: Recipe,
     /// Extent, grid and contact elements of the joint; none for an oscillator.
     pub joint: Option<Joint>,
@@ -160,8 +160,6 @@ pub struct Fidelity {
     pub cycle_extrapolation: bool,
     /// Steps in which the load rises on bodies that slip under it, since they differ elastically.
     pub load_steps: usize,
-    /// Samples of a vibration cycle at which contact elements are evaluated, unless its harmonics need more.
-    pub aft_samples: usize,
 }
 
 /// A set of defaults.

@@ -84,14 +84,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The value of a key, if it is given, for a decision on other keys alone: it is not noted.
+    /// The value of a key, if it is given. It is not noted.
     pub fn look<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
         self.has(key)
             .then(|| key.value.read(&self.given(key)))
             .transpose()
     }
 
-    /// Notes the value of a key, and hands it on.
+    /// Notes the value of a key, and returns it.
     pub fn note<V: Value>(&self, key: &Key<V>, value: V::Read) -> V::Read {
         self.record.note(key.name, key.value.noted(&value));
         value
@@ -118,7 +118,12 @@ impl<'a> Reader<'a> {
 
     /// The value of a key that must be given.
     pub fn required<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
-        self.get(key)?.ok_or_else(|| self.missing(key, ""))
+        Ok(self.note(key, self.needed(key)?))
+    }
+
+    /// The value of a key that must be given. It is not noted.
+    pub fn needed<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
+        self.look(key)?.ok_or_else(|| self.missing(key, ""))
     }
 
     /// The value of a key, or its default.
@@ -246,8 +251,7 @@ impl<'a> Reader<'a> {
 
     /// The kind of a section, once it is there. Keys of another kind are refused.
     pub fn kind(&self, key: &Key<Choice<&'static str>>) -> Result<&'static str> {
-        let kind = self.look(key)?;
-        let kind = kind.ok_or_else(|| self.missing(key, ""))?;
+        let kind = self.needed(key)?;
         let section = keys::section_of(key.name);
         let own = keys::keys_of_kind(section, kind);
         let mut faults = Faults::default();

@@ -1,4 +1,4 @@
-//! What a scene comes to: the value of each key as it was read, in SI, by the names of the keys.
+//! The values of a scene's keys as they were read, in SI.
 
 use std::cell::RefCell;
 
@@ -7,8 +7,8 @@ use serde_json::{Map, Value, json};
 use super::keys;
 use crate::json;
 
-/// Sections that are none where nobody reads a key of them.
-const NONE: [&str; 9] = [
+/// Sections that are null if no key of them was read.
+const OPTIONAL: [&str; 9] = [
     "contact",
     "dynamics",
     "joint",
@@ -57,16 +57,17 @@ impl Record {
         at.insert(last.to_owned(), value);
     }
 
-    /// What was noted of a section, by a JSON pointer.
-    pub fn section(&self, pointer: &str) -> Value {
-        let all = Value::Object(self.0.borrow().clone());
-        all.pointer(pointer).cloned().unwrap_or_default()
+    /// What was noted of a part of a section.
+    pub fn part(&self, section: &str, name: &str) -> Value {
+        let sections = self.0.borrow();
+        let part = sections.get(section).and_then(|section| section.get(name));
+        part.cloned().unwrap_or_default()
     }
 
     /// All of it, with the keys of every object in order: what a hash of the scene is made of.
     pub fn canonical(&self) -> Value {
         let mut sections = self.0.borrow().clone();
-        for name in NONE {
+        for name in OPTIONAL {
             sections.entry(name).or_insert(Value::Null);
         }
         json::sorted(Value::Object(sections))

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use fretwear::recipe::Part;
 use fretwear::scene::explain::{About, KeyAbout, explain, sections};
-use fretwear::scene::{Motion, Preset, Scene, SceneError};
+use fretwear::scene::{Motion, Plan, Preset, Scene, SceneError};
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, replaced};
 
@@ -151,6 +152,57 @@ fn every_example_is_accepted_and_every_key_is_read() {
             assert!(error.starts_with(&begin), "{name}: {error}");
         }
     }
+}
+
+/// Parts of a recipe that stages read.
+const PARTS: [Part; 8] = [
+    Part::Structure,
+    Part::Surface,
+    Part::Contact,
+    Part::Cycle,
+    Part::Elements,
+    Part::Response,
+    Part::Wear,
+    Part::ResponseAt,
+];
+
+/// What influences a run is in the hash of its scene: whatever moves the recipe moves the record.
+#[test]
+fn what_moves_the_recipe_moves_the_record() {
+    let scenes = Scenes::new();
+    let recipe = |scene: &Scene| {
+        let plan = Plan::of(scene).ok()?;
+        Some((plan.inputs.recipe, plan.inputs.motion))
+    };
+    let mut moved = 0;
+    for name in &scenes.1 {
+        let before = scenes.load(name, &[]).expect("a scene");
+        let Some(of_before) = recipe(&before) else {
+            continue;
+        };
+        for key in keys().iter().filter(|key| key.key != "title") {
+            let words = key.choices.iter().map(|choice| choice.word);
+            let words = words.map(|word| format!("{}={word}", key.key));
+            for set in words.chain([example(key)]) {
+                let Ok(after) = scenes.load(name, &[&set]) else {
+                    continue;
+                };
+                let Some(of_after) = recipe(&after) else {
+                    continue;
+                };
+                // Reasons say which key is given, also where it is given as it is.
+                let [parts, other] = [&of_before, &of_after].map(|(recipe, motion)| {
+                    let parameters = recipe.parameters(&PARTS);
+                    (parameters, format!("{motion:?}"), recipe.output.clone())
+                });
+                if parts != other {
+                    moved += 1;
+                    assert_ne!(before.canonical(), after.canonical(), "{name}: {set}");
+                }
+            }
+        }
+    }
+    assert!(moved > 500, "{moved}");
 }
 
 #[test]

@@ -110,7 +110,6 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         (Some(30), FrictionLaw::Cone)
     );
     assert_eq!(scene.update, Update::StiffnessChange(0.1));
-    assert_eq!(scene.fidelity.aft_samples, 64);
     assert_eq!(scene.recipe.output.response_at, [0_u64; 0]);
     assert!(scene.motion.is_none() && scene.recipe.wear.is_some());
 }

@@ -246,13 +246,13 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
     if friction_coefficient.is_none() && kt > 0.0 {
         return Err(reader.missing(&FRICTION_COEFFICIENT, ""));
     }
-    // What a rough contact would have besides is what it is without a word on it.
+    // The record has the keys of a rough contact too, with their defaults.
     reader.note(&STIFFNESS, Stiffness::Total);
     reader.value(&DISTRIBUTION)?;
     reader.value(&BOUNDARY)?;
     reader.value(&ROTATION)?;
-    for none in [&BOLT_STIFFNESS, &PRESSURE_CAP] {
-        reader.optional(none, None)?;
+    for key in [&BOLT_STIFFNESS, &PRESSURE_CAP] {
+        reader.optional(key, None)?;
     }
     Ok(Contact {
         friction_coefficient,

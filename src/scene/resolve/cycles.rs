@@ -173,8 +173,7 @@ fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
 /// Worn volume per dissipated energy \[m³/J\] of the coefficient that is given. By Archard's law, dV = k N ds, it is α = k/µ, since the
 /// energy is µ N ds.
 fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
-    let given = reader.look(&COEFFICIENT)?;
-    let given = given.ok_or_else(|| reader.missing(&COEFFICIENT, ""))?;
+    let given = reader.needed(&COEFFICIENT)?;
     let alpha = match reader.look(&LAW)? {
         Some("archard") => match contact.and_then(|contact| contact.friction_coefficient) {
             Some(0.0) => Err(reader.conflict(

@@ -83,10 +83,10 @@ pub(super) fn response(
     };
     let harmonics = harmonics(reader, &forces, base)?;
     let rayleigh = rayleigh(reader)?;
-    let has_own = structure.is_oscillator() || rayleigh.is_some() || reader.has(&DAMPING);
+    let has_other = structure.is_oscillator() || rayleigh.is_some() || reader.has(&DAMPING);
     let damping_ratio = match reader.look(&DAMPING_RATIO)? {
         Some(ratio) => ratio,
-        None if has_own => 0.0,
+        None if has_other => 0.0,
         None => STEEL_DAMPING,
     };
     let is_nonlinear = contact.is_some() || !structure.springs().is_empty();
@@ -191,7 +191,7 @@ fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<(Force, Json
     };
     let read = |each: &Reader<'_>| -> Result<(Force, Json)> {
         let force = force(each, structure)?;
-        Ok((force, each.record.section("/dynamics/force")))
+        Ok((force, each.record.part("dynamics", "force")))
     };
     let Some(tables) = list else {
         return read(&Reader::new(reader.root)).map(|force| vec![force]);

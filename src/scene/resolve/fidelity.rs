@@ -5,7 +5,7 @@ use crate::dynamics::vibration::samples_of;
 use crate::recipe::Tolerances;
 use crate::scene::keys::{cycles::HISTORY, dynamics::HARMONICS, fidelity::*};
 use crate::scene::reader::Reader;
-use crate::scene::{Fidelity, Structure};
+use crate::scene::{Fidelity, Preset, Structure};
 
 /// As many steps a cycle as make an error bar of a tenth of `error`, by the 2 % that 32 make on an orbit.
 fn steps_for(error: f64) -> usize {
@@ -49,10 +49,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         reader.note(&LOAD_STEPS, load_steps);
     }
     // Of a scene that vibrates they are read where its harmonics are known.
-    let aft_samples = match target {
-        Some(error) => samples_for(error),
-        None => reader.default(&AFT_SAMPLES, preset)?,
-    };
+    reader.note(&AFT_SAMPLES, least_samples(reader, target, preset)?);
     Ok(Fidelity {
         preset,
         tolerance: target,
@@ -65,7 +62,6 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         },
         cycle_extrapolation: reader.value_or(&CYCLE_EXTRAPOLATION, None, preset)?,
         load_steps,
-        aft_samples: reader.note(&AFT_SAMPLES, aft_samples),
     })
 }
 
@@ -84,6 +80,14 @@ pub(super) fn wear_tolerance(reader: &Reader<'_>, fidelity: &Fidelity) -> Result
 fn samples_for(error: f64) -> usize {
     let samples = 64.0 * (1e-3 / (0.1 * error)).sqrt();
     ((samples / 32.0).ceil() * 32.0).clamp(32.0, 1024.0) as usize
+}
+
+/// Samples of a vibration cycle, unless its harmonics need more or a key says how many.
+fn least_samples(reader: &Reader<'_>, error: Option<f64>, preset: Preset) -> Result<usize> {
+    match error {
+        Some(error) => Ok(samples_for(error)),
+        None => reader.default(&AFT_SAMPLES, preset),
+    }
 }
 
 /// An oscillator has one element: as many times the samples cost nothing.
@@ -142,8 +146,9 @@ pub(super) fn samples(
         true => OSCILLATOR_SAMPLES,
         false => 1,
     };
+    let least = least_samples(reader, fidelity.tolerance, fidelity.preset)?;
     let samples = reader
         .even_from(&AFT_SAMPLES, 2 * u64::from(highest) + 2, &reason)?
-        .unwrap_or((times * fidelity.aft_samples).max(samples_of(highest)));
+        .unwrap_or((times * least).max(samples_of(highest)));
     Ok(reader.note(&AFT_SAMPLES, samples))
 }

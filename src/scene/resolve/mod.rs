@@ -82,33 +82,37 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
     let pressed = contact.as_ref().and_then(Option::as_ref);
     let wear = faults.keep(cycles::wear(reader, body, &beside, pressed));
     let (joint, contact, material) = (joint?, contact?, material?);
-    let contacting = contact.as_ref();
-    let structure = structure::structure(reader, body, joint.as_ref(), material, contacting);
-    let structure = faults.keep(structure)?;
-    let mut friction_law = FrictionLaw::default();
-    let response = match &structure {
-        Some(structure) => {
-            let source = &structure.source;
-            let response = dynamics::response(reader, source, contacting, &beside);
-            friction_law = faults.keep(reader.value(&FRICTION_LAW))?;
-            Some(faults.keep(response)?)
+    let contact = contact.as_ref();
+    let source = structure::source(reader, body, joint.as_ref(), material, contact);
+    let source = faults.keep(source)?;
+    let vibrates = source.is_some();
+    let (response, structure, friction_law) = match source {
+        Some(source) => {
+            let response = dynamics::response(reader, &source, contact, &beside);
+            (
+                faults.keep(response).map(Some),
+                faults
+                    .keep(structure::structure(reader, source, contact))
+                    .map(Some),
+                faults.keep(reader.value(&FRICTION_LAW)),
+            )
         }
         None => {
             faults.keep(fidelity::check_without_vibration(reader));
-            None
+            (Some(None), Some(None), Some(FrictionLaw::default()))
         }
     };
     let wear = wear?;
-    let update = faults.keep(cycles::update(reader, wear.as_ref(), response.is_some()));
-    let output = faults.keep(output::output(reader, wear.as_ref(), response.is_some()));
+    let update = faults.keep(cycles::update(reader, wear.as_ref(), vibrates));
+    let output = faults.keep(output::output(reader, wear.as_ref(), vibrates));
     let fidelity = fidelity?;
     let scene = Scene {
         name,
         recipe: Recipe {
             title: title?,
-            structure,
+            structure: structure?,
             joints: Vec::new(),
-            response,
+            response: response?,
             wear,
             output: output?,
             asked_error: fidelity.tolerance,
@@ -117,9 +121,9 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         joint,
         material,
         surface: surface?,
-        contact,
+        contact: contact.cloned(),
         motion: motion?,
-        friction_law,
+        friction_law: friction_law?,
         update: update?,
         fidelity,
         canonical: reader.record.canonical(),

@@ -48,9 +48,9 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
         return Err(reader.out_of_range(&CYCLE_FIELDS_SAMPLES, expected));
     }
     let fields = CycleFields {
-        samples: samples.map(|sorted| reader.note(&CYCLE_FIELDS_SAMPLES, sorted)),
+        samples,
         cells: [reader.look(&CYCLE_FIELDS_I)?, reader.look(&CYCLE_FIELDS_J)?],
-        every: reader.value(&CYCLE_FIELDS_EVERY)?,
+        every: reader.look(&CYCLE_FIELDS_EVERY)?.unwrap_or(1),
     };
     reader.record.note(CYCLE_FIELDS.name, json!(fields));
     let moves = reader.has("motion") || reader.has("dynamics");

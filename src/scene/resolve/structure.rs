@@ -21,13 +21,13 @@ const OSCILLATOR_MODES: usize = 3;
 const MOST_CELLS: f64 = 4e6;
 
 /// Without contact the two sides of the joint are one.
-pub(super) fn structure(
+pub(super) fn source(
     reader: &Reader<'_>,
     body: Body,
     joint: Option<&Joint>,
     bodies: Option<Bodies>,
     contact: Option<&Contact>,
-) -> Result<Option<recipe::Structure>> {
+) -> Result<Option<Structure>> {
     let (kind, source) = match (body, joint, bodies) {
         (Body::Oscillator, ..) => ("oscillator", oscillator(reader)?),
         (Body::Resonator, Some(joint), Some(bodies)) => {
@@ -38,6 +38,15 @@ pub(super) fn structure(
         _ => return Ok(None),
     };
     reader.note(&KIND, kind);
+    Ok(Some(source))
+}
+
+/// The structure with its modes, and what its contact elements are.
+pub(super) fn structure(
+    reader: &Reader<'_>,
+    source: Structure,
+    contact: Option<&Contact>,
+) -> Result<recipe::Structure> {
     let modes = match source.is_oscillator() {
         true if reader.has(&MODES) => {
             return Err(reader.conflict(
@@ -49,7 +58,7 @@ pub(super) fn structure(
         false => reader.value(&MODES)?,
     };
     let has_banks = contact.is_some_and(|contact| contact.elements.is_sliders());
-    Ok(Some(recipe::Structure {
+    Ok(recipe::Structure {
         source,
         modes,
         contact_ports: match has_banks {
@@ -57,7 +66,7 @@ pub(super) fn structure(
             false => ContactPorts::Faces,
         },
         why: Reasons::default(),
-    }))
+    })
 }
 
 /// Matrices from another program: where they are, and what the scene says of them. The files are read later.

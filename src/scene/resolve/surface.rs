@@ -64,9 +64,7 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
             radius: reader.required(&RADIUS)?,
         },
         "file" => Surface::File(HeightsFile {
-            path: reader
-                .look(&PATH)?
-                .ok_or_else(|| reader.missing(&PATH, ""))?,
+            path: reader.needed(&PATH)?,
             unit: reader.optional(&UNIT, None)?,
             detrend: reader.value(&DETREND)?,
             fill: reader.value(&FILL)?,

@@ -1,7 +1,6 @@
 //! The values that each knob of a scene is tried at.
 
 use super::{Choice, Knob};
-use crate::model_update::StiffnessKind;
 use crate::recipe::{ElementStiffness, MotionSource, Recipe, Response};
 use crate::scene::Scene;
 use crate::scene::keys::contact::STIFFNESS;
@@ -299,11 +298,12 @@ fn elements(scene: &Scene) -> Values {
 
 fn stiffnesses(scene: &Scene) -> Values {
     let mut values = Values::default();
+    let own = scene.contact.as_ref().map(|contact| contact.elements);
+    let Some(ElementStiffness::Contact { stiffness, .. }) = own else {
+        return values;
+    };
     for (word, kind, _) in STIFFNESS.value.0 {
-        let contact = scene.contact.as_ref();
-        let own = contact.map(|contact| contact.elements);
-        let other = |stiffness: StiffnessKind| stiffness != *kind;
-        if matches!(own, Some(ElementStiffness::Contact { stiffness, .. }) if other(stiffness)) {
+        if stiffness != *kind {
             values.one(*word, 0.0);
         }
     }
