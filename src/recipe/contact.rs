@@ -38,7 +38,7 @@ pub struct Contact {
     pub structure_mesh: Option<StructureMesh>,
     /// Whether kn and kt are computed at every iteration.
     pub stiffness: bool,
-    /// What its solves and cycles are ended by.
+    /// At which its solves and cycles end.
     #[serde(flatten)]
     pub tolerances: Tolerances,
     /// The reasons.
@@ -52,7 +52,7 @@ pub struct Conditions {
     pub boundary: Boundary,
     /// Largest pressure a cell can carry \[Pa\], [A eq. 4.3]; none: elastic.
     pub pressure_cap: Option<f64>,
-    /// Static load \[N\]; 0 where the approach is given.
+    /// Static load \[N\], of a history with loads of its own their mean; 0 where the approach is given.
     pub normal_load: f64,
     /// Approach of the bodies from height 0, in place of the load \[m\].
     pub approach: Option<f64>,
@@ -62,7 +62,7 @@ pub struct Conditions {
     pub rotation: Rotation,
 }
 
-/// What contact solves and cycles are ended by.
+/// Tolerances at which contact solves and cycles end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tolerances {
     /// Relative error of a normal contact solve.

@@ -192,7 +192,7 @@ impl Cycle {
         let loads = fine.normal_load.iter().copied();
         let least = loads.fold(f64::INFINITY, f64::min);
         if least <= 0.0 {
-            let mean = fine.normal_load.iter().sum::<f64>() / fine.samples() as f64;
+            let mean = fine.mean_load;
             return Err(CycleError::Opens { load: least, mean });
         }
         let stepped = || {

@@ -15,7 +15,7 @@ use crate::recipe::{Contact, Recipe};
 use crate::tables::{TableError, TableName, typed};
 use crate::wear::cycle::{CycleSolution, March};
 use crate::wear::joint::WornState;
-use crate::wear::{Channel, Motion, OwnMotion};
+use crate::wear::{Channel, Motion, OwnMotion, mean_of};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
 const FINE_SAMPLES: usize = 512;
@@ -331,6 +331,7 @@ fn computed(
     if let Some(smooth) = smooth(reads)? {
         displacement = fine_displacement(&displacement, &series(&cycle.force), smooth.tangential);
     }
+    let normal_load: Vec<f64> = cycle.force.iter().map(|f| f[2]).collect();
     let motion = Motion {
         time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
         by_order: false,
@@ -339,7 +340,8 @@ fn computed(
             .map(Channel::Displacement)
             .collect(),
         rotation: None,
-        normal_load: cycle.force.iter().map(|f| f[2]).collect(),
+        mean_load: mean_of(&normal_load),
+        normal_load,
         own,
     };
     Ok((motion.with_mean_load(load), work))

@@ -52,7 +52,7 @@ fn unworn(
     wrong: impl Fn(NumericsError) -> RunError,
 ) -> Result<(typed::Reference, Option<typed::ReferenceElement>), RunError> {
     let recipe = &reads.recipe;
-    let load = reads.motion().mean_load();
+    let load = contact_of(recipe).conditions.normal_load;
     let joint = solvers.joint(reads)?;
     let wear = vec![0.0; joint.patch.grid.len()];
     let contact = |error: crate::contact::ContactError| wrong(WearError::Contact(error).into());

@@ -172,14 +172,14 @@ fn bolt(reads: &Reads) -> Result<Option<Bolt>, RunError> {
     }))
 }
 
-/// Static load \[N\] from which that of a bolt is looked for, and which another joint bears: the number itself, as the mean of a motion
-/// under it is rounded, and a run that is continued has to go on with the very same.
+/// Static load \[N\] from which that of a bolt is looked for, and which another joint bears.
 fn load(reads: &Reads) -> Result<f64, RunError> {
-    let before = match contact_of(&reads.recipe).conditions.bolt_stiffness {
+    let conditions = contact_of(&reads.recipe).conditions;
+    let before = match conditions.bolt_stiffness {
         Some(_) => reads.maybe_before::<typed::StaticContact>()?,
         None => None,
     };
-    Ok(before.map_or_else(|| reads.motion().mean_load(), |row| row.normal_load))
+    Ok(before.map_or(conditions.normal_load, |row| row.normal_load))
 }
 
 /// Static load \[N\] and contact of a worn joint, under `load` or what its bolt has left of it, which is looked for from there.

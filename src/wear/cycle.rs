@@ -298,7 +298,7 @@ impl FrettingJoint {
         {
             tally.scale(&work, own.work_part, self.patch.grid.cell_area());
         }
-        let load = self.motion.mean_load();
+        let load = self.motion.mean_load;
         let torsion = |place: &[f64], step: &TangentialSolution, sign: f64| {
             self.motion
                 .rotation

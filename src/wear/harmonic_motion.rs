@@ -79,6 +79,7 @@ impl HarmonicMotion {
                 .iter()
                 .map(|t| load + self.normal_load_amplitude * (TAU * t).cos())
                 .collect(),
+            mean_load: load,
             own: None,
             time,
             by_order: false,

@@ -160,7 +160,7 @@ impl FrettingJoint {
         wear: &[f64],
         start: Option<&[f64]>,
     ) -> Result<NormalSolution, WearError> {
-        self.contact(wear, None, self.motion.mean_load(), start)
+        self.contact(wear, None, self.motion.mean_load, start)
     }
 
     /// Worn volume of a wear field \[m³\].

@@ -67,7 +67,7 @@ impl Landing {
         limits: Limits,
         mut reached: impl FnMut(&mut FrettingJoint, &Step) -> Result<f64, E>,
     ) -> Result<Step, E> {
-        let load = joint.motion.mean_load();
+        let load = joint.motion.mean_load;
         let mut attempt = |proposal, limits| -> Result<(Step, f64), E> {
             let mut step = implicit::advance(joint, state, law, proposal, limits)?;
             // The step's own contact is that of its last stage; an update sees the one that is found on the worn surface.

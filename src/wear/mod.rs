@@ -28,6 +28,7 @@ pub mod superposition;
 pub use harmonic_motion::{Harmonic, HarmonicMotion};
 pub use joint::{FrettingJoint, WearError};
 pub use law::WearLaw;
+pub(crate) use motion::mean_of;
 pub use motion::{Channel, Motion};
 pub use own_motion::OwnMotion;
 pub use scheme::{Scheme, StepOutcome};

@@ -23,6 +23,9 @@ pub struct Motion {
     pub rotation: Option<Channel>,
     /// Total normal load \[N\].
     pub normal_load: Vec<f64>,
+    /// Static load, about which `normal_load` varies \[N\]: that of the contact, or the mean of the samples of a history with loads of its own or of a
+    /// computed motion. What is made of a motion keeps it.
+    pub mean_load: f64,
     /// What cells move along the axes on top of that; none: all move alike, without storage.
     pub own: Option<OwnMotion>,
 }
@@ -111,6 +114,12 @@ pub struct StraightMotion {
     pub bottom: usize,
 }
 
+/// The mean of samples, of which there is one at least: exactly that of samples that are all the same.
+pub(crate) fn mean_of(samples: &[f64]) -> f64 {
+    let first = samples[0];
+    first + samples.iter().map(|sample| sample - first).sum::<f64>() / samples.len() as f64
+}
+
 impl Motion {
     /// A joint that only bears a load.
     pub fn none(load: f64) -> Self {
@@ -120,14 +129,16 @@ impl Motion {
             drive: Vec::new(),
             rotation: None,
             normal_load: vec![load],
+            mean_load: load,
             own: None,
         }
     }
 
     /// This motion under a load whose mean is `load`: the rest of it stays as it is.
     pub fn with_mean_load(mut self, load: f64) -> Motion {
-        let shift = load - self.mean_load();
+        let shift = load - self.mean_load;
         self.normal_load.iter_mut().for_each(|n| *n += shift);
+        self.mean_load = load;
         self
     }
 
@@ -140,6 +151,7 @@ impl Motion {
             drive: self.drive.iter().map(|c| c.map(halve)).collect(),
             rotation: self.rotation.as_ref().map(|c| c.map(halve)),
             normal_load: halve(&self.normal_load),
+            mean_load: self.mean_load,
             own: self.own.as_ref().map(OwnMotion::halved),
         }
     }
@@ -162,6 +174,7 @@ impl Motion {
             drive: self.drive.iter().map(|channel| channel.map(thin)).collect(),
             rotation: self.rotation.as_ref().map(|channel| channel.map(thin)),
             normal_load: thin(&self.normal_load),
+            mean_load: self.mean_load,
             own: self.own.as_ref().map(|own| own.every(step)),
         }
     }
@@ -187,7 +200,7 @@ impl Motion {
             return None;
         }
         let n = self.samples();
-        let mean = self.mean_load();
+        let mean = self.mean_load;
         if self
             .normal_load
             .iter()
@@ -248,7 +261,8 @@ impl Motion {
                 .map(|e| Channel::Displacement(vec![*e, -e]))
                 .collect(),
             rotation: None,
-            normal_load: vec![self.mean_load(); 2],
+            normal_load: vec![self.mean_load; 2],
+            mean_load: self.mean_load,
             own: self.own.as_ref().map(|own| own.ends(top, bottom)),
         }
     }
@@ -289,7 +303,7 @@ impl Motion {
     /// What a cycle between two reversals under the mean load leaves out of the work of friction by the variation of the load, relative to
     /// it, if all slid all the way: of first order where the load has twice the frequency.
     pub fn left_out_by_reversals(&self) -> f64 {
-        let (mean, samples) = (self.mean_load(), self.samples());
+        let (mean, samples) = (self.mean_load, self.samples());
         let (mut work, mut varied) = (0.0, 0.0);
         for k in 0..samples {
             let next = (k + 1) % samples;
@@ -342,11 +356,6 @@ impl Motion {
         }
     }
 
-    /// Mean normal load over the cycle \[N\].
-    pub fn mean_load(&self) -> f64 {
-        self.normal_load.iter().sum::<f64>() / self.samples() as f64
-    }
-
     /// True if the second half of the cycle, of every `stride`-th sample, is the first with all signs turned, under constant load.
     pub fn is_antiperiodic(&self, stride: usize) -> bool {
         let n = self.samples();
@@ -371,14 +380,14 @@ impl Motion {
     /// Largest normal load of the cycle \[N\]; the mean one where it never changes.
     pub fn largest_load(&self) -> f64 {
         match self.constant_load() {
-            true => self.mean_load(),
+            true => self.mean_load,
             false => self.normal_load.iter().fold(0.0, |m: f64, n| m.max(*n)),
         }
     }
 
     /// True if the normal load never changes.
     pub fn constant_load(&self) -> bool {
-        let mean = self.mean_load();
+        let mean = self.mean_load;
         self.normal_load
             .iter()
             .all(|n| (n - mean).abs() <= SAME * mean.abs())

@@ -217,9 +217,13 @@ fn a_load_that_varies() {
     let varying = [
         SHORT,
         "motion.normal_load_amplitude=\"50 N\"",
-        "fidelity.steps_per_cycle=12",
+        // Half of them are no whole quarters of a cycle, so that the samples are not even.
+        "fidelity.steps_per_cycle=14",
     ];
     let root = run(&bench, "small.toml", &varying);
+    let given = bench.scene("small.toml", &varying);
+    let given = given.contact.expect("a contact").normal_load();
+    assert_eq!(summary(&root, 0, "normal_load"), given);
     let cycle = table(&root, latest(&root), TableName::Cycle);
     let load = cycle.f64("normal_load").expect("a load");
     let (least, most) = load
@@ -255,6 +259,26 @@ fn a_history_from_csv_and_from_another_run() {
     );
     let root = run(&bench, "history.toml", &[SHORT]);
     let first = table(&root, 1, TableName::Cycle);
+    // Its own loads press the joint, and contact.normal_load does not.
+    let is_own = |load: f64| assert!((load - 200.0).abs() < 1e-9, "{load}");
+    let recipe = bench.scene("history.toml", &["contact.normal_load=1 kN"]);
+    let recipe = Plan::of(&recipe).expect("a plan").inputs.recipe;
+    is_own(recipe.contact().expect("a contact").conditions.normal_load);
+    is_own(summary(&root, 0, "normal_load"));
+    let capped = [
+        SHORT,
+        "contact.normal_load=1e6 N",
+        "contact.pressure_cap=600 MPa",
+    ];
+    assert!(Plan::of(&bench.scene("history.toml", &capped)).is_ok());
+    let bolt = [
+        SHORT,
+        "contact.normal_load=1 kN",
+        "contact.bolt_stiffness=1 N/um",
+    ];
+    let bolted = bench.path("bolted");
+    Start::new(bench.scene("history.toml", &bolt), &bolted).done();
+    is_own(summary(&bolted, 0, "normal_load"));
 
     // The cycle of a run is a history, with the same steady state.
     fs::copy(

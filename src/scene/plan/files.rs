@@ -16,7 +16,7 @@ use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse
 use crate::surface::prepare::{self, PrepareError, PrepareOptions, Prepared};
 use crate::surface::readers::{self, ReadError, ReadOptions};
 use crate::tables::{self, TableError, TableName, TypedTable, typed};
-use crate::wear::{Channel, Motion};
+use crate::wear::{Channel, Motion, mean_of};
 
 /// Two values this close, relative to the largest, are the same sample.
 const SAME: f64 = 1e-9;
@@ -128,11 +128,11 @@ pub enum HistoryProblem {
 
 /// What the files of a scene say.
 pub(super) struct Files {
-    /// The scene with what the files say of its structure.
+    /// The scene with what the files say of its structure and its load.
     pub scene: Scene,
     /// Hashes of the files.
     pub contents: Contents,
-    /// All that is not decided yet: the recipe is that of the scene.
+    /// What they say; the recipe is as far as the scene has it.
     pub inputs: Inputs,
 }
 
@@ -188,6 +188,10 @@ impl Files {
             (Some(contact), _) => motion_of(&scene, contact),
             (None, _) => Motion::none(0.0),
         };
+        if let Some(conditions) = scene.contact.as_mut().and_then(|c| c.conditions.as_mut()) {
+            // A history may have loads of its own.
+            conditions.normal_load = motion.mean_load;
+        }
         let inputs = Inputs {
             recipe: scene.recipe.clone(),
             motion,
@@ -291,9 +295,9 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
             columns.displacement_y.unwrap_or_else(|| vec![0.0; rows]),
         )),
     }
-    let normal_load = columns
-        .normal_load
-        .unwrap_or_else(|| vec![contact.normal_load(); rows]);
+    let load = contact.normal_load();
+    let mean_load = columns.normal_load.as_deref().map_or(load, mean_of);
+    let normal_load = columns.normal_load.unwrap_or_else(|| vec![load; rows]);
     let changes = |values: &[f64]| values.iter().any(|value| *value != values[0]);
     let mut given = drive.iter().map(|channel| &channel.values()[..]);
     if !given.any(changes) && !changes(&normal_load) {
@@ -305,6 +309,7 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
         drive,
         rotation: None,
         normal_load,
+        mean_load,
         own: None,
     })
 }

@@ -15,9 +15,8 @@ use serde_json::json;
 
 use super::Scene;
 use crate::model_update::ModelUpdateError;
-use crate::recipe::{Check, CycleError, Decision, Inputs, Joint, KeptPlan, Recipe, told};
+use crate::recipe::{Check, CycleError, Decision, Inputs, Joint, KeptPlan, told};
 use crate::surface::SurfaceError;
-use crate::wear::Motion;
 use files::Files;
 use rough::Contents;
 
@@ -229,15 +228,17 @@ impl Plan {
     /// # Errors
     /// [`InputError`] for a file that cannot be used, and for a scene that is well written and cannot be run.
     pub fn of(scene: &Scene) -> Result<Plan, InputError> {
+        let given_load = scene.rough().map(|rough| rough.conditions.normal_load);
         let Files {
             scene,
             contents,
             mut inputs,
         } = Files::read(scene)?;
-        let recipe = decide(&scene, &inputs.motion, &contents)?;
-        let warnings = stability::warning(&recipe);
-        let decisions = told(&recipe);
-        let checks = plausible::checks(&recipe, &inputs.motion, inputs.measured.as_deref());
+        decide(&scene, &contents, &mut inputs)?;
+        let recipe = &inputs.recipe;
+        let warnings = stability::warning(recipe);
+        let decisions = told(recipe);
+        let checks = plausible::checks(&inputs, given_load);
         let implausible = checks.iter().filter_map(|check| check.warning.clone());
         let doubts = inputs.imported.iter();
         let doubts = doubts.flat_map(|found| {
@@ -251,9 +252,8 @@ impl Plan {
             .chain(implausible)
             .chain(doubts)
             .collect();
-        inputs.recipe = recipe.clone();
         inputs.identity.plan = json!(KeptPlan {
-            recipe,
+            recipe: recipe.clone(),
             warnings: warnings.clone(),
         });
         Ok(Plan {
@@ -265,11 +265,12 @@ impl Plan {
     }
 }
 
-/// Decides what a scene needs. `motion` is that of its `[motion]`.
+/// Decides what a scene needs, and completes the recipe of its inputs.
 ///
 /// # Errors
 /// [`PlanError`] for a scene that is well written and cannot be run.
-fn decide(scene: &Scene, motion: &Motion, contents: &Contents) -> Result<Recipe, PlanError> {
+fn decide(scene: &Scene, contents: &Contents, inputs: &mut Inputs) -> Result<(), PlanError> {
+    let Inputs { motion, recipe, .. } = inputs;
     let (mut surface, mut contact, mut cycle) = (None, None, None);
     if let Some(rough) = scene.rough() {
         let decided = rough::decide(scene, &rough, motion, contents)?;
@@ -283,11 +284,8 @@ fn decide(scene: &Scene, motion: &Motion, contents: &Contents) -> Result<Recipe,
         elements,
     };
     let has_joint = joint.surface.is_some() || joint.elements.is_some();
-    let mut recipe = Recipe {
-        joints: has_joint.then_some(joint).into_iter().collect(),
-        ..scene.recipe.clone()
-    };
-    vibration::explain(scene, &mut recipe);
-    recipe.why = numbers::reasons(scene, &recipe);
-    Ok(recipe)
+    recipe.joints = has_joint.then_some(joint).into_iter().collect();
+    vibration::explain(scene, recipe);
+    recipe.why = numbers::reasons(scene, recipe);
+    Ok(())
 }

@@ -194,12 +194,9 @@ pub fn twist(setup: &Setup) -> Option<Figure> {
     number(moment / (limit * arm)).filter(|_| force == 0.0 && moment > 0.0)
 }
 
-/// Mean load of a motion over that of the contact, where it is another.
+/// Mean load of a motion over that of `contact.normal_load`, where it is another.
 pub fn mean_load(setup: &Setup) -> Option<Figure> {
-    let (mean, load) = (
-        setup.motion.mean_load(),
-        setup.face?.contact.conditions.normal_load,
-    );
+    let (mean, load) = (setup.motion.mean_load, setup.given_load?);
     let is_own = (mean / load - 1.0).abs() > 1e-6;
     over(mean, load, N).filter(|_| load > 0.0 && is_own)
 }

@@ -11,9 +11,7 @@ mod say;
 mod setup;
 mod table;
 
-use crate::recipe::{Check, Recipe};
-use crate::surface::prepare::Prepared;
-use crate::wear::Motion;
+use crate::recipe::{Check, Inputs};
 use say::{Figure, Unit};
 use setup::Setup;
 
@@ -51,9 +49,9 @@ enum Bounds {
     Of(fn(&Setup) -> Option<[f64; 2]>),
 }
 
-/// The figures of a scene, in the order of the table.
-pub(super) fn checks(recipe: &Recipe, motion: &Motion, measured: Option<&Prepared>) -> Vec<Check> {
-    let setup = Setup::of(recipe, motion, measured);
+/// The figures of a scene, in the order of the table; `given_load` is that of the scene, if it has one \[N\].
+pub(super) fn checks(inputs: &Inputs, given_load: Option<f64>) -> Vec<Check> {
+    let setup = Setup::of(inputs, given_load);
     let rows = table::TABLE.iter();
     rows.filter_map(|row| row.check(&setup)).collect()
 }

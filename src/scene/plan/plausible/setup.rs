@@ -2,7 +2,7 @@
 
 use super::face::Face;
 use crate::material::Elastic;
-use crate::recipe::{Recipe, Response, Structure};
+use crate::recipe::{Inputs, Recipe, Response, Structure};
 use crate::structure::resonator::Resonator;
 use crate::surface::prepare::Prepared;
 use crate::wear::{Channel, Motion};
@@ -15,6 +15,8 @@ pub struct Setup<'a> {
     pub recipe: &'a Recipe,
     pub motion: &'a Motion,
     pub map: Option<&'a Prepared>,
+    /// Load that the scene gives \[N\]: the motion of a rough joint may have its own.
+    pub given_load: Option<f64>,
     /// The bodies, where they are of one material.
     pub both: Option<Elastic>,
     /// The bodies, where they are not.
@@ -27,7 +29,9 @@ pub struct Setup<'a> {
 }
 
 impl<'a> Setup<'a> {
-    pub fn of(recipe: &'a Recipe, motion: &'a Motion, map: Option<&'a Prepared>) -> Self {
+    pub fn of(inputs: &'a Inputs, given_load: Option<f64>) -> Self {
+        let (recipe, motion) = (&inputs.recipe, &inputs.motion);
+        let map = inputs.measured.as_deref();
         let structure = recipe.structure.as_ref();
         let resonator = structure.and_then(|structure| structure.source.resonator());
         let response = recipe.response.as_ref();
@@ -39,6 +43,7 @@ impl<'a> Setup<'a> {
             recipe,
             motion,
             map,
+            given_load,
             both: alike
                 .map(|pair| pair.lower)
                 .or(of_resonator.map(|resonator| resonator.material.elastic)),
