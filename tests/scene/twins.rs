@@ -44,7 +44,7 @@ fn fields(text: &str) -> BTreeMap<String, BTreeSet<String>> {
             (4, .., Some(outer)) if word.ends_with(" {") => {
                 name = format!("{outer}::{}", word.trim_end_matches(" {"));
             }
-            (_, .., Some(_)) => {
+            (.., Some(_)) => {
                 let field = word.split_once(": ").map(|split| split.0);
                 let is_name = |field: &&str| {
                     let mut letters = field.chars();
