@@ -85,6 +85,40 @@ pub fn is_watched() -> bool {
     io::stderr().is_terminal()
 }
 
+/// Characters that a line of the results may have: as many as `COLUMNS` says, else as the terminal shows; none where there is neither.
+pub fn width() -> Option<usize> {
+    let given = std::env::var("COLUMNS").ok();
+    let given = given.and_then(|text| text.trim().parse().ok());
+    given.or_else(terminal_width).filter(|width| *width > 0)
+}
+
+#[cfg(unix)]
+fn terminal_width() -> Option<usize> {
+    // Fails where results go into a file or a pipe.
+    let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
+    Some(size.ws_col.into())
+}
+
+#[cfg(not(unix))]
+fn terminal_width() -> Option<usize> {
+    None
+}
+
+/// Text in lines of at most `width` characters, broken between words. A longer word has a line of its own.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// True if a person can be asked.
 pub fn is_asking() -> bool {
     is_watched() && io::stdin().is_terminal()
@@ -103,6 +137,22 @@ impl Results {
         let text = text.to_string();
         note(&text);
         self.put(&visible(&text));
+    }
+
+    /// A name and a text beside it, in lines as wide as the terminal.
+    pub fn item(&mut self, name: &str, text: &str) {
+        self.beside(&format!("  {name:<24} "), text);
+    }
+
+    /// A text after what it begins with, its further lines below its first, in lines as wide as the terminal.
+    pub fn beside(&mut self, beginning: &str, text: &str) {
+        const LEAST: usize = 24;
+        let indent = beginning.chars().count();
+        let room = width().map_or(usize::MAX, |width| width.saturating_sub(indent).max(LEAST));
+        for (k, line) in wrapped(text, room).iter().enumerate() {
+            let before = if k == 0 { beginning } else { "" };
+            writeln!(self, "{}", format!("{before:<indent$}{line}").trim_end());
+        }
     }
 
     /// One line of JSON.

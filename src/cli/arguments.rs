@@ -69,10 +69,10 @@ pub enum Command {
     /// Of the unworn joint of a scene, which is computed in memory, or of the joint as it is worn at an iteration of a run, which is not
     /// changed; of several in one table and one picture. Where friction cannot bound the amplitude any more, the curve ends and says so.
     Backbone(backbone::BackboneArguments),
-    /// Show the progress of a run, or list the runs of a folder
+    /// Show the progress and the figures of a run, or list the runs of a folder
     ///
-    /// For a run it prints state, stage, cycles, last update, pace, remaining time and the command that continues it. For a folder of runs it
-    /// prints one line per run.
+    /// For a run it prints state, progress, remaining time, its figures with error bars (unworn and now), cost, warnings and the command that
+    /// continues it. For a folder of runs it prints one line per run. --json has all columns of the last summary, in SI units.
     Status {
         /// Folder of one run, or of several runs
         #[arg(default_value = "runs")]
@@ -164,9 +164,10 @@ pub enum Command {
     /// Prints masses, symmetry, likely units and natural frequencies. Reads Matrix Market, Abaqus (matrix output, substructures), ANSYS (.full), CalculiX, Nastran (OUTPUT4, DMIG), NPY and NPZ, MATLAB, by
     /// content. What belongs to a file and lies beside it is found. Frequencies are in hertz where the file's unit of time is the second.
     Inspect(inspect::InspectArguments),
-    /// Put the summaries of several runs into one table
+    /// Put the figures of several runs into one table
     ///
-    /// One row a run: its last iteration, with the FFT pairs of all its iterations. Values are in SI units.
+    /// Prints the last iteration of each run with error bars and the FFT pairs of the whole run, as wide as the terminal (or COLUMNS). The
+    /// files of --csv and --parquet hold columns of `summary` in SI units.
     Compare(CompareArguments),
     /// Write one HTML page on a run, or on several side by side
     ///
@@ -235,7 +236,7 @@ pub struct RunArguments {
     /// Print one JSON object: the last summary, and the seconds of each stage
     #[arg(long)]
     pub json: bool,
-    /// Print all figures of the last summary at the end, not only what wear has changed
+    /// Print all columns of the last summary at the end, in SI units, too
     #[arg(long, short, conflicts_with = "json")]
     pub verbose: bool,
     /// Stop when the process that started this one ends

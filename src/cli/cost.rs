@@ -73,7 +73,7 @@ fn range(range: Range, text: impl Fn(f64) -> String) -> String {
     )
 }
 
-/// What a finished run has cost, as one line.
+/// What a run has cost, in a few words.
 pub fn in_words(spent: &RunCost) -> String {
     let mut parts = Vec::new();
     if spent.wear_iterations > 0 {
@@ -84,10 +84,12 @@ pub fn in_words(spent: &RunCost) -> String {
     }
     parts.push(format!("{:.1} s", spent.total_seconds()));
     parts.push(format!("{} of disk", megabytes(spent.disk)));
-    if let Some(peak) = peak_memory() {
-        parts.push(format!("{} of memory", megabytes(peak)));
-    }
-    format!("  {:<24} {}", "cost", parts.join(", "))
+    parts.join(", ")
+}
+
+/// The memory that this process has taken, where the system tells.
+pub fn memory_in_words() -> Option<String> {
+    Some(format!("{} of memory", megabytes(peak_memory()?)))
 }
 
 /// What a finished run has cost, for programs.

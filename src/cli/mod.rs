@@ -16,6 +16,7 @@ mod error;
 mod export;
 mod export_reduced;
 mod export_vtu;
+mod figures;
 mod inspect;
 mod many;
 mod new;

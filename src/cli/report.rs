@@ -3,125 +3,25 @@
 use std::path::Path;
 
 use fretwear::recipe::{Check, Recipe};
-use fretwear::report::quantity::{self, Unit, Units};
 use fretwear::report::{ERROR_BARS, Sizes, error_bar_of, told};
 use fretwear::scene::Plan;
 use fretwear::stages::{Ending, Outcome, no_phase_resonance_between};
-use fretwear::tables::typed::{Summary, WornResponse};
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
 
 use super::cost;
-use crate::progress::{grouped, significant};
+use super::figures::write_figures;
 use crate::terminal::Results;
 
 /// How the end of a run is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// What wear has changed; the summary where nothing wore.
+    /// The figures of the joint.
     Short,
     /// The summary too.
     Verbose,
     /// One JSON object: the summary.
     Json,
-}
-
-/// A figure that wear changes: its title, its units, where it stands, and its error bar.
-struct Changing {
-    title: &'static str,
-    units: Units,
-    of: fn(&Summary) -> Option<f64>,
-    bar: fn(&Summary) -> Option<f64>,
-}
-
-const fn changing(
-    (title, units): (&'static str, Units),
-    of: fn(&Summary) -> Option<f64>,
-    bar: fn(&Summary) -> Option<f64>,
-) -> Changing {
-    Changing {
-        title,
-        units,
-        of,
-        bar,
-    }
-}
-
-#[rustfmt::skip]
-const CHANGING: [Changing; 7] = [
-    changing(("resonance", quantity::FREQUENCY), |s| s.resonance_frequency, |s| s.error_resonance_frequency),
-    changing(("largest amplitude", quantity::LENGTH), |s| s.peak_amplitude, |s| s.error_peak_amplitude),
-    changing(("friction of a cycle", quantity::ENERGY), |s| s.dissipated_energy, |s| s.error_dissipated_energy),
-    changing(("stiffness kn", quantity::STIFFNESS), |s| s.kn, |s| s.error_kn),
-    changing(("stiffness kt", quantity::STIFFNESS), |s| s.kt, |s| s.error_kt),
-    changing(("loaded area", quantity::SHARE), |s| s.loaded_area_fraction, |s| s.error_loaded_area),
-    changing(("worn volume", quantity::VOLUME), |s| s.wear_volume, |s| s.error_wear_volume),
-];
-
-/// What wear has changed, before and after, with the error bars of what is after. Resonance and amplitude are those of the two states
-/// with their own contact elements where the run has these, as in a report.
-fn write_change(out: &mut Results, [unworn, worn]: &[Summary; 2], own: Option<&[WornResponse; 2]>) {
-    let cycles = worn.cycles.unwrap_or(0).unsigned_abs();
-    let heads = [
-        "unworn".to_owned(),
-        format!("after {} cycles", grouped(cycles)),
-    ];
-    writeln!(out, "  {:<22} {:>14}   {}", "", heads[0], heads[1]);
-    let mut driving = Vec::new();
-    for figure in &CHANGING {
-        let [Some(before), Some(after)] = [unworn, worn].map(figure.of) else {
-            continue;
-        };
-        let unit = quantity::unit_of(figure.units, quantity::largest(&[before, after]));
-        let (title, [before, after]) = match (figure.title, own) {
-            ("resonance", Some(own)) => {
-                driving.push(in_unit(after, unit));
-                ("resonance", own.each_ref().map(|o| o.resonance_frequency))
-            }
-            ("largest amplitude", Some(own)) => {
-                driving.push(format!("{} at most", in_unit(after, unit)));
-                (
-                    "amplitude at resonance",
-                    own.each_ref().map(|o| o.resonance_amplitude),
-                )
-            }
-            (title, _) => (title, [before, after]),
-        };
-        let absolute = match figure.title {
-            "friction of a cycle" => worn.error_dissipated_energy_absolute,
-            _ => None,
-        };
-        let after = match absolute.filter(|limit| after == 0.0 && *limit > 0.0) {
-            Some(limit) => format!("below {}", in_unit(limit, unit)),
-            None => with_bar(after, (figure.bar)(worn).unwrap_or(0.0), unit),
-        };
-        writeln!(out, "  {title:<22} {:>14}   {after}", in_unit(before, unit));
-    }
-    if !driving.is_empty() {
-        writeln!(
-            out,
-            "  {:<22} {:>14}   {}, with the contact elements of the last update",
-            "what drives the wear",
-            "",
-            driving.join(", ")
-        );
-    }
-}
-
-/// A figure in a unit.
-fn in_unit(value: f64, unit: Unit) -> String {
-    format!("{} {}", significant(value / unit.size), unit.symbol)
-}
-
-/// A figure in a unit, with its bar.
-fn with_bar(value: f64, bar: f64, unit: Unit) -> String {
-    told(value, bar, 0.0, |value| in_unit(value, unit))
-}
-
-/// The worn volume of a state in words, with its bar \[m³, and relative\].
-pub fn worn(volume: f64, bar: Option<f64>) -> String {
-    let unit = quantity::unit_of(quantity::VOLUME, volume);
-    format!("worn {}", with_bar(volume, bar.unwrap_or(0.0), unit))
 }
 
 /// What is said of a summary whose resonance is none but a peak.
@@ -143,7 +43,6 @@ pub fn outcome(
     notices: &[String],
     out: &mut Results,
 ) {
-    let verbose = form == Form::Verbose;
     if form == Form::Json {
         let mut object = outcome.summary.as_ref().map(row).unwrap_or_default();
         object.insert("wear_iteration".to_owned(), json!(outcome.wear_iteration));
@@ -178,11 +77,10 @@ pub fn outcome(
     if let Some(wear_iteration) = outcome.wear_iteration {
         writeln!(out, "iteration {wear_iteration} of {}", root.display());
     }
-    match &outcome.change {
-        Some(change) => write_change(out, change, outcome.own.as_ref()),
-        None => write_summary(out, &plan.inputs.recipe, summary),
+    if let Some(ends) = &outcome.ends {
+        write_figures(out, ends);
     }
-    if verbose && outcome.change.is_some() {
+    if form == Form::Verbose {
         writeln!(out);
         write_summary(out, &plan.inputs.recipe, summary);
     }
@@ -193,26 +91,24 @@ pub fn outcome(
         .iter()
         .map(|(stage, s)| format!("{stage} {s:.2} s"))
         .collect();
-    writeln!(
-        out,
-        "  {:<24} {total:.2} s: {}",
+    out.item(
         "computed in",
-        stages.join(", ")
+        &format!("{total:.2} s: {}", stages.join(", ")),
     );
 }
 
 /// What an engineer would look at in the last state, and what is to be remarked of it.
 pub fn write_judged(out: &mut Results, checks: &[Check]) {
     for check in checks {
-        writeln!(out, "  {:<24} {}", check.what, check.value);
+        out.item(check.what, &check.value);
     }
     for remark in checks.iter().filter_map(|check| check.remark.as_ref()) {
-        writeln!(out, "note: {remark}");
+        out.beside("note: ", remark);
     }
 }
 
 /// One line a column: name, value, unit, and its error bar, or what it is below.
-pub fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
+fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
     let last = |name: &str| summary.f64(name).ok().map(|values| values[0]);
     let sizes = Sizes::of(recipe, last("normal_load"), last("rq"));
     for (schema, column) in summary.columns() {
@@ -238,7 +134,7 @@ pub fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
 }
 
 /// Six significant digits, as a person reads them.
-pub fn readable(value: f64) -> String {
+fn readable(value: f64) -> String {
     const DIGITS: i32 = 6;
     let size = value.abs();
     if value == 0.0 {

@@ -97,11 +97,14 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
     }
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.
-        say(&cost::in_words(&outcome.spent));
-        if outcome.change.is_some() {
+        let memory = cost::memory_in_words();
+        let memory = memory.map_or_else(String::new, |memory| format!(", {memory}"));
+        let spent = cost::in_words(&outcome.spent);
+        say(&format!("  {:<24} {spent}{memory}", "cost"));
+        if outcome.ends.is_some_and(|ends| ends.unworn.is_some()) {
             let root = word(&root);
             say(&format!(
-                "look at it:  fretwear report {root}\nall figures: fretwear status {root}"
+                "look at it:  fretwear report {root}\nall figures: fretwear status {root} --json"
             ));
         }
     }

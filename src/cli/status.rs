@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::{fs, io};
 
-use fretwear::recipe::KeptPlan;
+use fretwear::recipe::{KeptPlan, Recipe};
 use fretwear::report::{continuation, one_line_name, word};
-use fretwear::stages::{RunCost, RunStatus, judged};
+use fretwear::stages::{RunCost, RunEnds, RunStatus, judged};
 use fretwear::store::{LockHolder, RealFileSystem, RunReader};
+use fretwear::tables::TableName;
 use fretwear::tables::typed::Summary;
-use fretwear::tables::{Table, TableName};
 use serde_json::{Map, Value, json};
 
-use super::report::{row, worn, write_judged, write_summary};
+use super::figures::{worn, write_figures};
+use super::report::{row, write_judged};
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped};
 use crate::terminal::{Results, say};
@@ -32,10 +33,8 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let KeptPlan { recipe, warnings } = reader.plan(KeptPlan::of)?;
     let standing = RunStatus::of(&reader, &recipe)?;
-    let summary = standing
-        .wear_iteration
-        .map(|k| reader.read(k, TableName::Summary))
-        .transpose()?;
+    let ends = RunEnds::of(&reader)?;
+    let spent = RunCost::of(&reader)?;
     let holder = reader.holder()?;
     let failure = reader.failure()?.map(|failure| failure.message);
     let damaged: Vec<String> = reader
@@ -45,28 +44,52 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
         .map(ToString::to_string)
         .collect();
     if as_json {
+        let last = standing.wear_iteration;
+        let summary = last
+            .map(|k| reader.read(k, TableName::Summary))
+            .transpose()?;
         let mut object = summary.as_ref().map(row).unwrap_or_default();
         describe(&mut object, root, &standing, holder);
         object.insert("failure".to_owned(), json!(failure));
         if standing.wear_iteration.is_some() {
-            object.insert("cost".to_owned(), cost::spent(&RunCost::of(&reader)?));
+            object.insert("cost".to_owned(), cost::spent(&spent));
         }
         object.insert("warnings".to_owned(), json!(warnings));
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));
     } else {
-        write(out, root, &standing, holder, summary.as_ref(), failure);
-        if let Some(summary) = &summary {
-            write_summary(out, &recipe, summary);
+        write(out, root, &standing, holder, title(&recipe));
+        if let (Some(ends), Some(cycles)) = (&ends, standing.cycles)
+            && !standing.done
+        {
+            out.item("progress", &progress(&standing, cycles, &ends.now.summary));
+        }
+        write_pace(out, &standing);
+        if let Some(failure) = failure {
+            out.item("failed", &failure);
+        }
+        if let Some(ends) = &ends {
+            write_figures(out, ends);
+            out.item("cost", &cost::in_words(&spent));
         }
         if damaged.is_empty() {
             write_judged(out, &judged(&reader, &recipe)?);
         }
         for warning in &warnings {
-            writeln!(out, "warning: {warning}");
+            out.beside("warning: ", warning);
         }
         for damage in &damaged {
-            writeln!(out, "damaged: {damage}");
+            out.beside("damaged: ", damage);
+        }
+        // Commands are pasted: no line of theirs is broken.
+        let mut command = |name: &str, text: String| writeln!(out, "  {name:<24} {text}");
+        if holder.is_none() && !standing.done {
+            command("continue", continuation(root));
+        }
+        if ends.is_some() {
+            let root = word(root);
+            command("look at it", format!("fretwear report {root}"));
+            command("all figures", format!("fretwear status {root} --json"));
         }
     }
     Ok(if damaged.is_empty() {
@@ -127,8 +150,7 @@ fn write(
     root: &Path,
     standing: &RunStatus,
     holder: Option<LockHolder>,
-    summary: Option<&Table>,
-    failure: Option<String>,
+    title: String,
 ) {
     let mut first = match standing.wear_iteration {
         Some(latest) => format!("{}: iteration {latest}, ", root.display()),
@@ -152,36 +174,32 @@ fn write(
         _ => (),
     }
     writeln!(out, "{first}");
-    let mut line = |name: &str, text: String| writeln!(out, "  {name:<12} {text}");
-    if let (Some(summary), Some(cycles)) = (summary, standing.cycles) {
-        let goal = standing
-            .cycles_goal
-            .map_or_else(String::new, |goal| format!(" of {}", grouped(goal)));
-        let number = |column| summary.f64(column).ok().map(|values| values[0]);
-        let worn = worn(
-            number("wear_volume").unwrap_or(0.0),
-            number("error_wear_volume"),
-        );
-        line(
-            "progress",
-            format!(
-                "{}{goal} cycles, {worn}, {:.0} % done",
-                grouped(cycles),
-                100.0 * standing.part
-            ),
-        );
+    if !title.is_empty() {
+        out.item("title", &title);
     }
+}
+
+/// How far a run is.
+fn progress(standing: &RunStatus, cycles: u64, summary: &Summary) -> String {
+    let goal = standing.cycles_goal;
+    let goal = goal.map_or_else(String::new, |goal| format!(" of {}", grouped(goal)));
+    let worn = worn(
+        summary.wear_volume.unwrap_or(0.0),
+        summary.error_wear_volume,
+    );
+    let part = 100.0 * standing.part;
+    format!("{}{goal} cycles, {worn}, {part:.0} % done", grouped(cycles))
+}
+
+/// When the contact elements were updated last, how fast the run is, and how long it will take.
+fn write_pace(out: &mut Results, standing: &RunStatus) {
     if let Some(update) = standing.last_update {
         let at = update.cycles.map_or_else(String::new, |cycles| {
             format!(", at {} cycles", grouped(cycles))
         });
-        line(
-            "last update",
-            format!(
-                "iteration {}{at}; {} so far",
-                update.wear_iteration, update.updates
-            ),
-        );
+        let (iteration, updates) = (update.wear_iteration, update.updates);
+        let text = format!("iteration {iteration}{at}; {updates} so far");
+        out.item("last update", &text);
     }
     if let (false, Some(rate)) = (standing.done, standing.cycles_per_second) {
         let left = standing.cycles_left().map_or_else(String::new, |cycles| {
@@ -190,17 +208,16 @@ fn write(
         let time = standing.seconds_left.map_or_else(String::new, |seconds| {
             format!(", about {}", duration(seconds))
         });
-        line(
-            "pace",
-            format!("{} cycles/s of late{left}{time}", grouped(rate as u64)),
-        );
+        let rate = grouped(rate as u64);
+        out.item("pace", &format!("{rate} cycles/s of late{left}{time}"));
     }
-    if let Some(failure) = failure {
-        line("failed", failure);
-    }
-    if holder.is_none() && !standing.done {
-        line("continue", continuation(root));
-    }
+}
+
+/// The title on one line.
+fn title(recipe: &Recipe) -> String {
+    let title = recipe.title.iter();
+    let words = title.flat_map(|title| title.split_whitespace());
+    words.collect::<Vec<&str>>().join(" ")
 }
 
 /// Prints a line per run of a folder.
@@ -272,12 +289,7 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
     if let Some(volume) = summary.wear_volume {
         words.push(worn(volume, summary.error_wear_volume));
     }
-    // A title of several lines stays on the run's own.
-    let title = recipe
-        .title
-        .iter()
-        .flat_map(|title| title.split_whitespace());
-    words.push(title.collect::<Vec<&str>>().join(" "));
+    words.push(title(&recipe));
     words.retain(|word| !word.is_empty());
     let failure = reader.failure()?.map(|failure| failure.message);
     words.extend(

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use fretwear::gauge::Gauge;
 use fretwear::recipe::{Check, Recipe, Wear};
+use fretwear::report::quantity::VOLUME;
 use fretwear::report::{told, visible};
 use fretwear::stages::{Observer, Pace, Progress, Stage};
 use fretwear::store::{Opening, RealFileSystem, RunReader};
@@ -163,8 +164,8 @@ impl Watcher {
         line += &format!(
             ", {}{of} cycles, worn {}",
             grouped(progress.cycles),
-            told(1e9 * progress.volume, progress.error, 0.0, |volume| {
-                format!("{} mm³", significant(volume))
+            told(progress.volume, progress.error, 0.0, |volume| {
+                format!("{} mm³", VOLUME[0].rounded(volume, 4))
             })
         );
         let pace = self.pace.borrow();
@@ -384,17 +385,6 @@ pub fn grouped(number: u64) -> String {
         text.push(digit);
     }
     text
-}
-
-/// Four significant digits.
-pub fn significant(value: f64) -> String {
-    match value {
-        0.0 => "0".to_owned(),
-        v if (0.01..1000.0).contains(&v) => {
-            format!("{v:.*}", (3 - v.log10().floor() as i32) as usize)
-        }
-        v => format!("{v:.3e}"),
-    }
 }
 
 pub fn duration(seconds: f64) -> String {

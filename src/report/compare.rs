@@ -12,7 +12,8 @@ use super::page::failed;
 use super::passed_over::{PassedOver, open_each};
 use super::run_tables::{damage_of, open};
 use super::scan::{ORDER, RUN, Scan, WEAR_ITERATION};
-use crate::store::Damage;
+use crate::stages::{JointState, RunCost, RunEnds};
+use crate::store::{Damage, RunReader, StoreError};
 use crate::tables::{ColumnSchema, ColumnType, Nullable, TableName, nullable_to_parquet};
 
 /// The columns of `summary` that a comparison shows, in this order, after `run` and `wear_iteration`.
@@ -86,11 +87,23 @@ impl Cell {
     }
 }
 
+/// The state of a row with the error bars of its figures, as a person compares runs.
+#[derive(Debug, Clone)]
+pub struct Compared {
+    /// The run as it was asked for.
+    pub run: String,
+    /// Of a row of a whole run with its own forced response where the run has those of both its ends.
+    pub state: JointState,
+    /// Transform pairs of all stages: of a row of a whole run those of all its iterations, as the run itself reports them.
+    pub fft_pairs: f64,
+}
+
 /// Runs side by side: rows in the order of the runs asked for, then of the iterations.
 #[derive(Debug)]
 pub struct Comparison {
     columns: Vec<ColumnSchema>,
     frame: DataFrame,
+    states: Vec<Compared>,
     damage: Vec<Damage>,
     passed_over: Vec<PassedOver>,
 }
@@ -107,11 +120,17 @@ pub struct Comparison {
 /// [`ReportError::Scan`] if the table library fails.
 pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> {
     let mut scan = Scan::of(TableName::Summary);
-    let mut damage = Vec::new();
+    let (mut states, mut damage) = (Vec::new(), Vec::new());
     let mut order = 0;
     let (_, passed_over) = open_each(runs, |run| {
         let reader = open(run)?;
-        scan.add(order, &run.display().to_string(), &reader)?;
+        let name = run.display().to_string();
+        scan.add(order, &name, &reader)?;
+        let found = states_of(name, &reader, rows);
+        states.extend(found.map_err(|source| ReportError::Run {
+            run: run.to_owned(),
+            source,
+        })?);
         damage.extend(damage_of(&reader));
         order += 1;
         Ok(())
@@ -128,8 +147,34 @@ pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> 
     Ok(Comparison {
         columns: columns(),
         frame,
+        states,
         damage,
         passed_over,
+    })
+}
+
+/// The states of the rows of a run.
+fn states_of(run: String, reader: &RunReader, rows: Rows) -> Result<Vec<Compared>, StoreError> {
+    let compared = |state, fft_pairs| Compared {
+        run: run.clone(),
+        state,
+        fft_pairs,
+    };
+    Ok(match rows {
+        Rows::All => {
+            let history = reader.history()?;
+            let states = JointState::all(reader)?.into_iter();
+            let states = states.map(|state| {
+                let pairs = history.fft_pairs(state.wear_iteration);
+                compared(state, pairs)
+            });
+            states.collect()
+        }
+        Rows::Last => {
+            let ends = RunEnds::of(reader)?.into_iter();
+            let pairs = RunCost::of(reader)?.total_pairs();
+            ends.map(|ends| compared(ends.now, pairs)).collect()
+        }
     })
 }
 
@@ -225,6 +270,11 @@ impl Comparison {
                 }
             })
             .collect()
+    }
+
+    /// The states of the rows, in their order.
+    pub fn states(&self) -> &[Compared] {
+        &self.states
     }
 
     /// What did not verify in the runs; the iterations from there on are not in the table.

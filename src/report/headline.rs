@@ -16,7 +16,7 @@ pub const OF_BARS: &str = "± is the run's own estimate from its wear steps, tol
 /// A quantity whose change is smaller than this part of it has stayed.
 const STAYED: f64 = 1e-4;
 /// Significant digits of a quantity in words.
-const DIGITS: i32 = 3;
+const DIGITS: usize = 3;
 
 /// The sentences on a run; `None` where it has nothing to say of.
 ///
@@ -219,7 +219,7 @@ fn change(
         return below(name, first, limit, unit);
     }
     let told = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
-    let [before, now] = [first, last].map(|value| rounded(value / unit.size, unit));
+    let [before, now] = [first, last].map(|value| unit.rounded(value, DIGITS));
     if before == now || (last - first).abs() <= STAYED * last.abs() {
         return format!("{name} stayed at {now}\u{a0}{}{told}", unit.symbol);
     }
@@ -228,7 +228,7 @@ fn change(
     let factor = match times && ratio.is_finite() && ratio > 1.005 {
         true => format!(
             ", {} times what it was",
-            rounded(ratio, quantity::NUMBER[0])
+            quantity::NUMBER[0].rounded(ratio, DIGITS)
         ),
         false => String::new(),
     };
@@ -244,7 +244,7 @@ fn change(
 
 /// What a quantity was, and what it is below: of one whose error bar is as large as itself no more is known.
 fn below(name: &str, first: f64, most: f64, unit: Unit) -> String {
-    let [before, now] = [first, most].map(|value| rounded(value / unit.size, unit));
+    let [before, now] = [first, most].map(|value| unit.rounded(value, DIGITS));
     match first > most {
         true => format!(
             "{name} fell from {before} to below {now}\u{a0}{}",
@@ -264,35 +264,11 @@ fn bar(run: &Of, column: &str) -> Option<f64> {
 }
 
 fn shown(value: f64, unit: Unit) -> String {
-    format!("{}\u{a0}{}", rounded(value / unit.size, unit), unit.symbol)
+    format!("{}\u{a0}{}", unit.rounded(value, DIGITS), unit.symbol)
 }
 
 fn with_bar(value: f64, unit: Unit, bar: Option<f64>) -> String {
     told(value, bar.unwrap_or(0.0), 0.0, |value| shown(value, unit))
-}
-
-/// A value with the digits that are read, the last ones also where they are zeros: 3.50.
-fn rounded(value: f64, unit: Unit) -> String {
-    // A resonance moves by less than its third digit.
-    if unit.symbol == "Hz" {
-        return format!("{value:.1}");
-    }
-    if value == 0.0 || !value.is_finite() {
-        return quantity::number(value);
-    }
-    // The exponent of the rounded value: 9.996 has one digit more.
-    let text = format!("{:.*e}", (DIGITS - 1) as usize, value.abs());
-    let exponent = text
-        .split_once('e')
-        .and_then(|(_, e)| e.parse::<i32>().ok());
-    match exponent {
-        Some(exponent @ -3..6) => {
-            let short: f64 = text.parse().unwrap_or(value);
-            let decimals = (DIGITS - 1 - exponent).max(0) as usize;
-            format!("{}{short:.decimals$}", if value < 0.0 { "−" } else { "" })
-        }
-        _ => quantity::digits(value, DIGITS),
-    }
 }
 
 /// A count in groups of three digits.

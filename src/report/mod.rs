@@ -42,7 +42,7 @@ pub mod trade;
 #[cfg(feature = "polars")]
 pub use backbone::backbone_svg;
 #[cfg(feature = "polars")]
-pub use compare::{Cell, Comparison, Rows, compare};
+pub use compare::{Cell, Compared, Comparison, Rows, compare};
 #[cfg(feature = "polars")]
 pub use error::ReportError;
 pub use error_bars::{ERROR_BARS, error_bar_of, percent};

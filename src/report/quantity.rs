@@ -9,6 +9,33 @@ pub struct Unit {
     pub size: f64,
 }
 
+impl Unit {
+    /// A value in this unit with so many significant digits, the last ones also where they are zeros: 3.50. Frequencies have one decimal,
+    /// since a resonance moves by less than its third digit.
+    pub fn rounded(&self, value: f64, significant: usize) -> String {
+        let value = value / self.size;
+        if self.symbol == "Hz" {
+            return format!("{value:.1}");
+        }
+        if value == 0.0 || !value.is_finite() {
+            return number(value);
+        }
+        // The exponent of the rounded value: 9.996 has one digit more.
+        let text = format!("{:.*e}", significant - 1, value.abs());
+        let exponent = text
+            .split_once('e')
+            .and_then(|(_, e)| e.parse::<i32>().ok());
+        match exponent {
+            Some(exponent @ -3..6) => {
+                let short: f64 = text.parse().unwrap_or(value);
+                let decimals = (significant as i32 - 1 - exponent).max(0) as usize;
+                format!("{}{short:.decimals$}", if value < 0.0 { "−" } else { "" })
+            }
+            _ => digits(value, significant as i32),
+        }
+    }
+}
+
 /// The units of a quantity, ascending.
 pub type Units = &'static [Unit];
 

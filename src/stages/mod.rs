@@ -20,6 +20,7 @@ mod error_bars;
 mod forced_response;
 mod fretting_cycle;
 mod graph;
+mod joint_state;
 mod judged;
 mod ledger;
 mod list;
@@ -48,6 +49,7 @@ pub use backbone::{add_backbone, backbone_of_run, backbone_of_scene, resonance_o
 pub use declaration::{Declaration, is_in};
 pub use error::RunError;
 pub use graph::graph;
+pub use joint_state::{JointState, RunEnds};
 pub use judged::judged;
 pub use list::{STAGES, stages_of};
 pub use observer::{Observer, Progress};

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::RunError;
+use super::joint_state::RunEnds;
 use super::list::stages_of;
 use super::observer::{Observer, Progress};
 use super::reduced::ReducedTables;
@@ -83,10 +84,8 @@ pub struct Outcome {
     pub commit: Option<String>,
     /// Its summary.
     pub summary: Option<Table>,
-    /// The summaries of the unworn joint and of the last iteration, where there was wear in between.
-    pub change: Option<[typed::Summary; 2]>,
-    /// The responses of these two states with their own contact elements, where the run has both.
-    pub own: Option<[typed::WornResponse; 2]>,
+    /// The unworn joint and the joint of the last iteration.
+    pub ends: Option<RunEnds>,
     /// What the run has cost, over all its starts.
     pub spent: RunCost,
 }
@@ -299,21 +298,13 @@ fn outcome(store: &mut RunStore, inputs: &Inputs, ending: Ending) -> Result<Outc
         .transpose()?;
     let commit = wear_iteration.map(|k| store.reader().commit_of(k));
     let commit = commit.transpose()?.map(|commit| commit.hash.clone());
-    let history = store.reader().history()?;
-    let (mut change, mut own) = (None, None);
-    if let Some(last) = wear_iteration.filter(|last| *last > 0) {
-        change = history.row(0)?.zip(history.row(last)?);
-        own = history.row(0)?.zip(history.row(last)?);
-    }
-    let change = change.map(|(unworn, worn)| [unworn, worn]);
-    let own = own.map(|(unworn, worn)| [unworn, worn]);
+    let ends = RunEnds::of(store.reader())?;
     Ok(Outcome {
         ending,
         wear_iteration,
         commit,
         summary,
-        change,
-        own,
+        ends,
         spent,
     })
 }

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::RunError;
-use crate::store::RunReader;
+use crate::store::{RunReader, StoreError};
 
 /// What a run has cost, over all its starts: sums over its iterations, those that are pruned too.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -25,7 +24,7 @@ impl RunCost {
     ///
     /// # Errors
     /// Those of reading it; a `timing` table that is damaged, or was and is gone, counts nothing: no result depends on it.
-    pub fn of(reader: &RunReader) -> Result<RunCost, RunError> {
+    pub fn of(reader: &RunReader) -> Result<RunCost, StoreError> {
         let mut spent = RunCost {
             wear_iterations: reader.latest().unwrap_or(0),
             ..RunCost::default()

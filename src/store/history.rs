@@ -177,14 +177,23 @@ impl History {
 
     /// Seconds of an iteration, by stage and by part of a stage.
     pub fn seconds(&self, wear_iteration: u64) -> BTreeMap<String, f64> {
-        let of = |(name, values): (&String, &Nullable)| {
+        self.timing(TIMING[0], wear_iteration).collect()
+    }
+
+    /// Forward and inverse transform pairs of an iteration, over all stages.
+    pub fn fft_pairs(&self, wear_iteration: u64) -> f64 {
+        self.timing(TIMING[1], wear_iteration).map(|(_, n)| n).sum()
+    }
+
+    /// A column of the `timing` table of an iteration, by stage and by part of a stage.
+    fn timing(&self, prefix: &str, wear_iteration: u64) -> impl Iterator<Item = (String, f64)> {
+        self.columns.iter().filter_map(move |(name, values)| {
             let Nullable::F64(values) = values else {
                 return None;
             };
-            let seconds = values.get(wear_iteration as usize).copied()??;
-            Some((name.strip_prefix(TIMING[0])?.to_owned(), seconds))
-        };
-        self.columns.iter().filter_map(of).collect()
+            let value = values.get(wear_iteration as usize).copied()??;
+            Some((name.strip_prefix(prefix)?.to_owned(), value))
+        })
     }
 
     /// The iterations that are pruned, with their places in the chain.

@@ -102,7 +102,10 @@ fn json_of_a_run_without_an_iteration() {
     let words = bench.done(&["status", "a"]).stdout();
     assert_eq!(
         words,
-        "a: nothing committed yet, stopped\n  continue     fretwear run --run a\n"
+        format!(
+            "a: nothing committed yet, stopped\n  {:<24} Small\n  {:<24} fretwear run --run a\n",
+            "title", "continue"
+        )
     );
 }
 
@@ -146,7 +149,7 @@ fn status_and_verify_say_what_there_is() {
         status.starts_with(&format!("a: iteration {last}, done\n")),
         "{status}"
     );
-    assert!(status.contains("m^3"), "no units: {status}");
+    assert!(status.contains(" mm³"), "no units: {status}");
     let verify = bench.done(&["verify", "a"]).stdout();
     for k in 0..=last {
         assert!(verify.contains(&format!("iteration {k}: ok\n")), "{verify}");

@@ -3,7 +3,7 @@
 use fretwear::tables::TableName;
 use serde_json::{Value, json};
 
-use crate::support::{Bench, Did, latest, summary, table};
+use crate::support::{Bench, Did, OSCILLATOR, SLIDER, latest, summary, table};
 
 /// What `status --json` has beside the row of the summary.
 pub const KEYS: [&str; 15] = [
@@ -68,11 +68,11 @@ fn a_stopped_run_says_how_far_it_is_and_how_to_go_on() {
     assert_eq!(found["continue"], "fretwear run --run a");
     let words = bench.done(&["status", "a"]).stdout();
     for part in [
-        &format!("a: iteration {k}, stopped\n"),
+        &format!("a: iteration {k}, stopped\n  {:<24} Small\n", "title"),
         " of 600 000 cycles, worn ",
         " cycles/s of late, ",
         " cycles to go",
-        "  continue     fretwear run --run a\n",
+        &format!("  {:<24} fretwear run --run a\n", "continue"),
     ] {
         assert!(words.contains(part), "{part:?} in {words}");
     }
@@ -134,10 +134,9 @@ fn the_last_update_is_told() {
     assert!(number(&update["updates"]) >= 1.0);
     let words = bench.done(&["status", "a"]).stdout();
     assert!(
-        words.contains(&format!("  last update  iteration {k}, at ")),
+        words.contains(&format!("  {:<24} iteration {k}, at ", "last update")),
         "{words}"
     );
-    assert!(words.contains("resonance_frequency"), "{words}");
     // A prescribed motion has no contact elements to renew.
     step(&bench, "small.toml", "b");
     assert_eq!(status(&bench, "b")["last_update"], Value::Null);
@@ -178,6 +177,63 @@ fn the_end_of_a_run_has_the_resonance_of_the_worn_joint() {
     assert!(driving.contains(" µm at most"), "{driving}");
 }
 
+/// The figures at the end of a run and in its state are the same lines, and no columns of tables.
+#[test]
+fn status_prints_the_figures_and_what_to_do_next() {
+    let bench = Bench::new();
+    let end = bench
+        .done(&["run", "resonator.toml", "--run", "a"])
+        .stdout();
+    let status = bench.done(&["status", "a"]).stdout();
+    for name in [
+        "resonance ",
+        "amplitude at resonance ",
+        "stiffness kn ",
+        "largest pressure ",
+    ] {
+        let of = |text: &str| {
+            let mut lines = text.lines().map(str::to_owned);
+            lines.find(|line| line.starts_with(&format!("  {name}")))
+        };
+        let line = of(&status).unwrap_or_else(|| panic!("no {name} in {status}"));
+        assert_eq!(of(&end), Some(line.clone()));
+        assert!(line.contains(" ± ") && line.ends_with(" %"), "{line}");
+    }
+    for column in ["error_", "n_cycles", "kn  ", "fft_pairs", "N/m "] {
+        let lines = status.lines().map(str::trim_start);
+        let found: Vec<&str> = lines.filter(|line| line.starts_with(column)).collect();
+        assert!(found.is_empty(), "{found:?}");
+    }
+    for (name, text) in [
+        ("title", "Small resonator"),
+        ("look at it", "fretwear report a"),
+        ("all figures", "fretwear status a --json"),
+    ] {
+        let line = format!("\n  {name:<24} {text}\n");
+        assert!(status.contains(&line), "{line} in {status}");
+    }
+    assert!(!status.contains("\n  progress"), "{status}");
+    assert!(!status.contains("\n  continue"), "{status}");
+
+    bench.write("mass.toml", format!("{OSCILLATOR}{SLIDER}"));
+    bench.done(&["run", "mass.toml", "--run", "b"]);
+    for run in ["a", "b"] {
+        for width in [80, 120] {
+            let mut command = bench.command(&["status", run]);
+            let did = command.env("COLUMNS", width.to_string()).output();
+            let status = Did(did.expect("the program runs")).stdout();
+            let longest = status.lines().map(|line| line.chars().count()).max();
+            assert!(longest <= Some(width), "{longest:?} of {width}: {status}");
+        }
+    }
+    let status = bench.done(&["status", "b"]).stdout();
+    let resonance = status.lines().find(|line| line.starts_with("  resonance "));
+    assert!(
+        resonance.is_some_and(|line| line.contains(" Hz ± ")),
+        "{status}"
+    );
+}
+
 /// Why a run failed is told until it goes on.
 #[test]
 fn a_failed_run_says_why() {
@@ -196,7 +252,7 @@ fn a_failed_run_says_why() {
     assert_eq!(found["state"], "stopped");
     let words = bench.done(&["status", "a"]).stdout();
     assert!(
-        words.contains(&format!("  failed       {message}\n")),
+        words.contains(&format!("  {:<24} {message}\n", "failed")),
         "{words}"
     );
     let line = bench.done(&["status", "."]).stdout();

@@ -218,7 +218,9 @@ fn nothing_in_the_texts_of_others_is_obeyed() {
         commands.push((vec!["report", HOSTILE], 0, true));
     }
     for (arguments, code, named) in commands {
-        let did = bench.fretwear(&arguments);
+        // So wide that no name is wrapped.
+        let did = bench.command(&arguments).env("COLUMNS", "400").output();
+        let did = Did(did.expect("the program runs"));
         let said = did.stdout() + &did.stderr();
         assert_eq!(did.code(), code, "{arguments:?}: {said:?}");
         assert_eq!(obeyed(&said), None, "{arguments:?}: {said:?}");

@@ -157,6 +157,7 @@ impl Bench {
             .current_dir(self.0.path())
             .args(arguments)
             .env("FRETWEAR_CACHE", self.1.clone().unwrap_or_default())
+            .env_remove("COLUMNS")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());

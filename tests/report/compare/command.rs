@@ -1,66 +1,218 @@
 use super::{STATIC, WORN, compute, damage, summary_file};
+use fretwear::report::{RunTables, numbers, percent};
 use fretwear::stages::Stage;
+use fretwear::tables::TableName;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
+use crate::support::{RESONATOR, copy};
+
 fn fretwear(folder: &TempDir, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fretwear"))
-        .args(arguments)
-        .current_dir(folder.path())
-        .output()
-        .unwrap()
+    at_width(folder, None, arguments)
+}
+
+/// The program where a line has so many characters.
+fn at_width(folder: &TempDir, width: Option<usize>, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fretwear"));
+    command.args(arguments).current_dir(folder.path());
+    match width {
+        Some(width) => command.env("COLUMNS", width.to_string()),
+        None => command.env_remove("COLUMNS"),
+    };
+    command.output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
 }
 
+/// The cells of a table: at least two spaces part them.
+fn cells(line: &str) -> Vec<&str> {
+    let cells = line.split("  ").map(str::trim);
+    cells.filter(|cell| !cell.is_empty()).collect()
+}
+
+/// The cells of a figure, of runs beside each other.
+fn figure<'a>(table: &'a str, title: &str) -> Vec<&'a str> {
+    let line = table.lines().find(|line| line.starts_with(title));
+    cells(line.unwrap_or_else(|| panic!("no {title} in {table}")))[1..].to_vec()
+}
+
 #[test]
-fn prints_names_units_and_a_line_a_run() {
+fn few_runs_stand_beside_each_other_with_units_and_error_bars() {
     let folder = TempDir::new().unwrap();
+    let vibrating = compute(&folder, "vibrating", RESONATOR, None);
     compute(&folder, "worn", WORN, None);
     compute(&folder, "pressed", STATIC, None);
-    let output = fretwear(&folder, &["compare", "worn", "pressed"]);
+    let runs = ["compare", "vibrating", "worn", "pressed"];
+    let output = at_width(&folder, Some(120), &runs);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert_eq!(text(&output.stderr), "");
+    let table = text(&output.stdout);
+    assert_eq!(cells(table.lines().next().unwrap()), runs[1..]);
 
-    let lines: Vec<&str> = text(&output.stdout).lines().collect();
-    assert_eq!(lines.len(), 4, "{lines:#?}");
-    let words = |line: &str| line.split_whitespace().count();
-    assert!(lines[0].starts_with("run "));
-    assert!(lines[1].contains("[m^3]") && lines[1].contains("[N/m]"));
-    assert_eq!(words(lines[2]), words(lines[0]), "{lines:#?}");
-    // A static contact has no cycles, wear volume, wear rate and dissipated energy.
-    assert_eq!(words(lines[3]) + 4, words(lines[0]), "{lines:#?}");
-    // Its figures stand under their names nevertheless.
-    let end_of = |line: &str| line.chars().count();
-    assert_eq!(end_of(lines[2]), end_of(lines[0]));
-    assert_eq!(end_of(lines[3]), end_of(lines[0]));
+    // The resonance of the worn joint with its own contact elements, as in its report, and not that of the vibration that drives the wear.
+    let run = RunTables::open(&vibrating).unwrap();
+    let of = |table: TableName, column: &str| {
+        let frame = run.at(run.latest(), table).unwrap().unwrap();
+        numbers(&frame, column).unwrap()[0]
+    };
+    let own = format!("{:.1}", of(TableName::WornResponse, "resonance_frequency"));
+    let driving = format!("{:.1}", of(TableName::Summary, "resonance_frequency"));
+    assert_ne!(own, driving);
+    let bar = percent(of(TableName::Summary, "error_resonance_frequency"));
+    let expected = format!("{own} ± {bar}");
+    assert_eq!(figure(table, "resonance [Hz]"), [&expected, "–", "–"]);
+    let amplitude = 1e6 * of(TableName::WornResponse, "resonance_amplitude");
+    let found = figure(table, "amplitude at resonance [µm]")[0];
+    assert!(found.starts_with(&format!("{amplitude:.2} ± ")), "{found}");
+
+    // Bars of what wear has made, and nothing of what a static contact lacks.
+    for title in ["worn volume [mm³]", "friction of a cycle [mJ]"] {
+        let found = figure(table, title);
+        assert!(
+            found[1].contains(" ± ") && found[1].ends_with('%'),
+            "{table}"
+        );
+        assert_eq!(found[2], "–", "{table}");
+    }
+    for title in ["largest pressure [MPa]", "stiffness kn [N/µm]"] {
+        assert!(!figure(table, title).contains(&"–"), "{table}");
+    }
+}
+
+/// The table, the state of a run and its end count the transforms of all stages.
+#[test]
+fn fft_pairs_are_those_that_the_run_reports() {
+    let folder = TempDir::new().unwrap();
+    compute(&folder, "vibrating", RESONATOR, None);
+    compute(&folder, "pressed", STATIC, None);
+    let output = fretwear(
+        &folder,
+        &["compare", "vibrating", "pressed", "--csv", "t.csv"],
+    );
+    let found = figure(text(&output.stdout), "FFT pairs");
+    for (run, found) in ["vibrating", "pressed"].iter().zip(&found) {
+        let status = fretwear(&folder, &["status", run, "--json"]);
+        let status: serde_json::Value = serde_json::from_slice(&status.stdout).unwrap();
+        let pairs = status["cost"]["fft_pairs"].as_f64().unwrap();
+        assert_eq!(*found, format!("{pairs:.0}"));
+        let status = fretwear(&folder, &["status", run]);
+        let told = format!("{found} FFT pairs, ");
+        assert!(text(&status.stdout).contains(&told), "{told}");
+    }
+    // The files keep the sum of the summaries, which count contact, cycle and wear step alone.
+    let mut csv = csv::Reader::from_path(folder.path().join("t.csv")).unwrap();
+    let row = csv.records().next().unwrap().unwrap();
+    let of_summaries: f64 = row[row.len() - 1].parse().unwrap();
+    assert!(of_summaries + 10.0 < found[0].parse().unwrap(), "{found:?}");
+
+    // An iteration each: they add up to the whole.
+    let output = at_width(&folder, Some(400), &["compare", "vibrating", "--all"]);
+    let rows = text(&output.stdout).lines();
+    let rows = rows.filter(|line| line.starts_with("vibrating@"));
+    let pairs = rows.map(|line| cells(line).last().unwrap().parse::<f64>().unwrap());
+    let (count, sum) = pairs.fold((0.0, 0.0), |(n, sum), pairs| (n + 1.0, sum + pairs));
+    let whole: f64 = found[0].parse().unwrap();
+    assert!(
+        count > 2.0 && (sum - whole).abs() <= 0.5 * (count + 1.0),
+        "{sum} of {whole}"
+    );
+}
+
+/// Figures and labels of a table, which are the same at any width. Heads are words, and labels have another form.
+fn numbers_in(table: &str) -> BTreeSet<&str> {
+    let is_number =
+        |cell: &&str| cell.starts_with(|c: char| c.is_ascii_digit() || "−–".contains(c));
+    let is_limit = |cell: &&str| cell.starts_with("below ");
+    let cells = table.lines().flat_map(cells);
+    cells
+        .filter(|cell| is_number(cell) || is_limit(cell))
+        .collect()
+}
+
+#[test]
+fn no_line_is_longer_than_the_terminal_and_no_number_is_cut() {
+    let folder = TempDir::new().unwrap();
+    let vibrating = compute(&folder, "a", RESONATOR, None);
+    let worn = compute(&folder, "b", WORN, None);
+    compute(&folder, "c", STATIC, None);
+    for (k, name) in ["d", "e", "f", "g", "h", "i"].iter().enumerate() {
+        copy([&vibrating, &worn][k % 2], &folder.path().join(name));
+    }
+    let nine = ["a", "b", "c", "d", "e", "f", "g", "h", "i"];
+    for runs in [&nine[..1], &nine[..2], &nine] {
+        for all in [&[][..], &["--all"]] {
+            let arguments = [&["compare"][..], runs, all].concat();
+            let whole = at_width(&folder, Some(1000), &arguments).stdout;
+            let expected = numbers_in(text(&whole));
+            assert!(expected.len() > 10, "{expected:?}");
+            for width in [Some(50), Some(80), Some(120), Some(200), None] {
+                let table = at_width(&folder, width, &arguments).stdout;
+                let table = text(&table);
+                let longest = table.lines().map(|line| line.chars().count()).max();
+                assert!(longest <= Some(width.unwrap_or(80)), "{table}");
+                assert_eq!(numbers_in(table), expected, "{table}");
+            }
+        }
+    }
+    // Beside each other where they fit.
+    let beside = |width, runs: &[&str]| {
+        let table = at_width(&folder, Some(width), &[&["compare"][..], runs].concat());
+        cells(text(&table.stdout).lines().next().unwrap()) == runs
+    };
+    assert!(beside(80, &nine[..2]) && beside(400, &nine) && !beside(80, &nine));
+}
+
+/// The name of a run is wrapped, and whole.
+#[test]
+fn a_long_name_is_wrapped() {
+    let folder = TempDir::new().unwrap();
+    let long = "x".repeat(70);
+    let path = format!("studies/{long}");
+    compute(&folder, &path, STATIC, None);
+    let table = at_width(&folder, Some(60), &["compare", &path, &path]).stdout;
+    let table = text(&table);
+    assert!(
+        table.lines().all(|line| line.chars().count() <= 60),
+        "{table}"
+    );
+    let heads = table
+        .lines()
+        .take_while(|line| !line.starts_with("iteration"));
+    let heads: Vec<Vec<&str>> = heads.map(cells).collect();
+    let name: String = heads.iter().map(|line| line[0]).collect();
+    assert_eq!(name, path, "{table}");
 }
 
 #[test]
 fn writes_the_table_too() {
     let folder = TempDir::new().unwrap();
     compute(&folder, "worn", WORN, None);
-    let output = fretwear(
-        &folder,
-        &[
-            "compare",
-            "--all",
-            "worn",
-            "--csv",
-            "t.csv",
-            "--parquet",
-            "t.parquet",
-        ],
-    );
+    let arguments = [
+        "compare",
+        "--all",
+        "worn",
+        "--csv",
+        "t.csv",
+        "--parquet",
+        "t.parquet",
+    ];
+    let output = at_width(&folder, Some(400), &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let csv = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
-    // The printed table has a line of units more.
+    let printed = text(&output.stdout).lines();
+    let printed = printed.filter(|line| line.starts_with("worn@"));
+    assert_eq!(csv.lines().count(), printed.count() + 1);
+    // Programs read it: the table for a person does not change it.
     assert_eq!(
-        csv.lines().count() + 1,
-        text(&output.stdout).lines().count()
+        csv.lines().next(),
+        Some(
+            "run,wear_iteration,cycles,wear_volume,wear_rate,dissipated_energy,contact_area_fraction,\
+             loaded_area_fraction,max_pressure,kn,kt,rq,sk,ku,fft_pairs"
+        )
     );
     let parquet = std::fs::read(folder.path().join("t.parquet")).unwrap();
     assert!(parquet.starts_with(b"PAR1"));
@@ -85,7 +237,7 @@ fn says_by_its_exit_code_what_is_wrong() {
         "{}",
         text(&damaged.stderr)
     );
-    assert_eq!(text(&damaged.stdout).lines().count(), 3);
+    assert_eq!(figure(text(&damaged.stdout), "iteration"), ["1"]);
 }
 
 /// What `runs/*` may name beside runs: one only begun, an empty folder, a file, and what `reproduce` leaves.
@@ -114,13 +266,15 @@ fn what_is_no_run_is_passed_over() {
         .zip(REASONS)
         .map(|(path, reason)| format!("note: {path} is passed over: {reason}\n"))
         .collect();
-    for (command, lines) in [("compare", 3), ("report", 1)] {
+    for command in ["compare", "report"] {
         let output = fretwear(&folder, &[&[command][..], &foreign, &["pressed"]].concat());
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         assert_eq!(text(&output.stderr), notes);
         let said = text(&output.stdout);
-        assert_eq!(said.lines().count(), lines, "{said}");
-        assert_eq!(said.contains("\npressed "), command == "compare", "{said}");
+        match command {
+            "compare" => assert_eq!(said.lines().next().map(str::trim), Some("pressed")),
+            _ => assert_eq!(said.lines().count(), 1, "{said}"),
+        }
     }
     // Several were asked for, so that the page is not in the folder of the one that is left.
     assert!(folder.path().join("report.html").is_file());

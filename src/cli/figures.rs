@@ -1,0 +1,158 @@
+//! The figures of a joint with their error bars, as the end of a run, `fretwear status` and `fretwear compare` print them.
+
+use fretwear::report::quantity::{self, Unit, Units};
+use fretwear::report::{below, told};
+use fretwear::stages::{JointState, RunEnds};
+use fretwear::tables::typed::Summary;
+
+use crate::progress::grouped;
+use crate::terminal::Results;
+
+/// Significant digits of a figure.
+pub const DIGITS: usize = 4;
+
+/// A figure of a joint: its title, its units, its value, and its relative error bar.
+pub struct Figure {
+    pub title: &'static str,
+    pub units: Units,
+    of: fn(&JointState) -> Option<f64>,
+    bar: fn(&Summary) -> Option<f64>,
+}
+
+const fn figure(
+    (title, units): (&'static str, Units),
+    of: fn(&JointState) -> Option<f64>,
+    bar: fn(&Summary) -> Option<f64>,
+) -> Figure {
+    Figure {
+        title,
+        units,
+        of,
+        bar,
+    }
+}
+
+const FRICTION: &str = "friction of a cycle";
+
+/// All figures, in the order in which they are printed. Resonance and amplitude are those with the state's own contact elements where it
+/// has such a response, as in a report; else those of the vibration that drives the wear.
+#[rustfmt::skip]
+pub const FIGURES: [Figure; 14] = [
+    figure(("resonance", quantity::FREQUENCY), JointState::resonance, |s| s.error_resonance_frequency),
+    figure(("amplitude at resonance", quantity::LENGTH), |s| s.response.as_ref().map(|r| r.resonance_amplitude), |s| s.error_peak_amplitude),
+    figure(("largest amplitude", quantity::LENGTH), JointState::driving_amplitude, |s| s.error_peak_amplitude),
+    figure(("worn volume", quantity::VOLUME), |s| s.summary.wear_volume, |s| s.error_wear_volume),
+    figure(("wear rate", quantity::VOLUME_RATE), |s| s.summary.wear_rate, |s| s.error_dissipated_energy),
+    figure((FRICTION, quantity::ENERGY), |s| s.summary.dissipated_energy, |s| s.error_dissipated_energy),
+    figure(("stiffness kn", quantity::STIFFNESS), |s| s.summary.kn, |s| s.error_kn),
+    figure(("stiffness kt", quantity::STIFFNESS), |s| s.summary.kt, |s| s.error_kt),
+    figure(("contact area", quantity::SHARE), |s| s.summary.contact_area_fraction, |_| None),
+    figure(("loaded area", quantity::SHARE), |s| s.summary.loaded_area_fraction, |s| s.error_loaded_area),
+    figure(("largest pressure", quantity::PRESSURE), |s| s.summary.max_pressure, |s| s.error_max_pressure),
+    figure(("Rq", quantity::LENGTH), |s| s.summary.rq, |_| None),
+    figure(("Sk", quantity::NUMBER), |s| s.summary.sk, |_| None),
+    figure(("Ku", quantity::NUMBER), |s| s.summary.ku, |_| None),
+];
+
+impl Figure {
+    /// Its value in a state, where the state has it.
+    pub fn value(&self, state: &JointState) -> Option<f64> {
+        (self.of)(state).filter(|value| value.is_finite())
+    }
+
+    /// Its relative error bar in a state, 0 where it has none.
+    fn bar(&self, state: &JointState) -> f64 {
+        (self.bar)(&state.summary).unwrap_or(0.0)
+    }
+
+    /// What it is below in a state in which it has come to zero.
+    fn limit(&self, state: &JointState) -> Option<f64> {
+        let limit = match self.title {
+            FRICTION => state.summary.error_dissipated_energy_absolute,
+            _ => None,
+        };
+        limit.filter(|limit| *limit > 0.0 && self.value(state) == Some(0.0))
+    }
+
+    /// The unit in which all its values in some states, or what they are below, read well.
+    pub fn unit<'a>(&self, states: impl IntoIterator<Item = &'a JointState>) -> Unit {
+        let size = |state: &JointState| {
+            let value = self.value(state)?;
+            let limit = self.limit(state);
+            Some(
+                limit
+                    .or_else(|| below(value, self.bar(state), 0.0))
+                    .unwrap_or(value),
+            )
+        };
+        let sizes: Vec<f64> = states.into_iter().filter_map(size).collect();
+        quantity::unit_of(self.units, quantity::largest(&sizes))
+    }
+
+    /// Its value in a state with its error bar, or what it is below, as `number` writes a value; `None` where the state lacks it.
+    pub fn text(&self, state: &JointState, number: impl Fn(f64) -> String) -> Option<String> {
+        let value = self.value(state)?;
+        Some(match self.limit(state) {
+            Some(limit) => format!("below {}", number(limit)),
+            None => told(value, self.bar(state), 0.0, number),
+        })
+    }
+}
+
+/// A value with its unit.
+fn in_unit(value: f64, unit: Unit) -> String {
+    let number = unit.rounded(value, DIGITS);
+    format!("{number} {}", unit.symbol).trim_end().to_owned()
+}
+
+/// The worn volume of a state in words, with its bar \[m³, and relative\].
+pub fn worn(volume: f64, bar: Option<f64>) -> String {
+    let unit = quantity::unit_of(quantity::VOLUME, volume);
+    let number = |volume| in_unit(volume, unit);
+    format!("worn {}", told(volume, bar.unwrap_or(0.0), 0.0, number))
+}
+
+/// Prints the figures, unworn and now, with the error bars of what is now.
+pub fn write_figures(out: &mut Results, ends: &RunEnds) {
+    let RunEnds { unworn, now } = ends;
+    let states = || unworn.iter().chain([now]);
+    let mut lines = Vec::new();
+    if let Some(cycles) = now.summary.cycles {
+        let after = format!("after {} cycles", grouped(cycles.unsigned_abs()));
+        lines.push(match unworn {
+            Some(_) => (String::new(), "unworn".to_owned(), after),
+            None => (String::new(), String::new(), "unworn".to_owned()),
+        });
+    }
+    for figure in &FIGURES {
+        let unit = figure.unit(states());
+        if let Some(after) = figure.text(now, |value| in_unit(value, unit)) {
+            let before = unworn.as_ref().and_then(|state| figure.value(state));
+            let before = before.map_or_else(String::new, |value| in_unit(value, unit));
+            lines.push((figure.title.to_owned(), before, after));
+        }
+    }
+    let widest = lines.iter().map(|(_, before, _)| before.chars().count());
+    let widest = widest.max().unwrap_or(0);
+    for (title, before, after) in &lines {
+        match unworn {
+            Some(_) => writeln!(out, "  {title:<24} {before:>widest$}   {after}"),
+            None => writeln!(out, "  {title:<24} {after}"),
+        }
+    }
+    if let (Some(_), Some(_)) = (unworn, &now.response) {
+        let Summary {
+            resonance_frequency,
+            peak_amplitude,
+            ..
+        } = now.summary;
+        let in_words = |value: f64, units| in_unit(value, quantity::unit_of(units, value));
+        let driving = [
+            resonance_frequency.map(|value| in_words(value, quantity::FREQUENCY)),
+            peak_amplitude.map(|value| format!("{} at most", in_words(value, quantity::LENGTH))),
+            Some("with the contact elements of the last update".to_owned()),
+        ];
+        let driving: Vec<String> = driving.into_iter().flatten().collect();
+        out.item("what drives the wear", &driving.join(", "));
+    }
+}
