@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
-use fretwear::store::date;
+use fretwear::store::{Layout, date};
 
 use fretwear::report::{is_obeyed, visible};
 use serde_json::Value;
@@ -57,7 +57,7 @@ pub fn note(text: &str) {
 /// What is said from now on stands in the log of the run in this folder too, below what earlier starts have left there.
 pub fn log_into(run: &Path) {
     let mut log = LOG.lock().unwrap_or_else(PoisonError::into_inner);
-    log.file = opened(&run.join("log.txt")).ok();
+    log.file = opened(&Layout::at(run).log()).ok();
     let before = std::mem::take(&mut log.before);
     if let Some(file) = &mut log.file {
         let _ = file.write_all(before.as_bytes());

@@ -5,9 +5,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// One file of `src/`: its path below it with `/`, and its code without comments and texts.
+use fretwear::tables::{Place, TableName};
+use regex::Regex;
+
+/// One file of `src/`: its path below it with `/`, its text, and its code without comments and texts.
 struct Source {
     path: String,
+    text: String,
     code: String,
 }
 
@@ -28,13 +32,17 @@ fn sources() -> Vec<Source> {
     paths.sort();
     paths
         .into_iter()
-        .map(|path| Source {
-            path: path
-                .strip_prefix(&root)
-                .expect("below")
-                .to_string_lossy()
-                .replace('\\', "/"),
-            code: code(&fs::read_to_string(&path).expect("a source")),
+        .map(|path| {
+            let text = fs::read_to_string(&path).expect("a source");
+            Source {
+                path: path
+                    .strip_prefix(&root)
+                    .expect("below")
+                    .to_string_lossy()
+                    .replace('\\', "/"),
+                code: code(&text),
+                text,
+            }
         })
         .collect()
 }
@@ -479,11 +487,60 @@ fn each_library_has_its_place() {
     }
 }
 
+/// Parts of paths in a run folder that the code of a source spells: names of files, and folders that are joined or stand beside a slash.
+fn parts_of_runs(text: &str) -> Vec<String> {
+    let tables = TableName::ALL.iter();
+    let tables = tables.filter(|table| table.schema().place != Place::Beside);
+    let tables: Vec<String> = tables.map(|table| table.file_name()).collect();
+    let files = tables.join("|").replace('.', r"\.");
+    let parts = [
+        r#"join\(\s*"(once|iterations|staging|damaged|scene\.toml|log\.txt)""#.to_owned(),
+        r#"["}](once|iterations|staging)/[^"\s]*""#.to_owned(),
+        r#"/(once|iterations|staging)/|wear_iteration="#.to_owned(),
+        r#"["/](run|run\.copy|plan|commit|schemas|failure|copying)\.json""#.to_owned(),
+        r#"["/](scene\.original\.toml|history\.parquet)""#.to_owned(),
+        format!(r#"(/|join\(\s*")({files})""#),
+    ];
+    let parts = Regex::new(&parts.join("|"));
+    let lines = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
+    let code = lines.collect::<Vec<_>>().join("\n");
+    let parts = parts.expect("a pattern");
+    parts
+        .find_iter(&code)
+        .map(|part| part.as_str().to_owned())
+        .collect()
+}
+
+#[test]
+fn the_store_alone_knows_where_a_run_keeps_its_files() {
+    for source in sources() {
+        let knows = ["store/", "python/"];
+        if !knows.iter().any(|room| source.path.starts_with(room)) {
+            let found = parts_of_runs(&source.text);
+            assert!(found.is_empty(), "src/{} spells {found:?}", source.path);
+        }
+    }
+    for text in [
+        "run.join(\"once\")",
+        "[\"run.json\"]",
+        "\"iterations/wear_iteration=3\"",
+        "\"{}/once/{table}.parquet\"",
+        "run.join(\"summary.parquet\")",
+    ] {
+        assert!(!parts_of_runs(text).is_empty(), "{text}");
+    }
+    let words = "// \"run.json\"\n(\"once\", \"once/{}: ok\", \"it has no run.json\")";
+    assert!(parts_of_runs(words).is_empty());
+}
+
 /// The reader of sources sees what it is to see.
 #[test]
 fn what_counts_as_an_import() {
     let source = |path: &str, text: &str| Source {
         path: path.to_owned(),
+        text: text.to_owned(),
         code: code(text),
     };
     let at = |path, text| modules(&source(path, text));

@@ -10,10 +10,10 @@ use std::thread;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::error::{CampaignError, is_unread};
+use super::error::CampaignError;
 use super::folder::{COLLECTED, Folder, LONGEST_TABLE};
 use super::table::Campaign;
-use crate::store::{DamageKind, History};
+use crate::store::{DamageKind, History, is_unread};
 use crate::tables::{
     ColumnSchema, ColumnType, Described, Nullable, chosen_from_parquet, entry_of,
     nullable_to_parquet,

@@ -166,11 +166,6 @@ fn kept(keep: KeepRuns) -> &'static str {
     }
 }
 
-/// True where the system could not read a file that is there. That says nothing of its content, so it is not damage.
-pub(super) fn is_unread(source: &io::Error) -> bool {
-    source.raw_os_error().is_some() && source.kind() != io::ErrorKind::NotFound
-}
-
 /// Advice where the same call may succeed later.
 fn advice(source: &io::Error) -> &'static str {
     #[cfg(unix)]

@@ -35,5 +35,5 @@ pub use distribution::Distribution;
 pub use error::CampaignError;
 pub use findings::{FIGURES, Figure, Findings, Group, Sensitivity};
 pub use folder::{About, Folder, KeepRuns, Section};
-pub use rows::{Failure, State, indices, remove_run};
+pub use rows::{Failure, State, indices};
 pub use table::{Campaign, KeyColumn, Planned, Resolved};

@@ -6,12 +6,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::error::{CampaignError, is_unread};
+use super::error::CampaignError;
 use super::folder::{DRAFT, Folder, KeepRuns, io};
-use crate::json::hash;
-use crate::store::{
-    EntryKind, FileSystem, LockAttempt, LockGuard, LockHolder, RealFileSystem, date,
-};
+use crate::store::{Layout, LockAttempt, LockGuard, LockHolder, RealFileSystem, date, remove_run};
 
 /// Bytes of a reason at most.
 const LONGEST_FAILURE: u64 = 1 << 20;
@@ -24,11 +21,6 @@ pub(super) const RUNS: &str = "runs";
 pub(super) const ENDED: &str = "ended";
 pub(super) const FAILED: &str = "failed";
 pub(super) const LOCKS: &str = "locks";
-
-/// The record of a run and its copy. Whose run a folder holds is read from them, so that they are removed last.
-const RECORDS: [&str; 2] = ["run.copy.json", "run.json"];
-/// Bytes of a record at most.
-const LONGEST_RECORD: u64 = 64 << 20;
 
 /// What became of a row, by what there is of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,7 +117,7 @@ impl Folder {
     pub(super) fn kept(&self, rows: usize) -> Result<Option<KeepRuns>, CampaignError> {
         for index in 0..rows {
             if self.is_there(&self.ended(index))? {
-                let is_whole = self.is_there(&self.run(index).join("run.json"))?;
+                let is_whole = self.is_there(&Layout::at(&self.run(index)).record())?;
                 return Ok(Some(match is_whole {
                     true => KeepRuns::All,
                     false => KeepRuns::History,
@@ -188,7 +180,7 @@ impl Folder {
     /// Who computes a row at the moment; none if nobody does.
     pub fn holder(&self, index: usize) -> Option<LockHolder> {
         // Whoever may not look is told nothing. The run's own is held by who runs it without the campaign.
-        let locks = [self.claimed(index), self.run(index).join("lock")];
+        let locks = [self.claimed(index), Layout::at(&self.run(index)).lock()];
         let mut holders = locks.iter().map(|lock| RealFileSystem.lock_holder(lock));
         holders.find_map(|holder| holder.ok().flatten())
     }
@@ -288,57 +280,6 @@ impl Folder {
         }
         Ok(failures)
     }
-}
-
-/// Removes the folder of a run whose scene has the hash `content_key`, under the lock of that run; also one that has no record any more, as
-/// a removal that was killed leaves it. The folder of another run stays, as does a link, and a run that another process writes.
-///
-/// # Errors
-/// [`CampaignError::Io`].
-pub fn remove_run(
-    files: &dyn FileSystem,
-    run: &Path,
-    content_key: &str,
-) -> Result<(), CampaignError> {
-    let found = files.metadata(run).map_err(io("look at", run))?;
-    if found.is_none_or(|found| found.kind != EntryKind::Folder) {
-        return Ok(());
-    }
-    let lock = run.join("lock");
-    let LockAttempt::Taken(_guard) = files.try_lock(&lock).map_err(io("lock", &lock))? else {
-        return Ok(());
-    };
-    for name in RECORDS {
-        let path = run.join(name);
-        let bytes = match files.read(&path, LONGEST_RECORD) {
-            Err(error) if is_unread(&error) => return Err(io("read", &path)(error)),
-            bytes => bytes.unwrap_or_default(),
-        };
-        let record: Option<serde_json::Value> = serde_json::from_slice(&bytes).ok();
-        let scene = record.as_ref().and_then(|record| record.get("scene"));
-        if scene.is_some_and(|scene| hash(scene) != content_key) {
-            return Ok(());
-        }
-    }
-    let is_last = |name: &str| RECORDS.contains(&name) || name == "lock";
-    for entry in files.list(run).map_err(io("list", run))? {
-        let path = run.join(&entry.name);
-        let removed = match entry.kind {
-            _ if is_last(&entry.name) => Ok(()),
-            EntryKind::Folder => files.remove_dir_all(&path),
-            _ => files.remove_file(&path),
-        };
-        removed.map_err(io("remove", &path))?;
-    }
-    for name in RECORDS {
-        match files.remove_file(&run.join(name)) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                return Err(io("remove", &run.join(name))(error));
-            }
-            _ => (),
-        }
-    }
-    files.remove_dir_all(run).map_err(io("remove", run))
 }
 
 /// The rows that `N` or `A-B` names.

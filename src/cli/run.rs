@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fretwear::report::{continuation, word};
 use fretwear::scene::{self, Plan, Scene, SceneError};
 use fretwear::stages::{self, Ending, RunOptions, Source};
-use fretwear::store::{Cache, RealFileSystem, RunReader, SceneOfRun, StoreError};
+use fretwear::store::{Cache, Layout, RealFileSystem, RunReader, SceneOfRun, StoreError};
 
 use super::arguments::RunArguments;
 use super::report::Form;
@@ -190,7 +190,7 @@ fn going_on(
 
 /// The scene that a run goes on with: its user may have edited `scene.toml`, or lost it.
 pub fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliError> {
-    let path = run.join("scene.toml");
+    let path = Layout::at(run).scene();
     let Some(found) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
         return Ok(None);
     };

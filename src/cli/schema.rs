@@ -1,7 +1,8 @@
 //! `fretwear schema`.
 
 use fretwear::scene::explain::{self, About, KeyAbout, SectionAbout};
-use fretwear::tables::{ColumnSchema, ColumnType, Place, Schema, TableName};
+use fretwear::store::table_file;
+use fretwear::tables::{ColumnSchema, ColumnType, Schema, TableName};
 use serde_json::{Map, Value, json};
 
 use super::{CliError, Exit};
@@ -165,7 +166,7 @@ impl SearchResult {
 fn tables_json(tables: &[TableName]) -> Map<String, Value> {
     let object = |table: &TableName| {
         let mut value = json!(table.schema());
-        value["file"] = json!(file(*table));
+        value["file"] = json!(table_file(*table, "K"));
         (table.as_str().to_owned(), value)
     };
     tables.iter().map(object).collect()
@@ -294,19 +295,10 @@ fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }
 
-/// Where the file of a table is, below the folder of the run.
-fn file(table: TableName) -> String {
-    match table.schema().place {
-        Place::Once => format!("once/{}", table.file_name()),
-        Place::Iteration => format!("iterations/wear_iteration=K/{}", table.file_name()),
-        Place::Beside => table.file_name(),
-    }
-}
-
 fn write_text(out: &mut Results, table: TableName) {
     let schema = table.schema();
     writeln!(out, "{}: {}", schema.name, schema.description);
-    writeln!(out, "    file     {}", file(table));
+    writeln!(out, "    file     {}", table_file(table, "K"));
     writeln!(out, "    written  {}", schema.written);
     for column in &schema.columns {
         let notes = notes(column);
@@ -332,7 +324,7 @@ fn write_markdown(out: &mut Results, table: TableName) {
     let schema: &Schema = table.schema();
     writeln!(out, "## `{}`\n", schema.name);
     writeln!(out, "{}\n", schema.description);
-    writeln!(out, "- file: `{}`", file(table));
+    writeln!(out, "- file: `{}`", table_file(table, "K"));
     writeln!(out, "- written: {}\n", schema.written);
     writeln!(out, "| column | unit | type | quantity | meaning | |");
     writeln!(out, "|---|---|---|---|---|---|");

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use fretwear::scene::Plan;
 use fretwear::stages::{FREE_KEYS, RunError, recompute};
-use fretwear::store::{RealFileSystem, RunReader, StoreError};
+use fretwear::store::{Layout, RealFileSystem, RunReader, StoreError};
 use fretwear::tables::{Provenance, to_parquet};
 use serde_json::json;
 
@@ -106,7 +106,7 @@ fn require_beside_runs(folder: &Path) -> Result<(), CliError> {
     let resolved = fs::canonicalize(folder).map_err(failed)?;
     match resolved
         .ancestors()
-        .find(|above| above.join("run.json").exists())
+        .find(|above| Layout::at(above).has_record())
     {
         Some(run) => Err(CliError::WithinARun {
             path: folder.to_owned(),

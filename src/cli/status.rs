@@ -7,7 +7,7 @@ use std::{fs, io};
 use fretwear::recipe::{KeptPlan, Recipe};
 use fretwear::report::{continuation, one_line_name, word};
 use fretwear::stages::{RunCost, RunEnds, RunStatus, judged};
-use fretwear::store::{LockHolder, RealFileSystem, RunReader};
+use fretwear::store::{Layout, LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::TableName;
 use fretwear::tables::typed::Summary;
 use serde_json::{Map, Value, json};
@@ -21,8 +21,7 @@ use crate::terminal::{Results, say};
 /// Prints how far a run is, also while another process computes it, or a line per run of a folder of runs.
 pub fn status(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     // A run that has lost its record is damaged, not a folder of runs.
-    let names = ["run.json", "run.copy.json", "iterations"];
-    let is_run = folder.is_file() || names.iter().any(|name| folder.join(name).exists());
+    let is_run = folder.is_file() || Layout::at(folder).is_of_run();
     match is_run {
         true => of_run(folder, as_json, out),
         false => list(folder, as_json, out),
@@ -234,7 +233,7 @@ fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
     let mut roots: Vec<PathBuf> = fs::read_dir(folder)
         .map_err(unreadable)?
         .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-        .filter(|path| path.join("run.json").exists() || path.join("run.copy.json").exists())
+        .filter(|path| Layout::at(path).has_record())
         .collect();
     roots.sort();
     if !as_json && roots.is_empty() {

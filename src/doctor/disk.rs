@@ -173,7 +173,7 @@ fn lock(fs: &dyn FileSystem, work: &Path) -> Check {
 /// A table through Parquet and the disk, bit for bit.
 fn tables(fs: &dyn FileSystem, work: &Path) -> Check {
     const NAME: &str = "Parquet";
-    let path = work.join("hysteresis.parquet");
+    let path = work.join(TableName::Hysteresis.file_name());
     let around = || -> Result<bool, Box<dyn std::error::Error>> {
         let load: Vec<f64> = (0..1000).map(|k| (0.1 * k as f64).sin() * 1e4).collect();
         let displacement = vec![-0.0; load.len()];

@@ -5,7 +5,7 @@ use super::reads::Reads;
 use super::structure::AXES;
 use crate::linalg::Matrix;
 use crate::recipe::Recipe;
-use crate::store::{Damage, DamageKind, RunReader, StoreError};
+use crate::store::{Damage, DamageKind, Layout, RunReader, StoreError};
 use crate::structure::reduction::{Ports, Reduced};
 use crate::tables::{TableName, Tables, TypedTable, typed};
 
@@ -72,7 +72,7 @@ impl ReducedTables {
         match tables.check() {
             Ok(()) => Ok(Some(tables)),
             Err(reason) => Err(RunError::Store(StoreError::Damaged(Damage {
-                path: run.path().join("once").join(TABLES[1].file_name()),
+                path: Layout::at(run.path()).once_table(TABLES[1]),
                 kind: DamageKind::Unreadable { reason },
             }))),
         }

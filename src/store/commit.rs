@@ -1,7 +1,8 @@
 //! `commit.json`: the manifest that makes an iteration exist.
 
 use super::error::{Damage, DamageKind, StoreError};
-use super::files::{Files, Layout};
+use super::files::Files;
+use super::layout::Layout;
 use super::sealed::read_sealed;
 use crate::json;
 use crate::tables::TableName;

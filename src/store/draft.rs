@@ -3,8 +3,9 @@
 use super::commit::TableEntry;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::EntryKind;
-use super::files::{Files, Layout, hash};
+use super::files::{Files, hash};
 use super::key::StageKey;
+use super::layout::Layout;
 use super::parts;
 use super::sealed::{read_sealed, sealed};
 use crate::tables::{Provenance, Table, TableError, TableName, Tables, from_parquet, to_parquet};

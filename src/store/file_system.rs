@@ -364,3 +364,8 @@ fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
         Err(TryLockError::Error(error)) => Err(error),
     }
 }
+
+/// True where the system could not read a file that is there. That says nothing of its content, so it is not damage.
+pub fn is_unread(source: &io::Error) -> bool {
+    source.raw_os_error().is_some() && source.kind() != io::ErrorKind::NotFound
+}

@@ -1,7 +1,8 @@
-//! The file system with the path in every error, the paths of a run, and the writes that replace a file in one step.
+//! The file system with the path in every error, and the writes that replace a file in one step.
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{Entry, EntryKind, FileSystem, LockAttempt, LockGuard, Metadata};
+use super::layout::Layout;
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,102 +12,11 @@ use std::sync::Arc;
 const SPARE_BYTES: u64 = 1 << 20;
 
 /// Most bytes of a JSON or TOML file of a run: it may hold the text of a long scene.
-const LONGEST_METADATA: u64 = 64 << 20;
+pub(super) const LONGEST_METADATA: u64 = 64 << 20;
 
 /// Most bytes of a table: some ten columns of numbers on 8192 x 8192 cells, not compressed. Its commit may be a stranger's too, and say
 /// of a file without end that it has as many bytes as it has.
 pub(super) const LONGEST_TABLE: u64 = 8 << 30;
-
-const ITERATION_PREFIX: &str = "wear_iteration=";
-
-/// The paths of a run.
-#[derive(Debug, Clone)]
-pub(super) struct Layout {
-    pub root: PathBuf,
-}
-
-impl Layout {
-    pub fn scene(&self) -> PathBuf {
-        self.root.join("scene.toml")
-    }
-    /// The scene as its user wrote it; reports show it, and nothing is computed from it.
-    pub fn written_scene(&self) -> PathBuf {
-        self.root.join("scene.original.toml")
-    }
-    pub fn plan(&self) -> PathBuf {
-        self.root.join("plan.json")
-    }
-    pub fn record(&self) -> PathBuf {
-        self.root.join("run.json")
-    }
-    /// What the columns of all tables mean.
-    pub fn schemas(&self) -> PathBuf {
-        self.root.join("schemas.json")
-    }
-    pub fn history(&self) -> PathBuf {
-        self.root.join("history.parquet")
-    }
-    /// What `run.json` says, a second time.
-    pub fn record_copy(&self) -> PathBuf {
-        self.root.join("run.copy.json")
-    }
-    /// Why the last start failed; gone once the run goes on.
-    pub fn failure(&self) -> PathBuf {
-        self.root.join("failure.json")
-    }
-    /// There while the beginning of a sibling is being copied.
-    pub fn copying(&self) -> PathBuf {
-        self.root.join("copying.json")
-    }
-    pub fn lock(&self) -> PathBuf {
-        self.root.join("lock")
-    }
-    pub fn once(&self) -> PathBuf {
-        self.root.join("once")
-    }
-    pub fn iterations(&self) -> PathBuf {
-        self.root.join("iterations")
-    }
-    pub fn iteration(&self, wear_iteration: u64) -> PathBuf {
-        self.iterations().join(iteration_name(wear_iteration))
-    }
-    pub fn commit(&self, wear_iteration: u64) -> PathBuf {
-        self.iteration(wear_iteration).join(COMMIT_FILE)
-    }
-    pub fn staging(&self) -> PathBuf {
-        self.root.join("staging")
-    }
-    pub fn draft(&self, wear_iteration: u64) -> PathBuf {
-        self.staging().join(iteration_name(wear_iteration))
-    }
-    /// The keys of a draft's tables, beside the draft so that its folder can be renamed as it is.
-    pub fn draft_keys(&self, wear_iteration: u64) -> PathBuf {
-        self.staging().join(format!("keys-{wear_iteration}"))
-    }
-    pub fn staged_once(&self) -> PathBuf {
-        self.staging().join("once")
-    }
-    pub fn discarded(&self) -> PathBuf {
-        self.staging().join("discarded")
-    }
-    pub fn damaged(&self) -> PathBuf {
-        self.root.join("damaged")
-    }
-}
-
-/// Name of the manifest in an iteration's folder.
-pub(super) const COMMIT_FILE: &str = "commit.json";
-
-/// The folder name of an iteration, as readers of partitioned tables want it: not padded.
-pub(super) fn iteration_name(wear_iteration: u64) -> String {
-    format!("{ITERATION_PREFIX}{wear_iteration}")
-}
-
-/// The iteration of a folder name.
-pub(super) fn iteration_of(name: &str) -> Option<u64> {
-    let number = name.strip_prefix(ITERATION_PREFIX)?.parse().ok()?;
-    (iteration_name(number) == name).then_some(number)
-}
 
 /// [`FileSystem`] with paths in its errors.
 #[derive(Clone)]

@@ -8,7 +8,8 @@
 
 use super::commit::Commit;
 use super::error::{Damage, DamageKind, StoreError};
-use super::files::{Files, LONGEST_TABLE, Layout, hash};
+use super::files::{Files, LONGEST_TABLE, hash};
+use super::layout::Layout;
 use super::record::Pruned;
 use crate::tables::{
     ColumnSchema, ColumnType, Described, Nullable, Place, Table, TableBuilder, TableError,

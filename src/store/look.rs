@@ -2,8 +2,9 @@
 
 use super::chain::{self, Chain, Past};
 use super::error::{Damage, DamageKind, StoreError};
-use super::files::{Files, Layout};
+use super::files::Files;
 use super::history::{self, Found, History};
+use super::layout::Layout;
 use super::record::RunRecord;
 use super::record_file::read_record;
 

@@ -34,12 +34,14 @@ mod file_system;
 mod files;
 mod history;
 mod key;
+mod layout;
 mod look;
 mod open;
 mod parts;
 mod reader;
 mod record;
 mod record_file;
+mod remove;
 mod run;
 mod sealed;
 mod sibling;
@@ -53,12 +55,15 @@ pub use draft::{Draft, Kept, Recompute};
 pub use error::{Damage, DamageKind, StoreError};
 pub use file_system::{
     Entry, EntryKind, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
+    is_unread,
 };
 pub use history::{History, StageCost, is_in_history};
 pub use key::StageKey;
+pub use layout::{Layout, table_file};
 pub use open::{Opening, SetAside};
 pub use reader::RunReader;
 pub use record::{Continuation, Failure, LAYOUT, Machine, Origin, RunIdentity, RunRecord};
 pub use record_file::{SceneOfRun, check_plan};
+pub use remove::remove_run;
 pub use run::{Keep, RunStore};
 pub use unsynced::{UnsyncedFileSystem, sync_all};

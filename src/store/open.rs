@@ -6,8 +6,9 @@ use super::date;
 use super::draft::clean_staging;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
-use super::files::{Files, Layout, hash, iteration_name, json};
+use super::files::{Files, hash, json};
 use super::history;
+use super::layout::{AFTER_THE_RECORD, FILES, FOLDERS, Layout, iteration_name};
 use super::look::{ReadPast, has_gap};
 use super::reader::RunReader;
 use super::record::{Continuation, Machine, Origin, RunIdentity, RunRecord};
@@ -124,28 +125,10 @@ pub(super) struct Locked {
     pub unfinished: Option<Origin>,
 }
 
-/// Entries that a folder may have whose creation was not completed.
-const BEFORE_THE_RECORD: [&str; 12] = [
-    "scene.toml",
-    "scene.original.toml",
-    "log.txt",
-    "plan.json",
-    "run.json",
-    "run.copy.json",
-    "copying.json",
-    "schemas.json",
-    "history.parquet",
-    "once",
-    "iterations",
-    "staging",
-];
-
 /// Creates the folder if need be and takes its lock.
 pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, StoreError> {
     let files = Files(fs);
-    let layout = Layout {
-        root: root.to_owned(),
-    };
+    let layout = Layout::at(root);
     survey(&files, &layout)?;
     if !files.is_there(&layout.record())? && !files.is_there(&layout.record_copy())? {
         refuse_foreign(&files, &layout)?;
@@ -180,7 +163,8 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
 fn refuse_foreign(files: &Files, layout: &Layout) -> Result<(), StoreError> {
     for entry in files.list_root(layout)? {
         let name = entry.name.strip_suffix(".new").unwrap_or(&entry.name);
-        if name != "lock" && !BEFORE_THE_RECORD.contains(&name) {
+        let is_of_run = FILES.contains(&name) || FOLDERS.contains(&name);
+        if !is_of_run || AFTER_THE_RECORD.contains(&name) {
             return Err(StoreError::NotARun {
                 path: layout.root.clone(),
                 found: entry.name,

@@ -5,8 +5,9 @@ use super::commit::Commit;
 use super::draft::{Cells, KeyedEntry, check_cells, read_entry};
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockHolder, RealFileSystem};
-use super::files::{Files, Layout};
+use super::files::Files;
 use super::history::{History, is_in_history};
+use super::layout::Layout;
 use super::look::{Looked, walk_beside_a_writer};
 use super::record::{Failure, RunRecord};
 use super::record_file::{check_metadata, check_text, read_plan};
@@ -39,9 +40,7 @@ impl RunReader {
     /// neither reads nor has a copy that does, [`StoreError::OtherLayout`], [`StoreError::Io`].
     pub fn open(fs: Arc<dyn FileSystem>, root: &Path) -> Result<RunReader, StoreError> {
         let files = Files(fs);
-        let layout = Layout {
-            root: root.to_owned(),
-        };
+        let layout = Layout::at(root);
         survey(&files, &layout).map_err(|error| match error {
             StoreError::Io { source, .. } if source.kind() == ErrorKind::NotADirectory => {
                 StoreError::NoFolder {

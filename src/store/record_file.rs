@@ -2,7 +2,8 @@
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
-use super::files::{Files, Layout, hash};
+use super::files::{Files, hash};
+use super::layout::Layout;
 use super::record::{LAYOUT, RunRecord};
 use super::sealed::read_to_judge;
 use super::survey::survey;
@@ -165,9 +166,7 @@ pub fn check_plan<P>(
     read: impl FnOnce(&Value) -> Result<P, String>,
 ) -> Result<(), StoreError> {
     let files = Files(fs);
-    let layout = Layout {
-        root: root.to_owned(),
-    };
+    let layout = Layout::at(root);
     survey(&files, &layout)?;
     match read_record(&files, &layout)? {
         Some(FoundRecord { record, .. })
@@ -195,9 +194,7 @@ impl SceneOfRun {
     /// Those of [`super::RunReader::open`]; [`StoreError::Damaged`] for a `scene.toml` that is no text.
     pub fn read(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Option<SceneOfRun>, StoreError> {
         let files = Files(fs);
-        let layout = Layout {
-            root: root.to_owned(),
-        };
+        let layout = Layout::at(root);
         survey(&files, &layout)?;
         let found = read_record(&files, &layout)?;
         let kept = found.map(|found| found.record.scene_toml);

@@ -8,9 +8,10 @@ use super::draft::{
 };
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
-use super::files::{COMMIT_FILE, Files, Layout};
+use super::files::Files;
 use super::history;
 use super::key::StageKey;
+use super::layout::{COMMIT_FILE, Layout};
 use super::open::{self, Locked, Opening};
 use super::reader::RunReader;
 use super::record::{Failure, RunIdentity};

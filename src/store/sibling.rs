@@ -4,8 +4,9 @@ use super::commit::{Commit, TableEntry};
 use super::draft::KeyedEntry;
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
-use super::files::{COMMIT_FILE, Files, Layout, json};
+use super::files::{Files, json};
 use super::history;
+use super::layout::{COMMIT_FILE, Layout};
 use super::open::{self, Opening};
 use super::reader::RunReader;
 use super::record::{Origin, RunIdentity};
@@ -90,9 +91,7 @@ impl RunStore {
 }
 
 fn has_record(fs: &Arc<dyn FileSystem>, root: &Path) -> Result<bool, StoreError> {
-    let layout = Layout {
-        root: root.to_owned(),
-    };
+    let layout = Layout::at(root);
     Files(fs.clone()).is_there(&layout.record())
 }
 

@@ -5,25 +5,10 @@
 
 use super::error::StoreError;
 use super::file_system::{Entry, EntryKind};
-use super::files::{Files, Layout, iteration_of};
+use super::files::Files;
+use super::layout::{FILES, FOLDERS, Layout, iteration_of};
 use std::io::ErrorKind;
 use std::path::Path;
-
-/// The files and folders that a run has in its folder. Whatever else is there, it neither reads nor touches.
-const FILES: [&str; 11] = [
-    "scene.toml",
-    "scene.original.toml",
-    "log.txt",
-    "failure.json",
-    "plan.json",
-    "run.json",
-    "run.copy.json",
-    "copying.json",
-    "schemas.json",
-    "history.parquet",
-    "lock",
-];
-const FOLDERS: [&str; 4] = ["once", "iterations", "staging", "damaged"];
 
 /// Refuses a run folder in which a link, or what is neither file nor folder, stands where the store would read or write.
 pub(super) fn survey(files: &Files, layout: &Layout) -> Result<(), StoreError> {

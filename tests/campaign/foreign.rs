@@ -6,8 +6,8 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::campaign::{CampaignError, Folder, remove_run};
-use fretwear::store::{Entry, FileSystem, LockAttempt, Metadata, RealFileSystem};
+use fretwear::campaign::{CampaignError, Folder};
+use fretwear::store::{Entry, FileSystem, LockAttempt, Metadata, RealFileSystem, remove_run};
 use fretwear::tables::{
     ColumnSchema, ColumnType, Nullable, entry_of, nullable_from_parquet, nullable_to_parquet,
 };

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use fretwear::campaign::{Folder, State, remove_run};
-use fretwear::store::{LAYOUT, LockAttempt, RealFileSystem};
+use fretwear::campaign::{Folder, State};
+use fretwear::store::{LAYOUT, LockAttempt, RealFileSystem, remove_run};
 
 use super::rows::{fails, status};
 use super::{GRID, PLAN, bench, planned};

@@ -4,14 +4,12 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::campaign::{
-    About, Campaign, CampaignError, Failure, Folder, KeepRuns, State, remove_run,
-};
+use fretwear::campaign::{About, Campaign, CampaignError, Failure, Folder, KeepRuns, State};
 use fretwear::recipe::Durability;
 use fretwear::stages::{self, Ending, Outcome, RunError, RunOptions};
 use fretwear::store::{
     Cache, FileSystem, History, LockAttempt, RealFileSystem, RunReader, StoreError,
-    UnsyncedFileSystem,
+    UnsyncedFileSystem, remove_run,
 };
 use serde_json::json;
 

@@ -1,5 +1,7 @@
 //! The runs of a report with what most figures ask of them.
 
+use std::fmt::Display;
+
 use polars::prelude::DataFrame;
 
 use super::super::plot::style_of_run;
@@ -7,6 +9,7 @@ use super::super::quantity::{self, CYCLES, Unit, Units};
 use super::super::results::sizes;
 use super::super::run_tables::numbers;
 use super::super::{ReportError, RunTables, WEAR_ITERATION};
+use crate::store::table_file;
 use crate::tables::TableName;
 
 /// A run among those of a report.
@@ -94,7 +97,7 @@ impl<'a> Study<'a> {
 
     /// Reads a table of all iterations with Polars, some columns of it.
     pub fn query(&self, table: &str, columns: &[&str]) -> String {
-        let scan = format!("iterations/wear_iteration=*/{table}.parquet");
+        let scan = file(table, "*");
         let columns = listed(columns);
         let hive = "hive_partitioning=True";
         match &self.having(table)[..] {
@@ -117,9 +120,9 @@ impl<'a> Study<'a> {
             [run] => format!(
                 "pl.read_parquet({}, columns=[{columns}])",
                 quoted(&format!(
-                    "{}/iterations/wear_iteration={}/{table}.parquet",
+                    "{}/{}",
                     run.folder(),
-                    run.tables.latest()
+                    file(table, run.tables.latest())
                 ))
             ),
             runs => {
@@ -127,8 +130,8 @@ impl<'a> Study<'a> {
                     |run: &&Of| format!("{}: {}", quoted(&run.folder()), run.tables.latest());
                 let each: Vec<String> = runs.iter().map(each).collect();
                 format!(
-                    "{{run: pl.read_parquet(f\"{{run}}/iterations/wear_iteration={{k}}/{table}.parquet\", columns=[{columns}]) \
-                     for run, k in {{{}}}.items()}}",
+                    "{{run: pl.read_parquet(f\"{{run}}/{}\", columns=[{columns}]) for run, k in {{{}}}.items()}}",
+                    file(table, "{k}"),
                     each.join(", ")
                 )
             }
@@ -137,17 +140,24 @@ impl<'a> Study<'a> {
 
     /// Reads a table that is written once a run with Polars.
     pub fn query_once(&self, table: &str) -> String {
+        let file = file(table, "*");
         match &self.having(table)[..] {
             [run] => format!(
                 "pl.read_parquet({})",
-                quoted(&format!("{}/once/{table}.parquet", run.folder()))
+                quoted(&format!("{}/{file}", run.folder()))
             ),
             runs => format!(
-                "{{run: pl.read_parquet(f\"{{run}}/once/{table}.parquet\") for run in [{}]}}",
+                "{{run: pl.read_parquet(f\"{{run}}/{file}\") for run in [{}]}}",
                 listed(&runs.iter().map(|run| run.folder()).collect::<Vec<_>>())
             ),
         }
     }
+}
+
+/// File of a table below the folder of a run.
+fn file(table: &str, wear_iteration: impl Display) -> String {
+    let table = TableName::from_name(table);
+    table.map_or(String::new(), |table| table_file(table, wear_iteration))
 }
 
 /// A text as Python writes it.

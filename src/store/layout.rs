@@ -1,0 +1,152 @@
+//! Where a run keeps each of its files. No other module spells their names.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use crate::tables::{Place, TableName};
+
+const ONCE: &str = "once";
+const ITERATIONS: &str = "iterations";
+const ITERATION_PREFIX: &str = "wear_iteration=";
+
+/// The files and folders that a run has in its folder. Whatever else is there, it neither reads nor touches.
+pub(super) const FILES: [&str; 11] = [
+    "scene.toml",
+    "scene.original.toml",
+    "log.txt",
+    "failure.json",
+    "plan.json",
+    "run.json",
+    "run.copy.json",
+    "copying.json",
+    "schemas.json",
+    "history.parquet",
+    "lock",
+];
+pub(super) const FOLDERS: [&str; 4] = [ONCE, ITERATIONS, "staging", "damaged"];
+/// Entries that a folder has only after its record is written.
+pub(super) const AFTER_THE_RECORD: [&str; 2] = ["failure.json", "damaged"];
+
+/// The paths of a run.
+#[derive(Debug, Clone)]
+pub struct Layout {
+    pub(super) root: PathBuf,
+}
+
+impl Layout {
+    /// The paths of a run in this folder. The run need not exist.
+    pub fn at(root: &Path) -> Layout {
+        Layout {
+            root: root.to_owned(),
+        }
+    }
+    /// The scene as resolved.
+    pub fn scene(&self) -> PathBuf {
+        self.root.join("scene.toml")
+    }
+    /// Log of the run for its user. The program does not read it.
+    pub fn log(&self) -> PathBuf {
+        self.root.join("log.txt")
+    }
+    /// The scene as its user wrote it; reports show it, and nothing is computed from it.
+    pub(super) fn written_scene(&self) -> PathBuf {
+        self.root.join("scene.original.toml")
+    }
+    pub(super) fn plan(&self) -> PathBuf {
+        self.root.join("plan.json")
+    }
+    /// The record of the run. A folder without it is no run yet.
+    pub fn record(&self) -> PathBuf {
+        self.root.join("run.json")
+    }
+    /// What the columns of all tables mean.
+    pub(super) fn schemas(&self) -> PathBuf {
+        self.root.join("schemas.json")
+    }
+    pub(super) fn history(&self) -> PathBuf {
+        self.root.join("history.parquet")
+    }
+    /// What `run.json` says, a second time.
+    pub(super) fn record_copy(&self) -> PathBuf {
+        self.root.join("run.copy.json")
+    }
+    /// Why the last start failed; gone once the run goes on.
+    pub(super) fn failure(&self) -> PathBuf {
+        self.root.join("failure.json")
+    }
+    /// There while the beginning of a sibling is being copied.
+    pub(super) fn copying(&self) -> PathBuf {
+        self.root.join("copying.json")
+    }
+    /// Held by who writes the run.
+    pub fn lock(&self) -> PathBuf {
+        self.root.join("lock")
+    }
+    pub(super) fn once(&self) -> PathBuf {
+        self.root.join(ONCE)
+    }
+    /// A table of `once/`.
+    pub fn once_table(&self, table: TableName) -> PathBuf {
+        self.once().join(table.file_name())
+    }
+    pub(super) fn iterations(&self) -> PathBuf {
+        self.root.join(ITERATIONS)
+    }
+    pub(super) fn iteration(&self, wear_iteration: u64) -> PathBuf {
+        self.iterations().join(iteration_name(wear_iteration))
+    }
+    pub(super) fn commit(&self, wear_iteration: u64) -> PathBuf {
+        self.iteration(wear_iteration).join(COMMIT_FILE)
+    }
+    pub(super) fn staging(&self) -> PathBuf {
+        self.root.join("staging")
+    }
+    pub(super) fn draft(&self, wear_iteration: u64) -> PathBuf {
+        self.staging().join(iteration_name(wear_iteration))
+    }
+    /// The keys of a draft's tables, beside the draft so that its folder can be renamed as it is.
+    pub(super) fn draft_keys(&self, wear_iteration: u64) -> PathBuf {
+        self.staging().join(format!("keys-{wear_iteration}"))
+    }
+    pub(super) fn staged_once(&self) -> PathBuf {
+        self.staging().join(ONCE)
+    }
+    pub(super) fn discarded(&self) -> PathBuf {
+        self.staging().join("discarded")
+    }
+    pub(super) fn damaged(&self) -> PathBuf {
+        self.root.join("damaged")
+    }
+    /// True if the record of the run, or its copy, is there.
+    pub fn has_record(&self) -> bool {
+        self.record().exists() || self.record_copy().exists()
+    }
+    /// True for a run, also for one that has lost its record.
+    pub fn is_of_run(&self) -> bool {
+        self.has_record() || self.iterations().exists()
+    }
+}
+
+/// File of a table, relative to the folder of its run; `*` stands for all iterations. A table of no run has its file name alone.
+pub fn table_file(table: TableName, wear_iteration: impl Display) -> String {
+    let file = table.file_name();
+    match table.schema().place {
+        Place::Once => format!("{ONCE}/{file}"),
+        Place::Iteration => format!("{ITERATIONS}/{ITERATION_PREFIX}{wear_iteration}/{file}"),
+        Place::Beside => file,
+    }
+}
+
+/// Name of the manifest in an iteration's folder.
+pub(super) const COMMIT_FILE: &str = "commit.json";
+
+/// The folder name of an iteration, as readers of partitioned tables want it: not padded.
+pub(super) fn iteration_name(wear_iteration: u64) -> String {
+    format!("{ITERATION_PREFIX}{wear_iteration}")
+}
+
+/// The iteration of a folder name.
+pub(super) fn iteration_of(name: &str) -> Option<u64> {
+    let number = name.strip_prefix(ITERATION_PREFIX)?.parse().ok()?;
+    (iteration_name(number) == name).then_some(number)
+}
