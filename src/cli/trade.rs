@@ -4,18 +4,18 @@ use std::path::{Path, PathBuf};
 
 use fretwear::recipe::Counted;
 use fretwear::recipe::MotionKind;
-use fretwear::report::trade::{self, Trade, Trial};
+use fretwear::report::trade::{self, Trial};
 use fretwear::scene::variants::{
     self, BALANCED, Choice, KnobKind, LeftOut, REFERENCE, Variant, Variants,
 };
-use fretwear::scene::{self, Plan, Scene};
+use fretwear::scene::{self, Plan};
 use fretwear::stages::RunError;
 use serde_json::{Value, json};
 
 use super::arguments::TradeArguments;
 use super::many;
 use super::{CliError, Exit, report};
-use crate::terminal::{Results, say};
+use crate::terminal::{self, Results, say};
 
 /// A variant with what its run needs.
 struct Job {
@@ -65,13 +65,25 @@ fn one(arguments: &TradeArguments, path: &Path, out: &mut Results) -> Result<Exi
         .collect();
     // Without the reference there are no errors to show.
     let has_reference = trade.row(REFERENCE).is_some();
+    let page = trade::page(&trade, &left_out);
     if has_reference {
-        trade.write(&folder, &left_out)?;
+        trade::write(&folder, std::slice::from_ref(&trade), &page)?;
     }
     if stopped {
         return Ok(stopped_after(trade.rows.len(), jobs.len(), "variants"));
     }
-    print(&written, &trade, &left_out, arguments.json, out)?;
+    if arguments.json {
+        let left_out = left_out.iter();
+        let left_out = left_out.map(|(what, reason)| json!({ "what": what, "reason": reason }));
+        out.json(&json!({
+            "scene": written.name,
+            "rows": report::rows(&trade::table(std::slice::from_ref(&trade))?),
+            "findings": trade::findings(&trade),
+            "left_out": left_out.collect::<Vec<Value>>(),
+        }));
+    } else {
+        write!(out, "{}", page.plain(terminal::width()));
+    }
     end(arguments, has_reference.then_some(&folder), failures)
 }
 
@@ -179,8 +191,9 @@ fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliErr
         _ => None,
     };
     let name = name.unwrap_or_else(|| "scenes".to_owned());
+    let page = trade::page_of_scenes(&name, &trades);
     if !trades.is_empty() {
-        trade::write_scenes(&name, &trades, &folder)?;
+        trade::write(&folder, &trades, &page)?;
     }
     if stopped {
         return Ok(stopped_after(trades.len(), scenes.len(), "scenes"));
@@ -195,7 +208,7 @@ fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliErr
             "outside_bars": bars,
         }));
     } else {
-        write!(out, "{}", trade::plain_of_scenes(&name, &trades));
+        write!(out, "{}", page.plain(terminal::width()));
     }
     end(arguments, Some(&folder), failures)
 }
@@ -290,29 +303,4 @@ fn run_all(
         (trial, failure.filter(|_| of_reference))
     });
     Ok((trials.collect(), ran.stopped))
-}
-
-fn print(
-    scene: &Scene,
-    trade: &Trade,
-    left_out: &[(String, String)],
-    as_json: bool,
-    out: &mut Results,
-) -> Result<(), CliError> {
-    let found = trade::findings(trade);
-    if as_json {
-        let left_out: Vec<Value> = left_out
-            .iter()
-            .map(|(what, reason)| json!({ "what": what, "reason": reason }))
-            .collect();
-        out.json(&json!({
-            "scene": scene.name,
-            "rows": report::rows(&trade::table(std::slice::from_ref(trade))?),
-            "findings": found,
-            "left_out": left_out,
-        }));
-    } else {
-        write!(out, "{}", trade::plain(trade, &found, left_out));
-    }
-    Ok(())
 }

@@ -112,14 +112,14 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
     assert!(relative[finer].expect("a cost") > 4.0 * by_pairs);
 
     let said = did.stdout();
-    assert_eq!(
-        said,
-        fs::read_to_string(folder.join("trade.md")).expect("text")
-    );
+    let text = fs::read_to_string(folder.join("trade.md")).expect("text");
+    // But for how Markdown escapes a bracket, and how wide a column is by that.
+    let bare = |text: &str| text.replace(['\\', ' ', '-'], "");
+    assert_eq!(bare(&said), bare(&text));
     for part in [
-        "| FFT pairs | CPU seconds |",
-        "| cycle = stepped ",
-        "balanced, volume: ",
+        "| FFT pairs | by their work | CPU seconds |",
+        "|   5 | cycle = stepped ",
+        " 1 %: pass |",
         "grid [26, 22], against [52, 44]: ",
         "load_steps",
     ] {
@@ -129,7 +129,7 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
         );
     }
     let html = fs::read_to_string(folder.join("trade.html")).expect("text");
-    assert!(html.contains("<svg ") && html.contains("<td>cycle = stepped</td>"));
+    assert!(html.contains("<svg ") && html.contains(">cycle = stepped</td>"));
     for outside in ["src=", "href=", "@import", "<script"] {
         assert!(
             !html.contains(outside),
@@ -356,9 +356,13 @@ fn several_scenes_go_on_where_they_were_stopped() {
             assert_eq!(again, column, "{}", schema.name);
         }
     }
-    let text = fs::read_to_string(bench.path("s/trade.md")).expect("text");
-    assert_eq!(did.stdout(), text);
-    assert!(text.starts_with("set: the presets over 2 scenes"), "{text}");
+    let texts = ["direct", "s"].map(|folder| {
+        let text = fs::read_to_string(bench.path(folder).join("trade.md"));
+        text.expect("text")
+    });
+    assert_eq!(did.stdout(), texts[0]);
+    let begins = |text: &String| text.starts_with("set: the presets over 2 scenes");
+    assert!(texts.iter().all(begins), "{texts:?}");
 }
 
 #[test]

@@ -2,9 +2,8 @@
 
 use fretwear::recipe::MotionKind;
 use fretwear::report::trade::{
-    Cost, FIELD, Row, Trade, Values, WearField, chart, chart_of_scenes, field_error, findings,
-    html, html_of_scenes, markdown, markdown_of_scenes, misses, noise, pareto, plain, table,
-    tallies,
+    Cost, FIELD, Row, Trade, Values, WearField, field_error, findings, misses, noise, page,
+    page_of_scenes, pareto, table, tallies,
 };
 use fretwear::scene::variants::{KnobKind, Variant};
 
@@ -185,7 +184,7 @@ fn noise_is_no_advice() {
     assert_eq!(told(&trade), (None, tenth, finest));
     trade.noise = None;
     assert_eq!(told(&trade), (None, None, None));
-    let text = markdown(&trade, &findings(&trade), &[]);
+    let text = page(&trade, &[]).markdown();
     assert!(text.contains("noise is not known"), "{text}");
     // What is more exact in hardly any more seconds costs no more than noise; of pairs it costs what it costs.
     let dear = 3337.0 / 966.0;
@@ -199,7 +198,7 @@ fn noise_is_no_advice() {
             Cost::FftPairs => 1000.0 * dear,
         };
         trade.rows[0].cost = if by == Cost::Seconds { 1.0 } else { 1000.0 };
-        let text = markdown(&trade, &findings(&trade), &[]);
+        let text = page(&trade, &[]).markdown();
         assert!(text.contains(words), "{text}");
     }
     assert_eq!(pairs.noise, Some(0.04));
@@ -279,31 +278,90 @@ fn says(svg: &str, text: &str) -> bool {
     texts(svg).iter().any(|placed| placed.text == text)
 }
 
+/// The lines of the chart in a text for a terminal.
+fn chart(text: &str) -> Vec<&str> {
+    let lines = text.lines().filter_map(|line| line.strip_prefix("    "));
+    lines.collect()
+}
+
+/// Words of the chart between its title and the scale: the numbers of the marks, beside the ticks and names of promises.
+fn marks(text: &str) -> Vec<String> {
+    let lines = chart(text);
+    let end = lines.iter().position(|line| line.contains(" +"));
+    let end = end.expect("an axis");
+    let areas = lines[1..=end].iter();
+    let areas = areas.filter_map(|line| line.split_once(['|', '+']));
+    let words = areas.flat_map(|(_, area)| area.split([' ', '.', '-']));
+    let is_number = |word: &&str| word.starts_with(|c: char| c.is_ascii_digit());
+    words.filter(is_number).map(str::to_owned).collect()
+}
+
 #[test]
-fn the_chart_names_what_matters_and_nothing_twice_in_a_place() {
+fn the_chart_carries_the_numbers_of_the_table() {
     let trade = example();
-    let svg = chart(&trade);
+    let shown = page(&trade, &[]);
+    let (svg, text) = (shown.svg(), shown.plain(Some(100)));
     assert_readable(&svg);
-    // A mark for each of the 7 that have an error, and one a knob in the legend.
-    assert_eq!(svg.matches("<circle").count(), 7 + 3);
-    for name in ["balanced", "fast", "wear_tolerance = 0.03", "grid = 32"] {
-        assert!(says(&svg, name), "{name}");
+    // The 7 that have an error, and the reference at the edge: not what failed, nor what was run again.
+    assert_eq!(svg.matches("class=\"mark\"").count(), 8);
+    let expected = ["1*", "2", "3*", "4*", "5*", "6*", "7*", "8*"];
+    for label in expected {
+        assert!(says(&svg, label), "{label}");
     }
-    // The reference has no error: it stands at the edge, here and in the legend.
-    assert_eq!(svg.matches("<path").count(), 2);
-    assert!(says(&svg, "reference, error unknown") && !says(&svg, "reference"));
-    // Nothing but the reference.
+    assert!(!says(&svg, "9") && !says(&svg, "10*"));
+    let mut found = marks(&text);
+    found.retain(|word| !["5", "1"].contains(&word.as_str()));
+    found.sort();
+    assert_eq!(found, expected, "{text}");
+    // Costs go to the right, errors upwards, and the reference is at the edge.
+    let at = |label: &str| -> (usize, usize) {
+        let lines = chart(&text);
+        let of_line = |(k, line): (usize, &&str)| Some((k, line.find(label)?));
+        lines.iter().enumerate().find_map(of_line).expect("a mark")
+    };
+    let [cheap, dear] = ["7*", "6*"].map(at);
+    assert!(cheap.0 < dear.0 && cheap.1 < dear.1, "{text}");
+    let axis = chart(&text).into_iter().find(|line| line.contains(" +"));
+    assert!(axis.is_some_and(|axis| axis.contains("-2 -")), "{text}");
+    // Each mark says its name.
+    let names = ["<title>1* balanced</title>", "<title>7* grid = 32</title>"];
+    assert!(names.iter().all(|name| svg.contains(name)), "{svg}");
+    assert!(text.contains("|  7* | grid = 32 "), "{text}");
+    // Nothing but the reference, or not even that.
     let mut alone = trade;
     alone.rows.truncate(2);
     alone.rows.remove(0);
-    assert_readable(&chart(&alone));
+    assert_readable(&page(&alone, &[]).svg());
     alone.rows.clear();
-    assert_readable(&chart(&alone));
+    assert_readable(&page(&alone, &[]).svg());
+    assert!(
+        page(&alone, &[])
+            .plain(Some(20))
+            .contains("promise of fast")
+    );
+}
+
+#[test]
+fn a_terminal_has_lines_of_its_width() {
+    let page = page(&example(), &[]);
+    for width in [80, 120, 200] {
+        let text = page.plain(Some(width));
+        let lines = text.lines().filter(|line| line.starts_with(['|', ' ']));
+        let longest = lines.map(|line| line.chars().count()).max();
+        assert!(
+            longest <= Some(width) && longest > Some(width / 2),
+            "{width}: {text}"
+        );
+        // Each block of columns names its rows.
+        let heads = text.matches("|   # | variant ").count();
+        assert_eq!(heads, text.matches("|  7* | grid = 32 ").count());
+        assert!((width < 200) == (heads > 1), "{width}: {text}");
+    }
 }
 
 /// Points that lie upon each other, at one cost or error, over many decades, and foreign names as long as they like.
 #[test]
-fn names_in_a_crowd_lie_side_by_side() {
+fn numbers_in_a_crowd_lie_side_by_side() {
     let mut trade = example();
     trade.name = "a name without end ".repeat(20);
     let spreads = [(0.0, 0.0), (1e-3, 1e-3), (0.3, 0.0), (0.0, 4.0), (6.0, 9.0)];
@@ -317,15 +375,15 @@ fn names_in_a_crowd_lie_side_by_side() {
                 .rows
                 .push(row(&name, KnobKind::Solver, 1.0, pairs, Some(error)));
         }
-        let svg = chart(&trade);
+        let shown = page(&trade, &[]);
+        let (svg, text) = (shown.svg(), shown.plain(Some(120)));
         assert_readable(&svg);
-        for name in [
-            "balanced",
-            "fast",
-            "reference, error unknown",
-            "promise of balanced: 1 %",
-        ] {
-            assert!(says(&svg, name), "{name}, {along} {up}");
+        assert!(says(&svg, "promise of balanced: 1 %"));
+        let marks = marks(&text);
+        for number in 1..=43 {
+            let label = format!("{number}{}", if number == 2 { "" } else { "*" });
+            assert!(says(&svg, &label), "{label}, {along} {up}");
+            assert!(marks.contains(&label), "{label}, {along} {up}: {text}");
         }
         // Within a decade of numbers with many digits.
         let mut narrow = trade.clone();
@@ -333,14 +391,7 @@ fn names_in_a_crowd_lie_side_by_side() {
         for (row, cost) in narrow.rows.iter_mut().zip(costs) {
             (row.cost, row.worst) = (cost, row.worst.map(|_| 0.012 + 1e-8 * cost));
         }
-        assert_readable(&chart(&narrow));
-        // What lies upon another mark is not told apart; of the others, not all have room, but most.
-        let apart = if along + up > 9.0 { 40 } else { 0 };
-        assert!(
-            texts(&svg).len() > apart,
-            "{} {along} {up}",
-            texts(&svg).len()
-        );
+        assert_readable(&page(&narrow, &[]).svg());
     }
 }
 
@@ -438,20 +489,25 @@ fn presets_are_counted_by_kind_of_motion() {
 #[test]
 fn scenes_are_a_chart_a_table_and_a_text() {
     let scenes = scenes();
-    let svg = chart_of_scenes("a set", &scenes);
+    let shown = page_of_scenes("a set", &scenes);
+    let svg = shown.svg();
     assert_readable(&svg);
-    // Both presets of four scenes, and their shapes and the kinds of motion in the legend.
-    assert_eq!(svg.matches("<circle").count(), 4 + 3);
-    assert_eq!(svg.matches("<path").count(), 4 + 1);
-    // Who breaks a promise is named.
-    for (name, named) in [("b", true), ("c", true), ("a", false), ("d", false)] {
-        assert_eq!(says(&svg, name), named, "{name}");
+    // Both presets of four scenes; who breaks a promise has a star.
+    assert_eq!(svg.matches("class=\"mark\"").count(), 8);
+    for (label, name) in [("5*", "b, balanced"), ("7*", "c, fast"), ("1", "a, fast")] {
+        assert!(says(&svg, label), "{label}");
+        assert!(
+            svg.contains(&format!("<title>{label} {name}</title>")),
+            "{name}"
+        );
     }
-    let text = markdown_of_scenes("a set", &scenes);
+    let text = shown.markdown();
     for part in [
         "| balanced, line ",
         " 3 of 4 |",
         "| 4 of 5 |",
+        "| b, balanced ",
+        " 1 %: FAIL |",
         "- b, balanced: volume −3 %, of 1 %\n",
         // In parts of itself, as its bar is.
         "- c, fast: volume −43 %, of 25 %\n",
@@ -463,10 +519,10 @@ fn scenes_are_a_chart_a_table_and_a_text() {
     let lines: Vec<&str> = text.lines().filter(|line| line.starts_with('|')).collect();
     let widths: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
     assert!(
-        widths[..8].iter().all(|width| *width == widths[0]),
+        widths[..17].iter().all(|width| *width == widths[0]),
         "{text}"
     );
-    let page = html_of_scenes("a <set>", &scenes, &svg);
+    let page = page_of_scenes("a <set>", &scenes).html();
     assert!(page.contains("a &lt;set&gt;") && page.contains("<svg "));
     let table = table(&scenes).expect("a table");
     assert_eq!(table.rows(), 15);
@@ -478,36 +534,58 @@ fn scenes_are_a_chart_a_table_and_a_text() {
             scene(&format!("scene_of_some_name_{k}"), kind, [0.02, 0.2], 0.1)
         })
         .collect();
-    assert_readable(&chart_of_scenes("many", &many));
+    let many = page_of_scenes("many", &many);
+    assert_readable(&many.svg());
+    let text = many.plain(Some(100));
+    assert!(
+        text.contains(" 180 | scene_of_some_name_59, reference "),
+        "{text}"
+    );
 }
 
 #[test]
 fn a_failure_is_shown_and_escaped() {
     let trade = example();
-    let found = findings(&trade);
     let left_out = [("cycle".to_owned(), "it stands still | there".to_owned())];
-    let text = markdown(&trade, &found, &left_out);
+    let shown = page(&trade, &left_out);
+    let text = shown.markdown();
     assert!(text.contains("- grid = 256: no \\<luck>\n"), "{text}");
     // Set in columns.
     let cells = |name: &str| -> Vec<String> {
-        let line = text
-            .lines()
-            .find(|line| line.starts_with(&format!("| {name} ")));
-        let cells = line.expect(name).trim_matches('|').split('|');
+        let has = |line: &&str| line.contains(&format!(" | {name} "));
+        let cells = text.lines().find(has).expect(name);
+        let cells = cells.trim_matches('|').split('|').skip(1);
         cells.map(|cell| cell.trim().to_owned()).collect()
     };
-    assert_eq!(
-        cells("grid = 256"),
-        ["grid = 256", "0", "0.000", "3", "1 MB", "–", "–", "–"]
-    );
-    assert_eq!(
-        cells("fast"),
-        ["fast", "400", "0.400", "3", "1 MB", "−6 %", "12 %", "–"]
-    );
+    let failed = [
+        "grid = 256",
+        "0",
+        "0.000",
+        "3",
+        "1 MB",
+        "–",
+        "–",
+        "–",
+        "–",
+        "–",
+    ];
+    assert_eq!(cells("grid = 256"), failed);
+    let fast = [
+        "fast",
+        "400",
+        "0.400",
+        "3",
+        "1 MB",
+        "6 %",
+        "5 %: FAIL",
+        "−6 %",
+        "12 %",
+        "–",
+    ];
+    assert_eq!(cells("fast"), fast);
     // Held against itself the reference says nothing.
-    assert_eq!(cells("reference")[5], "–");
-    let svg = chart(&trade);
-    let page = html(&trade, &found, &left_out, &svg);
+    assert_eq!(cells("reference")[5..8], ["–", "–", "–"]);
+    let page = shown.html();
     assert!(page.contains("no &lt;luck&gt;") && page.contains("made &amp; up"));
     let table = table(&[trade]).expect("a table");
     assert_eq!(
@@ -524,19 +602,25 @@ fn foreign_text_is_only_text() {
     trade.name = hostile.to_owned();
     trade.rows[8].failure = Some(format!("{hostile}\n| not a row"));
     let left_out = [("cycle".to_owned(), hostile.to_owned())];
-    let found = findings(&trade);
-    let text = markdown(&trade, &found, &left_out);
-    let shown = "\\<script>|\\`!\\[x](y)\\\\u{1b}\\[2J\\\\u{202e}";
-    assert_eq!(text.matches(shown).count(), 3, "{text}");
-    assert!(!text.contains("\n| not a row"), "{text}");
-    let text = plain(&trade, &found, &left_out);
-    let shown = "<script>|`![x](y)\\u{1b}[2J\\u{202e}";
-    assert_eq!(text.matches(shown).count(), 3, "{text}");
-    assert!(!text.contains("\n| not a row"), "{text}");
-    let text = markdown(&trade, &found, &left_out);
-    let svg = chart(&trade);
-    let page = html(&trade, &found, &left_out, &svg);
-    for text in [&text, &svg, &page] {
+    let shown = page(&trade, &left_out);
+    let many = page_of_scenes(hostile, &[trade.clone(), trade]);
+    let text = shown.markdown();
+    let visible = "\\<script>|\\`!\\[x](y)\\\\u{1b}\\[2J\\\\u{202e}";
+    assert_eq!(text.matches(visible).count(), 3, "{text}");
+    let plain = shown.plain(None);
+    let visible = "<script>|`![x](y)\\u{1b}[2J\\u{202e}";
+    assert_eq!(plain.matches(visible).count(), 3, "{plain}");
+    for text in [&text, &plain, &many.markdown(), &many.plain(Some(80))] {
+        assert!(!text.contains("\n| not a row"), "{text}");
+    }
+    for text in [
+        text,
+        shown.svg(),
+        shown.html(),
+        many.markdown(),
+        many.svg(),
+        many.html(),
+    ] {
         assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
         assert!(!text.replace("\\<", "").contains("<script"), "{text}");
     }

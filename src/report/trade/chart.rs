@@ -1,185 +1,386 @@
-//! Cost against error: of the variants of a scene, and of the presets over scenes.
+//! The chart of a trade: cost to the right, error upwards, both logarithmic. Its marks carry the numbers of the rows of the table.
+//! A terminal and a page draw the same points.
 
-use super::page::{called, percent};
-use super::scatter::{Mark, Scatter, Shape};
-use super::{Cost, Row, Trade};
-use crate::recipe::MotionKind;
-use crate::scene::variants::{BALANCED, FAST, KnobKind, promise};
+use maud::{Markup, html};
 
-/// Errors below this are not told apart: a hundred-thousandth of a percent.
-const FLOOR: f64 = 1e-7;
+use super::super::quantity::digits;
+use super::super::text::visible;
 
-/// Colours after which the next groups are squares.
-const COLOURS: usize = 10;
+/// A smaller error is drawn at the lower edge: a hundred-thousandth of a percent.
+pub const FLOOR: f64 = 1e-7;
 
-/// What goes upwards.
-const ERROR: &str = "largest deviation from reference among the promised figures";
-
-/// Of what is no solution with a known error.
-const UNKNOWN: &str = "reference, error unknown";
-
-fn levels() -> Vec<(f64, String)> {
-    let promised = |name| {
-        let promise = promise(name)?;
-        Some((promise, format!("promise of {name}: {}", percent(promise))))
-    };
-    [FAST, BALANCED].into_iter().filter_map(promised).collect()
+/// A run in the chart.
+#[derive(Debug, Clone)]
+pub struct Point {
+    /// Number of its row in the table, with a star if it is marked.
+    pub label: String,
+    /// Its name in the table.
+    pub name: String,
+    /// Cost, in the unit of the axis.
+    pub cost: f64,
+    /// Largest deviation among the promised figures; none of a reference, which is drawn at the lower edge.
+    pub error: Option<f64>,
+    /// Uncertainty of the cost, relative; 0 if the cost is exact.
+    pub noise: f64,
+    /// Drawn as a square instead of a disc.
+    pub is_square: bool,
+    /// Drawn filled.
+    pub is_marked: bool,
 }
 
-/// What a hollow mark at the lower edge stands for, if there is one.
-fn below(marks: &[Mark]) -> Option<(usize, Shape, bool, String)> {
-    let is_below = |mark: &Mark| mark.shape != Shape::Edge && mark.at[1] < FLOOR;
-    let text = format!("hollow: below {}", percent(FLOOR));
-    (marks.iter().any(is_below)).then_some((COLOURS - 1, Shape::Disc, true, text))
+impl Point {
+    /// The error that it is drawn at; none at the lower edge.
+    fn height(&self) -> Option<f64> {
+        self.error.filter(|error| *error >= FLOOR)
+    }
 }
 
-/// The chart of a scene: one point a variant, what it costs to the right, the worst of the promised errors upwards, with the Pareto
-/// front as a line and the presets' promises as levels. The reference has no error, and stands at the edge.
-pub fn chart(trade: &Trade) -> String {
-    let is_shown = |row: &&Row| row.is_compared() && row.worst.is_some();
-    let shown = || trade.rows.iter().filter(is_shown);
-    let mut knobs: Vec<&str> = Vec::new();
-    for row in shown() {
-        if !knobs.contains(&row.variant.knob) {
-            knobs.push(row.variant.knob);
+/// A chart.
+#[derive(Debug, Clone)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Titles of the axes, cost first.
+    pub axes: [String; 2],
+    /// Promised errors, each with its name.
+    pub bounds: Vec<(f64, String)>,
+    /// The first points have their numbers closest to their places.
+    pub points: Vec<Point>,
+    /// True if a line joins the marked points.
+    pub has_front: bool,
+    /// Meaning of the marks: in the terminal, and in the drawing in addition.
+    pub keys: [Vec<String>; 2],
+}
+
+/// The `k`-th of the round values: 1, 2 and 5 times a power of ten, 1 being number 0.
+fn round_value(k: i32) -> f64 {
+    let digit = [1, 2, 5][k.rem_euclid(3) as usize];
+    let value = format!("{digit}e{}", k.div_euclid(3)).parse();
+    value.unwrap_or(f64::NAN)
+}
+
+/// A logarithmic axis from one round value to another.
+struct Axis {
+    ends: [i32; 2],
+}
+
+impl Axis {
+    /// Values that have no logarithm are not counted.
+    fn of(values: impl Iterator<Item = f64>) -> Axis {
+        const MARGIN: f64 = 1.02;
+        let values = values.filter(|value| *value > 0.0 && value.is_finite());
+        let range = values.fold(None, |range: Option<[f64; 2]>, value| {
+            let [low, high] = range.unwrap_or([value; 2]);
+            Some([low.min(value), high.max(value)])
+        });
+        // Without points there is still a chart.
+        let [low, high] = range.unwrap_or([1.0, 10.0]);
+        let near = |value: f64| (3.0 * value.log10()).floor() as i32;
+        let (mut first, mut last) = (near(low) + 2, near(high) - 2);
+        while round_value(first) * MARGIN > low {
+            first -= 1;
+        }
+        while round_value(last) < high * MARGIN {
+            last += 1;
+        }
+        Axis {
+            ends: [first, last],
         }
     }
-    let look = |knob: &str| {
-        let k = knobs.iter().position(|k| *k == knob).unwrap_or(0);
-        let shape = if k < COLOURS {
-            Shape::Disc
-        } else {
-            Shape::Square
+
+    /// Place of a value, from 0 at the lower end to 1 at the upper end.
+    fn part(&self, value: f64) -> f64 {
+        let [low, high] = self.ends.map(|k| round_value(k).log10());
+        ((value.log10() - low) / (high - low)).clamp(0.0, 1.0)
+    }
+
+    /// Round values, `most` at most: all of them, powers of ten, or powers of a power.
+    fn ticks(&self, most: usize) -> Vec<f64> {
+        let [first, last] = self.ends;
+        let of = |step: i32| (first..=last).filter(move |k| k.rem_euclid(step) == 0);
+        let mut steps = [1].into_iter().chain((1..).map(|decades| 3 * decades));
+        let step = steps.find(|step| of(*step).count() <= most.max(2));
+        step.map_or(Vec::new(), |step| of(step).map(round_value).collect())
+    }
+}
+
+/// Left, top, right and bottom.
+type Place = [f64; 4];
+
+/// Finds places for texts, of which none lies over another.
+struct Free {
+    taken: Vec<Place>,
+    /// Of the taken places, those before this one have no text that the line from a mark to its text has to keep clear of.
+    first_text: usize,
+    /// In the order in which they are tried: the nearest first, beside before above.
+    offsets: Vec<[f64; 2]>,
+}
+
+impl Free {
+    fn new(step: f64, taken: Vec<Place>, first_text: usize) -> Free {
+        const MOST: i32 = 40;
+        let all = (-MOST..=MOST).flat_map(|j| (-MOST..=MOST).map(move |i| [i, j]));
+        let mut all: Vec<[i32; 2]> = all.collect();
+        all.sort_by_key(|[i, j]| (i * i + 4 * j * j, *j > 0, *i < 0));
+        let offsets = all.iter().map(|offset| offset.map(|k| step * f64::from(k)));
+        Free {
+            taken,
+            first_text,
+            offsets: offsets.collect(),
+        }
+    }
+
+    /// Takes the free place of a size that is nearest to `at`, its middle; none if there is no room.
+    fn take(&mut self, at: [f64; 2], size: [f64; 2], frame: &Place) -> Option<Place> {
+        let place = |offset: &[f64; 2]| -> Place {
+            let [left, top] = [0, 1].map(|d| at[d] + offset[d] - 0.5 * size[d]);
+            [left, top, left + size[0], top + size[1]]
         };
-        (k % COLOURS, shape)
-    };
-    let noise = match trade.by {
-        Cost::FftPairs => 0.0,
-        Cost::Seconds => trade.noise.unwrap_or(0.0),
-    };
-    let mut rows: Vec<&Row> = shown().collect();
-    // Presets are named first, then the front.
-    let rank = |row: &Row| (row.variant.kind != KnobKind::Preset, !row.pareto);
-    rows.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.cost.total_cmp(&b.cost)));
-    let mark = |row: &&Row| {
-        let (colour, shape) = look(row.variant.knob);
-        let is_named = row.pareto || row.variant.kind == KnobKind::Preset;
-        Mark {
-            at: [row.cost, row.worst.unwrap_or(0.0)],
-            colour,
-            shape,
-            noise,
-            name: is_named.then(|| called(row)),
-            is_named_anyhow: row.variant.kind == KnobKind::Preset,
-        }
-    };
-    let marks = rows.iter().map(mark);
-    let reference = trade.reference().map(|row| Mark {
-        at: [row.cost, 0.0],
-        colour: COLOURS - 1,
-        shape: Shape::Edge,
-        noise,
-        name: Some(UNKNOWN.to_owned()),
-        is_named_anyhow: true,
-    });
-    let marks: Vec<Mark> = reference.into_iter().chain(marks).collect();
-    let mut line: Vec<[f64; 2]> = rows
-        .iter()
-        .filter(|row| row.pareto)
-        .map(|row| [row.cost, row.worst.unwrap_or(0.0).max(FLOOR)])
-        .collect();
-    line.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    let of_knob = |knob: &&str| {
-        let (colour, shape) = look(knob);
-        (colour, shape, false, (*knob).to_owned())
-    };
-    let reference = (COLOURS - 1, Shape::Edge, false, UNKNOWN.to_owned());
-    let legend = knobs.iter().map(of_knob).chain([reference]);
-    Scatter {
-        title: format!("{}: error against cost", trade.name),
-        axes: [cost_axis(trade), ERROR.to_owned()],
-        levels: levels(),
-        legend: legend.chain(below(&marks)).collect(),
-        marks,
-        line,
-        floor: FLOOR,
-    }
-    .svg()
-}
-
-fn cost_axis(trade: &Trade) -> String {
-    let clock = if trade.has_cpu() { "CPU" } else { "wall" };
-    match (trade.by, trade.noise) {
-        (Cost::FftPairs, _) if trade.rows.iter().any(|row| row.cost != row.fft_pairs) => {
-            "FFT pairs, on other grids by their work".to_owned()
-        }
-        (Cost::FftPairs, _) => "FFT pairs".to_owned(),
-        (Cost::Seconds, Some(noise)) => format!("{clock} seconds, noise ±{}", percent(noise)),
-        (Cost::Seconds, None) => format!("{clock} seconds, of unknown noise"),
+        let is_inside = |p: &Place| (0..2).all(|d| p[d] >= frame[d] && p[d + 2] <= frame[d + 2]);
+        let meet = |a: &Place, b: &Place| (0..2).all(|d| a[d] < b[d + 2] && b[d] < a[d + 2]);
+        let is_free = |p: &Place| is_inside(p) && !self.taken.iter().any(|other| meet(p, other));
+        let is_clear = |p: &Place| {
+            const PIECES: usize = 16;
+            let texts = || self.taken.iter().skip(self.first_text);
+            (1..PIECES).map(|k| k as f64 / PIECES as f64).all(|part| {
+                let [x, y] = [0, 1].map(|d| at[d] + part * (0.5 * (p[d] + p[d + 2]) - at[d]));
+                !texts().any(|text| meet(&[x, y, x, y], text))
+            })
+        };
+        let places = || self.offsets.iter().map(place).filter(is_free);
+        let place = places().find(is_clear).or_else(|| places().next())?;
+        self.taken.push(place);
+        Some(place)
     }
 }
 
-/// The chart of several scenes: one point a scene and preset, its FFT pairs to the right, the worst of the promised errors upwards, in
-/// the colour of the scene's motion. The references stand at the lower edge. Who breaks a promise is named.
-pub fn chart_of_scenes(name: &str, trades: &[Trade]) -> String {
-    let kinds = |trade: &Trade| {
-        let mut all = MotionKind::ALL.iter();
-        all.position(|kind| *kind == trade.motion).unwrap_or(0)
-    };
-    let (mut marks, mut references) = (Vec::new(), Vec::new());
-    for trade in trades.iter().filter(|trade| trade.reference().is_some()) {
-        for row in &trade.rows {
-            if row.failure.is_some() || row.fft_pairs <= 0.0 {
-                continue;
-            }
-            let mut mark = Mark {
-                at: [row.fft_pairs, 0.0],
-                colour: kinds(trade),
-                shape: Shape::Edge,
-                noise: 0.0,
-                name: None,
-                is_named_anyhow: true,
+impl Chart {
+    fn axes(&self) -> [Axis; 2] {
+        let errors = self.points.iter().filter_map(Point::height);
+        let bounds = self.bounds.iter().map(|(bound, _)| *bound);
+        let costs = self.points.iter().map(|point| point.cost);
+        [Axis::of(costs), Axis::of(errors.chain(bounds))]
+    }
+
+    /// The chart in characters, `width` to a line. A number that has no room is listed below.
+    pub fn text(&self, width: usize) -> String {
+        let [x, y] = self.axes();
+        let rows = (16 + self.points.len() / 4).min(40);
+        let row = |value: f64| ((1.0 - y.part(value)) * (rows - 1) as f64).round();
+        let mut ticks = vec![String::new(); rows + 1];
+        for tick in y.ticks(rows / 2) {
+            ticks[row(tick) as usize] = format!("{} %", digits(100.0 * tick, 1));
+        }
+        let margin = ticks.iter().map(|tick| tick.chars().count());
+        let margin = margin.max().unwrap_or(0);
+        let columns = width.saturating_sub(margin + 2).max(40);
+        let column = |value: f64| (x.part(value) * (columns - 1) as f64).round();
+        // The last line is the axis, and has what has no place above it.
+        let mut cells = vec![vec![' '; columns]; rows];
+        cells.push(vec!['-'; columns]);
+        for (bound, _) in &self.bounds {
+            cells[row(*bound) as usize] = vec!['.'; columns];
+        }
+        let mut free = Free::new(1.0, Vec::new(), usize::MAX);
+        let mut put = |text: &str, middle: f64, value: Option<f64>| {
+            let size = text.chars().count() as f64 + 1.0;
+            let left = middle - (0.5 * size - 1.0).floor();
+            let left = left.clamp(0.0, columns as f64 - size);
+            let top = value.map_or(rows as f64, row);
+            let ends = if value.is_some() {
+                [0.0, rows as f64]
+            } else {
+                [top, top + 1.0]
             };
-            match (row.is_compared(), row.worst, promise(&row.variant.name)) {
-                (true, Some(worst), Some(promise)) => {
-                    mark.at[1] = worst;
-                    mark.shape = shape_of(&row.variant.name);
-                    mark.name = (worst > promise).then(|| trade.name.clone());
-                    marks.push(mark);
+            let frame = [0.0, ends[0], columns as f64, ends[1]];
+            let place = free.take([left + 0.5 * size, top + 0.5], [size, 1.0], &frame)?;
+            for (k, letter) in text.chars().chain([' ']).enumerate() {
+                cells[place[1] as usize][place[0] as usize + k] = letter;
+            }
+            Some(())
+        };
+        for (bound, name) in &self.bounds {
+            put(&format!(" {name}"), columns as f64, Some(*bound));
+        }
+        let points = self.points.iter();
+        let is_crowded = |p: &&Point| put(&p.label, column(p.cost), p.height()).is_none();
+        let crowded: Vec<&str> = points.filter(is_crowded).map(|p| &p.label[..]).collect();
+        let mut text = format!("{}\n", self.axes[1]);
+        for (k, (tick, line)) in ticks.iter().zip(&cells).enumerate() {
+            let line: String = line.iter().collect();
+            let bar = if k == rows { '+' } else { '|' };
+            text += &format!("{}\n", format!("{tick:>margin$} {bar}{line}").trim_end());
+        }
+        let mut scale = vec![' '; margin + 2 + columns];
+        for tick in x.ticks(columns / 8) {
+            let tick_text = digits(tick, 1);
+            let start = margin + 2 + column(tick) as usize - tick_text.chars().count() / 2;
+            let start = start.min(scale.len() - tick_text.chars().count());
+            for (k, letter) in tick_text.chars().enumerate() {
+                scale[start + k] = letter;
+            }
+        }
+        let scale: String = scale.iter().collect();
+        text += &format!("{scale}\n{:>1$}\n", self.axes[0], margin + 2 + columns);
+        text.extend(self.keys[0].iter().map(|line| format!("{line}\n")));
+        if !crowded.is_empty() {
+            text += &format!("No room for {}\n", crowded.join(" "));
+        }
+        text
+    }
+
+    /// The chart as an SVG, light or dark as its surroundings; a `file` of its own brings its colours with it.
+    pub fn svg(&self, file: bool) -> Markup {
+        const SIZE: [f64; 2] = [800.0, 580.0];
+        const FRAME: Place = [76.0, 58.0, 768.0, 452.0];
+        const TEXT: f64 = 12.5;
+        let [left, top, right, bottom] = FRAME;
+        let [x, y] = self.axes();
+        let across = |value: f64| left + x.part(value) * (right - left);
+        let up = |value: f64| bottom - y.part(value) * (bottom - top);
+        let place = |point: &Point| [across(point.cost), point.height().map_or(bottom, up)];
+        let points = || self.points.iter();
+        let mut front: Vec<_> = points().filter(|p| p.is_marked && self.has_front).collect();
+        front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let front: Vec<[f64; 2]> = front.into_iter().map(place).collect();
+        let bounds: Vec<f64> = self.bounds.iter().map(|(bound, _)| up(*bound)).collect();
+        // Texts lie beside marks and lines.
+        let lines = bounds.iter().map(|height| [left, *height, right, *height]);
+        let on_front = front.windows(2).flat_map(|pair| {
+            const PIECES: i32 = 40;
+            let part = move |k: i32, d: usize| {
+                pair[0][d] + f64::from(k) / f64::from(PIECES) * (pair[1][d] - pair[0][d])
+            };
+            (0..PIECES).map(move |k| [part(k, 0), part(k, 1), part(k, 0), part(k, 1)])
+        });
+        let marks = points().map(|point| around(point, place(point)));
+        let taken: Vec<Place> = marks.chain(lines).chain(on_front).collect();
+        let first_text = taken.len();
+        let mut free = Free::new(4.0, taken, first_text);
+        let mut put = |text, at: [f64; 2], from| {
+            let size = [width_of(text, TEXT), 1.2 * TEXT];
+            Some((text, free.take(at, size, &FRAME)?, from))
+        };
+        let names = self.bounds.iter().zip(&bounds);
+        let names = names.map(|((_, name), height)| {
+            (
+                &name[..],
+                [right - 0.5 * width_of(name, TEXT) - 8.0, height - TEXT],
+                None,
+            )
+        });
+        let labels = points().map(|point| (&point.label[..], place(point), Some(place(point))));
+        let texts = names
+            .chain(labels)
+            .filter_map(|(text, at, from)| put(text, at, from));
+        let texts: Vec<(&str, Place, Option<[f64; 2]>)> = texts.collect();
+        let front = front.iter().map(|[x, y]| format!("{x:.1},{y:.1}"));
+        let front: Vec<String> = front.collect();
+        html! {
+            svg xmlns="http://www.w3.org/2000/svg" width=(SIZE[0]) height=(SIZE[1]) viewBox={ "0 0 " (SIZE[0]) " " (SIZE[1]) }
+                font-family="sans-serif" fill="currentColor" role="img" {
+                title { (self.title) }
+                @if file { style { (FILE_STYLE) } }
+                (text([16.0, 24.0], "start", 16.0, &clipped(&self.title, SIZE[0] - 32.0, 16.0)))
+                (text([16.0, 46.0], "start", TEXT, &self.axes[1]))
+                @for tick in x.ticks(10) {
+                    (line([[across(tick), top], [across(tick), bottom]], 0.15, ""))
+                    (text([across(tick), bottom + 20.0], "middle", TEXT, &digits(tick, 1)))
                 }
-                (false, ..) => references.push(mark),
-                _ => (),
+                @for tick in y.ticks(12) {
+                    (line([[left, up(tick)], [right, up(tick)]], 0.15, ""))
+                    (text([left - 8.0, up(tick) + 0.35 * TEXT], "end", TEXT, &format!("{} %", digits(100.0 * tick, 1))))
+                }
+                (line([[left, top], [left, bottom]], 0.6, ""))
+                (line([[left, bottom], [right, bottom]], 0.6, ""))
+                (text([right, bottom + 38.0], "end", TEXT, &self.axes[0]))
+                @for (k, key) in self.keys.iter().flatten().enumerate() {
+                    (text([16.0, bottom + 60.0 + 17.0 * k as f64], "start", TEXT, key))
+                }
+                @for height in bounds { (line([[left, height], [right, height]], 0.7, "6 4")) }
+                @if !front.is_empty() { polyline points=(front.join(" ")) fill="none" stroke=(ACCENT) stroke-width="1.5" {} }
+                @for point in points().rev() { (mark(point, place(point), &across)) }
+                @for (label, found, from) in &texts {
+                    @if let Some(from) = from { (lead(*from, found)) }
+                    (text([0.5 * (found[0] + found[2]), found[1] + 0.95 * TEXT], "middle", TEXT, label))
+                }
             }
         }
     }
-    let shown = |kind: &&MotionKind| trades.iter().any(|trade| trade.motion == **kind);
-    let motions = MotionKind::ALL.iter().enumerate();
-    let motions = motions.filter(|(_, kind)| shown(kind));
-    let motions = motions.map(|(k, kind)| (k, Shape::Disc, false, kind.word().to_owned()));
-    let grey = COLOURS - 1;
-    let shapes = [FAST, BALANCED].map(|name| (grey, shape_of(name), false, name.to_owned()));
-    let reference = (grey, Shape::Edge, false, UNKNOWN.to_owned());
-    let legend = motions
-        .chain(shapes)
-        .chain([reference])
-        .chain(below(&marks))
-        .collect();
-    references.extend(marks);
-    Scatter {
-        title: format!("{name}: error of the presets against cost"),
-        axes: ["FFT pairs of a run".to_owned(), ERROR.to_owned()],
-        levels: levels(),
-        legend,
-        marks: references,
-        line: Vec::new(),
-        floor: FLOOR,
-    }
-    .svg()
 }
 
-fn shape_of(preset: &str) -> Shape {
-    match preset {
-        FAST => Shape::Square,
-        _ => Shape::Disc,
+/// Colour of marked points, legible on white and on black.
+const ACCENT: &str = "#2f81d0";
+
+const FILE_STYLE: &str = "svg{color:#222;background:#fff}@media(prefers-color-scheme:dark){svg{color:#ddd;background:#16181c}}";
+
+/// Radius of a mark.
+const RADIUS: f64 = 4.5;
+
+/// What the mark of a point takes: a disc or square around its place, or a triangle above it.
+fn around(point: &Point, [x, y]: [f64; 2]) -> Place {
+    const ROOM: f64 = RADIUS + 2.0;
+    let above = ROOM * if point.error.is_some() { 1.0 } else { 2.0 };
+    [x - ROOM, y - above, x + ROOM, y + ROOM]
+}
+
+/// Width of a text in DejaVu Sans, the widest font in use.
+fn width_of(text: &str, size: f64) -> f64 {
+    0.64 * size * text.chars().count() as f64
+}
+
+/// A text, shortened to a width.
+fn clipped(text: &str, width: f64, size: f64) -> String {
+    let text = visible(text);
+    let fits = (width / width_of("m", size)) as usize;
+    match text.chars().count() > fits {
+        true => text.chars().take(fits - 1).chain(['…']).collect(),
+        false => text,
+    }
+}
+
+fn text([x, y]: [f64; 2], anchor: &str, size: f64, text: &str) -> Markup {
+    html! {
+        text x=(format_args!("{x:.1}")) y=(format_args!("{y:.1}")) text-anchor=(anchor) font-size=(size) { (text) }
+    }
+}
+
+fn line([from, to]: [[f64; 2]; 2], opacity: f64, dashes: &str) -> Markup {
+    let path = format!("M{:.1} {:.1}L{:.1} {:.1}", from[0], from[1], to[0], to[1]);
+    html! { path d=(path) stroke="currentColor" stroke-opacity=(opacity) stroke-dasharray=[(!dashes.is_empty()).then_some(dashes)] {} }
+}
+
+/// A line from a mark to its number, where it is not beside it.
+fn lead(from: [f64; 2], label: &Place) -> Markup {
+    let to = [
+        from[0].clamp(label[0], label[2]),
+        from[1].clamp(label[1], label[3]),
+    ];
+    let is_far = (to[0] - from[0]).hypot(to[1] - from[1]) > 2.5 * RADIUS;
+    html! { @if is_far { (line([from, to], 0.4, "")) } }
+}
+
+fn mark(point: &Point, [x, y]: [f64; 2], across: &dyn Fn(f64) -> f64) -> Markup {
+    let colour = if point.is_marked {
+        ACCENT
+    } else {
+        "currentColor"
+    };
+    let fill = if point.is_marked { ACCENT } else { "none" };
+    let shape = match (point.error, point.is_square) {
+        (None, _) => "m0 0l-5 -11h10z".to_owned(),
+        (_, true) => format!("m{0} {0}h-{1}v-{1}h{1}z", RADIUS, 2.0 * RADIUS),
+        (_, false) => format!(
+            "m-{0} 0a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 -{1} 0z",
+            RADIUS,
+            2.0 * RADIUS
+        ),
+    };
+    let ends = [1.0 / (1.0 + point.noise), 1.0 + point.noise];
+    html! {
+        @if point.noise > 0.0 { (line(ends.map(|part| [across(part * point.cost), y]), 0.5, "")) }
+        path class="mark" d=(format_args!("M{x:.1} {y:.1}{shape}")) fill=(fill) stroke=(colour) stroke-width="1.5" {
+            title { (point.label) " " (point.name) }
+        }
     }
 }

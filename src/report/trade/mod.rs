@@ -7,7 +7,6 @@ mod chart;
 mod figures;
 mod findings;
 mod page;
-mod scatter;
 mod scenes;
 
 use std::path::{Path, PathBuf};
@@ -18,15 +17,12 @@ use crate::scene::variants::{AGAIN, BALANCED, KnobKind, REFERENCE, Variant};
 use crate::store::{Machine, StoreError};
 use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
 
-pub use chart::{chart, chart_of_scenes};
 pub use figures::{
     COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error, noise,
 };
 pub use findings::{Buy, Convergence, Findings, Kept, Saving, Step, findings};
-pub use page::{html, markdown, plain};
-pub use scenes::{
-    InBar, Miss, Tally, html_of_scenes, markdown_of_scenes, misses, plain_of_scenes, tallies,
-};
+pub use page::{Page, page, page_of_scenes};
+pub use scenes::{InBar, Miss, Tally, misses, tallies};
 
 use figures::{Measured, errors, measure, work_of_pair};
 
@@ -277,12 +273,6 @@ impl Trade {
         self.rows.iter().all(|row| row.cpu_seconds.is_some())
     }
 
-    /// CPU time of a row, or that of the wall where not all of them tell it \[s\].
-    pub fn seconds(&self, row: &Row) -> f64 {
-        let cpu = row.cpu_seconds.filter(|_| self.has_cpu());
-        cpu.unwrap_or(row.seconds)
-    }
-
     /// Whether a figure of a row lies within its own error bar of that of the reference; none where there is no such figure or bar.
     pub fn within(&self, row: &Row, figure: usize) -> Option<bool> {
         let (value, bar) = (row.values[figure]?, row.bars[figure]?);
@@ -352,56 +342,33 @@ pub fn table(trades: &[Trade]) -> Result<Table, TradeError> {
     Ok(table.maybe("bar_closure", closure).build()?)
 }
 
-/// Writes `trade.parquet` of one scene or of several, and beside it their text, picture and page. Files that are there are replaced.
+/// Writes `trade.parquet` of one scene or of several, and `trade.md`, `trade.svg` and `trade.html` of their page, into a folder. Files that
+/// are there are replaced.
 ///
 /// # Errors
 /// [`TradeError`] for a file that cannot be made or written.
-fn write(folder: &Path, trades: &[Trade], texts: [(&str, String); 3]) -> Result<(), TradeError> {
-    // Of several scenes the hash is that of the first alone, were it there.
-    let scene_hash = match trades {
-        [trade] => trade.scene_hash.clone(),
-        _ => String::new(),
-    };
+pub fn write(folder: &Path, trades: &[Trade], page: &Page) -> Result<(), TradeError> {
     let provenance = Provenance {
-        scene_hash,
+        // Several scenes have no hash together.
+        scene_hash: match trades {
+            [trade] => trade.scene_hash.clone(),
+            _ => String::new(),
+        },
         program_version: env!("CARGO_PKG_VERSION").to_owned(),
     };
     std::fs::create_dir_all(folder).map_err(|source| TradeError::Io {
         path: folder.to_owned(),
         source,
     })?;
-    let table = to_parquet(&table(trades)?, &provenance)?;
-    let texts = texts.map(|(name, text)| (name, text.into_bytes()));
-    for (name, bytes) in [("trade.parquet", table)].into_iter().chain(texts) {
+    let files = [
+        ("trade.parquet", to_parquet(&table(trades)?, &provenance)?),
+        ("trade.md", page.markdown().into_bytes()),
+        ("trade.svg", page.svg().into_bytes()),
+        ("trade.html", page.html().into_bytes()),
+    ];
+    for (name, bytes) in files {
         let path = folder.join(name);
         replace(&path, &bytes).map_err(|source| TradeError::Io { path, source })?;
     }
     Ok(())
-}
-
-impl Trade {
-    /// Writes `trade.parquet`, `trade.md`, `trade.svg` and `trade.html` into a folder. Files that are there are replaced.
-    ///
-    /// # Errors
-    /// [`TradeError`] for a file that cannot be made or written.
-    pub fn write(&self, folder: &Path, left_out: &[(String, String)]) -> Result<(), TradeError> {
-        let found = findings(self);
-        let svg = chart(self);
-        let page = html(self, &found, left_out, &svg);
-        let text = markdown(self, &found, left_out);
-        let texts = [("trade.md", text), ("trade.svg", svg), ("trade.html", page)];
-        write(folder, std::slice::from_ref(self), texts)
-    }
-}
-
-/// Writes the same files of several scenes.
-///
-/// # Errors
-/// [`TradeError`] for a file that cannot be made or written.
-pub fn write_scenes(name: &str, trades: &[Trade], folder: &Path) -> Result<(), TradeError> {
-    let svg = chart_of_scenes(name, trades);
-    let page = html_of_scenes(name, trades, &svg);
-    let text = markdown_of_scenes(name, trades);
-    let texts = [("trade.md", text), ("trade.svg", svg), ("trade.html", page)];
-    write(folder, trades, texts)
 }
