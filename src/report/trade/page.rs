@@ -190,7 +190,7 @@ th{vertical-align:bottom;white-space:normal}\
 .names2 :is(th,td):nth-child(1){text-align:right;min-width:2.6em}.names2 :is(th,td):nth-child(2){left:3.6em}\
 h1{font-size:22px}h2{font-size:17px;margin:1.4em 0 .4em}\
 @media(max-width:40em){.names2 :is(th,td):nth-child(2){position:static}}\
-@media print{.wide{overflow:visible}table{font-size:7pt}th,td{padding:.2em .3em;white-space:normal}}";
+@page{size:landscape}@media print{.wide{overflow:visible}table{font-size:7pt}}";
 
 /// A run as the chart and the table show it.
 struct Entry<'a> {
@@ -298,7 +298,8 @@ fn runs(entries: &[Entry], of_scenes: bool) -> Sheet {
         let bound = promise(&row.variant.name).filter(|_| trade.reference().is_some());
         let verdict = match is_kept(row) {
             Some(true) => "pass",
-            _ => "FAIL",
+            Some(false) => "FAIL",
+            None => "not compared",
         };
         let mut cells = vec![
             ("#", Some(point.label.clone())),
