@@ -3,21 +3,22 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use maud::html;
+
 use super::ReportError;
-use super::html::{NONE, Section, escaped, table};
+use super::html::NONE;
 use super::output;
 use super::page::failed;
-use super::plot::{Axis, Chart, Curve, Drawing, Mark, style_of_run, style_sheet};
+use super::plot::{Axis, Chart, Curve, Drawing, Mark, style_of_run};
 use super::quantity::{
     ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Units, VOLUME, VOLUME_RATE,
     digits, in_unit, unit_of,
 };
-use super::script::{SCRIPT, policy};
+use super::table::table;
+use super::template::{Page, Part, Section, drawings};
 use crate::campaign::statistics::{QUANTILES, Spread, chance_of_rank, chance_of_share};
 use crate::campaign::{About, Campaign, Failure, Figure, Findings, Resolved, Sensitivity, State};
 use crate::tables::{Provenance, TableError, to_parquet};
-
-const STYLE: &str = include_str!("page.css");
 
 /// Charts of a figure over the key that moves it most.
 const SCATTERS: usize = 6;
@@ -155,9 +156,13 @@ impl CampaignReport<'_> {
         Section {
             id: "ends",
             title: "What the runs end in".to_owned(),
-            html: table(&heads.map(str::to_owned), &rows, true)
-                + "<p class=\"note\">Each run at its last iteration. Deviation is the standard deviation over the runs; 5 % of the runs lie below \
-                   the value at 5 %. The error bars of single runs are in their tables.</p>\n",
+            html: html! {
+                (table(&heads, &rows, true))
+                p.note {
+                    "Each run at its last iteration. Deviation is the standard deviation over the runs; 5 % of the runs lie below \
+                     the value at 5 %. The error bars of single runs are in their tables."
+                } "\n"
+            },
         }
     }
 
@@ -190,18 +195,19 @@ impl CampaignReport<'_> {
         Section {
             id: "sensitivity",
             title: "Which key moves which figure".to_owned(),
-            html: table(&heads, &rows, true)
-                + &format!(
-                    "<p class=\"note\">The first number is Spearman’s rank correlation, −1 to +1: whether the figure rises with the key. Of {count} \
+            html: html! {
+                (table(&heads, &rows, true))
+                p.note { (format!(
+                    "The first number is Spearman’s rank correlation, −1 to +1: whether the figure rises with the key. Of {count} \
                      runs or draws, ±{chance:.2} and less is no more than chance. The second is the first-order Sobol index, the part of the figure’s variance \
                      that the key alone explains, estimated from these runs by classes of the key, less what chance gives them; what the keys of a \
-                     row leave of 100 % is due to keys together, or to what does not vary here by itself.</p>\n"
-                ),
+                     row leave of 100 % is due to keys together, or to what does not vary here by itself."
+                )) } "\n"
+            },
         }
     }
 
     fn keys(&self) -> Section {
-        let heads = ["key", "values", "from", "to"].map(str::to_owned);
         let rows = self.campaign.keys.iter().enumerate().map(|(k, key)| {
             let values = || self.campaign.rows.iter().map(|row| &row.values[k]);
             let mut texts: Vec<String> = values().map(Resolved::text).collect();
@@ -221,12 +227,12 @@ impl CampaignReport<'_> {
         Section {
             id: "keys",
             title: "What varies".to_owned(),
-            html: table(&heads, &rows.collect::<Vec<_>>(), true)
-                + &format!(
-                    "<p class=\"note\">In SI units. The scene is {}; planned by fretwear {}.</p>\n",
-                    escaped(&self.about.scene_name),
-                    escaped(&self.about.program_version)
-                ),
+            html: html! {
+                (table(&["key", "values", "from", "to"], &rows.collect::<Vec<_>>(), true))
+                p.note {
+                    "In SI units. The scene is " (self.about.scene_name) "; planned by fretwear " (self.about.program_version) "."
+                } "\n"
+            },
         }
     }
 
@@ -250,7 +256,7 @@ impl CampaignReport<'_> {
                 ]
             })
             .collect();
-        let heads = ["reason", "rows", "which", "keys of the first"].map(str::to_owned);
+        let heads = ["reason", "rows", "which", "keys of the first"];
         (!rows.is_empty()).then(|| Section {
             id: "failed",
             title: "Runs that failed".to_owned(),
@@ -355,89 +361,54 @@ impl CampaignReport<'_> {
     /// # Errors
     /// [`ReportError::Draw`]
     pub fn html(&self) -> Result<String, ReportError> {
-        let mut bands = String::new();
-        for (k, figure) in self.findings.figures.iter().enumerate() {
-            if let Some(drawing) = self.band(figure)? {
-                bands += &(drawing.inline(&format!("band-{k}")) + "\n");
-            }
-        }
-        let mut scatters = (0, String::new());
-        for (k, figure) in self.findings.figures.iter().enumerate() {
-            let Some(key) = self
-                .movers(figure.name)
-                .into_iter()
-                .find(|s| s.rank.is_some())
-            else {
-                continue;
-            };
-            if scatters.0 < SCATTERS
-                && let Some(drawing) = self.scatter(figure, key)?
+        let figures = &self.findings.figures;
+        let (mut bands, mut scatters) = (Vec::new(), Vec::new());
+        for (k, figure) in figures.iter().enumerate() {
+            let band = self.band(figure)?;
+            bands.extend(band.map(|drawing| (format!("band-{k}"), drawing)));
+            let mut movers = self.movers(figure.name).into_iter();
+            if scatters.len() < SCATTERS
+                && let Some(key) = movers.find(|s| s.rank.is_some())
             {
-                scatters.0 += 1;
-                scatters.1 += &(drawing.inline(&format!("scatter-{k}")) + "\n");
+                let scatter = self.scatter(figure, key)?;
+                scatters.extend(scatter.map(|drawing| (format!("scatter-{k}"), drawing)));
             }
         }
-        let drawn = |id: &'static str, title: &str, drawings: String, note: &str| {
-            (!drawings.is_empty()).then(|| Section {
+        let drawn = |id: &'static str, title: &str, drawn: &[(String, Drawing)], note: &str| {
+            let each = drawn.iter().map(|(id, drawing)| (id.clone(), drawing));
+            (!drawn.is_empty()).then(|| Section {
                 id,
                 title: title.to_owned(),
-                html: format!(
-                    "<div class=\"drawings\">\n{drawings}</div>\n<p class=\"note\">{note}</p>\n"
-                ),
+                html: html! { (drawings(each)) p.note { (note) } "\n" },
             })
         };
         let bands = drawn(
             "bands",
             "Bands over the cycles",
-            bands,
+            &bands,
             "Of the runs that have come as far, at least half of all; a run between two iterations is taken on the straight line between them.",
         );
         let scatters = drawn(
             "over-keys",
             "Figures over the keys that move them most",
-            scatters.1,
+            &scatters,
             "One point a run.",
         );
-        let sections: Vec<Section> = [
+        let sections = [
             Some(self.ends()),
             bands,
             Some(self.sensitivities()),
             scatters,
-        ]
-        .into_iter()
-        .chain([self.failed(), Some(self.keys())])
-        .flatten()
-        .collect();
-        let contents: String = sections
-            .iter()
-            .map(|s| format!("<li><a href=\"#{}\">{}</a></li>\n", s.id, escaped(&s.title)))
-            .collect();
-        let body: String = sections
-            .iter()
-            .map(|s| {
-                format!(
-                    "<section id=\"{}\">\n<h2>{}</h2>\n{}</section>\n",
-                    s.id,
-                    escaped(&s.title),
-                    s.html
-                )
-            })
-            .collect();
-        let title = escaped(&self.about.title);
-        Ok(format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
-             <meta name=\"generator\" content=\"fretwear {version}\">\n\
-             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
-             <title>{title}</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n\
-             <header>\n<h1>{title}</h1>\n<p class=\"lead\">{}</p>\n</header>\n\
-             <nav aria-label=\"Contents\">\n<ol>\n{contents}</ol>\n</nav>\n<main>\n{body}</main>\n\
-             <footer>fretwear {version}</footer>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
-            style_sheet(),
-            escaped(&self.counts()),
-            version = env!("CARGO_PKG_VERSION"),
-            policy = policy(),
-        ))
+            self.failed(),
+            Some(self.keys()),
+        ];
+        let page = Page {
+            title: &self.about.title,
+            lead: html! { p.lead { (self.counts()) } "\n" },
+            warnings: &[],
+            parts: sections.iter().flatten().map(Part::Section).collect(),
+        };
+        Ok(page.html())
     }
 
     /// Writes the page, and its tables beside it: `report.html` in `folder`, or the page that the user names, as [`output::write`] does. A

@@ -2,10 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use maud::html;
 use serde_json::Value;
 
 use super::RunTables;
-use super::html::{NONE, Section, table};
+use super::html::NONE;
+use super::table::table;
+use super::template::Section;
 use crate::json::{differences, flatten, made};
 use crate::scene::{FOLLOWING_KEYS, means_something};
 
@@ -29,19 +32,20 @@ pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
     let told: Vec<Told> = runs.iter().map(Told::of).collect();
     let rows = keys.into_iter().filter_map(|key| row(key, &told));
     let rows: Vec<Vec<String>> = rows.collect();
-    let html = match rows.is_empty() {
-        true => "<p>The scenes of all runs are the same.</p>\n".to_owned(),
-        false => {
-            let heads = std::iter::once("key").chain(labels.iter().copied());
-            let heads: Vec<String> = heads.map(str::to_owned).collect();
-            let note = "<p>Keys of the scenes whose values are not the same in all runs. A number without a unit is in SI.</p>\n";
-            format!("{note}{}", table(&heads, &rows, false))
-        }
-    };
+    let heads: Vec<&str> = std::iter::once("key")
+        .chain(labels.iter().copied())
+        .collect();
     Some(Section {
         id: "differences",
         title: "What differs between the runs".to_owned(),
-        html,
+        html: html! {
+            @if rows.is_empty() {
+                p { "The scenes of all runs are the same." } "\n"
+            } @else {
+                p { "Keys of the scenes whose values are not the same in all runs. A number without a unit is in SI." } "\n"
+                (table(&heads, &rows, false))
+            }
+        },
     })
 }
 

@@ -36,8 +36,13 @@ mod scan;
 mod script;
 #[cfg(feature = "polars")]
 mod sections;
+pub(crate) mod table;
+#[cfg(feature = "polars")]
+mod template;
 pub(crate) mod text;
 pub mod trade;
+#[cfg(feature = "polars")]
+mod warnings;
 
 #[cfg(feature = "polars")]
 pub use backbone::backbone_svg;
@@ -48,7 +53,6 @@ pub use error::ReportError;
 pub use error_bars::{ERROR_BARS, error_bar_of, percent};
 #[cfg(feature = "polars")]
 pub use figures::Figure;
-pub use html::Section;
 pub use known::{Sizes, below, told};
 #[cfg(feature = "polars")]
 pub use page::Report;
@@ -60,4 +64,6 @@ pub use plot::{Drawing, PlotError};
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]
 pub use scan::{ORDER, RUN, WEAR_ITERATION};
+#[cfg(feature = "polars")]
+pub use template::Section;
 pub use text::{continuation, is_obeyed, one_line_name, visible, word};

@@ -1,10 +1,13 @@
 //! The summaries of runs as a table.
 
+use maud::html;
 use polars::prelude::DataFrame;
 
-use super::html::{NONE, Section, table};
+use super::html::NONE;
 use super::quantity::{self, Units, number};
 use super::run_tables::numbers;
+use super::table::table;
+use super::template::Section;
 use super::{ERROR_BARS, ReportError, RunTables, Sizes, error_bar_of, told};
 use crate::tables::TableName;
 
@@ -141,19 +144,20 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
                 .collect(),
         }
     };
-    let mut html = table(&heads("of the joint"), &of_joint, true);
-    if of_joint.iter().any(|row| row[0] == "peak amplitude") {
-        html = format!(
-            "<p>Resonance and peak are those of the vibration that drives the wear: its contact elements are of the last model update, \
-             not of the last state.</p>\n{html}"
-        );
-    }
-    if !of_computation.is_empty() {
-        html += &table(&heads("of the computation"), &of_computation, true);
-    }
     Ok(Section {
         id: "results",
         title: "All figures in numbers".to_owned(),
-        html,
+        html: html! {
+            @if of_joint.iter().any(|row| row[0] == "peak amplitude") {
+                p {
+                    "Resonance and peak are those of the vibration that drives the wear: its contact elements are of the last model update, \
+                     not of the last state."
+                } "\n"
+            }
+            (table(&heads("of the joint"), &of_joint, true))
+            @if !of_computation.is_empty() {
+                (table(&heads("of the computation"), &of_computation, true))
+            }
+        },
     })
 }

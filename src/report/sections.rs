@@ -1,16 +1,15 @@
 //! What stands in a report as tables: how the results came about.
 
-use super::html::{Section, escaped, table};
+use maud::{Markup, html};
+
 use super::quantity::{self, number};
 use super::run_tables::{numbers, texts};
+use super::table::table;
+use super::template::Section;
 use super::{ReportError, RunTables};
 use crate::recipe::told;
 use crate::store::StageCost;
 use crate::tables::TableName;
-
-fn words<const N: usize>(words: [&str; N]) -> Vec<String> {
-    words.map(str::to_owned).to_vec()
-}
 
 /// What tells how the results came about.
 pub fn sections(runs: &[RunTables]) -> Result<Vec<Section>, ReportError> {
@@ -24,13 +23,12 @@ pub fn sections(runs: &[RunTables]) -> Result<Vec<Section>, ReportError> {
 }
 
 /// One part a run: with its name where there are several.
-fn each(runs: &[RunTables], html: impl Fn(&RunTables) -> String) -> String {
-    match runs {
-        [run] => html(run),
-        runs => runs
-            .iter()
-            .map(|run| format!("<h3>{}</h3>\n{}", escaped(run.name()), html(run)))
-            .collect(),
+fn each(runs: &[RunTables], part: impl Fn(&RunTables) -> Markup) -> Markup {
+    html! {
+        @for run in runs {
+            @if runs.len() > 1 { h3 { (run.name()) } "\n" }
+            (part(run))
+        }
     }
 }
 
@@ -70,30 +68,23 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
     if parts.iter().all(Vec::is_empty) {
         return Ok(None);
     }
-    let heads = words([
+    let heads = [
         "quantity",
         "rough contact",
         "contact elements",
         "difference",
-    ]);
-    let tables: String = runs
-        .iter()
-        .zip(&parts)
-        .filter(|(_, rows)| !rows.is_empty())
-        .map(|(run, rows)| {
-            let head = match runs.len() {
-                1 => String::new(),
-                _ => format!("<h3>{}</h3>\n", escaped(run.name())),
-            };
-            head + &table(&heads, rows, true)
-        })
-        .collect();
+    ];
+    let parts = runs.iter().zip(&parts);
     Ok(Some(Section {
         id: "ledger",
         title: "Rough contact against contact elements".to_owned(),
-        html: format!(
-            "<p>The same quantity from the contact computed cell by cell and from the contact elements of the structure.</p>\n{tables}"
-        ),
+        html: html! {
+            p { "The same quantity from the contact computed cell by cell and from the contact elements of the structure." } "\n"
+            @for (run, rows) in parts.filter(|(_, rows)| !rows.is_empty()) {
+                @if runs.len() > 1 { h3 { (run.name()) } "\n" }
+                (table(&heads, rows, true))
+            }
+        },
     }))
 }
 
@@ -101,10 +92,10 @@ fn decisions(runs: &[RunTables]) -> Section {
     let html = each(runs, |run| {
         let rows = told(run.recipe()).into_iter();
         let rows: Vec<Vec<String>> = rows.map(|d| vec![d.what, d.choice, d.why]).collect();
-        let table = table(&words(["what", "decision", "why"]), &rows, false);
+        let table = table(&["what", "decision", "why"], &rows, false);
         match runs.len() {
             1 => table,
-            _ => format!("<details><summary>Decisions</summary>\n{table}</details>\n"),
+            _ => html! { details { summary { "Decisions" } "\n" (table) } "\n" },
         }
     });
     Section {
@@ -118,7 +109,7 @@ fn decisions(runs: &[RunTables]) -> Section {
 const COSTS: [&str; 4] = ["wear iterations", "FFT pairs", "disk / MB", "time / s"];
 
 fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
-    let (mut costs, mut details) = (Vec::new(), String::new());
+    let (mut costs, mut by_stage) = (Vec::new(), Vec::new());
     for run in runs {
         let mut disk = 0;
         for k in run.iterations() {
@@ -138,38 +129,40 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
             .map(|(stage, cost)| vec![stage.clone(), number(cost.seconds), number(cost.fft_pairs)])
             .collect();
         if !stages.is_empty() {
-            let heads = words(["stage", "time / s", "FFT pairs"]);
             let name = match runs.len() {
                 1 => "By stage".to_owned(),
-                _ => format!("{}, by stage", escaped(run.name())),
+                _ => format!("{}, by stage", run.name()),
             };
-            details += &format!(
-                "<details><summary>{name}</summary>\n{}</details>\n",
-                table(&heads, &stages, true)
-            );
+            by_stage.push((name, stages));
         }
     }
-    let costs = match &costs[..] {
+    let sums = match &costs[..] {
         [cost] => {
             let rows = COSTS.iter().zip(cost);
-            let rows = rows.map(|(name, spent)| vec![(*name).to_owned(), spent.clone()]);
-            let heads = words(["cost", ""]);
-            table(&heads, &rows.collect::<Vec<_>>(), true)
+            let rows: Vec<_> = rows.map(|(name, spent)| vec![*name, spent]).collect();
+            table(&["cost", ""], &rows, true)
         }
         costs => {
             let rows = runs.iter().zip(costs).map(|(run, cost)| {
-                let name = std::iter::once(run.name().to_owned());
-                name.chain(cost.iter().cloned()).collect()
+                let name = std::iter::once(run.name());
+                name.chain(cost.iter().map(String::as_str)).collect()
             });
-            let mut heads = vec![String::new()];
-            heads.extend(COSTS.map(str::to_owned));
+            let heads: Vec<&str> = std::iter::once("").chain(COSTS).collect();
             table(&heads, &rows.collect::<Vec<_>>(), true)
         }
     };
     Ok(Section {
         id: "cost",
         title: "Cost".to_owned(),
-        html: costs + &details,
+        html: html! {
+            (sums)
+            @for (name, stages) in &by_stage {
+                details {
+                    summary { (name) } "\n"
+                    (table(&["stage", "time / s", "FFT pairs"], stages, true))
+                } "\n"
+            }
+        },
     })
 }
 
@@ -218,7 +211,7 @@ fn provenance(runs: &[RunTables]) -> Section {
             );
             rows.push(vec!["continued".to_owned(), how]);
         }
-        table(&words(["what", "value"]), &rows, false)
+        table(&["what", "value"], &rows, false)
     });
     Section {
         id: "provenance",
@@ -237,30 +230,17 @@ fn program(version: &str, commit: Option<&str>) -> String {
 
 /// The scenes as their users wrote them; of a run that has no such file, as the program keeps it.
 fn scenes(runs: &[RunTables]) -> Section {
-    let html = runs.iter().map(|run| {
-        let (file, text) = match &run.record().scene_written {
-            Some(text) => ("the scene as it was written", text.as_str()),
-            None => ("scene.toml as kept in the run", run.scene_toml()),
-        };
-        let damage = match run.reader().written_scene_damage() {
-            Ok(damage) => damage.map(|damage| damage.to_string()),
-            Err(error) => Some(error.to_string()),
-        };
-        let damage = damage.map_or(String::new(), |damage| {
-            let damage = escaped(&damage);
-            format!(
-                "<p class=\"banner\">Does not verify: {damage}; this is what run.json keeps.</p>\n"
-            )
-        });
-        format!(
-            "{damage}<details><summary>{}: {file}</summary>\n<pre>{}</pre></details>\n",
-            escaped(run.name()),
-            escaped(text)
-        )
-    });
     Section {
         id: "scene",
         title: "Scene".to_owned(),
-        html: html.collect(),
+        html: html! {
+            @for run in runs {
+                @let (file, text) = match &run.record().scene_written {
+                    Some(text) => ("the scene as it was written", text.as_str()),
+                    None => ("scene.toml as kept in the run", run.scene_toml()),
+                };
+                details { summary { (run.name()) ": " (file) } "\n" pre { (text) } } "\n"
+            }
+        },
     }
 }

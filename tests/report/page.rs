@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 
 use fretwear::report::{Report, RunTables, Section, numbers};
 use fretwear::tables::TableName;
+use maud::html;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use tempfile::TempDir;
@@ -270,7 +271,7 @@ fn the_page_needs_no_other() {
     let section = Section {
         id: "claims",
         title: "Claims".to_owned(),
-        html: "<p>judged</p>".to_owned(),
+        html: html! { p { "judged" } },
     };
     report.add(section);
     let html = report.html();
@@ -304,7 +305,7 @@ fn the_page_needs_no_other() {
     let first = Section {
         id: "first",
         title: "First".to_owned(),
-        html: "<p>begun</p>".to_owned(),
+        html: html! { p { "begun" } },
     };
     report.begin("A study", first);
     let html = report.html();
@@ -397,6 +398,6 @@ fn foreign_text_is_only_text() {
         let own = usize::from(text.starts_with("<!DOCTYPE html>"));
         assert_eq!(text.matches("<script").count(), own, "{text}");
     }
-    assert!(page.contains("&lt;script&gt;&#39;\\u{1b}[2J\\u{202e}"));
-    assert!(page.contains("&lt;script&gt;&quot; &#39;|`\\u{1b}[2J\\u{202e}"));
+    assert!(page.contains("&lt;script&gt;'\\u{1b}[2J\\u{202e}"));
+    assert!(page.contains("&lt;script&gt;&quot; '|`\\u{1b}[2J\\u{202e}"));
 }

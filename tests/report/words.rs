@@ -4,7 +4,7 @@ use fretwear::report::{Report, RunTables, numbers, percent};
 use fretwear::tables::TableName;
 use tempfile::TempDir;
 
-use super::small_runs::{STATIC, WORN, compute};
+use super::small_runs::{STATIC, WORN, begin, compute};
 use crate::support::RESONATOR;
 
 fn open(folder: &TempDir, name: &str, scene: &str) -> RunTables {
@@ -38,16 +38,79 @@ fn three(value: f64) -> String {
     )
 }
 
-/// Doubts of the scene stand before its figures, however long ago the run was.
+/// Where each warning of a page stands: the anchor of its figure or section, or of neither on top, with its text.
+fn warnings(html: &str) -> Vec<(Option<&str>, &str)> {
+    let mut place = None;
+    let mut found = Vec::new();
+    for part in html.split('<').skip(1) {
+        let anchor = part
+            .strip_prefix("figure id=\"")
+            .or_else(|| part.strip_prefix("section id=\""));
+        if let Some(anchor) = anchor {
+            place = anchor.split('"').next();
+        } else if let Some(text) = part.strip_prefix("p class=\"banner\">") {
+            found.push((place, text));
+        }
+    }
+    found
+}
+
+/// Anchors that the contents of a page mark.
+fn marked(html: &str) -> Vec<&str> {
+    let contents = between(html, "<nav", "</nav>");
+    let lines = contents.lines().filter(|line| line.contains("warning"));
+    lines.map(|line| between(line, "href=\"#", "\"")).collect()
+}
+
+/// A warning stands once: in the figure that it concerns, and on top where the page has no such figure or it concerns all of them.
 #[test]
-fn a_page_says_first_what_was_doubtful() {
+fn a_warning_stands_beside_what_it_concerns() {
     let folder = TempDir::new().unwrap();
     let doubtful = WORN.replace("friction_coefficient = 0.6", "friction_coefficient = 60");
-    let run = open(&folder, "doubtful", &doubtful);
-    let html = Report::of(&[run]).unwrap().html();
-    let banner = between(&html, "<p class=\"banner\">", "</p>");
-    assert!(banner.contains("contact.friction_coefficient"), "{banner}");
-    assert!(html.find("class=\"banner\"") < html.find("<figure"));
+    let stopped = begin(&folder, "doubtful", &doubtful, 2);
+    let html = Report::of(&[RunTables::open(&stopped).unwrap()])
+        .unwrap()
+        .html();
+    let found = warnings(&html);
+    let [progress, friction] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert!(
+        progress.0.is_none() && progress.1.starts_with("In progress: doubtful "),
+        "{progress:?}"
+    );
+    assert_eq!(friction.0, Some("fig-hysteresis-loops"));
+    assert!(
+        friction.1.starts_with("contact.friction_coefficient: "),
+        "{friction:?}"
+    );
+    assert_eq!(marked(&html), ["fig-hysteresis-loops"]);
+
+    // The few highest asperities yield. Without a motion there is no figure of friction.
+    let sharp = doubtful
+        .replace("\"2 um\"", "\"20 um\"")
+        .replace("\"300 N\"", "\"3 kN\"");
+    let (begin, end) = sharp.split_once("[motion]").unwrap();
+    assert!(end.contains("[wear]"));
+    let runs = [
+        open(&folder, "sharp", begin),
+        open(&folder, "pressed", STATIC),
+    ];
+    let html = Report::of(&runs).unwrap().html();
+    let found = warnings(&html);
+    let at = |place: Option<&str>, begin: &str| {
+        let fits = |(own, text): &&(Option<&str>, &str)| *own == place && text.starts_with(begin);
+        found.iter().filter(fits).count()
+    };
+    let peak = "sharp: without wear: the peak pressure of ";
+    assert_eq!(at(Some("fig-pressure"), peak), 1, "{found:?}");
+    assert_eq!(
+        at(Some("results"), "sharp: contact.friction_coefficient: "),
+        1,
+        "{found:?}"
+    );
+    assert_eq!(html.matches("the peak pressure of").count(), 1);
+    assert!(marked(&html).contains(&"fig-pressure") && marked(&html).contains(&"results"));
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod surface;
 use polars::prelude::DataFrame;
 
 pub use study::{Of, Study};
+pub use surface::{titled, told};
 
 use super::ReportError;
 use super::plot::{Curve, Drawing, Mark, PlotError};

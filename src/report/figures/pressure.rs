@@ -55,8 +55,6 @@ fn at_cap(field: &[f64], cap: f64) -> usize {
 fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
-    // The first that a real contact would not bear.
-    let mut beyond = None;
     // All in the same colours.
     let top = states.iter().map(|(_, _, field)| quantity::largest(field));
     let top = top.fold(0.0, f64::max);
@@ -83,16 +81,6 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             told(study, run, &run.state(*k)),
             shown(most, PRESSURE)
         ));
-        let contact = run.tables.recipe().contact();
-        if let (Some(remark), None) = (
-            contact.and_then(|contact| contact.remark_on_peak(most)),
-            &beyond,
-        ) {
-            beyond = Some(format!(
-                " Of {}, {remark}.",
-                told(study, run, &run.state(*k))
-            ));
-        }
     }
     let columns = vec!["i", "j", "pressure"];
     Ok(Figure {
@@ -100,9 +88,8 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         title: "Contact pressure".to_owned(),
         drawings,
         caption: format!(
-            "Grey cells are not in contact; below a thousandth of the largest, one colour. Largest: {}.{}",
-            each.join("; "),
-            beyond.unwrap_or_default()
+            "Grey cells are not in contact; below a thousandth of the largest, one colour. Largest: {}.",
+            each.join("; ")
         ),
         query: study.query_last("contact_field", &columns),
         sources: vec![("contact_field", columns)],

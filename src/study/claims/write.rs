@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use maud::{Markup, html};
+
 use super::numbers::{Beside, beside};
 use super::{CLAIMS, Claim, Evidence, Finding, Kind, Verdict};
-use crate::report::html::{NONE, escaped, table_of_markup};
+use crate::report::html::NONE;
 use crate::report::output::replace;
 use crate::report::quantity::number;
+use crate::report::table::table as html_table;
 use crate::report::text::{self, cell};
 use crate::report::{ReportError, RunTables, Section};
 use crate::tables::{Provenance, Table, TableError, TableName, TypedTable, to_parquet, typed};
@@ -284,103 +287,81 @@ fn lines(findings: &[Finding], claim: &Claim) -> Vec<Line> {
 /// The findings as a part of a page: as [`markdown`], in what stands below each other on a narrow screen.
 pub fn section(findings: &[Finding], evidence: &[Evidence]) -> Section {
     let settings = settings(findings);
-    let mut html = String::from("<ul>\n");
-    for setting in &settings {
-        html += &format!("<li>{}</li>\n", escaped(&counted(findings, setting)));
-    }
-    html += &format!("</ul>\n<p class=\"note\">{}</p>\n", escaped(ABOUT));
-    let mut heads: Vec<String> = ["#", "claim"].map(str::to_owned).into();
-    heads.extend(settings.iter().map(|name| named(name).to_owned()));
-    let rows: Vec<Vec<String>> = CLAIMS
-        .iter()
-        .map(|claim| {
-            let number = claim.number;
-            let mut cells = vec![
-                format!("<a href=\"#claim-{number}\">{number}</a>"),
-                escaped(claim.statement),
-            ];
-            cells.extend(settings.iter().map(|setting| {
-                let found =
-                    whole(findings, number, setting).map_or(Verdict::NotApplicable, |f| f.verdict);
-                let note = match claim.kind {
-                    Kind::Result => String::new(),
-                    kind => format!(" <small>({})</small>", kind.word()),
-                };
-                format!("{}{note}", chip(found))
-            }));
-            cells
-        })
+    let heads = ["#", "claim"].into_iter();
+    let heads: Vec<&str> = heads
+        .chain(settings.iter().map(|name| named(name)))
         .collect();
-    html += &table_of_markup(&heads, &rows, false);
-    let numbers = numbers(evidence);
-    if !numbers.is_empty() {
-        let heads = ["number", "[A]", "the paper's", "ours", "ratio"].map(str::to_owned);
-        for setting in &settings {
-            let own = numbers.iter().filter(|row| row.setting == *setting);
-            let rows: Vec<Vec<String>> = own
-                .map(|row| {
-                    let [paper, ours, ratio] = shown(row);
-                    let cells = [
-                        row.what.to_owned(),
-                        row.place.to_owned(),
-                        paper,
-                        ours,
-                        ratio,
-                    ];
-                    cells.iter().map(|text| escaped(text)).collect()
-                })
-                .collect();
-            if !rows.is_empty() {
-                html += &format!(
-                    "<h3>The paper's numbers and ours: {}</h3>\n",
-                    escaped(named(setting))
-                );
-                html += &table_of_markup(&heads, &rows, false);
-            }
+    let verdict = |claim: &Claim, setting: &str| {
+        let found = whole(findings, claim.number, setting);
+        let found = found.map_or(Verdict::NotApplicable, |f| f.verdict);
+        html! {
+            (chip(found))
+            @if claim.kind != Kind::Result { " " small { "(" (claim.kind.word()) ")" } }
         }
-    }
-    for claim in &CLAIMS {
-        html += &article(findings, claim);
-    }
+    };
+    let row = |claim: &Claim| {
+        let number = claim.number;
+        let link = html! { a href={ "#claim-" (number) } { (number) } };
+        let verdicts = settings.iter().map(|setting| verdict(claim, setting));
+        [link, html! { (claim.statement) }]
+            .into_iter()
+            .chain(verdicts)
+            .collect()
+    };
+    let rows: Vec<Vec<Markup>> = CLAIMS.iter().map(row).collect();
+    let numbers = numbers(evidence);
+    let numbers_in = |setting: &str| -> Vec<Vec<String>> {
+        let own = numbers.iter().filter(|row| row.setting == setting);
+        let cells = own.map(|row| {
+            [
+                [row.what, row.place].map(str::to_owned).to_vec(),
+                shown(row).to_vec(),
+            ]
+            .concat()
+        });
+        cells.collect()
+    };
+    let each = settings
+        .iter()
+        .map(|setting| (setting, numbers_in(setting)));
     Section {
         id: "claims",
         title: "What the paper claims".to_owned(),
-        html,
+        html: html! {
+            ul { "\n" @for setting in &settings { li { (counted(findings, setting)) } "\n" } } "\n"
+            p.note { (ABOUT) } "\n"
+            (html_table(&heads, &rows, false))
+            @for (setting, rows) in each.filter(|(_, rows)| !rows.is_empty()) {
+                h3 { "The paper's numbers and ours: " (named(setting)) } "\n"
+                (html_table(&["number", "[A]", "the paper's", "ours", "ratio"], &rows, false))
+            }
+            @for claim in &CLAIMS { (article(findings, claim)) }
+        },
     }
 }
 
 /// A verdict that is seen at once.
-fn chip(verdict: Verdict) -> String {
+fn chip(verdict: Verdict) -> Markup {
     let class = match verdict {
         Verdict::NotApplicable => "none",
         verdict => verdict.words(),
     };
-    format!("<span class=\"verdict {class}\">{}</span>", verdict.words())
+    html! { span class={ "verdict " (class) } { (verdict.words()) } }
 }
 
-fn article(findings: &[Finding], claim: &Claim) -> String {
-    let mut html = format!(
-        "<article id=\"claim-{}\">\n<h3>{} {} <small>[A] {}</small></h3>\n",
-        claim.number,
-        claim.number,
-        escaped(claim.statement),
-        escaped(claim.place)
-    );
-    if !claim.words.is_empty() {
-        html += &format!("<blockquote>{}</blockquote>\n", escaped(claim.words));
+fn article(findings: &[Finding], claim: &Claim) -> Markup {
+    let class = |line: &Line| {
+        let part = if line.whole { "whole" } else { "part" };
+        format!("{part} {}", line.verdict.words().replace(' ', "-"))
+    };
+    html! {
+        article id={ "claim-" (claim.number) } {
+            h3 { (claim.number) " " (claim.statement) " " small { "[A] " (claim.place) } } "\n"
+            @if !claim.words.is_empty() { blockquote { (claim.words) } "\n" }
+            p.note { "Criterion: " (claim.criterion) } "\n"
+            ul {
+                @for line in lines(findings, claim) { li class=(class(&line)) { (line.text) } "\n" }
+            } "\n"
+        } "\n"
     }
-    html += &format!(
-        "<p class=\"note\">Criterion: {}</p>\n<ul>\n",
-        escaped(claim.criterion)
-    );
-    for line in lines(findings, claim) {
-        let class = if line.whole { "whole" } else { "part" };
-        html += &format!(
-            "<li class=\"{class} {}\">{}</li>\n",
-            line.verdict.words().replace(' ', "-"),
-            escaped(&line.text)
-        );
-    }
-    html += "</ul>\n</article>\n";
-    html
 }

@@ -632,7 +632,7 @@ fn findings_are_a_table_and_a_text() {
         text.contains("| wear iterations of 0.1 µm to 10⁷ cycles, explicit | 4b | 231 | 231 | 1 |"),
         "{text}"
     );
-    let page = section(&findings, &study).html;
+    let page = section(&findings, &study).html.into_string();
     for claim in CLAIMS {
         let anchors =
             ["href=\"#claim-", "id=\"claim-"].map(|begin| format!("{begin}{}\"", claim.number));

@@ -1,0 +1,145 @@
+//! The warnings about runs, and the figures and sections that they concern.
+
+use super::figures::{Of, Study, titled, told};
+use super::quantity::{self, CYCLES, shown};
+use super::run_tables::numbers;
+use super::template::Warning;
+use super::text::continuation;
+use super::{ReportError, WEAR_ITERATION};
+
+/// Warnings that concern the whole page.
+const EVERYTHING: &[&str] = &[];
+/// A peak pressure beyond yield.
+const PEAK: &[&str] = &["fig-pressure", "results"];
+const VIBRATION: &[&str] = &["fig-forced-response", "fig-resonance", "results"];
+
+/// The beginning of a warning about a scene, in most a key, and what the warning concerns. The first that fits counts.
+const SUBJECTS: [(&str, &[&str]); 15] = [
+    ("surface.", &["fig-surface", "results"]),
+    ("joint.", &["fig-surface", "results"]),
+    ("contact.kn", VIBRATION),
+    ("contact.kt", VIBRATION),
+    ("contact.bolt_stiffness", &["fig-stiffness", "results"]),
+    (
+        "contact.friction_coefficient",
+        &["fig-hysteresis-loops", "fig-forced-response", "results"],
+    ),
+    ("contact.", PEAK),
+    ("material.density", VIBRATION),
+    ("material.", &["fig-stiffness", "fig-pressure", "results"]),
+    ("motion.", &["fig-hysteresis-loops", "results"]),
+    ("dynamics.", VIBRATION),
+    // Also of the matrices of an imported one.
+    ("structure", VIBRATION),
+    // An explicit step beyond stability.
+    ("wear.depth_step = ", &["fig-contact-area", "results"]),
+    ("wear.", &["fig-wear-rate", "results"]),
+    ("", EVERYTHING),
+];
+
+/// All warnings about the runs, in their order.
+///
+/// # Errors
+/// [`ReportError::Run`] for a lock that cannot be read.
+pub fn warnings(study: &Study) -> Result<Vec<Warning>, ReportError> {
+    let urgent = |text: String| Warning {
+        text,
+        places: EVERYTHING,
+    };
+    let mut warnings = Vec::new();
+    for run in &study.runs {
+        warnings.extend(progress(run)?.map(urgent));
+        warnings.extend(run.tables.warnings().map(|text| Warning {
+            text: told(study, run, text),
+            places: concerned(text),
+        }));
+        warnings.extend(scene(study, run));
+        warnings.extend(peak(study, run));
+        warnings.extend(run.tables.damage().iter().map(|damage| {
+            urgent(format!(
+                "Damaged: {damage}; the iterations from there on are left out."
+            ))
+        }));
+    }
+    Ok(warnings)
+}
+
+fn concerned(warning: &str) -> &'static [&'static str] {
+    let mut subjects = SUBJECTS.iter();
+    let subject = subjects.find(|(begin, _)| warning.starts_with(begin));
+    subject.map_or(EVERYTHING, |(_, places)| places)
+}
+
+/// The scene as it was written, if its file is damaged.
+fn scene(study: &Study, run: &Of) -> Option<Warning> {
+    let damage = match run.tables.reader().written_scene_damage() {
+        Ok(damage) => damage?.to_string(),
+        Err(error) => error.to_string(),
+    };
+    let text = format!("Does not verify: {damage}; this is what run.json keeps.");
+    Some(Warning {
+        text: told(study, run, &text),
+        places: &["scene"],
+    })
+}
+
+/// The first state of a run whose peak pressure a real contact would not bear.
+fn peak(study: &Study, run: &Of) -> Option<Warning> {
+    let contact = run.tables.recipe().contact()?;
+    let states = numbers(&run.summary, WEAR_ITERATION)?;
+    let mut peaks = states.into_iter().zip(run.column("max_pressure")?);
+    peaks.find_map(|(k, peak)| {
+        let state = titled(study, run, &run.state(k as u64));
+        let remark = contact.remark_on_peak(peak)?;
+        Some(Warning {
+            text: format!("{state}: {remark}."),
+            places: PEAK,
+        })
+    })
+}
+
+/// How far a run is that has not come to its end.
+fn progress(run: &Of) -> Result<Option<String>, ReportError> {
+    let last = |column: &str| run.column(column)?.last().copied();
+    let tables = run.tables;
+    let wear = tables.recipe().wear.as_ref();
+    let Some(((wear, cycles), volume)) = wear.zip(last("cycles")).zip(last("wear_volume")) else {
+        return Ok(None);
+    };
+    if wear.is_reached(cycles as u64, volume) {
+        return Ok(None);
+    }
+    let holder = tables.reader().holder();
+    let running = holder.map_err(|source| ReportError::Run {
+        run: tables.root().to_owned(),
+        source,
+    })?;
+    let state = match running {
+        Some(_) => "is running".to_owned(),
+        None => format!(
+            "stopped before its end (`{}` goes on)",
+            continuation(tables.root())
+        ),
+    };
+    let part = |done: f64, end: f64| shown(done / end, quantity::SHARE);
+    let far = match (wear.cycles, wear.volume) {
+        (Some(end), _) => format!(
+            "{} of {}, {}",
+            shown(cycles, CYCLES),
+            shown(end as f64, CYCLES),
+            part(cycles, end as f64)
+        ),
+        (None, Some(end)) => format!(
+            "{} of {}, {}",
+            shown(volume, quantity::VOLUME),
+            shown(end, quantity::VOLUME),
+            part(volume, end)
+        ),
+        (None, None) => shown(cycles, CYCLES),
+    };
+    Ok(Some(format!(
+        "In progress: {} {state}. Iteration {}, {far}.",
+        tables.name(),
+        tables.latest()
+    )))
+}
