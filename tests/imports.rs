@@ -250,7 +250,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "report/",
         &[
-            "campaign", "json", "recipe", "scene", "tables", "store", "report",
+            "campaign", "json", "recipe", "scene", "stages", "tables", "store", "report",
         ],
     ),
     ("study/", &["recipe", "tables", "report", "study"]),
@@ -356,7 +356,8 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     ),
     (&["polars"], &["report/", "study/"]),
     (&["shlex"], &["report/text.rs", "cli/commands.rs"]),
-    (&["plotters"], &["report/"]),
+    (&["colorous"], &["report/plot/"]),
+    (&["maud"], &["report/", "study/claims/write.rs"]),
     (&["png"], &["report/plot/"]),
     (&["base64"], &["report/plot/", "report/script.rs"]),
     (&["sha2"], &["report/script.rs"]),
@@ -376,7 +377,12 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["fs4"], &["store/file_system.rs"]),
     (
         &["rustix"],
-        &["stages/clock.rs", "cli/campaign/", "progress/stopping.rs"],
+        &[
+            "stages/clock.rs",
+            "cli/campaign/",
+            "progress/stopping.rs",
+            "terminal.rs",
+        ],
     ),
     (
         &["toml"],

@@ -232,7 +232,7 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
     }
     #[cfg(feature = "polars")]
     if let Some(path) = &arguments.svg {
-        let svg = fretwear::report::backbone_svg(&table).map_err(CliError::Drawing)?;
+        let svg = fretwear::report::backbone_svg(&table);
         write(path, svg.as_bytes())?;
     }
     // What was found before an error is not lost with it.

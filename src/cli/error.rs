@@ -156,9 +156,6 @@ pub enum CliError {
         "--set changes the keys of scenes, and a run has its own: name a scene too, or begin a run with `fretwear run --from RUN@K --set …`"
     )]
     SetOfARun,
-    #[cfg(feature = "polars")]
-    #[error("cannot draw the backbone: {0}")]
-    Drawing(fretwear::report::PlotError),
     #[error(transparent)]
     Campaign(#[from] fretwear::campaign::CampaignError),
     #[cfg(not(feature = "polars"))]

@@ -1,6 +1,6 @@
 //! Backbones as a picture: frequency and damping ratio over amplitude, amplitude over force; all three over the key that varies, where one does.
 
-use super::plot::{Axis, Chart, Curve, PlotError, standalone, style_of_run, style_of_state};
+use super::plot::{Axis, Chart, Curve, standalone, style_of_run, style_of_state};
 use super::quantity::{FORCE, FREQUENCY, LENGTH, NUMBER, Unit, Units, largest, unit_of};
 use super::text::visible;
 use crate::tables::typed::Backbone;
@@ -16,10 +16,7 @@ struct Branch {
 }
 
 /// The backbones of a table as one SVG, a curve a state. States of one run are told apart by wear, from unworn to worn, others as runs.
-///
-/// # Errors
-/// [`PlotError`] if the drawing library fails.
-pub fn backbone_svg(table: &Backbone) -> Result<String, PlotError> {
+pub fn backbone_svg(table: &Backbone) -> String {
     let branches = branches(table);
     if let (Some(keys), Some(values)) = (&table.key, &table.value) {
         return over_key(table, keys.first().map_or("", String::as_str), values);
@@ -45,13 +42,11 @@ pub fn backbone_svg(table: &Backbone) -> Result<String, PlotError> {
             true,
         ),
     ]
-    .iter()
-    .map(Chart::draw)
-    .collect::<Result<Vec<_>, PlotError>>()?;
-    Ok(standalone("Backbone", &drawings))
+    .map(|chart| chart.draw());
+    standalone("Backbone", &drawings)
 }
 
-fn over_key(table: &Backbone, key: &str, values: &[f64]) -> Result<String, PlotError> {
+fn over_key(table: &Backbone, key: &str, values: &[f64]) -> String {
     let branches = branches(table);
     let value = Quantity {
         // What it is in is told by the key alone.
@@ -87,8 +82,7 @@ fn over_key(table: &Backbone, key: &str, values: &[f64]) -> Result<String, PlotE
         let quantity = Quantity::of(name, column, units);
         chart(title, &value, &quantity, &branches, decades(column)).draw()
     });
-    let drawings: Vec<_> = drawings.into_iter().collect::<Result<_, PlotError>>()?;
-    Ok(standalone("Backbone", &drawings))
+    standalone("Backbone", &drawings)
 }
 
 fn branches(table: &Backbone) -> Vec<Branch> {

@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 use maud::html;
 
 use super::ReportError;
-use super::html::NONE;
 use super::output;
 use super::page::failed;
-use super::plot::{Axis, Chart, Curve, Drawing, Mark, style_of_run};
+use super::plot::{Axis, Band, Chart, Curve, Drawing, Mark, style_of_run};
 use super::quantity::{
     ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Units, VOLUME, VOLUME_RATE,
     digits, in_unit, unit_of,
 };
 use super::table::table;
 use super::template::{Page, Part, Section, drawings};
-use crate::campaign::statistics::{QUANTILES, Spread, chance_of_rank, chance_of_share};
+use super::text::NONE;
+use crate::campaign::statistics::{Spread, chance_of_rank, chance_of_share};
 use crate::campaign::{About, Campaign, Failure, Figure, Findings, Resolved, Sensitivity, State};
 use crate::tables::{Provenance, TableError, to_parquet};
 
@@ -265,11 +265,11 @@ impl CampaignReport<'_> {
     }
 
     /// Bands of a figure over the cycles.
-    fn band(&self, figure: &Figure) -> Result<Option<Drawing>, ReportError> {
+    fn band(&self, figure: &Figure) -> Option<Drawing> {
         // One that is the same in all runs at all times draws nothing but a line.
         let varies = |(_, s): &(f64, Spread)| s.most > s.least;
         if figure.band.len() < 2 || !figure.band.iter().any(varies) {
-            return Ok(None);
+            return None;
         }
         let largest = figure.band.iter().map(|(_, s)| s.quantiles[4].abs());
         let unit = unit_of(units(figure.name), largest.fold(0.0, f64::max));
@@ -277,23 +277,32 @@ impl CampaignReport<'_> {
             let points = figure.band.iter().map(|(x, s)| [*x, of(s) / unit.size]);
             Curve {
                 mark,
-                ..Curve::line(name, style, points.collect())
+                ..Curve::line(name, style_of_run(style), points.collect())
             }
         };
-        let style = style_of_run(0);
-        let mut curves = Vec::new();
-        for (k, part) in QUANTILES.iter().enumerate() {
-            let (name, place) = match k {
-                0 | 4 => ("5 % and 95 %", 1),
-                1 | 3 => ("25 % and 75 %", 2),
-                _ => ("median", 0),
-            };
-            // Two lines of one meaning have one name.
-            let name = if *part <= 0.5 { name } else { "" };
-            let mark = if place == 0 { Mark::Line } else { Mark::Thin };
-            curves.push(curve(name, style_of_run(place), mark, &|s| s.quantiles[k]));
-        }
-        curves.push(curve("mean", style + 3, Mark::Thin, &|s| s.mean));
+        let band = |name: &str, style: usize, [low, high]: [usize; 2]| {
+            let points = figure.band.iter();
+            let points = points.map(|(x, s)| {
+                [
+                    *x,
+                    s.quantiles[low] / unit.size,
+                    s.quantiles[high] / unit.size,
+                ]
+            });
+            Band {
+                name: name.to_owned(),
+                style: style_of_run(style),
+                points: points.collect(),
+            }
+        };
+        let bands = vec![
+            band("5 % to 95 %", 1, [0, 4]),
+            band("25 % to 75 %", 2, [1, 3]),
+        ];
+        let curves = vec![
+            curve("median", 0, Mark::Line, &|s| s.quantiles[2]),
+            curve("mean", 3, Mark::Thin, &|s| s.mean),
+        ];
         let positive = figure.band.iter().map(|(x, _)| *x).filter(|x| *x > 0.0);
         let least = positive.fold(f64::INFINITY, f64::min);
         let chart = Chart {
@@ -308,22 +317,17 @@ impl CampaignReport<'_> {
                 label: labelled(title(figure.name), unit.symbol),
                 ..Axis::default()
             },
+            bands,
             curves,
-            equal_scale: false,
+            ..Chart::default()
         };
-        chart.draw().map(Some).map_err(drawing)
+        Some(chart.draw())
     }
 
     /// A figure over the key that moves it most, one point a run.
-    fn scatter(&self, figure: &Figure, key: &Sensitivity) -> Result<Option<Drawing>, ReportError> {
-        let Some(k) = self
-            .campaign
-            .keys
-            .iter()
-            .position(|own| own.name == key.key)
-        else {
-            return Ok(None);
-        };
+    fn scatter(&self, figure: &Figure, key: &Sensitivity) -> Option<Drawing> {
+        let mut keys = self.campaign.keys.iter();
+        let k = keys.position(|own| own.name == key.key)?;
         let unit = unit_of(units(figure.name), figure.spread.most.abs());
         let rows = self.findings.runs.rows.iter().zip(&figure.ends);
         let points: Vec<[f64; 2]> = rows
@@ -333,7 +337,7 @@ impl CampaignReport<'_> {
             })
             .collect();
         if points.len() < 2 {
-            return Ok(None);
+            return None;
         }
         let every = points.len().div_ceil(POINTS);
         let points = points.into_iter().step_by(every).collect();
@@ -351,26 +355,23 @@ impl CampaignReport<'_> {
                 mark: Mark::Points,
                 ..Curve::line("", style_of_run(1), points)
             }],
-            equal_scale: false,
+            ..Chart::default()
         };
-        chart.draw().map(Some).map_err(drawing)
+        Some(chart.draw())
     }
 
     /// The page, as one HTML file that needs no other.
-    ///
-    /// # Errors
-    /// [`ReportError::Draw`]
-    pub fn html(&self) -> Result<String, ReportError> {
+    pub fn html(&self) -> String {
         let figures = &self.findings.figures;
         let (mut bands, mut scatters) = (Vec::new(), Vec::new());
         for (k, figure) in figures.iter().enumerate() {
-            let band = self.band(figure)?;
+            let band = self.band(figure);
             bands.extend(band.map(|drawing| (format!("band-{k}"), drawing)));
             let mut movers = self.movers(figure.name).into_iter();
             if scatters.len() < SCATTERS
                 && let Some(key) = movers.find(|s| s.rank.is_some())
             {
-                let scatter = self.scatter(figure, key)?;
+                let scatter = self.scatter(figure, key);
                 scatters.extend(scatter.map(|drawing| (format!("scatter-{k}"), drawing)));
             }
         }
@@ -408,7 +409,7 @@ impl CampaignReport<'_> {
             warnings: &[],
             parts: sections.iter().flatten().map(Part::Section).collect(),
         };
-        Ok(page.html())
+        page.html()
     }
 
     /// Writes the page, and its tables beside it: `report.html` in `folder`, or the page that the user names, as [`output::write`] does. A
@@ -418,7 +419,7 @@ impl CampaignReport<'_> {
     /// [`ReportError`]
     pub fn write(&self, named: Option<&Path>, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
         let page = named.map_or_else(|| folder.join("report.html"), Path::to_owned);
-        let html = self.html()?;
+        let html = self.html();
         let file = match named {
             Some(page) => output::write(page, html.as_bytes()),
             None => output::replace(&page, html.as_bytes()).map(|()| Some(page.clone())),
@@ -457,12 +458,5 @@ fn labelled(name: &str, symbol: &str) -> String {
     match symbol {
         "" => name.to_owned(),
         symbol => format!("{name}, {symbol}"),
-    }
-}
-
-fn drawing(source: super::PlotError) -> ReportError {
-    ReportError::Draw {
-        figure: "campaign",
-        source,
     }
 }

@@ -6,9 +6,9 @@ use maud::html;
 use serde_json::Value;
 
 use super::RunTables;
-use super::html::NONE;
 use super::table::table;
 use super::template::Section;
+use super::text::NONE;
 use crate::json::{differences, flatten, made};
 use crate::scene::{FOLLOWING_KEYS, means_something};
 

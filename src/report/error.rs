@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use polars::error::PolarsError;
 
 use super::passed_over::PassedOver;
-use super::plot::PlotError;
 use super::text::continuation;
 use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};
@@ -47,14 +46,6 @@ pub enum ReportError {
         runs: String,
         /// The error of the table library.
         source: PolarsError,
-    },
-    /// A figure that the drawing library refuses.
-    #[error("cannot draw the figure {figure}: {source}")]
-    Draw {
-        /// Name of the figure.
-        figure: &'static str,
-        /// What the drawing library says.
-        source: PlotError,
     },
     /// A file that cannot be written.
     #[error("cannot write {}: {source}", path.display())]

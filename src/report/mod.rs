@@ -16,7 +16,6 @@ mod error_bars;
 mod figures;
 #[cfg(feature = "polars")]
 mod headline;
-pub(crate) mod html;
 mod known;
 pub mod output;
 #[cfg(feature = "polars")]
@@ -59,7 +58,7 @@ pub use page::Report;
 #[cfg(feature = "polars")]
 pub use passed_over::PassedOver;
 #[cfg(feature = "polars")]
-pub use plot::{Drawing, PlotError};
+pub use plot::Drawing;
 #[cfg(feature = "polars")]
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]

@@ -1,8 +1,7 @@
 (() => {
-  // Values of a drawing where somebody points: the page is complete without.
-  const tip = document.body.appendChild(document.createElement("div"));
-  tip.id = "tip";
-  tip.hidden = true;
+  // What a page can do beside being complete: values where somebody points, charts enlarged, curves switched, states chosen.
+  const all = (part, of = document) => [...of.querySelectorAll(part)];
+  const set = (element, attributes) => Object.entries(attributes).forEach((entry) => element.setAttribute(...entry));
   const words = (text, count) => {
     const parts = text.split(" ");
     return [...parts.slice(0, count), parts.slice(count).join(" ")];
@@ -14,65 +13,166 @@
     if (!/cycles$/.test(label)) return `${label} ${short(value)}`;
     return value && label !== "cycles" ? `${short(value)}·${label}` : `${short(value)} cycles`;
   };
-  const between = (part, low, high, kind) => (kind === "log" ? low * (high / low) ** part : low + part * (high - low));
-  // Value at a place of an axis: place of its ends, their values, kind, where 0 stands, label.
-  const at = (axis, place) => {
-    const [begin, end, low, high, kind, zero, label] = words(axis, 6);
-    const value = between((place - begin) / (end - begin), +low, +high, kind);
-    return told(label, +zero && value < 1.05 * zero ? 0 : value);
+  // An axis: places of its ends, their values, whether it is logarithmic, where 0 stands on it, label.
+  const axis = (text) => {
+    const [begin, end, low, high, kind, zero, label] = words(text, 6);
+    return { begin: +begin, end: +end, low: +low, high: +high, log: kind === "log", zero: +zero, label };
   };
-  const points = (svg) => (svg.points ??= [...svg.querySelectorAll("polyline, circle")].flatMap((mark) => {
-    const style = /\b[sc](\d+)\b/.exec(mark.getAttribute("class"))?.[1];
-    if (!style) return [];
-    // Not those of the legend.
-    const inside = ([x, y]) => [[x, svg.dataset.x], [y, svg.dataset.y]].every(([place, axis]) => {
-      const [begin, end] = axis.split(" ").map(Number);
-      return (place - begin) * (place - end) <= 0;
-    });
-    const list = mark.getAttribute("points")?.trim().split(/\s+/) ?? [`${mark.getAttribute("cx")},${mark.getAttribute("cy")}`];
-    return list.map((point) => [...point.split(",").map(Number), style]).filter(inside);
-  }));
+  const valueAt = ({ begin, end, low, high, log }, place) => {
+    const part = (place - begin) / (end - begin);
+    return log ? low * (high / low) ** part : low + part * (high - low);
+  };
+  const placeOf = ({ begin, end, low, high, log }, value) =>
+    begin + (end - begin) * (log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low));
+  const number = (of, value) => (of.zero && value < 1.05 * of.zero ? 0 : value);
+  const place = (svg, event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+
+  // Charts: what they are made of, as it was drawn, and the part of it that is seen.
+  const chart = (svg) => (svg.chart ??= (() => {
+    const whole = [axis(svg.dataset.x), axis(svg.dataset.y)];
+    const marks = all("g > *", svg).flatMap((mark) => ["points", "cx", "cy", "d"].map((name) => [mark, name, mark.getAttribute(name)]));
+    return { whole, seen: whole, marks: marks.filter((mark) => mark[2]) };
+  })());
+  const range = (first, last) => [...Array(Math.max(0, last - first + 1)).keys()].map((k) => first + k);
+  const ticks = ({ low, high, log }) => {
+    const [least, most] = [Math.log10(low), Math.log10(high)].map(Math.floor);
+    if (log && high >= 10 * low) {
+      const parts = most - least > 2 ? [1] : [1, 2, 5];
+      const powers = range(least, most).filter((k) => (most - k) % Math.ceil((most - least) / 6) === 0);
+      return powers.flatMap((k) => parts.map((part) => part * 10 ** k)).filter((value) => value >= low && value <= high);
+    }
+    const power = 10 ** Math.floor(Math.log10((high - low) / 6));
+    const step = [1, 2, 5, 10].map((part) => part * power).find((step) => 6.001 * step >= high - low);
+    return range(Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9)).map((k) => k * step);
+  };
+  const relabel = (svg, of, name) => {
+    const group = svg.parentNode.querySelector(`[data-ticks=${name}]`);
+    const model = (group.model ??= [...group.children].slice(0, 3));
+    group.replaceChildren(...ticks(of).flatMap((value) => model.map((part) => {
+      const copy = part.cloneNode(true);
+      const at = placeOf(of, value);
+      for (const key of copy.localName === "text" ? [name] : [`${name}1`, `${name}2`]) copy.setAttribute(key, at);
+      if (copy.localName === "text") copy.textContent = short(number(of, value));
+      return copy;
+    })));
+  };
+  const show = (svg, seen) => {
+    const { whole, marks } = chart(svg);
+    svg.chart.seen = seen;
+    const map = [0, 1].map((d) => (at) => Math.max(-1e5, Math.min(1e5, placeOf(seen[d], valueAt(whole[d], at)))).toFixed(2));
+    const [pair, step] = [/([^\s,M]+)[, ]([^\s,VHM]+)/g, /([VH])([^VHM]+)/g];
+    for (const [mark, name, text] of marks) {
+      const moved = name[0] === "c" ? map[+(name === "cy")](+text)
+        : text.replace(pair, (all, x, y) => `${map[0](+x)}${all[x.length]}${map[1](+y)}`).replace(step, (_, key, to) => key + map[+(key === "V")](+to));
+      mark.setAttribute(name, moved);
+    }
+    seen.forEach((of, d) => relabel(svg, of, "xy"[d]));
+  };
   const ofChart = (svg, x, y) => {
+    const [ofX, ofY] = chart(svg).seen;
+    const inside = ([of, at]) => (at - of.begin) * (at - of.end) <= 0;
+    const points = all("g:not(.off) > polyline, g:not(.off) > circle", svg).flatMap((mark) => {
+      const list = mark.getAttribute("points")?.trim().split(/\s+/) ?? [`${mark.getAttribute("cx")},${mark.getAttribute("cy")}`];
+      return list.map((point) => [...point.split(",").map(Number), mark.parentNode.dataset.name]);
+    }).filter(([px, py]) => [[ofX, px], [ofY, py]].every(inside));
     const far = (point) => Math.hypot(point[0] - x, point[1] - y);
-    const near = points(svg).reduce((best, point) => (best && far(best) <= far(point) ? best : point), null);
-    if (!near || far(near) > 90) return "";
-    const name = svg.dataset.names.split("\n").find((name) => name.startsWith(`s${near[2]} `));
-    return [name && words(name, 1)[1], at(svg.dataset.x, near[0]), at(svg.dataset.y, near[1])].filter(Boolean).join("\n");
+    const near = points.reduce((best, point) => (best && far(best) <= far(point) ? best : point), null);
+    if (!near || far(near) > 25) return "";
+    return [near[2], ...[ofX, ofY].map((of, d) => told(of.label, number(of, valueAt(of, near[d]))))].filter(Boolean).join("\n");
   };
-  const pixels = (image) => (image.pixels ??= new Promise((ready) => {
-    const copy = new Image();
-    copy.onload = () => {
-      const canvas = Object.assign(document.createElement("canvas"), { width: copy.width, height: copy.height });
-      const context = canvas.getContext("2d");
-      context.drawImage(copy, 0, 0);
-      ready(context.getImageData(0, 0, copy.width, copy.height));
+  let drag = null;
+  addEventListener("pointerdown", (event) => {
+    const svg = event.target.closest?.("svg.plot");
+    if (!svg || event.button !== 0 || event.pointerType !== "mouse") return;
+    const frame = svg.appendChild(document.createElementNS(svg.namespaceURI, "rect"));
+    set(frame, { class: "frame" });
+    drag = { svg, frame, from: place(svg, event) };
+    event.preventDefault();
+  });
+  addEventListener("pointerup", (event) => {
+    if (!drag) return;
+    const { svg, frame, from } = drag;
+    const to = place(svg, event);
+    frame.remove();
+    drag = null;
+    if (Math.abs(to.x - from.x) < 6 || Math.abs(to.y - from.y) < 6) return;
+    show(svg, chart(svg).seen.map((of, d) => {
+      const [low, high] = [from["xy"[d]], to["xy"[d]]].map((at) => valueAt(of, at)).sort((a, b) => a - b);
+      return { ...of, low: Math.max(low, of.low), high: Math.min(high, of.high) };
+    }));
+  });
+  addEventListener("dblclick", (event) => {
+    const svg = event.target.closest?.("svg.plot");
+    if (svg?.chart) show(svg, svg.chart.whole);
+  });
+
+  // Curves are switched by their names in the legend.
+  for (const key of all(".key")) {
+    set(key, { role: "button", tabindex: 0, "aria-pressed": true });
+    const turn = () => {
+      const off = key.classList.toggle("off");
+      set(key, { "aria-pressed": !off });
+      all("svg.plot > g", key.parentNode).filter((g) => g.dataset.name === key.dataset.name).forEach((g) => g.classList.toggle("off", off));
     };
-    copy.src = image.getAttribute("href");
-  }));
-  const ofMap = async (svg, x, y) => {
-    const [left, top, width, height, wide, high] = svg.dataset.map.split(" ").map(Number);
+    key.addEventListener("click", turn);
+    key.addEventListener("keydown", (event) => event.key === "Enter" && turn());
+  }
+
+  // One of several states at a time, chosen by a slider.
+  for (const states of all("details.states")) {
+    const each = all(".state", states);
+    const slider = Object.assign(document.createElement("input"), { type: "range", max: each.length - 1, value: each.length - 1 });
+    const choose = () => {
+      each.forEach((state, k) => (state.hidden = k !== +slider.value));
+      slider.setAttribute("aria-valuetext", each[slider.value].firstElementChild.textContent);
+    };
+    slider.addEventListener("input", choose);
+    slider.setAttribute("aria-label", states.firstElementChild.textContent);
+    states.firstElementChild.after(slider);
+    states.open = true;
+    choose();
+  }
+
+  // Maps: the value of a cell is told by its colour.
+  const pixels = (image) => (image.pixels ??= (async () => {
+    const copy = Object.assign(new Image(), { src: image.getAttribute("href") });
+    await copy.decode();
+    const canvas = Object.assign(document.createElement("canvas"), { width: copy.width, height: copy.height });
+    const context = canvas.getContext("2d");
+    context.drawImage(copy, 0, 0);
+    return context.getImageData(0, 0, copy.width, copy.height);
+  })());
+  const ofMap = async (map, x, y) => {
+    const [left, top, width, height, wide, high] = map.dataset.map.split(" ").map(Number);
     const [u, v] = [(x - left) / width, (y - top) / height];
     if (u < 0 || u >= 1 || v < 0 || v >= 1) return "";
-    const [field, colours] = await Promise.all([".field", ".colours"].map((name) => pixels(svg.querySelector(name))));
+    const [field, colours] = await Promise.all([".field", ".colours"].map((name) => pixels(map.querySelector(name))));
     const cell = 4 * (Math.floor(v * field.height) * field.width + Math.floor(u * field.width));
     const same = (k) => [0, 1, 2].every((c) => colours.data[4 * k + c] === field.data[cell + c]);
-    const place = [...Array(colours.height).keys()].find(same);
-    const [low, most, kind, label] = words(svg.dataset.scale, 3);
-    const value = field.data[cell + 3] === 0 ? "hole" : place === undefined ? svg.dataset.nothing
-      : told(label, between(1 - place / (colours.height - 1), +low, +most, kind));
+    const at = [...Array(colours.height).keys()].find(same);
+    const scale = axis(map.dataset.scale);
+    const value = field.data[cell + 3] === 0 ? "hole" : at === undefined ? map.dataset.nothing
+      : told(scale.label, valueAt({ ...scale, begin: colours.height - 1, end: 0 }, at));
     return `x ${short(u * wide)} mm, y ${short((1 - v) * high)} mm\n${value}`;
   };
+
+  const tip = Object.assign(document.body.appendChild(document.createElement("div")), { id: "tip", hidden: true });
   addEventListener("pointermove", async (event) => {
-    const svg = event.target.closest?.("svg[data-x], svg[data-map]");
-    tip.hidden = !svg;
-    if (!svg) return;
-    const { x, y } = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-    const text = await (svg.dataset.map ? ofMap : ofChart)(svg, x, y);
+    if (drag) {
+      const { from, frame } = drag;
+      const to = place(drag.svg, event);
+      set(frame, { x: Math.min(from.x, to.x), y: Math.min(from.y, to.y), width: Math.abs(to.x - from.x), height: Math.abs(to.y - from.y) });
+    }
+    const part = event.target.closest?.("svg.plot, g.map");
+    tip.hidden = !part;
+    if (!part) return;
+    const { x, y } = place(part, event);
+    const text = await (part.dataset.map ? ofMap : ofChart)(part, x, y);
     tip.hidden = !text;
     tip.textContent = text;
     tip.style.left = `${Math.min(event.pageX + 14, scrollX + innerWidth - tip.offsetWidth - 8)}px`;
     tip.style.top = `${event.pageY + 18}px`;
   });
-  // Browsers that do not know how the style sheet opens what is folded.
-  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((part) => (part.open = true)));
+  // Browsers that do not know how the style sheet opens what is folded; all states are printed.
+  addEventListener("beforeprint", () => all("details").forEach((part) => (part.open = true)));
 })();

@@ -202,10 +202,20 @@ pub(super) fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError 
 
 /// The drawings of a figure, its caption, and where its data are.
 fn content(figure: &Figure) -> Markup {
-    let drawings_of_figure = figure.drawings.iter().enumerate();
-    let with_ids = drawings_of_figure.map(|(k, drawing)| (format!("t-{}-{k}", figure.id), drawing));
+    let named = figure.drawings.iter().enumerate();
+    let mut named = named.map(|(k, drawing)| (format!("t-{}-{k}", figure.id), drawing));
+    let each = figure.drawings.len() / figure.states.len().max(1);
     html! {
-        (drawings(with_ids))
+        @if figure.states.is_empty() {
+            (drawings(named))
+        } @else {
+            details.states {
+                summary { "States of wear" }
+                @for state in &figure.states {
+                    div.state { p { (state) } (drawings(named.by_ref().take(each))) }
+                }
+            }
+        }
         figcaption {
             p { (figure.caption) } "\n"
             p.data {

@@ -3,11 +3,11 @@
 use maud::html;
 use polars::prelude::DataFrame;
 
-use super::html::NONE;
 use super::quantity::{self, Units, number};
 use super::run_tables::numbers;
 use super::table::table;
 use super::template::Section;
+use super::text::NONE;
 use super::{ERROR_BARS, ReportError, RunTables, Sizes, error_bar_of, told};
 use crate::tables::TableName;
 

@@ -148,6 +148,6 @@ impl Page<'_> {
 /// Drawings beside and below each other. `id` begins their anchors.
 pub fn drawings<'a>(drawings: impl Iterator<Item = (String, &'a Drawing)>) -> Markup {
     html! {
-        div.drawings { "\n" @for (id, drawing) in drawings { (PreEscaped(drawing.inline(&id))) "\n" } } "\n"
+        div.drawings { "\n" @for (id, drawing) in drawings { (drawing.inline(&id)) "\n" } } "\n"
     }
 }

@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+/// What is not there, or not known.
+pub const NONE: &str = "–";
+
 /// True for a character that a terminal obeys rather than shows: controls, and those that turn the direction of what follows.
 pub fn is_obeyed(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')

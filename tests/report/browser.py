@@ -28,11 +28,45 @@ addEventListener("load", async () => {
     return {left: box.left - own.left, top: box.top - own.top, right: box.right - own.left, bottom: box.bottom - own.top,
             width: own.width, height: own.height, text: element.textContent.trim()};
   };
+  // One of several states is seen at a time, and the slider chooses which.
+  for (const states of document.querySelectorAll("details.states")) {
+    const seen = () => [...states.querySelectorAll(".state")].map((state) => !state.hidden);
+    const slider = states.querySelector("input");
+    if (seen().indexOf(true) !== seen().length - 1) faults.push("the slider does not begin at the last state");
+    slider.value = 0;
+    slider.dispatchEvent(new Event("input"));
+    if (seen().indexOf(true) !== 0 || seen().lastIndexOf(true) !== 0) faults.push("the slider does not choose a state");
+    states.querySelectorAll(".state").forEach((state) => (state.hidden = false));
+  }
+  // Dragging enlarges a chart with new numbers at its axes, a double click takes that back; a name in the legend hides its curve.
+  const chart = document.querySelector("svg.plot");
+  if (chart) {
+    const numbers = () => [...chart.parentNode.querySelectorAll("[data-ticks] text")].map((text) => text.textContent).join();
+    const point = (part) => {
+      const box = chart.getBoundingClientRect();
+      return {bubbles: true, button: 0, pointerType: "mouse", clientX: box.left + part * box.width, clientY: box.top + part * box.height};
+    };
+    const before = numbers();
+    chart.dispatchEvent(new PointerEvent("pointerdown", point(0.4)));
+    chart.dispatchEvent(new PointerEvent("pointerup", point(0.6)));
+    if (numbers() === before) faults.push("dragging does not enlarge a chart");
+    chart.dispatchEvent(new MouseEvent("dblclick", {bubbles: true}));
+    const back = chart.parentNode.querySelectorAll("[data-ticks] text").length;
+    if (!back) faults.push("a double click leaves no numbers");
+  }
+  const key = document.querySelector(".key");
+  if (key) {
+    const hidden = () => key.parentNode.querySelectorAll("svg.plot .off").length;
+    key.dispatchEvent(new MouseEvent("click", {bubbles: true}));
+    if (!hidden()) faults.push("the legend hides no curve");
+    key.dispatchEvent(new MouseEvent("click", {bubbles: true}));
+    if (hidden()) faults.push("the legend shows no curve again");
+  }
   const figures = [...document.querySelectorAll("figure")];
   for (const figure of figures) {
     const say = (what) => faults.push(`${figure.id}: ${what}`);
     if (!figure.querySelector("figcaption p")?.textContent.trim()) say("no caption");
-    const drawings = [...figure.querySelectorAll("svg")];
+    const drawings = [...figure.querySelectorAll("svg:not(.plot)")];
     if (!drawings.length) say("no drawing");
     for (const svg of drawings) {
       const box = svg.getBBox();

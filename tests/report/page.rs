@@ -27,7 +27,8 @@ fn caption<'a>(report: &'a Report, id: &str) -> &'a str {
     &figures.find(|figure| figure.id == id).unwrap().caption
 }
 
-const OF_WEAR: [&str; 5] = [
+const OF_WEAR: [&str; 6] = [
+    "states",
     "roughness",
     "contact-area",
     "stiffness",

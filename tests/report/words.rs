@@ -364,33 +364,32 @@ fn drawings_are_whole() {
             &format!("<figure id=\"fig-{figure}\">"),
             "</figure>",
         );
-        for drawing in part.split("<svg ").skip(1) {
+        for drawing in part.split("<svg class=\"plot\"").skip(1) {
             let axis: Vec<f64> = between(drawing, "data-y=\"", "\"")
                 .split(' ')
                 .take(2)
                 .map(|end| end.parse().unwrap())
                 .collect();
-            for line in drawing.split("<polyline ").skip(1) {
-                let line = line.split("/>").next().unwrap();
-                if !line.contains("class=\"bar ") {
-                    continue;
-                }
+            for bar in drawing.split("class=\"bar ").skip(1) {
                 bars += 1;
-                for point in between(line, "points=\"", "\"").split_whitespace() {
-                    let y: f64 = point.split_once(',').unwrap().1.parse().unwrap();
+                // From the lower end of each upwards: its caps are level.
+                let ends = between(bar, " d=\"", "\"").split('V').skip(1);
+                for high in ends.map(|end| end.split('M').next().unwrap()) {
+                    let y: f64 = high.parse().unwrap();
                     assert!(y < axis[0] && y > axis[1], "{figure}: {y} beyond {axis:?}");
                 }
             }
         }
     }
     assert!(bars > 0);
-    let names = attributes(&html, "section", "data-names");
     assert!(states > 5);
-    for names in names {
-        assert!((4..=5).contains(&names.lines().count()), "{names}");
-        assert!(
-            names.starts_with("s0 unworn\n") && names.contains("\ns1 "),
-            "{names}"
-        );
+    let section = between(&html, "<figure id=\"fig-section\">", "</figure>");
+    for plot in section.split("<svg class=\"plot\"").skip(1) {
+        let curves = plot.split("</svg>").next().unwrap();
+        let names = curves.split("data-name=\"").skip(1);
+        let names: Vec<&str> = names.filter_map(|name| name.split('"').next()).collect();
+        assert!((4..=5).contains(&names.len()), "{names:?}");
+        assert_eq!(names[0], "unworn");
+        assert!(curves.contains("class=\"s0\"") && curves.contains("class=\"s1\""));
     }
 }

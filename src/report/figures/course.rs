@@ -7,7 +7,7 @@ use super::super::quantity::{
     VOLUME_RATE, in_unit, shown,
 };
 use super::super::{ReportError, below, error_bar_of, told};
-use super::{Figure, Of, Study, dotted, drawn};
+use super::{Figure, Of, Study, dotted};
 
 /// A column of the summary.
 struct Course {
@@ -116,7 +116,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
             continue;
         };
         early.extend(zero.map(|_| course.name));
-        drawings.push(chart.draw().map_err(drawn(id))?);
+        drawings.push(chart.draw());
         sentences.push(sentence(study, &runs, course));
         columns.push(course.column);
         columns.extend(error_bar_of(course.column).filter(|name| has(&runs, name)));
@@ -167,6 +167,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
         id,
         title: (*title).to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "{} {note}{own}{rings}{bars}{hollow}{axis}",
             sentences.join(" ")

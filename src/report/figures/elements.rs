@@ -10,7 +10,7 @@ use super::super::quantity::{self, FORCE, STIFFNESS, Units, in_unit, number, sho
 use super::super::run_tables::{numbers, texts};
 use super::course::labelled;
 use super::surface::titled;
-use super::{Figure, Of, Study, drawn, range_of, widened};
+use super::{Figure, Of, Study, range_of, widened};
 use crate::recipe::ContactArray;
 use crate::tables::TableName;
 
@@ -43,7 +43,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         let states = texts(frame, "state").unwrap_or_default();
         let count = |state: &str| states.iter().filter(|s| *s == state).count();
         for map in maps(study, run, &frames, frame, &lattice, &states) {
-            drawings.push(map.draw().map_err(drawn(ID))?);
+            drawings.push(map.draw());
         }
         let range = |column: &str, units: Units| {
             let [low, high] = range_of(&numbers(frame, column)?)?;
@@ -79,6 +79,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         id: ID,
         title: "Contact elements".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "State is the worst of an element over the vibration cycle. Each has its part of the joint. At the last iteration: {}.",
             each.join(". ")

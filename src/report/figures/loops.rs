@@ -6,7 +6,7 @@ use super::super::run_tables::numbers;
 use super::super::{ReportError, told};
 use super::response::{Panel, panel, states_with};
 use super::smooth::mark_points;
-use super::{Figure, Study, drawn};
+use super::{Figure, Study};
 use crate::tables::TableName;
 
 /// Loops along wear at most.
@@ -43,7 +43,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             if table == TableName::Hysteresis {
                 mark_points(&mut chart);
             }
-            drawings.push(chart.draw().map_err(drawn(ID))?);
+            drawings.push(chart.draw());
         }
         let each = states
             .iter()
@@ -85,6 +85,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         id: ID,
         title: "Hysteresis loops".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "Energy that the loops enclose. {}.{marks}",
             areas.join(". ")

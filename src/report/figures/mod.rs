@@ -7,6 +7,7 @@ mod pressure;
 mod response;
 mod section;
 mod smooth;
+mod states;
 mod static_contact;
 mod structure;
 mod study;
@@ -18,7 +19,7 @@ pub use study::{Of, Study};
 pub use surface::{titled, told};
 
 use super::ReportError;
-use super::plot::{Curve, Drawing, Mark, PlotError};
+use super::plot::{Curve, Drawing, Mark};
 use super::run_tables::numbers;
 
 /// A figure: drawings with what they show, in words and in numbers, and where the numbers come from.
@@ -30,6 +31,8 @@ pub struct Figure {
     pub title: String,
     /// The drawings, in the order of reading.
     pub drawings: Vec<Drawing>,
+    /// What several states are called, each with as many of the drawings, of which one is seen at a time; none where all are.
+    pub states: Vec<String>,
     /// What is seen, with its numbers.
     pub caption: String,
     /// Table and columns that it is drawn from.
@@ -53,6 +56,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let mut figures = surface::figures(study)?;
     figures.extend(response::figures(study)?);
     figures.extend(surface::wear_figures(study)?);
+    figures.extend(states::figure(study)?);
     figures.extend(course::figures(study)?);
     figures.extend(pressure::figures(study)?);
     figures.extend(loops::figures(study)?);
@@ -96,6 +100,19 @@ fn range_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     (low <= high).then_some([low, high])
 }
 
+/// The range of a map's colours: all values but the outermost, which have the colour of its end.
+fn scale_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
+    let finite = values.into_iter().copied().filter(|v| v.is_finite());
+    let mut sorted: Vec<f64> = finite.collect();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let at = |part: f64| sorted[(part * last as f64).round() as usize];
+    Some([at(OUTERMOST), at(1.0 - OUTERMOST)])
+}
+
+/// Part of the values, at either end, beyond the colours of a map.
+const OUTERMOST: f64 = 1e-3;
+
 /// A range of some width.
 fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     if high > low {
@@ -104,8 +121,4 @@ fn widened([low, high]: [f64; 2]) -> [f64; 2] {
         let reach = (0.05 * high.abs()).max(1e-12);
         [low - reach, high + reach]
     }
-}
-
-fn drawn(id: &'static str) -> impl Fn(PlotError) -> ReportError {
-    move |source| ReportError::Draw { figure: id, source }
 }

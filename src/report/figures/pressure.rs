@@ -5,7 +5,7 @@ use super::super::plot::{Axis, Chart, Curve, NOTHING, Scale, UNWORN, WORN};
 use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
 use super::course::labelled;
 use super::surface::{map, titled, told};
-use super::{Figure, Of, Study, drawn, range_of};
+use super::{Figure, Of, Study, range_of, scale_of};
 use crate::tables::TableName;
 
 /// Classes of the histogram, ten a decade.
@@ -56,8 +56,8 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     // All in the same colours.
-    let top = states.iter().map(|(_, _, field)| quantity::largest(field));
-    let top = top.fold(0.0, f64::max);
+    let top = scale_of(states.iter().flat_map(|(_, _, field)| field));
+    let top = top.map_or(0.0, |[_, top]| top);
     for (run, k, field) in states {
         let contact: Vec<f64> = field
             .iter()
@@ -69,7 +69,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             if let Scale::Continuous { log, .. } = &mut map.scale {
                 *log = true;
             }
-            drawings.push(map.draw().map_err(drawn(ID))?);
+            drawings.push(map.draw());
         }
         let [_, most] = range_of(field).unwrap_or_default();
         let capped = cap(run).map_or(String::new(), |cap| {
@@ -87,6 +87,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         id: ID,
         title: "Contact pressure".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "Grey cells are not in contact; below a thousandth of the largest, one colour. Largest: {}.",
             each.join("; ")
@@ -149,7 +150,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             curves,
             ..Chart::default()
         };
-        drawings.push(chart.draw().map_err(drawn(ID))?);
+        drawings.push(chart.draw());
     }
     let each: Vec<String> = states
         .iter()
@@ -168,6 +169,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         id: ID,
         title: "Distribution of pressure".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "Share of the cells in contact in each of {CLASSES} classes of pressure, even in the logarithm, up to {}. In contact: {}.",
             shown(most, PRESSURE),

@@ -11,7 +11,7 @@ use super::super::quantity::{
 };
 use super::super::run_tables::numbers;
 use super::course::labelled;
-use super::{Figure, Of, Study, drawn, points};
+use super::{Figure, Of, Study, points};
 use crate::tables::TableName;
 
 /// Forced responses along wear at most: more curves than styles cannot be told apart.
@@ -247,7 +247,7 @@ fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
         let states = [(name, named)];
         for one in [&AMPLITUDE, &PHASE] {
             for chart in panel(&states, one) {
-                drawings.push(chart.draw().map_err(drawn(ID))?);
+                drawings.push(chart.draw());
             }
         }
         each.extend(peaks(&states));
@@ -260,6 +260,7 @@ fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
         id: ID,
         title: "Forced responses over wear".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "At the cycles of output.response_at too, {RESPONSES} states at most. Largest of the curve: {}.",
             each.join("; ")
@@ -275,8 +276,7 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
     let charts = [&AMPLITUDE, &PHASE]
         .into_iter()
         .flat_map(|one| panel(&states, one));
-    let drawings: Result<Vec<_>, _> = charts.map(|chart| chart.draw()).collect();
-    let drawings = drawings.map_err(drawn(ID))?;
+    let drawings: Vec<_> = charts.map(|chart| chart.draw()).collect();
     if drawings.is_empty() {
         return Ok(None);
     }
@@ -293,6 +293,7 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
         id: ID,
         title: "Forced response".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "First harmonic at the response point{force}. Largest of the curve: {}.{}{}",
             peaks.join("; "),
@@ -347,8 +348,7 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         }
         chart.draw()
     });
-    let drawings: Result<Vec<_>, _> = closed.collect();
-    let drawings = drawings.map_err(drawn(ID))?;
+    let drawings: Vec<_> = closed.collect();
     if drawings.is_empty() {
         return Ok(None);
     }
@@ -394,6 +394,7 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         id: ID,
         title: "The joint over one vibration cycle".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "Half range about the mean, over the cycle: {}.",
             each.join("; ")

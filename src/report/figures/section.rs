@@ -5,7 +5,7 @@ use super::super::plot::{Axis, BEFORE_ZERO, Chart, Curve, style_of_state};
 use super::super::quantity::{self, LENGTH, PRESSURE, Unit, in_unit, shown, unit_of};
 use super::course::labelled;
 use super::surface::{name_of, titled};
-use super::{Figure, Of, Study, drawn, range_of};
+use super::{Figure, Of, Study, range_of};
 use crate::tables::TableName;
 
 /// Part of the joint's length that a section shows.
@@ -81,7 +81,7 @@ pub fn figure(
                 curves: curves.collect(),
                 ..Chart::default()
             };
-            chart.draw().map_err(drawn(ID))
+            Ok(chart.draw())
         };
         let of_height = Axis {
             label: labelled("height", units[0].symbol),
@@ -110,6 +110,7 @@ pub fn figure(
         id: ID,
         title: "Section through the deepest point".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "Profile and pressure along x about the deepest point of wear{}, x {} and y {}: {}.{between}",
             if study.is_single() {

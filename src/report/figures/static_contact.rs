@@ -4,7 +4,7 @@ use super::super::ReportError;
 use super::super::quantity::{FORCE, LENGTH, STIFFNESS, shown};
 use super::response::{Panel, panel, states};
 use super::smooth::mark_points;
-use super::{Figure, Study, drawn};
+use super::{Figure, Study};
 use crate::tables::TableName;
 
 /// Curves along wear at most.
@@ -23,8 +23,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         },
     );
     charts.iter_mut().for_each(mark_points);
-    let drawings: Result<Vec<_>, _> = charts.iter().map(|chart| chart.draw()).collect();
-    let drawings = drawings.map_err(drawn(ID))?;
+    let drawings: Vec<_> = charts.iter().map(|chart| chart.draw()).collect();
     if drawings.is_empty() {
         return Ok(Vec::new());
     }
@@ -61,6 +60,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         id: ID,
         title: "Indentation curve".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "{slope}Dots are what was computed; the lines between them are interpolated."
         ),

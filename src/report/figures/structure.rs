@@ -10,7 +10,7 @@ use super::super::plot::{Axis, Chart, Curve, Mark, style_of_run};
 use super::super::quantity::{FORCE, FREQUENCY, LENGTH, number, shown};
 use super::super::run_tables::{numbers, texts};
 use super::surface::titled;
-use super::{Figure, Of, Study, drawn};
+use super::{Figure, Of, Study};
 use crate::recipe::ContactArray;
 use crate::recipe::Port;
 use crate::tables::TableName;
@@ -292,6 +292,7 @@ fn framed(title: String, names: [&str; 2], curves: Vec<Curve>) -> Chart {
         title,
         curves,
         equal_scale: true,
+        ..Chart::default()
     }
 }
 
@@ -309,7 +310,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
         ];
         for (view, axes) in views {
             let chart = shape.seen(titled(study, run, view), axes, scale);
-            drawings.push(chart.draw().map_err(drawn(ID))?);
+            drawings.push(chart.draw());
         }
         let name = if study.is_single() {
             String::new()
@@ -332,6 +333,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
         id: ID,
         title: "Shape of the resonance".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "Edges of the bodies at rest, and displaced by the first harmonic at the phase resonance of the last iteration, when the \
              response point is furthest: the modes of the structure under the loads and the contact forces. {}.",
@@ -432,7 +434,7 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
         }
         let title = titled(study, run, "contact elements on the interface");
         let chart = framed(title, ["x", "y"], curves);
-        drawings.push(chart.draw().map_err(drawn(ID))?);
+        drawings.push(chart.draw());
         let name = if study.is_single() {
             String::new()
         } else {
@@ -457,6 +459,7 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
         id: ID,
         title: "Contact mesh".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "The finite elements on the contact plane, and the contact elements between the bodies with their static load at the last \
              iteration. {}.",

@@ -4,7 +4,7 @@ use super::super::ReportError;
 use super::super::plot::{Curve, Map, Scale, WORN};
 use super::super::quantity::{self, LENGTH, in_unit, shown, unit_of};
 use super::course::labelled;
-use super::{Figure, Of, Study, drawn, range_of, section, widened};
+use super::{Figure, Of, Study, range_of, scale_of, section, widened};
 use crate::tables::TableName;
 
 /// One millimetre \[m\].
@@ -22,14 +22,15 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         fields.push((run, "unworn", heights));
         fields.extend(worn.map(|worn| (run, "worn", worn)));
     }
-    let Some(range) = range_of(fields.iter().flat_map(|(_, _, heights)| heights)) else {
+    let Some(range) = scale_of(fields.iter().flat_map(|(_, _, heights)| heights)) else {
         return Ok(Vec::new());
     };
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for (run, state, heights) in &fields {
         let title = titled(study, run, &format!("height, {state}"));
         // All in the same colours.
-        drawings.extend(map(run, title, heights, range, LENGTH, "height")?.map(|map| map.draw()));
+        let map = map(run, title, heights, range, LENGTH, "height")?;
+        drawings.extend(map.map(|map| map.draw()));
         let [low, high] = range_of(heights).unwrap_or(range);
         each.push(format!(
             "{} {} to {}",
@@ -38,11 +39,11 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             shown(high, LENGTH)
         ));
     }
-    let drawings: Result<Vec<_>, _> = drawings.into_iter().collect();
     Ok(vec![Figure {
         id: ID,
         title: "The rough surface".to_owned(),
-        drawings: drawings.map_err(drawn(ID))?,
+        drawings,
+        states: Vec::new(),
         caption: format!(
             "Composite height of the joint's cells, positive towards the other body: {}.",
             each.join("; ")
@@ -160,8 +161,8 @@ fn wear_map(
 ) -> Result<Figure, ReportError> {
     const ID: &str = "wear-map";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
-    let deepest_of_all = fields.iter().map(|(_, depth)| quantity::largest(depth));
-    let top = deepest_of_all.fold(0.0, f64::max);
+    let all = fields.iter().flat_map(|(_, depth)| depth);
+    let top = scale_of(all).map_or(0.0, |[_, top]| top);
     let unit = unit_of(LENGTH, top);
     for (run, depth) in fields {
         let (Some((cells, size)), Some([_, most])) = (run.grid(), range_of(depth)) else {
@@ -175,7 +176,7 @@ fn wear_map(
         let y = line[1] / MM;
         map.curves
             .push(Curve::line("", WORN, vec![[0.0, y], [size[0] / MM, y]]));
-        drawings.push(map.draw().map_err(drawn(ID))?);
+        drawings.push(map.draw());
         let count = depth.iter().filter(|d| d.is_finite()).count();
         let worn = depth.iter().filter(|d| **d > 0.0).count();
         each.push(format!(
@@ -192,6 +193,7 @@ fn wear_map(
         id: ID,
         title: "Worn depth".to_owned(),
         drawings,
+        states: Vec::new(),
         caption: format!(
             "Depth worn away in all. Deepest point: {}. The dashed line is where the section is taken.",
             each.join("; ")

@@ -1,58 +1,12 @@
 //! Curves over linear or logarithmic axes.
 
-use std::ops::Range;
+use maud::{Markup, html};
 
-use plotters::coord::Shift;
-use plotters::coord::ranged1d::ValueFormatter;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-use super::super::quantity::digits;
+use super::super::text::visible;
+use super::axis::{Axis, Placed};
 use super::{
-    AXIS, Drawing, FINE, GRID, PlotError, TEXT, TEXT_COLOUR, WIDTH, bar_colour, said, style_colour,
-    text_width,
+    Drawing, HEAD, STYLES, TEXT, WIDTH, heading, line, polyline, text, text_width, two, upwards,
 };
-
-/// An axis.
-#[derive(Debug, Clone, Default)]
-pub struct Axis {
-    /// Quantity and unit.
-    pub label: String,
-    /// True for a logarithmic one.
-    pub log: bool,
-    /// Where 0 stands on a logarithmic one, a power of ten below all values; nowhere without.
-    pub zero: Option<f64>,
-    /// Its range, in place of what the curves need.
-    pub range: Option<[f64; 2]>,
-}
-
-impl Axis {
-    /// A value as it is drawn.
-    fn placed(&self, value: f64) -> f64 {
-        match self.zero {
-            Some(zero) if self.log && value == 0.0 => zero,
-            _ => value,
-        }
-    }
-
-    /// The number at a place.
-    fn number(&self, value: f64, range: [f64; 2]) -> String {
-        match self.zero {
-            Some(zero) if self.log && (value / zero - 1.0).abs() < 1e-6 => "0".to_owned(),
-            _ => tick(value, range, self.log),
-        }
-    }
-
-    /// For who points at it: where it is in the drawing, its range, its kind, its label.
-    fn data(&self, [begin, end]: [i32; 2], [low, high]: [f64; 2]) -> String {
-        let kind = match (self.log, self.zero) {
-            (true, Some(zero)) => format!("log {zero}"),
-            (true, None) => "log 0".to_owned(),
-            (false, _) => "lin 0".to_owned(),
-        };
-        format!("{begin} {end} {low} {high} {kind} {}", self.label)
-    }
-}
 
 /// What stands at the points of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,12 +27,29 @@ pub enum Mark {
 
 impl Mark {
     /// Width of its line; none without.
-    fn line(self) -> Option<u32> {
+    fn line(self) -> Option<f64> {
         match self {
-            Mark::Line | Mark::Dots => Some(2 * FINE as u32),
-            Mark::Thin => Some(FINE as u32),
+            Mark::Line | Mark::Dots => Some(2.0),
+            Mark::Thin => Some(1.0),
             Mark::Points | Mark::Hollow | Mark::Rings => None,
         }
+    }
+
+    /// A dot of a style; hollow where next to nothing is known. None of lines alone.
+    fn dot(self, style: usize, hollow: bool, at: [f64; 2]) -> Option<Markup> {
+        let (radius, filled) = match self {
+            Mark::Line | Mark::Thin => return None,
+            Mark::Dots | Mark::Points => (DOT, !hollow),
+            Mark::Hollow => (DOT, false),
+            Mark::Rings => (RING, false),
+        };
+        let [x, y] = at.map(two);
+        Some(match filled {
+            true => html! { circle class={ "c" (style) } cx=(x) cy=(y) r=(radius) {} },
+            false => {
+                html! { circle class={ "s" (style) } fill="none" stroke-width="2" cx=(x) cy=(y) r=(radius) {} }
+            }
+        })
     }
 }
 
@@ -110,6 +81,17 @@ impl Curve {
     }
 }
 
+/// What lies between two values of the ordinate.
+#[derive(Debug, Clone)]
+pub struct Band {
+    /// What it is, for the legend.
+    pub name: String,
+    /// Which of the styles it has.
+    pub style: usize,
+    /// Abscissa, and the lower and the upper end.
+    pub points: Vec<[f64; 3]>,
+}
+
 /// Curves over two axes.
 #[derive(Debug, Clone, Default)]
 pub struct Chart {
@@ -119,6 +101,8 @@ pub struct Chart {
     pub x: Axis,
     /// Upwards.
     pub y: Axis,
+    /// Areas below the curves, the first below the others.
+    pub bands: Vec<Band>,
     /// The curves, the first below the others.
     pub curves: Vec<Curve>,
     /// True of places: a unit is as long upwards as to the right, and one of the ranges becomes wider for it.
@@ -126,33 +110,29 @@ pub struct Chart {
 }
 
 /// Height without heading and legend, in units of the page.
-const HEIGHT: i32 = 280;
-/// Height of the heading.
-const HEAD: i32 = 26;
+const HEIGHT: f64 = 280.0;
 /// Height of a row of the legend.
-const ROW: i32 = 20;
+const ROW: f64 = 20.0;
 /// Length of the line in the legend.
-const SAMPLE: i32 = 30;
+const SAMPLE: f64 = 30.0;
 /// Room for the label of the ordinate and the marks at its numbers.
-const LEFT: i32 = 38;
+const LEFT: f64 = 38.0;
 /// Least room for the numbers.
-const NUMBERS: i32 = 28;
-/// Room for those of the abscissa.
-const BOTTOM: i32 = 46;
-/// Nothing is drawn this near to the edge.
-const EDGE: i32 = 4;
-/// Length of the lines that lead from an axis to its numbers.
-pub(super) const TICK: i32 = 5;
+const NUMBERS: f64 = 28.0;
+/// Room for those of the abscissa, and its label.
+const BOTTOM: f64 = 46.0;
 /// Room above the ordinate.
-const TOP: i32 = 6;
+const TOP: f64 = 6.0;
 /// Room to the right of the abscissa's last number.
-const RIGHT: i32 = 18;
+const RIGHT: f64 = 18.0;
 /// Radius of a dot, and of a ring.
-const DOT: i32 = 3;
+const DOT: f64 = 3.0;
 /// See [`DOT`].
-const RING: i32 = 6;
+const RING: f64 = 6.0;
 /// Half length of the end of an error bar.
-const CAP: i32 = 3;
+const CAP: f64 = 3.0;
+/// Dots at the edge of the plot are seen whole.
+const MARGIN: f64 = 8.0;
 /// A bar of this part of its value or more says that next to nothing is known: its point is hollow, and the bar left out.
 pub const LONGEST_BAR: f64 = 0.9;
 /// A logarithmic axis begins this part of the place of 0 below it.
@@ -162,76 +142,85 @@ const WIDEN: f64 = 0.05;
 /// A logarithmic axis shows this many decades at most.
 const DECADES: f64 = 9.0;
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// What the legend names: a curve, or a band.
+struct Entry<'a> {
+    name: &'a str,
+    style: usize,
+    /// None of a band.
+    mark: Option<Mark>,
+}
 
 impl Chart {
     /// The chart as a drawing.
-    ///
-    /// # Errors
-    /// [`PlotError`] if the drawing library fails.
-    pub fn draw(&self) -> Result<Drawing, PlotError> {
-        let legend = self.legend(self.left());
-        let rows = legend.last().map_or(0, |(row, ..)| row + 1);
-        let top = HEAD + rows * ROW;
-        let size = ((WIDTH * FINE) as u32, ((top + HEIGHT) * FINE) as u32);
-        let mut svg = String::new();
-        let place;
-        {
-            let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-            heading(&area, &self.title)?;
-            for (row, left, curve) in legend {
-                entry(&area, left, HEAD + row * ROW + ROW / 2, curve)?;
-            }
-            let (_, plot) = area.split_vertically(top * FINE);
-            let [[x0, x1], [y0, y1]] = self.ranges();
-            place = match (self.x.log, self.y.log) {
-                (false, false) => self.axes(&plot, x0..x1, y0..y1)?,
-                (true, false) => self.axes(&plot, (x0..x1).log_scale(), y0..y1)?,
-                (false, true) => self.axes(&plot, x0..x1, (y0..y1).log_scale())?,
-                (true, true) => self.axes(&plot, (x0..x1).log_scale(), (y0..y1).log_scale())?,
-            };
-            area.present().map_err(said)?;
-        }
-        let [x, y] = place;
-        // Of the ordinate the lower end comes first.
+    pub fn draw(&self) -> Drawing {
+        let left = self.left();
+        let legend = self.legend(left);
+        let rows = legend.last().map_or(0.0, |(row, ..)| row + 1.0);
+        let top = HEAD + rows * ROW + TOP;
+        let (width, height) = (WIDTH - RIGHT - left, HEIGHT - TOP - BOTTOM);
         let ranges = self.ranges();
-        let x = self.x.data([x.start, x.end], ranges[0]);
-        let y = self.y.data([y.end, y.start], ranges[1]);
-        let named = self.curves.iter().filter(|curve| !curve.name.is_empty());
-        let names: Vec<String> = named
-            .map(|curve| format!("s{} {}", curve.style, curve.name))
-            .collect();
-        Ok(Drawing::of(&self.title, size, &svg)
-            .with_data("x", &x)
-            .with_data("y", &y)
-            .with_data("names", &names.join("\n")))
+        let x = Placed::new(&self.x, [left, left + width], ranges[0]);
+        let y = Placed::new(&self.y, [top + height, top], ranges[1]);
+        let (right, bottom) = (left + width, top + height);
+        let [m, wide, high] = [MARGIN, width + 2.0 * MARGIN, height + 2.0 * MARGIN];
+        let window = [left - m, top - m, wide, high].map(two);
+        let [at_x, at_y, w, h] = window;
+        let body = html! {
+            (heading(&self.title))
+            @for (row, left, entry) in &legend { (entry.draw(*left, HEAD + row * ROW + ROW / 2.0)) }
+            (x.draw(false, [bottom, top]))
+            (y.draw(true, [left, right]))
+            (line("axis", 1.0, [left, bottom], [right, bottom]))
+            (line("axis", 1.0, [left, top], [left, bottom]))
+            (text(&self.x.label, [left + width / 2.0, bottom + BOTTOM - 0.7 * TEXT], "middle"))
+            (upwards(&self.y.label, [0.8 * TEXT, top + height / 2.0]))
+            svg class="plot" x=(at_x) y=(at_y) width=(w) height=(h) viewBox={ (at_x) " " (at_y) " " (w) " " (h) }
+                data-x=(visible(&x.data())) data-y=(visible(&y.data())) {
+                // What somebody points at where nothing is drawn.
+                rect x=(at_x) y=(at_y) width=(w) height=(h) fill="none" pointer-events="all" {}
+                @for band in &self.bands { (area(band, &x, &y)) }
+                @for curve in &self.curves { (self.curve(curve, &x, &y)) }
+            }
+        };
+        Drawing {
+            title: self.title.clone(),
+            height: top + height + BOTTOM,
+            body,
+        }
     }
 
-    /// Row, left edge and curve of what the legend names; a single curve needs no name.
-    fn legend(&self, edge: i32) -> Vec<(i32, i32, &Curve)> {
-        let named = self.curves.iter().filter(|curve| !curve.name.is_empty());
-        let named: Vec<&Curve> = named.collect();
+    /// Row, left edge and what stands there of the legend; a single curve needs no name.
+    fn legend(&self, edge: f64) -> Vec<(f64, f64, Entry<'_>)> {
+        let bands = self.bands.iter().map(|band| Entry {
+            name: &band.name,
+            style: band.style,
+            mark: None,
+        });
+        let curves = self.curves.iter().map(|curve| Entry {
+            name: &curve.name,
+            style: curve.style,
+            mark: Some(curve.mark),
+        });
+        let named: Vec<Entry> = bands.chain(curves).filter(|e| !e.name.is_empty()).collect();
         if named.len() < 2 {
             return Vec::new();
         }
-        let (mut row, mut left) = (0, edge);
+        let (mut row, mut left) = (0.0, edge);
         let mut places = Vec::new();
-        for curve in named {
-            let width = SAMPLE + 6 + text_width(&curve.name);
+        for entry in named {
+            let width = SAMPLE + 6.0 + text_width(entry.name);
             if left > edge && left + width > WIDTH - RIGHT {
-                (row, left) = (row + 1, edge);
+                (row, left) = (row + 1.0, edge);
             }
-            places.push((row, left, curve));
-            left += width + 16;
+            places.push((row, left, entry));
+            left += width + 16.0;
         }
         places
     }
 
     /// Where the ordinate is: its numbers take the room they need.
-    fn left(&self) -> i32 {
-        let range = self.range(1);
-        let numbers = range.map(|end| text_width(&tick(end, range, self.y.log)));
-        LEFT + numbers[0].max(numbers[1]).max(NUMBERS)
+    fn left(&self) -> f64 {
+        LEFT + self.y.widest(self.range(1)).max(NUMBERS)
     }
 
     fn axis(&self, direction: usize) -> &Axis {
@@ -254,7 +243,7 @@ impl Chart {
         if !self.equal_scale {
             return own;
         }
-        let room = [WIDTH - RIGHT - self.left(), HEIGHT - TOP - BOTTOM].map(f64::from);
+        let room = [WIDTH - RIGHT - self.left(), HEIGHT - TOP - BOTTOM];
         // Of the larger scale in units of the page both have as much as they need.
         let unit = (0..2)
             .map(|d| (own[d][1] - own[d][0]) / room[d])
@@ -266,25 +255,33 @@ impl Chart {
         })
     }
 
+    /// The values that an axis has to show, with what error bars reach.
+    fn values(&self, direction: usize) -> impl Iterator<Item = f64> {
+        let of_bands = self.bands.iter().flat_map(|band| &band.points);
+        let of_bands = of_bands.flat_map(|[x, low, high]| [[*x, *low], [*x, *high]]);
+        let of_bands = of_bands.map(|point| (point, 0.0));
+        let of_curves = self.curves.iter().flat_map(|curve| {
+            let bars = curve.bars.iter().copied().chain(std::iter::repeat(0.0));
+            curve.points.iter().copied().zip(bars)
+        });
+        let placed = of_bands
+            .chain(of_curves)
+            .map(|(point, bar)| (self.placed(point), bar));
+        let drawn = placed.filter(|(point, _)| self.is_drawn(point));
+        drawn.flat_map(move |(point, bar)| {
+            let is_shown = direction == 1 && is_shown(bar, point[1]);
+            let bar = if is_shown { bar } else { 0.0 };
+            [point[direction] - bar, point[direction] + bar]
+        })
+    }
+
     fn range(&self, direction: usize) -> [f64; 2] {
         let axis = self.axis(direction);
         if let Some(range) = axis.range {
             return range;
         }
-        let values = self.curves.iter().flat_map(|curve| {
-            let points = curve.points.iter().map(|point| self.placed(*point));
-            let points = points.enumerate().filter(|(_, point)| self.is_drawn(point));
-            points.flat_map(move |(k, point)| {
-                let bar = curve.bars.get(k).copied().unwrap_or(0.0);
-                let bar = if direction == 1 && is_shown(bar, point[1]) {
-                    bar
-                } else {
-                    0.0
-                };
-                [point[direction] - bar, point[direction] + bar]
-            })
-        });
         let empty = [f64::INFINITY, f64::NEG_INFINITY];
+        let values = self.values(direction);
         let [low, high] = values.fold(empty, |[low, high], v| [low.min(v), high.max(v)]);
         if low > high {
             return if axis.log { [0.1, 10.0] } else { [0.0, 1.0] };
@@ -311,91 +308,70 @@ impl Chart {
         [least, high + reach]
     }
 
-    /// Draws axes and curves, and says where between the edges of the drawing they are.
-    fn axes<X, Y>(&self, area: &Area, x: X, y: Y) -> Result<[Range<i32>; 2], PlotError>
-    where
-        X: plotters::coord::ranged1d::AsRangedCoord<Value = f64>,
-        Y: plotters::coord::ranged1d::AsRangedCoord<Value = f64>,
-        X::CoordDescType: ValueFormatter<f64>,
-        Y::CoordDescType: ValueFormatter<f64>,
-    {
-        let ranges = self.ranges();
-        let mut chart = ChartBuilder::on(area)
-            .margin_top(TOP * FINE)
-            .margin_right(RIGHT * FINE)
-            .margin_left(EDGE * FINE)
-            .margin_bottom(EDGE * FINE)
-            .x_label_area_size((BOTTOM - EDGE) * FINE)
-            .y_label_area_size((self.left() - EDGE) * FINE)
-            .build_cartesian_2d(x, y)
-            .map_err(said)?;
-        chart
-            .configure_mesh()
-            .max_light_lines(0)
-            .set_all_tick_mark_size(TICK * FINE)
-            .bold_line_style(GRID.stroke_width(FINE as u32))
-            .axis_style(AXIS.stroke_width(FINE as u32))
-            .x_labels(6)
-            .y_labels(6)
-            .x_desc(self.x.label.clone())
-            .y_desc(self.y.label.clone())
-            .x_label_formatter(&|value| self.x.number(*value, ranges[0]))
-            .y_label_formatter(&|value| self.y.number(*value, ranges[1]))
-            .label_style(text_style(TEXT))
-            .axis_desc_style(text_style(TEXT))
-            .draw()
-            .map_err(said)?;
-        let [low, high] = ranges[1];
-        for curve in &self.curves {
-            let colour = style_colour(curve.style);
-            let placed: Vec<[f64; 2]> = curve.points.iter().map(|p| self.placed(*p)).collect();
-            let drawn = || placed.iter().enumerate().filter(|(_, p)| self.is_drawn(p));
-            let bar_at = |k: usize| curve.bars.get(k).copied().unwrap_or(0.0);
-            for (k, [x, y]) in drawn() {
-                let (x, y, bar) = (*x, *y, bar_at(k));
-                let part = match self.y.log {
-                    true => bar / y / (high / low).ln(),
-                    false => bar / (high - low),
-                };
-                // A bar within its dot is no more than that.
-                let seen = part * f64::from(HEIGHT) > f64::from(DOT);
-                if is_shown(bar, y) && seen {
-                    let bar = [y - bar, y + bar].map(|end| (x, end));
-                    let style = bar_colour(curve.style).stroke_width(3 * FINE as u32 / 2);
-                    let line = PathElement::new(bar.to_vec(), style);
-                    chart.draw_series([line]).map_err(said)?;
-                    let cap = |at| {
-                        EmptyElement::at(at)
-                            + PathElement::new(vec![(-CAP * FINE, 0), (CAP * FINE, 0)], style)
-                    };
-                    chart.draw_series(bar.map(cap)).map_err(said)?;
-                }
+    /// A curve with its error bars and dots.
+    fn curve(&self, curve: &Curve, x: &Placed, y: &Placed) -> Markup {
+        let style = curve.style % STYLES;
+        let bars = curve.bars.iter().copied().chain(std::iter::repeat(0.0));
+        let placed = curve
+            .points
+            .iter()
+            .map(|point| self.placed(*point))
+            .zip(bars);
+        let drawn: Vec<([f64; 2], f64)> = placed.filter(|(p, _)| self.is_drawn(p)).collect();
+        let at = |[px, py]: [f64; 2]| [x.at(px), y.at(py)];
+        let bar_of = |[px, py]: [f64; 2], bar: f64| {
+            let ends = [py - bar, py + bar].map(|end| at([px, end]));
+            // What a logarithmic axis has not reaches below it; a bar within its dot is no more than that.
+            let ends = ends.map(|[x, y]| [x, if y.is_finite() { y } else { 1e4 }]);
+            let is_seen = is_shown(bar, py) && (ends[0][1] - ends[1][1]).abs() > 2.0 * DOT;
+            is_seen.then(|| {
+                let [[cx, low], [_, high]] = ends.map(|end| end.map(two));
+                format!(
+                    "M{cx} {low}V{high}M{0} {low}H{1}M{0} {high}H{1}",
+                    cx - CAP,
+                    cx + CAP
+                )
+            })
+        };
+        let bars: String = drawn
+            .iter()
+            .filter_map(|(point, bar)| bar_of(*point, *bar))
+            .collect();
+        let dots = drawn.iter().filter_map(|(point, bar)| {
+            let hollow = *bar > 0.0 && !is_shown(*bar, point[1]);
+            curve.mark.dot(style, hollow, at(*point))
+        });
+        let points: Vec<[f64; 2]> = drawn.iter().map(|(point, _)| at(*point)).collect();
+        html! {
+            g data-name=(visible(&curve.name)) {
+                @if !bars.is_empty() { path class={ "bar b" (style) } fill="none" stroke-width="1.5" d=(bars) {} }
+                @if let Some(width) = curve.mark.line() { (polyline(&format!("s{style}"), width, &points)) }
+                @for dot in dots { (dot) }
             }
-            let thick = colour.stroke_width(2 * FINE as u32);
-            if let Some(width) = curve.mark.line() {
-                let thick = colour.stroke_width(width);
-                let line = drawn().map(|(_, [x, y])| (*x, *y)).collect::<Vec<_>>();
-                chart
-                    .draw_series([PathElement::new(line, thick)])
-                    .map_err(said)?;
-            }
-            let dots = drawn().map(|(k, [x, y])| {
-                let hollow = bar_at(k) > 0.0 && !is_shown(bar_at(k), *y);
-                match curve.mark {
-                    Mark::Line | Mark::Thin => None,
-                    Mark::Dots | Mark::Points if !hollow => {
-                        Some(Circle::new((*x, *y), DOT * FINE, colour.filled()))
-                    }
-                    Mark::Dots | Mark::Points | Mark::Hollow => {
-                        Some(Circle::new((*x, *y), DOT * FINE, thick))
-                    }
-                    Mark::Rings => Some(Circle::new((*x, *y), RING * FINE, thick)),
-                }
-            });
-            chart.draw_series(dots.flatten()).map_err(said)?;
         }
-        let (x, y) = chart.plotting_area().get_pixel_range();
-        Ok([x, y])
+    }
+}
+
+/// A band: the area between its ends.
+fn area(band: &Band, x: &Placed, y: &Placed) -> Markup {
+    let above = band
+        .points
+        .iter()
+        .map(|[px, _, high]| [x.at(*px), y.at(*high)]);
+    let below = band
+        .points
+        .iter()
+        .rev()
+        .map(|[px, low, _]| [x.at(*px), y.at(*low)]);
+    let points = above
+        .chain(below)
+        .filter(|p| p.iter().all(|c| c.is_finite()));
+    let points = points.map(|[x, y]| format!("{},{}", two(x), two(y)));
+    let points = points.collect::<Vec<_>>().join(" ");
+    html! {
+        g data-name=(visible(&band.name)) {
+            polygon class={ "band c" (band.style % STYLES) } points=(points) {}
+        }
     }
 }
 
@@ -404,70 +380,23 @@ fn is_shown(bar: f64, value: f64) -> bool {
     bar > 0.0 && bar < LONGEST_BAR * value.abs()
 }
 
-/// One line of the legend.
-fn entry(area: &Area, left: i32, middle: i32, curve: &Curve) -> Result<(), PlotError> {
-    let colour = style_colour(curve.style);
-    let at = |x: i32| (x * FINE, middle * FINE);
-    if let Some(width) = curve.mark.line() {
-        let line = PathElement::new(
-            vec![at(left), at(left + SAMPLE)],
-            colour.stroke_width(width),
-        );
-        area.draw(&line).map_err(said)?;
+impl Entry<'_> {
+    fn draw(&self, left: f64, middle: f64) -> Markup {
+        let style = self.style % STYLES;
+        let ends = [[left, middle], [left + SAMPLE, middle]];
+        html! {
+            g class="key" data-name=(visible(self.name)) {
+                @match self.mark {
+                    None => {
+                        rect class={ "band c" (style) } x=(two(left)) y=(middle - 6.0) width=(SAMPLE) height="12" {}
+                    }
+                    Some(mark) => {
+                        @if let Some(width) = mark.line() { (polyline(&format!("s{style}"), width, &ends)) }
+                        @if let Some(dot) = mark.dot(style, false, [left + SAMPLE / 2.0, middle]) { (dot) }
+                    }
+                }
+                (text(self.name, [left + SAMPLE + 6.0, middle], "start"))
+            }
+        }
     }
-    let centre = at(left + SAMPLE / 2);
-    match curve.mark {
-        Mark::Line | Mark::Thin => (),
-        Mark::Hollow => area
-            .draw(&Circle::new(
-                centre,
-                DOT * FINE,
-                colour.stroke_width(2 * FINE as u32),
-            ))
-            .map_err(said)?,
-        Mark::Dots | Mark::Points => area
-            .draw(&Circle::new(centre, DOT * FINE, colour.filled()))
-            .map_err(said)?,
-        Mark::Rings => area
-            .draw(&Circle::new(
-                centre,
-                RING * FINE,
-                colour.stroke_width(2 * FINE as u32),
-            ))
-            .map_err(said)?,
-    }
-    let style = text_style(TEXT).pos(Pos::new(HPos::Left, VPos::Center));
-    let text = Text::new(curve.name.clone(), at(left + SAMPLE + 6), style);
-    area.draw(&text).map_err(said)
-}
-
-/// The heading of a drawing.
-pub(super) fn heading(area: &Area, title: &str) -> Result<(), PlotError> {
-    let style = ("sans-serif", f64::from(TEXT * FINE) * 1.24)
-        .into_font()
-        .style(FontStyle::Bold)
-        .color(&TEXT_COLOUR)
-        .pos(Pos::new(HPos::Left, VPos::Center));
-    let text = Text::new(title.to_owned(), (8 * FINE, HEAD / 2 * FINE), style);
-    area.draw(&text).map_err(said)
-}
-
-/// Text of a size in units of the page; the library divides by what it takes for the height of a line.
-pub(super) fn text_style(size: i32) -> TextStyle<'static> {
-    ("sans-serif", f64::from(size * FINE) * 1.24)
-        .into_font()
-        .color(&TEXT_COLOUR)
-}
-
-/// A number at an axis: with the digits that tell it from the next, and none that rounding left.
-pub(super) fn tick(value: f64, [low, high]: [f64; 2], log: bool) -> String {
-    let span = high - low;
-    if log || value.abs() >= 1e6 || span < 1e-6 {
-        return digits(value, 6);
-    }
-    // A step is a twelfth of the axis at least.
-    let decimals = (12.0 / span).log10().ceil().max(0.0) as usize;
-    let text = format!("{value:.decimals$}");
-    let rounded: f64 = text.parse().unwrap_or(value);
-    digits(rounded, 12)
 }

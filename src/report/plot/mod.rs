@@ -3,15 +3,16 @@
 //! Nothing in a drawing has a colour of its own: strokes and fills are classes, so that the page around it gives them colours for
 //! light and dark, and [`Drawing::standalone`] those of paper.
 
+mod axis;
 mod chart;
 mod map;
 
-use plotters::style::RGBColor;
+use maud::{Markup, PreEscaped, html};
 
-pub use chart::{Axis, BEFORE_ZERO, Chart, Curve, LONGEST_BAR, Mark};
+pub use axis::Axis;
+pub use chart::{BEFORE_ZERO, Band, Chart, Curve, LONGEST_BAR, Mark};
 pub use map::{Map, NOTHING, Scale};
 
-use super::html::escaped;
 use super::text::visible;
 
 /// Styles of curves: states of wear, then runs.
@@ -41,36 +42,14 @@ pub fn style_of_state(place: usize, states: usize) -> usize {
     }
 }
 
-/// Units of a drawing to one of the page: the drawing library places things at whole units.
-const FINE: i32 = 4;
 /// Width of a drawing, in units of the page.
-pub const WIDTH: i32 = 480;
+pub const WIDTH: f64 = 480.0;
+/// Height of the heading.
+const HEAD: f64 = 26.0;
 /// Size of its text.
-const TEXT: i32 = 14;
+const TEXT: f64 = 14.0;
 /// Mean width of a letter of it, about.
 const LETTER: f64 = 0.54;
-
-/// What the drawing library is given in place of a colour: the class that takes its place.
-const fn class(group: u8, number: u8) -> RGBColor {
-    RGBColor(1, group, number)
-}
-
-const TEXT_COLOUR: RGBColor = class(1, 0);
-const GRID: RGBColor = class(2, 0);
-const AXIS: RGBColor = class(3, 0);
-
-/// The error bars of a style of curve.
-fn bar_colour(style: usize) -> RGBColor {
-    class(4, (style % STYLES) as u8)
-}
-
-/// What is drawn over a map.
-const CUT: RGBColor = class(5, 0);
-
-/// The colour of a style of curve.
-fn style_colour(style: usize) -> RGBColor {
-    class(0, (style % STYLES) as u8)
-}
 
 /// Blue and vermilion of Okabe and Ito for unworn and worn, steps from one to the other between them, and for runs colours that
 /// are neither; darker or lighter where the background wants it, with dashes for who cannot tell them apart.
@@ -84,19 +63,19 @@ const DARK: [&str; STYLES] = [
 ];
 const DASHES: [&str; STYLES] = [
     "none",
-    "36 16",
-    "8 14",
-    "48 14 8 14",
-    "22 12",
-    "30 10 8 10 8 10",
+    "9 4",
+    "2 3.5",
+    "12 3.5 2 3.5",
+    "5.5 3",
+    "7.5 2.5 2 2.5 2 2.5",
     "none",
-    "36 16",
-    "8 14",
-    "48 14 8 14",
-    "22 12",
-    "64 16",
-    "30 10 8 10 8 10",
-    "6 8",
+    "9 4",
+    "2 3.5",
+    "12 3.5 2 3.5",
+    "5.5 3",
+    "16 4",
+    "7.5 2.5 2 2.5 2 2.5",
+    "1.5 2",
 ];
 /// Cells without contact: of no colour of the scale, and not the hatching of what is no part of the joint.
 const EMPTY: &str = "#c3c9ce";
@@ -135,7 +114,7 @@ fn classes(colour: impl Fn(&str) -> String) -> String {
         .collect();
     let [ink, grid, axis] = ["ink", "grid", "axis"].map(colour);
     format!(
-        "{styles}.cut{{stroke:#ffffff;stroke-dasharray:28 14;fill:none}}.empty{{fill:{EMPTY}}}.ink{{fill:{ink}}}.grid{{stroke:{grid}}}.axis{{stroke:{axis};fill:none}}.bar{{opacity:.55}}\n"
+        "{styles}.cut{{stroke:#ffffff;stroke-dasharray:7 3.5;fill:none}}.empty{{fill:{EMPTY}}}.ink{{fill:{ink}}}.grid{{stroke:{grid}}}.axis{{stroke:{axis};fill:none}}.bar{{opacity:.55}}.band{{fill-opacity:.28}}\n"
     )
 }
 
@@ -144,91 +123,36 @@ fn classes(colour: impl Fn(&str) -> String) -> String {
 pub struct Drawing {
     /// What it shows, for who cannot see it.
     pub title: String,
-    size: (u32, u32),
-    body: String,
-    /// Attributes that say which values its places have.
-    data: String,
-}
-
-/// A drawing that could not be made.
-#[derive(Debug, Clone, thiserror::Error)]
-#[error("{0}")]
-pub struct PlotError(String);
-
-fn said(error: impl std::fmt::Display) -> PlotError {
-    PlotError(error.to_string())
+    height: f64,
+    body: Markup,
 }
 
 impl Drawing {
-    /// Takes what the drawing library wrote, and puts classes in the place of its colours.
-    fn of(title: &str, size: (u32, u32), svg: &str) -> Drawing {
-        let begin = svg.find('>').map_or(0, |at| at + 1);
-        let end = svg.rfind("</svg>").unwrap_or(svg.len());
-        // The drawing library escapes labels, but for what XML does not allow at all.
-        let mut body = visible(&svg[begin..end])
-            .replace(" opacity=\"1\"", "")
-            .replace(" font-family=\"sans-serif\"", "")
-            .replace(">\n", ">")
-            .replace("\n</text>", "</text>");
-        let mut replace = |colour: RGBColor, stroke: &str, fill: &str| {
-            let RGBColor(r, g, b) = colour;
-            let colour = format!("#{r:02X}{g:02X}{b:02X}");
-            for (attribute, class) in [("stroke", stroke), ("fill", fill)] {
-                let attribute = format!("{attribute}=\"{colour}\"");
-                body = body.replace(&attribute, &format!("class=\"{class}\""));
-            }
-        };
-        for k in 0..STYLES {
-            replace(style_colour(k), &format!("s{k}"), &format!("c{k}"));
-            replace(bar_colour(k), &format!("bar b{k}"), "bar");
-        }
-        replace(TEXT_COLOUR, "axis", "ink");
-        replace(GRID, "grid", "grid");
-        replace(AXIS, "axis", "axis");
-        replace(CUT, "cut", "cut");
-        Drawing {
-            title: title.to_owned(),
-            size,
-            body,
-            data: String::new(),
-        }
-    }
-
-    /// With an attribute for who points at the drawing.
-    fn with_data(mut self, name: &str, value: &str) -> Drawing {
-        self.data += &format!(" data-{name}=\"{}\"", escaped(value));
-        self
-    }
-
     /// The drawing as a part of a page that has the report's style sheet; `id` is its own in the page.
-    pub fn inline(&self, id: &str) -> String {
-        let (width, height) = self.size;
-        let title = escaped(&self.title);
-        format!(
-            "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-labelledby=\"{id}\" font-family=\"sans-serif\"{}>\
-             <title id=\"{id}\">{title}</title>{}</svg>",
-            self.data, self.body
-        )
+    pub fn inline(&self, id: &str) -> Markup {
+        html! {
+            svg viewBox={ "0 0 " (WIDTH) " " (two(self.height)) } role="img" aria-labelledby=(id) font-family="sans-serif" {
+                title id=(id) { (visible(&self.title)) }
+                (self.body)
+            }
+        }
     }
 }
 
 /// Drawings beside and below each other as a file of their own, on white; two in a row at most.
 pub fn standalone(title: &str, drawings: &[Drawing]) -> String {
-    let columns = drawings.len().min(2);
-    let (mut top, mut parts) = (0, String::new());
-    for row in drawings.chunks(columns.max(1)) {
-        let mut left = 0;
-        for drawing in row {
-            let (width, height) = drawing.size;
-            parts += &format!(
-                "<svg x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\">{}</svg>\n",
-                drawing.body
-            );
-            left += WIDTH * FINE;
+    let columns = drawings.len().clamp(1, 2);
+    let (mut top, mut parts) = (0.0, Vec::new());
+    for row in drawings.chunks(columns) {
+        for (column, drawing) in row.iter().enumerate() {
+            let left = column as f64 * WIDTH;
+            parts.push(html! {
+                svg x=(left) y=(two(top)) width=(WIDTH) height=(two(drawing.height)) { (drawing.body) }
+            });
         }
-        top += row.iter().map(|d| d.size.1).max().unwrap_or(0) as i32;
+        top += row.iter().map(|d| d.height).fold(0.0, f64::max);
     }
-    let width = WIDTH * FINE * columns as i32;
+    let (width, height) = (WIDTH * columns as f64, two(top));
     let paper = |name: &str| {
         let style = name.strip_prefix('s').and_then(|k| k.parse().ok());
         let colour = match name {
@@ -238,17 +162,63 @@ pub fn standalone(title: &str, drawings: &[Drawing]) -> String {
         };
         colour.to_owned()
     };
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" viewBox=\"0 0 {width} {top}\" font-family=\"sans-serif\">\n\
-         <title>{}</title>\n<style>{}</style>\n<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n{parts}</svg>\n",
-        width / FINE,
-        top / FINE,
-        escaped(title),
-        classes(paper)
-    )
+    let file = html! {
+        svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(height) viewBox={ "0 0 " (width) " " (height) } font-family="sans-serif" {
+            title { (visible(title)) }
+            style { (PreEscaped(classes(paper))) }
+            rect width="100%" height="100%" fill="#ffffff" {}
+            @for part in &parts { (part) }
+        }
+    };
+    file.into_string()
 }
 
 /// Width of a text in units of the page, about.
-fn text_width(text: &str) -> i32 {
-    (text.chars().count() as f64 * LETTER * TEXT as f64).ceil() as i32
+fn text_width(text: &str) -> f64 {
+    (text.chars().count() as f64 * LETTER * TEXT).ceil()
+}
+
+/// A coordinate: a hundredth of a unit is not seen.
+fn two(value: f64) -> f64 {
+    (100.0 * value).round() / 100.0
+}
+
+fn line(class: &str, width: f64, from: [f64; 2], to: [f64; 2]) -> Markup {
+    let ([x1, y1], [x2, y2]) = (from.map(two), to.map(two));
+    html! { line class=(class) stroke-width=(width) x1=(x1) y1=(y1) x2=(x2) y2=(y2) {} }
+}
+
+/// A line through points.
+fn polyline(class: &str, width: f64, points: &[[f64; 2]]) -> Markup {
+    let each = points
+        .iter()
+        .map(|[x, y]| format!("{},{}", two(*x), two(*y)));
+    let points = each.collect::<Vec<_>>().join(" ");
+    html! { polyline class=(class) fill="none" stroke-width=(width) points=(points) {} }
+}
+
+fn rect(class: &str, place: [f64; 4]) -> Markup {
+    let [x, y, width, height] = place.map(two);
+    html! { rect class=(class) x=(x) y=(y) width=(width) height=(height) {} }
+}
+
+/// A text whose middle line is at a height: `start`, `middle` or `end` of it is at the place.
+fn text(text: &str, at: [f64; 2], anchor: &str) -> Markup {
+    let [x, y] = at.map(two);
+    html! { text class="ink" x=(x) y=(y) dy=".35em" font-size=(TEXT) text-anchor=(anchor) { (visible(text)) } }
+}
+
+/// The heading of a drawing.
+fn heading(text: &str) -> Markup {
+    html! { text class="ink" x="8" y=(HEAD / 2.0) dy=".35em" font-size=(TEXT) font-weight="bold" { (visible(text)) } }
+}
+
+/// A text that runs upwards, with its middle at a place.
+fn upwards(text: &str, at: [f64; 2]) -> Markup {
+    let [x, y] = at.map(two);
+    html! {
+        text class="ink" x=(x) y=(y) dy=".35em" font-size=(TEXT) text-anchor="middle" transform={ "rotate(-90 " (x) " " (y) ")" } {
+            (visible(text))
+        }
+    }
 }

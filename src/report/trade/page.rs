@@ -2,9 +2,10 @@
 
 use maud::{DOCTYPE, PreEscaped, html};
 
-use super::super::html::{NONE, table};
 use super::super::quantity::digits;
+use super::super::table::table;
 use super::super::text;
+use super::super::text::NONE;
 use super::chart::{Chart, FLOOR, Point};
 use super::findings::CONVERGED;
 use super::scenes::{InBar, Miss, Tally, misses, tallies};
@@ -163,7 +164,7 @@ impl Page {
                     div class="wide" { (self.chart.svg(false)) }
                     @for sheet in &self.sheets {
                         @if !sheet.heading.is_empty() { h2 { (sheet.heading) } }
-                        div class={ "names" (sheet.names) } { (PreEscaped(table(&sheet.head, &sheet.rows, true))) }
+                        div class={ "names" (sheet.names) } { (table(&sheet.head, &sheet.rows, true)) }
                     }
                     @for (heading, items) in self.lists() {
                         h2 { (heading) }

@@ -6,10 +6,10 @@ use maud::{Markup, html};
 
 use super::numbers::{Beside, beside};
 use super::{CLAIMS, Claim, Evidence, Finding, Kind, Verdict};
-use crate::report::html::NONE;
 use crate::report::output::replace;
 use crate::report::quantity::number;
 use crate::report::table::table as html_table;
+use crate::report::text::NONE;
 use crate::report::text::{self, cell};
 use crate::report::{ReportError, RunTables, Section};
 use crate::tables::{Provenance, Table, TableError, TableName, TypedTable, to_parquet, typed};
