@@ -110,6 +110,12 @@ fn scale_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     Some([at(OUTERMOST), at(1.0 - OUTERMOST)])
 }
 
+/// The upper end of a map's colours of what is zero in most cells: those do not count, so that a few that bear or are worn are seen.
+fn top_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+    let above = values.into_iter().filter(|value| **value > 0.0);
+    scale_of(above).map(|[_, top]| top)
+}
+
 /// Part of the values, at either end, beyond the colours of a map.
 const OUTERMOST: f64 = 1e-3;
 

@@ -5,7 +5,7 @@ use super::super::plot::{Axis, Chart, Curve, NOTHING, Scale, UNWORN, WORN};
 use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
 use super::course::labelled;
 use super::surface::{map, titled, told};
-use super::{Figure, Of, Study, range_of, scale_of};
+use super::{Figure, Of, Study, range_of, top_of};
 use crate::tables::TableName;
 
 /// Classes of the histogram, ten a decade.
@@ -13,7 +13,7 @@ const CLASSES: usize = 40;
 /// Decades of pressure that it shows.
 const DECADES: f64 = 4.0;
 /// What the colours of the map tell apart, from this part of the largest pressure: what is below does not count as loaded.
-const LOADED: f64 = 1e-3;
+pub const LOADED: f64 = 1e-3;
 
 /// Maps of a single run; of several runs the first and the last state each.
 const STATES: usize = 4;
@@ -56,8 +56,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     // All in the same colours.
-    let top = scale_of(states.iter().flat_map(|(_, _, field)| field));
-    let top = top.map_or(0.0, |[_, top]| top);
+    let top = top_of(states.iter().flat_map(|(_, _, field)| field)).unwrap_or(0.0);
     for (run, k, field) in states {
         let contact: Vec<f64> = field
             .iter()

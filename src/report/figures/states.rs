@@ -3,16 +3,15 @@
 use super::super::ReportError;
 use super::super::plot::{NOTHING, Scale};
 use super::super::quantity::{LENGTH, PRESSURE};
+use super::pressure::LOADED;
 use super::surface::{map, titled};
-use super::{Figure, Study, scale_of};
+use super::{Figure, Study, top_of};
 use crate::tables::TableName;
 
 /// Most states of a run.
 const MOST: usize = 8;
 /// Cells along a side of a picture: so many are small ones.
 const FINEST: usize = 128;
-/// The least pressure with a colour of its own, in parts of the largest.
-const LOADED: f64 = 1e-3;
 
 /// Pressure and worn depth at some kept iterations, from the unworn joint to the last; none of several runs, and where nothing wears.
 pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
@@ -33,13 +32,13 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
         );
     }
     let ranges = (
-        scale_of(states.iter().flat_map(|(_, pressure, _)| pressure)),
-        scale_of(states.iter().flat_map(|(.., depth)| depth)),
+        top_of(states.iter().flat_map(|(_, pressure, _)| pressure)),
+        top_of(states.iter().flat_map(|(.., depth)| depth)),
     );
-    let (Some([_, top]), Some([_, deepest])) = ranges else {
+    let (Some(top), Some(deepest)) = ranges else {
         return Ok(None);
     };
-    if states.len() < 3 || deepest <= 0.0 || top <= 0.0 {
+    if states.len() < 3 {
         return Ok(None);
     }
     let (mut drawings, mut names) = (Vec::new(), Vec::new());

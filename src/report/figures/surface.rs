@@ -4,7 +4,7 @@ use super::super::ReportError;
 use super::super::plot::{Curve, Map, Scale, WORN};
 use super::super::quantity::{self, LENGTH, in_unit, shown, unit_of};
 use super::course::labelled;
-use super::{Figure, Of, Study, range_of, scale_of, section, widened};
+use super::{Figure, Of, Study, range_of, scale_of, section, top_of, widened};
 use crate::tables::TableName;
 
 /// One millimetre \[m\].
@@ -162,7 +162,7 @@ fn wear_map(
     const ID: &str = "wear-map";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     let all = fields.iter().flat_map(|(_, depth)| depth);
-    let top = scale_of(all).map_or(0.0, |[_, top]| top);
+    let top = top_of(all).unwrap_or(0.0);
     let unit = unit_of(LENGTH, top);
     for (run, depth) in fields {
         let (Some((cells, size)), Some([_, most])) = (run.grid(), range_of(depth)) else {
