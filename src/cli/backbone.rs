@@ -362,7 +362,7 @@ fn found(inputs: &Inputs, wear_iteration: u64, cycles: u64, backbone: Backbone) 
     }
 }
 
-/// Half range of the drive of a scene \[N\].
+/// Half range of the drive of a scene \[N\], which has a range for resonances.
 fn drive_of(recipe: &Recipe, path: &Path) -> Result<f64, CliError> {
     let response = recipe.response.as_ref();
     let forces = response.map_or(&[][..], |response| &response.forces);
@@ -370,8 +370,11 @@ fn drive_of(recipe: &Recipe, path: &Path) -> Result<f64, CliError> {
         .iter()
         .find(|force| force.harmonic == 1 && force.amplitude > 0.0);
     let path = path.to_owned();
-    let drive = drive.ok_or(CliError::NothingVibrates { path })?;
-    Ok(drive.amplitude)
+    match (drive, response.and_then(|response| response.frequency)) {
+        (None, _) => Err(CliError::NothingVibrates { path }),
+        (Some(_), None) => Err(CliError::NoRange { path }),
+        (Some(drive), Some(_)) => Ok(drive.amplitude),
+    }
 }
 
 /// The levels asked for; what is not said follows from the drive of the scene.

@@ -120,6 +120,11 @@ pub enum CliError {
     )]
     NothingVibrates { path: PathBuf },
     #[error(
+        "{} gives dynamics.at without dynamics.frequency: give dynamics.frequency too, the range in which the resonances of the backbone are looked for",
+        path.display()
+    )]
+    NoRange { path: PathBuf },
+    #[error(
         "the backbone is to begin at {from} N and to end at {to} N; --from must be less than --to (without them: a thousandth of the scene's force, and twice it)"
     )]
     Levels { from: f64, to: f64 },
@@ -246,6 +251,7 @@ impl CliError {
             | CliError::NothingReduced { .. }
             | CliError::NothingToDraw { .. }
             | CliError::NothingVibrates { .. }
+            | CliError::NoRange { .. }
             | CliError::Levels { .. }
             | CliError::Level { .. }
             | CliError::OverLevels { .. }

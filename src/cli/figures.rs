@@ -37,9 +37,10 @@ const FRICTION: &str = "friction of a cycle";
 /// All figures, in the order in which they are printed. Resonance and amplitude are those with the state's own contact elements where it
 /// has such a response, as in a report; else those of the vibration that drives the wear.
 #[rustfmt::skip]
-pub const FIGURES: [Figure; 14] = [
+pub const FIGURES: [Figure; 15] = [
     figure(("resonance", quantity::FREQUENCY), JointState::resonance, |s| s.error_resonance_frequency),
-    figure(("amplitude at resonance", quantity::LENGTH), |s| s.response.as_ref().map(|r| r.resonance_amplitude), |s| s.error_peak_amplitude),
+    figure(("amplitude at resonance", quantity::LENGTH), |s| s.response.as_ref()?.resonance_amplitude, |s| s.error_peak_amplitude),
+    figure(("amplitude at dynamics.at", quantity::LENGTH), JointState::forced_amplitude, |s| s.error_peak_amplitude),
     figure(("largest amplitude", quantity::LENGTH), JointState::driving_amplitude, |s| s.error_peak_amplitude),
     figure(("worn volume", quantity::VOLUME), |s| s.summary.wear_volume, |s| s.error_wear_volume),
     figure(("wear rate", quantity::VOLUME_RATE), |s| s.summary.wear_rate, |s| s.error_dissipated_energy),
@@ -149,7 +150,10 @@ pub fn write_figures(out: &mut Results, ends: &RunEnds) {
         let in_words = |value: f64, units| in_unit(value, quantity::unit_of(units, value));
         let driving = [
             resonance_frequency.map(|value| in_words(value, quantity::FREQUENCY)),
-            peak_amplitude.map(|value| format!("{} at most", in_words(value, quantity::LENGTH))),
+            peak_amplitude.map(|value| match resonance_frequency {
+                Some(_) => format!("{} at most", in_words(value, quantity::LENGTH)),
+                None => in_words(value, quantity::LENGTH),
+            }),
             Some("with the contact elements of the last update".to_owned()),
         ];
         let driving: Vec<String> = driving.into_iter().flatten().collect();

@@ -28,8 +28,11 @@ pub enum Form {
 fn no_phase_resonance(summary: &Map<String, Value>, plan: &Plan) -> Option<String> {
     let is_there = |key: &str| summary.get(key).is_some_and(|value| !value.is_null());
     let response = plan.inputs.recipe.response.as_ref()?;
+    let range = response
+        .frequency
+        .filter(|_| response.at_frequency.is_none())?;
     let is_absent = is_there("peak_frequency") && !is_there("resonance_frequency");
-    is_absent.then(|| no_phase_resonance_between(response.frequency))
+    is_absent.then(|| no_phase_resonance_between(range))
 }
 
 /// Prints what a run left.

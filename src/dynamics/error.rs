@@ -83,14 +83,16 @@ pub enum DynamicsError {
         /// Frequency of the harmonic \[Hz\].
         frequency: f64,
     },
-    /// A mode within the range of the drive that the reduced structure does not keep.
+    /// A mode up to the frequency of the drive that the reduced structure does not keep.
     #[error(
-        "a mode at {frequency:.1} Hz or below is within dynamics.frequency, up to {to:.1} Hz, and beyond the modes that are kept: raise dynamics.modes"
+        "{key} reaches {to:.1} Hz, and a mode at {frequency:.1} Hz or below is beyond the modes that are kept: raise dynamics.modes, or lower {key}"
     )]
     CutOff {
+        /// The key that gives the frequency of the drive.
+        key: &'static str,
         /// Upper bound of its frequency \[Hz\].
         frequency: f64,
-        /// End of the range \[Hz\].
+        /// Frequency of the drive, the largest of a range \[Hz\].
         to: f64,
     },
     /// A mean force that nothing holds.

@@ -122,7 +122,8 @@ pub struct OverRange<'a> {
 
 impl Vibration {
     /// The resonance of contact elements that stay as they are, and the forced response, whose highest point is the peak where there is no phase
-    /// resonance or where it is above the peak beside that. Harmonics are extended as by [`Vibration::resolve`].
+    /// resonance or where it is above the peak beside that. Harmonics are extended as by [`Vibration::resolve`]. At a given frequency there is no peak, and
+    /// the points are not computed.
     ///
     /// # Errors
     /// That of the resonance where the forced response has no point.
@@ -132,6 +133,10 @@ impl Vibration {
         tolerance: Option<f64>,
     ) -> Result<OverRange<'_>, DynamicsError> {
         let mut known = self.resolve(elements.clone(), None, tolerance);
+        if self.at_omega.is_some() {
+            let points = None;
+            return known.map(|resolved| OverRange { resolved, points });
+        }
         loop {
             let harmonics = match &known {
                 Ok(resolved) => resolved.balance.harmonics().clone(),

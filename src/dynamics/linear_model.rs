@@ -106,17 +106,19 @@ impl SecondOrder {
         self
     }
 
-    /// Asks that no pseudo-mode, whose frequency is an upper bound of that of a mode left out, lies up to an angular frequency.
+    /// Asks that no pseudo-mode, whose frequency is an upper bound of that of a mode left out, lies up to an angular frequency \[rad/s\], which
+    /// `key` gives.
     ///
     /// # Errors
     /// [`DynamicsError::CutOff`].
-    pub fn require_modes_up_to(&self, omega: f64) -> Result<(), DynamicsError> {
+    pub fn require_modes_up_to(&self, omega: f64, key: &'static str) -> Result<(), DynamicsError> {
         let n = self.mass.rows();
         let squares =
             (n - self.static_coordinates..n).map(|r| self.stiffness.at(r, r) / self.mass.at(r, r));
         let lowest = squares.fold(f64::INFINITY, f64::min).sqrt();
         match lowest <= omega {
             true => Err(DynamicsError::CutOff {
+                key,
                 frequency: lowest / TAU,
                 to: omega / TAU,
             }),

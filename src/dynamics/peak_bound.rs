@@ -21,7 +21,7 @@ const UNDAMPED: f64 = 1e-12;
 const ROUNDING: f64 = 1e-9;
 
 impl Vibration {
-    /// Amplitude of the first harmonic at the response port \[m\] that no motion with the period of the drive exceeds anywhere in the range; none where
+    /// Amplitude of the first harmonic at the response port \[m\] that no motion with the period of the drive exceeds at the given frequency, or else anywhere in the range; none where
     /// damping does not limit it, as a load or the response is along what is not damped, and of a model with a residual.
     pub(super) fn peak_bound(&self) -> Option<f64> {
         let damping = DampingRates::of(&self.model)?;
@@ -30,7 +30,7 @@ impl Vibration {
         let of = |loads: &[Load], power: i32| -> Option<f64> {
             Some(velocity(&port, &damping.forces(loads, power, &shares)?))
         };
-        let (low, high) = self.range;
+        let (low, high) = self.at_omega.map_or(self.range, |omega| (omega, omega));
         // What both kinds of loads move is no more than what each moves by itself; the second grows with the square of frequency.
         Some(of(&self.loads, 0)? / low + of(&self.inertial_loads, 2)? * high)
     }

@@ -85,7 +85,7 @@ pub struct Resolved<'a> {
 }
 
 impl Vibration {
-    /// The resonance with these contact elements, from a response in some harmonics if there is one; with the harmonics of the
+    /// The resonance with these contact elements, or the response at the given frequency, from a response in some harmonics if there is one; with the harmonics of the
     /// vibration, or those of the start if they are more. With a `tolerance` they are extended until the estimated errors of
     /// amplitude and dissipation are within it, up to order 31.
     ///
@@ -125,10 +125,9 @@ impl Vibration {
             let resonance = self.resonance(&balance, start.as_ref())?;
             return self.extended(balance, resonance, tolerance);
         }
-        let phase = balance.phase_resonance(self.range, start.as_ref())?;
-        let iterations = phase.iterations;
+        let response = self.response_in_force(&balance, start.as_ref())?;
         Ok(Resolved {
-            resonance: self.resonance_of(&balance, Some(phase.clone()), phase, iterations)?,
+            resonance: self.without_peak(&balance, response)?,
             balance,
             truncation: Truncation::UNKNOWN,
             vibration: self,
@@ -183,7 +182,7 @@ impl Vibration {
         Ok(resolved)
     }
 
-    /// A start for many harmonics: the phase resonance in the lowest, which is found at a small part of the cost.
+    /// A start for many harmonics: the response in force in the lowest, which is found at a small part of the cost.
     fn start_in_few(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Start> {
         let orders = balance.harmonics().orders();
         let loads = || self.loads.iter().chain(&self.inertial_loads);
@@ -194,7 +193,7 @@ impl Vibration {
             return None;
         }
         let first = self.balance_of(balance.elements().to_vec(), few).ok()?;
-        let response = first.phase_resonance(self.range, None).ok()?;
+        let response = self.response_in_force(&first, None).ok()?;
         Some(
             response
                 .start()
@@ -215,13 +214,14 @@ impl Resolved<'_> {
     /// # Errors
     /// Those of [`Vibration::resonance`].
     pub fn completed(self) -> Result<Self, DynamicsError> {
-        match (self.is_open, &self.resonance.phase) {
-            (true, Some(phase)) => {
-                let resonance = self.vibration.beside(&self.balance, phase.clone())?;
-                self.vibration.extended(self.balance, resonance, None)
-            }
-            _ => Ok(self),
+        if !self.is_open {
+            return Ok(self);
         }
+        let resonance = match &self.resonance.phase {
+            Some(phase) => self.vibration.beside(&self.balance, phase.clone())?,
+            None => self.resonance,
+        };
+        self.vibration.extended(self.balance, resonance, None)
     }
 
     /// Estimates the errors by harmonics left out, from the resonance with the harmonics [`Harmonics::beyond`]; those harmonics and that resonance.

@@ -22,7 +22,9 @@ pub struct Vibration {
     pub harmonics: Harmonics,
     /// Accuracy and effort.
     pub settings: Settings,
-    /// Angular frequencies between which the resonance lies \[rad/s\].
+    /// Angular frequency of the response in force \[rad/s\]; none: that of the phase resonance.
+    pub at_omega: Option<f64>,
+    /// Angular frequencies between which the resonance lies, and those of the forced response \[rad/s\].
     pub range: (f64, f64),
     /// Equidistant points of the forced response over it; none: as continuation places them.
     pub points: Option<usize>,
@@ -32,7 +34,7 @@ pub struct Vibration {
     pub journal: Journal,
 }
 
-/// What a resonance is.
+/// What a response in force or a peak is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResonanceKind {
     /// A displacement 90° behind the drive.
@@ -41,6 +43,8 @@ pub enum ResonanceKind {
     Peak,
     /// A first harmonic that is largest at an end of the range or of a branch.
     End,
+    /// The response at the given frequency, [`Vibration::at_omega`].
+    Forced,
 }
 
 impl ResonanceKind {
@@ -50,6 +54,7 @@ impl ResonanceKind {
             ResonanceKind::PhaseResonance => "phase_resonance",
             ResonanceKind::Peak => "peak",
             ResonanceKind::End => "end",
+            ResonanceKind::Forced => "forced",
         }
     }
 }
@@ -57,7 +62,7 @@ impl ResonanceKind {
 /// The resonance of a structure with its contact elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resonance {
-    /// The response whose displacement at the drive is 90° behind it; none where the range has none.
+    /// The response whose displacement at the drive is 90° behind it; none where the range has none, and at a given frequency.
     pub phase: Option<Response>,
     /// The response port.
     pub port: usize,
@@ -67,9 +72,9 @@ pub struct Resonance {
     pub peak_frequency: f64,
     /// That harmonic \[m\].
     pub peak_amplitude: f64,
-    /// The response there.
+    /// The response there; that at the given frequency, if there is one.
     pub peak: Response,
-    /// Whether it is a peak, or an end of the range or of a branch.
+    /// Whether it is a peak, an end of the range or of a branch, or the response at the given frequency.
     pub peak_kind: ResonanceKind,
     /// Whether the peak is the one beside the phase resonance.
     pub is_beside: bool,
@@ -186,17 +191,48 @@ impl Vibration {
         )?)
     }
 
-    /// Phase resonance, from `start` if there is one, and the peak beside it.
+    /// The response in force, from `start` if there is one: that at the given frequency, or else that of the phase resonance.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::phase_resonance`] and [`HarmonicBalance::peak`].
+    /// Those of [`HarmonicBalance::solve`] and [`HarmonicBalance::phase_resonance`].
+    pub(super) fn response_in_force(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        start: Option<&Start>,
+    ) -> Result<Response, DynamicsError> {
+        match self.at_omega {
+            Some(omega) => balance
+                .solve(omega, start)
+                .or_else(|error| self.by_easing(balance, omega).ok_or(error)),
+            None => balance.phase_resonance(self.range, start),
+        }
+    }
+
+    /// A response in force as it is before a peak was looked for.
+    pub(super) fn without_peak(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        response: Response,
+    ) -> Result<Resonance, DynamicsError> {
+        let iterations = response.iterations;
+        let phase = self.at_omega.is_none().then(|| response.clone());
+        self.resonance_of(balance, phase, response, iterations)
+    }
+
+    /// Phase resonance, from `start` if there is one, and the peak beside it; the response at the given frequency, if there is one.
+    ///
+    /// # Errors
+    /// Those of [`HarmonicBalance::phase_resonance`], [`HarmonicBalance::peak`] and [`HarmonicBalance::solve`].
     pub fn resonance(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         start: Option<&Start>,
     ) -> Result<Resonance, DynamicsError> {
-        let phase = balance.phase_resonance(self.range, start)?;
-        self.beside(balance, phase)
+        let response = self.response_in_force(balance, start)?;
+        match self.at_omega {
+            Some(_) => self.without_peak(balance, response),
+            None => self.beside(balance, response),
+        }
     }
 
     /// A phase resonance and the peak beside it.
@@ -248,6 +284,9 @@ impl Vibration {
         phase: Option<&Start>,
         peak: &Start,
     ) -> Result<Resonance, DynamicsError> {
+        if let Some(omega) = self.at_omega {
+            return self.without_peak(balance, balance.solve_near(omega, peak)?);
+        }
         let near = |phase: &Start| balance.phase_resonance_near(self.range, phase);
         let phase = phase.map(near).transpose()?;
         let peak = match balance.peak(self.response_port, self.range, peak) {
@@ -280,9 +319,10 @@ impl Vibration {
             amplitude,
             peak_frequency: peak.frequency(),
             peak_amplitude: size(&peak)?.0,
-            peak_kind: match self.is_at_end(peak.omega) {
-                true => ResonanceKind::End,
-                false => ResonanceKind::Peak,
+            peak_kind: match (self.at_omega, self.is_at_end(peak.omega)) {
+                (Some(_), _) => ResonanceKind::Forced,
+                (None, true) => ResonanceKind::End,
+                (None, false) => ResonanceKind::Peak,
             },
             is_beside: phase.is_some() && !self.is_at_end(peak.omega),
             branch: None,

@@ -113,8 +113,12 @@ pub struct Response {
     pub rayleigh: Option<Rayleigh>,
     /// Of which structure the damped modes are.
     pub damping_basis: DampingBasis,
-    /// Range in which the resonance is looked for and the forced response is computed \[Hz\].
-    pub frequency: [f64; 2],
+    /// Frequency of the response that moves the joint \[Hz\]; none: that of the phase resonance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_frequency: Option<f64>,
+    /// Range in which the resonance is looked for and the forced response is computed \[Hz\]; none with a given frequency, without a forced response.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency: Option<[f64; 2]>,
     /// Equidistant points of the forced response; none: as continuation places them.
     pub points: Option<usize>,
     /// The reasons.
@@ -134,6 +138,11 @@ impl Recipe {
 }
 
 impl Response {
+    /// The frequencies that the response in force may have \[Hz\]: the given one, or the range of the resonance.
+    pub fn frequencies_in_force(&self) -> Option<[f64; 2]> {
+        self.at_frequency.map(|at| [at, at]).or(self.frequency)
+    }
+
     /// Says which harmonics there are.
     pub(super) fn tell(&self, told: &mut Told) {
         let orders = &self.harmonics;
@@ -165,9 +174,14 @@ impl Response {
                 seen,
             );
         }
-        let points = match self.points {
-            Some(points) => format!("at {points} frequencies"),
-            None => "as continuation places its points".to_owned(),
+        if let Some(frequency) = self.at_frequency {
+            let at = format!("forced, at {frequency} Hz");
+            told.add("response in force", at, "dynamics.at");
+        }
+        let points = match (self.frequency, self.points) {
+            (None, _) => "none".to_owned(),
+            (_, Some(points)) => format!("at {points} frequencies"),
+            (_, None) => "as continuation places its points".to_owned(),
         };
         told.add("forced response", points, self.why.of("points"));
     }

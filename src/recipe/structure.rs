@@ -450,7 +450,12 @@ impl Structure {
                     springs,
                 };
                 let model = reduced_model(reduced, &numbers, damping)?;
-                model.require_modes_up_to(TAU * response.frequency[1])?;
+                if let Some([_, to]) = response.frequency {
+                    model.require_modes_up_to(TAU * to, "dynamics.frequency")?;
+                }
+                if let Some(at) = response.at_frequency {
+                    model.require_modes_up_to(TAU * at, "dynamics.at")?;
+                }
                 (model, Some(reduced.ports.contact_ports()))
             }
         };
@@ -486,6 +491,10 @@ impl Structure {
                 BaseMotion::Displacement(_) => inertial_loads.push(load),
             }
         }
+        let [from, to] = response
+            .frequency
+            .or(response.frequencies_in_force())
+            .expect("a scene has a range or a frequency");
         Ok(Vibration {
             loads,
             inertial_loads,
@@ -495,7 +504,8 @@ impl Structure {
                 samples: response.samples,
                 ..Settings::default()
             },
-            range: (response.frequency[0] * TAU, response.frequency[1] * TAU),
+            at_omega: response.at_frequency.map(|at| at * TAU),
+            range: (from * TAU, to * TAU),
             points: response.points,
             gauge: Gauge::default(),
             journal: Journal::default(),

@@ -109,9 +109,12 @@ fn vibration(study: &Study, run: &Of) -> Result<Vec<String>, ReportError> {
             Some([*values.first()?, *values.last()?])
         }
     };
-    let amplitude = match &own {
-        Some(_) => "amplitude at resonance",
-        None => "largest amplitude",
+    let response = run.tables.recipe().response.as_ref();
+    let at = response.and_then(|response| response.at_frequency);
+    let amplitude = match (&own, at) {
+        (Some(_), _) => "amplitude at resonance".to_owned(),
+        (None, Some(at)) => format!("amplitude at {}", quantity::shown(at, FREQUENCY)),
+        (None, None) => "largest amplitude".to_owned(),
     };
     let told = [
         (
@@ -120,7 +123,7 @@ fn vibration(study: &Study, run: &Of) -> Result<Vec<String>, ReportError> {
             FREQUENCY,
             (|r| r.frequency) as fn(&Resonance) -> f64,
         ),
-        ("peak_amplitude", amplitude, LENGTH, |r| r.amplitude),
+        ("peak_amplitude", &*amplitude, LENGTH, |r| r.amplitude),
     ];
     let each = told
         .into_iter()

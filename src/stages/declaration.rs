@@ -67,7 +67,11 @@ impl Declaration {
 
     /// True if a run of this recipe has the stage.
     pub fn is_in(&self, recipe: &Recipe) -> bool {
-        is_in(recipe, self.writes[0])
+        match self.stage {
+            // The worn response of a joint, the forced response over a range, or both.
+            Stage::ForcedResponse => self.writes_in(recipe).next().is_some(),
+            _ => is_in(recipe, self.writes[0]),
+        }
     }
 }
 
@@ -111,11 +115,11 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::ContactElement | TableName::JointCycle => {
             vibrates && recipe.elements().is_some()
         }
-        TableName::Response
-        | TableName::DynamicResponse
-        | TableName::Resonance
-        | TableName::Frf
-        | TableName::FrfHarmonic => vibrates,
+        TableName::Response | TableName::DynamicResponse | TableName::Resonance => vibrates,
+        TableName::Frf | TableName::FrfHarmonic => {
+            let response = recipe.response.as_ref();
+            vibrates && response.is_some_and(|response| response.frequency.is_some())
+        }
         TableName::ReferenceElement
         | TableName::ModelUpdate
         | TableName::WornResponse

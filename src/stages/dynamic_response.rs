@@ -22,7 +22,8 @@ use crate::recipe::Layout;
 use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
 
-/// The steady vibration at resonance, [A eq. 2.1–2.2]: computed where the contact elements are new, else that of the iteration before.
+/// The steady vibration at resonance, [A eq. 2.1–2.2], or at a given frequency: computed where the contact elements are new, else that of the
+/// iteration before.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::DynamicResponse,
     when: When::Always,
@@ -116,7 +117,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// The response to other elements, of the resonance that `start` is at.
+/// The response to other elements, of the resonance that `start` is at, or at the given frequency.
 pub fn resolved_in_force<'a>(
     vibration: &'a Vibration,
     elements: Vec<ContactElement>,
@@ -124,7 +125,7 @@ pub fn resolved_in_force<'a>(
     tolerance: Option<f64>,
 ) -> Result<Resolved<'a>, DynamicsError> {
     let resolved = vibration.resolve_in_force(elements, start, tolerance)?;
-    if let Some((_, start)) = start {
+    if let (Some((_, start)), None) = (start, vibration.at_omega) {
         start.require_same_resonance(resolved.resonance.in_force())?;
     }
     Ok(resolved)
@@ -148,7 +149,11 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
         }
         // The forced response has an answer all the same, or says why it has none.
         Err(error) if error.is_not_converged() => {
-            outputs.notice(format!("dynamics.frequency: {error}"));
+            let key = match vibration.at_omega {
+                Some(_) => "dynamics.at",
+                None => "dynamics.frequency",
+            };
+            outputs.notice(format!("{key}: {error}"));
             match has_contact {
                 true => outputs.put(&element_table(&layout(reads), &parameters, None)),
                 false => Ok(()),
@@ -272,7 +277,8 @@ fn row(
         viscous_energy: energy.viscous,
         error_energy: energy.imbalance(),
         highest_harmonic: i64::from(balance.harmonics().highest()),
-        error_resonance_frequency: truncation.frequency,
+        error_resonance_frequency: (resonance.peak_kind != ResonanceKind::Forced)
+            .then_some(truncation.frequency),
         error_peak_amplitude: truncation.amplitude,
         error_friction_energy: truncation.friction_energy,
         iterations: resonance.iterations as i64,
@@ -289,7 +295,7 @@ fn row(
     }
 }
 
-/// The phase resonance and the peak, the stronger first.
+/// The phase resonance and the peak, the stronger first, or the response at the given frequency.
 fn resonance_table(
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,

@@ -183,13 +183,11 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             cycle.dissipated_energy,
         );
         own = cycle.error_cycle + response.error_friction_energy + closure;
-        let errors = [
-            response.error_resonance_frequency,
-            response.error_peak_amplitude,
-        ];
         of_vibration = [
-            followed(|s| s.resonance_frequency, since, errors[0]),
-            followed(|s| s.peak_amplitude, since, errors[1]),
+            response
+                .error_resonance_frequency
+                .and_then(|own| followed(|s| s.resonance_frequency, since, own)),
+            followed(|s| s.peak_amplitude, since, response.error_peak_amplitude),
         ];
     }
     let energy = |s: &Summary| s.dissipated_energy;

@@ -12,7 +12,7 @@ use super::stage::{Stage, When};
 use super::told::tell_missed;
 use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
 use crate::dynamics::{
-    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resonance, Vibration,
+    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resonance, Response, Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Part;
@@ -78,7 +78,10 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         }
     };
     let kept = solvers.forced_response.take();
-    forced_response(reads, &vibration, balance, kept, &mut outputs)?;
+    let response = reads.recipe.response.as_ref();
+    if response.is_some_and(|response| response.frequency.is_some()) {
+        forced_response(reads, &vibration, balance, kept, &mut outputs)?;
+    }
     Ok(outputs)
 }
 
@@ -106,7 +109,10 @@ fn worn(
         }),
     };
     let (balance, resonance) = found.map_err(|source| failed(reads, source))?;
-    let same = start.require_same_resonance(resonance.in_force());
+    let same = match vibration.at_omega {
+        Some(_) => Ok(()),
+        None => start.require_same_resonance(resonance.in_force()),
+    };
     match same {
         Err(lost) => outputs.notice(format!("the worn joint: {lost}")),
         Ok(()) => outputs.put(&row(&resonance))?,
@@ -118,8 +124,8 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
     let phase = resonance.in_force();
     let energy = phase.energy;
     typed::WornResponse {
-        resonance_frequency: phase.frequency(),
-        resonance_amplitude: resonance.amplitude,
+        resonance_frequency: resonance.phase.as_ref().map(Response::frequency),
+        resonance_amplitude: resonance.phase.as_ref().map(|_| resonance.amplitude),
         peak_frequency: resonance.peak_frequency,
         peak_amplitude: resonance.peak_amplitude,
         input_energy: energy.input,

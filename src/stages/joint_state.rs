@@ -20,8 +20,15 @@ impl JointState {
     pub fn resonance(&self) -> Option<f64> {
         let own = self.response.as_ref();
         own.map_or(self.summary.resonance_frequency, |own| {
-            Some(own.resonance_frequency)
+            own.resonance_frequency
         })
+    }
+
+    /// The amplitude at a given frequency with its own contact elements \[m\]; `None` where the state has no such response.
+    pub fn forced_amplitude(&self) -> Option<f64> {
+        let own = self.response.as_ref();
+        let own = own.filter(|own| own.resonance_frequency.is_none());
+        own.map(|own| own.peak_amplitude)
     }
 
     /// The largest amplitude of the vibration that drives the wear \[m\]; `None` where the state has its own response.

@@ -70,7 +70,7 @@ fn depth(reader: &RunReader, last: u64, rq: Option<f64>) -> Result<Option<Check>
     }))
 }
 
-/// The natural frequencies beside the range of the drive, of a structure in finite elements.
+/// The natural frequencies beside the frequency or the range of the drive, of a structure in finite elements.
 fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Check>, RunError> {
     let (Some(table), Some(response)) = (
         reader.read_once(TableName::StructureMode)?,
@@ -81,7 +81,13 @@ fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Che
     let Ok(frequencies) = table.f64("frequency") else {
         return Ok(None);
     };
-    let [low, high] = response.frequency;
+    let Some([low, high]) = response.frequencies_in_force() else {
+        return Ok(None);
+    };
+    let drive = match low == high {
+        true => low.to_string(),
+        false => format!("{low} to {high}"),
+    };
     let elastic = || frequencies.iter().copied().filter(|f| *f > 0.0);
     let below = elastic().filter(|f| *f < low).fold(0.0, f64::max);
     let above = elastic()
@@ -98,7 +104,7 @@ fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Che
     Ok(Some(Check {
         what: "natural frequencies",
         value: format!(
-            "{} Hz without the contact's springs, next to the drive of {low} to {high} Hz",
+            "{} Hz without the contact's springs, next to the drive of {drive} Hz",
             each.join(", ")
         ),
         warning: None,

@@ -71,7 +71,9 @@ fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
         peak_amplitude: of(|row| row.peak_amplitude),
         error_dissipated_energy: of(|row| row.error_friction_energy),
         error_dissipated_energy_absolute: of(|row| row.error_friction_energy * friction(row)),
-        error_resonance_frequency: of(|row| row.error_resonance_frequency),
+        error_resonance_frequency: response
+            .as_ref()
+            .and_then(|row| row.error_resonance_frequency),
         error_peak_amplitude: response
             .as_ref()
             .map(|row| error_of_peak(row, forced.as_ref())),

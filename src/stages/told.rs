@@ -85,13 +85,14 @@ pub fn tell_leap(
     before: &typed::DynamicResponse,
     now: &Resonance,
 ) {
-    let (Some(amplitude), false) = (before.resonance_amplitude, now.is_still) else {
+    if now.is_still {
         return;
-    };
+    }
+    let amplitude = before.resonance_amplitude.unwrap_or(before.peak_amplitude);
     let change = now.amplitude / amplitude;
     if change.max(1.0 / change) > LEAP {
         outputs.notice(format!(
-            "iteration {}: with the contact elements of this update the amplitude at resonance goes from {amplitude:.3e} to {:.3e} m; where a smaller \
+            "iteration {}: with the contact elements of this update the amplitude of the response goes from {amplitude:.3e} to {:.3e} m; where a smaller \
              update.stiffness_change does not make smaller steps of it there are two steady responses, and no error bar holds which of them is taken",
             reads.wear_iteration, now.amplitude
         ));
@@ -127,6 +128,9 @@ pub fn tell_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
             "dynamics.response: the structure does not respond there: its amplitude is 0 but for rounding, beside {largest:.1e} m elsewhere; \
              name a direction along which something moves it"
         ));
+        return;
+    }
+    if resonance.peak_kind == ResonanceKind::Forced {
         return;
     }
     let damping = &vibration.model.damping;

@@ -10,6 +10,7 @@ mod continuation;
 mod element;
 mod extremes;
 mod folds;
+mod given_frequency;
 mod harmonics;
 mod kept;
 mod line;
@@ -128,6 +129,7 @@ pub fn vibration(
         response_port: 0,
         harmonics: Harmonics::up_to(highest),
         settings: Settings::default(),
+        at_omega: None,
         range,
         points: None,
         gauge: Default::default(),

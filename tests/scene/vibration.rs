@@ -100,7 +100,8 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         damping_ratio: 0.002,
         rayleigh: None,
         damping_basis: DampingBasis::Stuck,
-        frequency: [900.0, 1050.0],
+        at_frequency: None,
+        frequency: Some([900.0, 1050.0]),
         points: None,
         why: Reasons::default(),
     };
@@ -345,7 +346,8 @@ fn a_ground_that_moves() {
     // The ground is the drive: its axis is that of the response, and of the frequencies.
     assert_eq!(found.at, port("mass", 1));
     let natural = 2e6_f64.sqrt() / TAU;
-    assert!((found.frequency[0] / (0.5 * natural) - 1.0).abs() < ROUNDING);
+    let [from, _] = found.frequency.expect("a range");
+    assert!((from / (0.5 * natural) - 1.0).abs() < ROUNDING);
 
     // One or the other motion, beside forces too; a force of harmonic 1 is then the drive.
     let base = r#"base = { acceleration = "5 m/s^2", direction = "z", harmonic = 4 }"#;
@@ -448,14 +450,46 @@ fn the_frequencies_of_an_oscillator() {
         ),
     ];
     for (text, sets, expected) in cases {
-        let found = dynamics(&scene_of(text, &sets)).frequency;
-        for (found, expected) in found.into_iter().zip(expected) {
+        let scene = scene_of(text, &sets);
+        let range = dynamics(&scene).frequency.expect("a range");
+        for (found, expected) in range.into_iter().zip(expected) {
             assert!(
                 (found / expected - 1.0).abs() < ROUNDING,
                 "{sets:?}: {found}"
             );
         }
     }
+}
+
+/// A given frequency needs no range; with one, the range is that of the forced response.
+#[test]
+fn a_response_at_a_given_frequency() {
+    let alone = ROUGH.replace(r#"frequency = ["900 Hz", "1050 Hz"]"#, r#"at = "20 Hz""#);
+    let cases = [
+        (alone.as_str(), vec![], None),
+        (ROUGH, vec!["dynamics.at=20 Hz"], Some([900.0, 1050.0])),
+        (
+            OSCILLATOR,
+            vec![
+                "dynamics.at=20 Hz",
+                r#"dynamics.frequency=["100 Hz", "200 Hz"]"#,
+            ],
+            Some([100.0, 200.0]),
+        ),
+    ];
+    for (text, sets, range) in cases {
+        let scene = scene_of(text, &sets);
+        let found = dynamics(&scene);
+        assert_eq!(
+            (found.at_frequency, found.frequency),
+            (Some(20.0), range),
+            "{sets:?}"
+        );
+        assert_eq!(found.frequencies_in_force(), Some([20.0, 20.0]));
+    }
+    // An oscillator has a range from its resonances all the same.
+    let scene = scene_of(OSCILLATOR, &["dynamics.at=20 Hz"]);
+    assert!(dynamics(&scene).frequency.is_some());
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod energy;
 mod error_bars;
 mod extremes;
 mod faults;
+mod forced;
 mod invariants;
 mod keys;
 mod kill;

@@ -80,7 +80,7 @@ const PLANS: [Plan; 6] = [
     ),
     (
         "resonance",
-        "Resonance over the cycles",
+        "Vibration over the cycles",
         "This is the vibration that drives the wear: it has the contact elements of the last model update.",
         &[
             course("resonance_frequency", "resonance frequency", FREQUENCY),

@@ -331,11 +331,11 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
     }
     Ok(Some(Figure {
         id: ID,
-        title: "Shape of the resonance".to_owned(),
+        title: "Shape of the vibration".to_owned(),
         drawings,
         states: Vec::new(),
         caption: format!(
-            "Edges of the bodies at rest, and displaced by the first harmonic at the phase resonance of the last iteration, when the \
+            "Edges of the bodies at rest, and displaced by the first harmonic of the response in force of the last iteration, when the \
              response point is furthest: the modes of the structure under the loads and the contact forces. {}.",
             each.join(". ")
         ),

@@ -92,8 +92,10 @@ keys! {
         ("cone", FrictionLaw::Cone, "|T| <= mu N, slip along the force"),
         ("box", FrictionLaw::Box, "|Tx| <= mu N and |Ty| <= mu N, each for itself"),
     ]);
-    /// Band in which the resonance is looked for and the forced response is computed.
-    FREQUENCY: List<2> = "dynamics.frequency", Rule("must be given; an oscillator has one from its resonances"),
+    /// Frequency of the response that moves the joint, in place of its phase resonance. It may be far below the first resonance.
+    AT: Quantity = "dynamics.at", Rule("none: the joint moves as at its phase resonance"), Quantity(Dimension::FREQUENCY, POSITIVE, r#""20 Hz""#);
+    /// Band in which the resonance is looked for and the forced response is computed. With dynamics.at, that of the forced response alone.
+    FREQUENCY: List<2> = "dynamics.frequency", Rule("must be given, unless there is a dynamics.at, without which there is no forced response; an oscillator has one from its resonances"),
         List("a list of the lowest and the highest frequency", Quantity(Dimension::FREQUENCY, POSITIVE, r#"["900 Hz", "1050 Hz"]"#), None);
     /// Points of the forced response, at equal distances of frequency.
     POINTS: Integer<usize> = "dynamics.points", Rule("where the curve needs them"), integer(2, MOST_POINTS, "100");

@@ -91,12 +91,14 @@ pub(super) fn response(
     };
     let is_nonlinear = contact.is_some() || !structure.springs().is_empty();
     let highest = harmonics.last().copied().unwrap_or(0);
+    let at_frequency = reader.optional(&AT, None)?;
     Ok(Response {
         at: response,
         damping_ratio: reader.note(&DAMPING_RATIO, damping_ratio),
         rayleigh,
         damping_basis: reader.value(&DAMPING_BASIS)?,
-        frequency: frequency(reader, structure, contact, drive.axis)?,
+        at_frequency,
+        frequency: frequency(reader, structure, contact, drive.axis, at_frequency)?,
         points: reader.optional(&POINTS, None)?,
         harmonic_tolerance: fidelity::harmonic_tolerance(reader, fidelity, is_nonlinear)?,
         samples: fidelity::samples(reader, fidelity, structure, highest)?,
@@ -291,24 +293,29 @@ fn harmonics(reader: &Reader<'_>, forces: &[Force], base: Option<Base>) -> Resul
     Ok(orders)
 }
 
+/// The range of the resonance and of the forced response; with a given frequency, `at`, there may be none.
 fn frequency(
     reader: &Reader<'_>,
     structure: &Structure,
     contact: Option<&Contact>,
     axis: usize,
-) -> Result<[f64; 2]> {
+    at: Option<f64>,
+) -> Result<Option<[f64; 2]>> {
     if let Some([low, high]) = reader.get(&FREQUENCY)? {
         return if low < high {
-            Ok([low, high])
+            Ok(Some([low, high]))
         } else {
             let expected =
                 "a list with the lower frequency first, such as [\"900 Hz\", \"1050 Hz\"]";
             Err(reader.out_of_range(&FREQUENCY, expected))
         };
     }
-    let missing = || reader.missing(&FREQUENCY, "");
+    let missing = || match at {
+        Some(_) => Ok(None),
+        None => Err(reader.missing(&FREQUENCY, "")),
+    };
     let Some([mass, _, stiffness]) = structure.oscillator_along(axis) else {
-        return Err(missing());
+        return missing();
     };
     let spring = match contact.map(|contact| contact.elements) {
         Some(ElementStiffness::Given { kn, .. }) if axis == 2 => kn,
@@ -323,8 +330,8 @@ fn frequency(
         FROM_STUCK * stuck
     };
     if low > 0.0 {
-        Ok(reader.note(&FREQUENCY, [low, TO_STUCK * stuck]))
+        Ok(Some(reader.note(&FREQUENCY, [low, TO_STUCK * stuck])))
     } else {
-        Err(missing())
+        missing()
     }
 }

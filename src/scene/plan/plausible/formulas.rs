@@ -228,16 +228,19 @@ pub fn forces(setup: &Setup) -> Option<[f64; 2]> {
     let ground = ground.and_then(|base| {
         let source = &setup.recipe.structure.as_ref()?.source;
         let [mass, _, _] = source.oscillator_along(base.axis)?;
-        Some(base.force(mass, response.frequency[1]))
+        Some(base.force(mass, response.frequencies_in_force()?[1]))
     });
     let force = harmonic.map(|f| f.amplitude.abs()).sum::<f64>() + ground.unwrap_or(0.0);
     (force != 0.0 || setup.oscillator.is_none()).then_some([force, limit])
 }
 
-/// The same at resonance, over each other; none of a damping that depends on the frequency.
+/// The same at resonance, over each other; none of a damping that depends on the frequency, and of a response at a given frequency.
 pub fn at_resonance(setup: &Setup) -> Option<Figure> {
     let [force, limit] = forces(setup)?;
     let (response, axis) = (setup.response?, setup.oscillator);
+    if response.at_frequency.is_some() {
+        return None;
+    }
     let damping = response.damping_ratio + axis.map_or(0.0, |axis| axis.dashpot_ratio());
     if damping == 0.0 || response.rayleigh.is_some() {
         return None;
@@ -254,9 +257,17 @@ pub fn over_springs(setup: &Setup) -> Option<Figure> {
     over(axis.contact, axis.stiffness, N_PER_UM)
 }
 
+/// The range in which a resonance is looked for; none where the frequency is given.
+fn range(setup: &Setup) -> Option<[f64; 2]> {
+    let response = setup
+        .response
+        .filter(|response| response.at_frequency.is_none());
+    response?.frequency
+}
+
 /// A range of frequency over the resonances of an oscillator, free of the contact and stuck.
 pub fn beside_oscillator(setup: &Setup) -> Option<Figure> {
-    let (axis, [low, high]) = (setup.oscillator?, setup.response?.frequency);
+    let (axis, [low, high]) = (setup.oscillator?, range(setup)?);
     let of = |stiffness: f64| (stiffness / axis.mass).sqrt() / TAU;
     let (free, stuck) = (of(axis.stiffness), of(axis.stiffness + axis.contact));
     let beside = match (high < free, low > stuck) {
@@ -273,7 +284,7 @@ pub fn beside_oscillator(setup: &Setup) -> Option<Figure> {
 
 /// A range of frequency over the first of a bar as long as a resonator.
 pub fn beside_bar(setup: &Setup) -> Option<Figure> {
-    let [low, high] = setup.response?.frequency;
+    let [low, high] = range(setup)?;
     let first = setup.resonator?.bar_frequency();
     // A range that reaches to below the first frequency is judged by its upper end.
     let beside = if high < first { high } else { low } / first;
