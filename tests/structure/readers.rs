@@ -761,6 +761,46 @@ fn grid_points_with_other_axes_are_known() {
     );
 }
 
+/// One dashpot in a structure of many freedoms: on the diagonal, off it, and as a full entry of both triangles.
+#[test]
+fn a_damping_matrix_may_have_one_entry() {
+    const SIZE: u32 = 300;
+    let diagonal: String = (1..=SIZE).map(|k| format!("{k} {k} {k}.5\n")).collect();
+    let of = |symmetry: &str, count: u32, entries: &str| {
+        format!(
+            "%%MatrixMarket matrix coordinate real {symmetry}\n{SIZE} {SIZE} {count}\n{entries}"
+        )
+    };
+    let stiffness = of("symmetric", SIZE, &diagonal);
+    let mass = of("symmetric", SIZE, &diagonal.replace(".5", ".25"));
+    for (symmetry, count, entries, expected) in [
+        ("symmetric", 1, "1 1 20.0\n", vec![(0, 0, 20.0)]),
+        ("symmetric", 1, "300 7 20.0\n", vec![(299, 6, 20.0)]),
+        (
+            "general",
+            2,
+            "300 7 20.0\n7 300 20.0\n",
+            vec![(299, 6, 20.0), (6, 299, 20.0)],
+        ),
+        ("general", 1, "300 300 20.0\n", vec![(299, 299, 20.0)]),
+    ] {
+        let damping = of(symmetry, count, entries);
+        let files = [
+            ("K.mtx", &*stiffness),
+            ("M.mtx", &*mass),
+            ("C.mtx", &*damping),
+        ];
+        let found = read_files(&files, 3).expect("three matrices");
+        assert_eq!(found.size, SIZE as usize);
+        assert_eq!(found.damping.expect("damping").entries, expected);
+    }
+    // The structure itself has entries in its rows.
+    let said =
+        read_files(&[("K.mtx", &of("symmetric", 1, "1 1 20.0\n"))], 1).expect_err("one entry");
+    let expected = "K.mtx announces 300 rows; 1 entries of all matrices are of at most 32 rows";
+    assert!(said.contains(expected), "{said}");
+}
+
 /// Structural damping is a loss factor, and no matrix of viscous damping.
 #[test]
 fn structural_damping_is_never_viscous() {

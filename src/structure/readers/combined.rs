@@ -7,6 +7,10 @@ use super::{CALCULIX_LIST, Named, ReadError, ReadProblem, Source, calculix};
 use super::{is_structural_damping, role_of_name};
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 
+/// Rows of a structure for each entry of its matrices, at most: a row without any entry is none of a structure but where it is held, and memory is
+/// bounded by what the files hold.
+const ROWS_PER_ENTRY: usize = 32;
+
 /// One structure from what all files have; `unread` says what was not read beside them.
 pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matrices, ReadError> {
     let mut matrices = Matrices {
@@ -132,6 +136,17 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         .map(|(role, (path, named))| (role, path, named))
         .collect();
     parts.sort_by_key(|part| part.0);
+    let entries: usize = parts.iter().map(|part| part.2.matrix.entries.len()).sum();
+    let most = ROWS_PER_ENTRY.saturating_mul(entries);
+    if let Some((_, path, named)) = parts.iter().find(|part| part.2.matrix.size > most) {
+        return Err(ReadError {
+            path: path.clone(),
+            problem: ReadProblem::TooMany {
+                found: format!("{} announces {} rows", named.name, named.matrix.size),
+                limit: format!("{entries} entries of all matrices are of at most {most} rows"),
+            },
+        });
+    }
     if let [(Role::Stiffness, first, k), (Role::Mass, path, m), ..] = &parts[..]
         && k.matrix.entries == m.matrix.entries
     {

@@ -2,7 +2,7 @@
 
 use super::error::ReadProblem;
 use super::text::{Digits, last_number, shown, text_of, whole};
-use super::{Named, Parsed, entries, rows, square};
+use super::{Named, Parsed, entries, rows, rows_of_few, square};
 use crate::structure::matrices::Triplets;
 
 const BANNER: &[u8] = b"%%matrixmarket";
@@ -58,7 +58,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         ("coordinate", &[m, n, nnz]) => {
             square(m, n, &place())?;
             (
-                rows(m, bytes.len(), &place())?,
+                rows_of_few(m, &place())?,
                 entries(nnz, bytes.len(), &place())?,
             )
         }

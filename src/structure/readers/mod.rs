@@ -397,6 +397,18 @@ fn rows(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem>
         })
 }
 
+/// The number of rows that a header announces of a matrix that may have entries in few of them, as a damping matrix has. Nothing of that size is
+/// allocated before [`combined`] has looked at all matrices.
+fn rows_of_few(announced: u64, place: &str) -> Result<usize, ReadProblem> {
+    usize::try_from(announced)
+        .ok()
+        .filter(|&n| n <= MOST_ROWS)
+        .ok_or_else(|| ReadProblem::TooMany {
+            found: format!("{place} announces {announced} rows"),
+            limit: format!("a structure has at most {MOST_ROWS}"),
+        })
+}
+
 /// The number of entries that a header announces, before anything of that size is allocated. An entry has at least a byte.
 fn entries(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem> {
     let most = bytes.min(MOST_ENTRIES);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::ReadProblem;
 use super::text::{Digits, number, shown, text_of, whole};
-use super::{Named, Parsed, role_of_name, rows, square};
+use super::{Named, Parsed, role_of_name, rows_of_few, square};
 use crate::structure::matrices::{Role, Triplets};
 
 /// Bytes of the header's record in a binary file of 4-byte words.
@@ -53,7 +53,7 @@ impl Header {
     }
 
     /// An empty matrix for the columns, or none where they are only to be passed over.
-    fn begin(&self, bytes: usize, place: &str) -> Result<Option<Triplets>, ReadProblem> {
+    fn begin(&self, place: &str) -> Result<Option<Triplets>, ReadProblem> {
         if role_of_name(&self.name).is_some() && self.rows > 1 && self.columns > 1 {
             square(self.rows, self.columns, &format!("{} ({place})", self.name))?;
         }
@@ -66,7 +66,7 @@ impl Header {
                 advice: "stiffness, mass and damping are real: write structural damping into a matrix of its own".into(),
             });
         }
-        Ok(Some(Triplets::new(rows(self.rows, bytes, place)?)))
+        Ok(Some(Triplets::new(rows_of_few(self.rows, place)?)))
     }
 
     fn end(&self, matrix: Option<Triplets>, precision: f64, into: &mut Parsed) {
@@ -256,7 +256,7 @@ pub(super) fn parse_text(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             )
         })?;
         header.check(&place)?;
-        let mut matrix = header.begin(bytes.len(), &place)?;
+        let mut matrix = header.begin(&place)?;
         let mut digits = Digits::default();
         let part = || format!("a part of the matrix {}", header.name);
         loop {
@@ -488,7 +488,7 @@ pub(super) fn parse_binary(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             kind: file.word(record, 3),
         };
         header.check(&place)?;
-        let mut matrix = header.begin(bytes.len(), &place)?;
+        let mut matrix = header.begin(&place)?;
         loop {
             let place = format!("byte {}", file.at);
             let Some(record) = file.record()? else {

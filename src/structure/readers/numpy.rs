@@ -6,7 +6,9 @@ use npyz::{DType, NpyFile, Order, TypeChar};
 use zip::ZipArchive;
 
 use super::error::ReadProblem;
-use super::{LONGEST_FILE, Named, Parsed, chosen, entries, role_of_name, rows, square};
+use super::{
+    LONGEST_FILE, Named, Parsed, chosen, entries, role_of_name, rows, rows_of_few, square,
+};
 use crate::structure::matrices::Triplets;
 
 /// A header of numbers in two axes is some hundred bytes long.
@@ -352,8 +354,7 @@ fn sparse(
             format!("rows and columns below {m}"),
         ));
     }
-    // A matrix with rows that have no entry at all is none of a structure, so that memory is bounded by the file's.
-    let size = rows(m, count.max(places.len()), "shape")?;
+    let size = rows_of_few(m, "shape")?;
     let mut matrix = Triplets::new(size);
     matrix.entries = places
         .iter()
