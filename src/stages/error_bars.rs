@@ -170,7 +170,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         let difference = coarse.map(|c| SPREAD * of(c).unwrap_or(0.0));
         of_contact(figure, difference, undecided)
     };
-    let (mut meanwhile, mut own) = (step.volume, cycle.error_cycle);
+    let (mut meanwhile, own) = (step.volume, error_of_energy(cycle, in_force));
     let mut of_vibration = [None; 2];
     if let Some(InForce { response, update }) = in_force {
         // The vibration in force stays from one update to the next.
@@ -178,11 +178,6 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         if update.updated {
             meanwhile = since;
         }
-        let closure = closure(
-            (cycle.dissipated_energy - friction(response)).abs(),
-            cycle.dissipated_energy,
-        );
-        own = cycle.error_cycle + response.error_friction_energy + closure;
         of_vibration = [
             response
                 .error_resonance_frequency
@@ -233,6 +228,17 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         ..summary.clone()
     };
     *summary = bars;
+}
+
+/// Relative error of the energy of a cycle by itself, whatever has worn before: by its solves and samples, by harmonics that the vibration leaves out, and by
+/// what the friction of its contact elements differs by.
+pub(super) fn error_of_energy(cycle: &typed::FrettingCycle, in_force: Option<&InForce>) -> f64 {
+    let Some(InForce { response, .. }) = in_force else {
+        return cycle.error_cycle;
+    };
+    let energy = cycle.dissipated_energy;
+    let closure = closure((energy - friction(response)).abs(), energy);
+    cycle.error_cycle + response.error_friction_energy + closure
 }
 
 /// What the wear step makes wrong by its own estimate, or by the change of its rates \[m³\].

@@ -2,7 +2,9 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::error_bars::{ALL, Cells, InForce, PreviousIteration, Sources, error_bars, friction};
+use super::error_bars::{
+    ALL, Cells, InForce, PreviousIteration, Sources, error_bars, error_of_energy, friction,
+};
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
@@ -151,39 +153,46 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     summary.tangential_iterations = Some(cycle.iterations);
     summary.error_tangential = Some(cycle.error_tangential);
     summary.error_cycle = Some(cycle.error_cycle);
-    if let Some(wear) = &reads.recipe.wear {
-        let law = wear.law();
-        let before = PreviousIteration::of(reads)?;
-        let before = before.as_ref();
-        let volume = before.map_or(0.0, |b| b.volume) + step.volume;
-        // A run that began from another may wear at another coefficient than it.
-        let energy = before.map_or(0.0, |b| b.energy) + law.energy(step.volume);
-        let cycles = before.map_or(0, |b| b.cycles) + step.n_cycles;
-        summary.cycles = Some(cycles);
-        summary.n_cycles = Some(step.n_cycles);
-        summary.wear_volume = Some(volume);
-        summary.wear_rate = Some(law.volume(cycle.dissipated_energy));
-        summary.dissipated_energy_total = Some(energy);
-        let coarse = reads.maybe::<typed::CoarseStep>()?;
-        summary.fft_pairs += coarse.as_ref().map_or(0.0, |coarse| coarse.fft_pairs);
-        let cells = Cells {
-            loaded: count(LOADED * largest),
-            touching: count(0.0),
-            undecided: contact.undecided_cells as f64,
-        };
-        let sources = Sources {
-            before,
-            step: &step,
-            in_force: in_force.as_ref(),
-            cycle: &cycle,
-            coarse: coarse.as_ref(),
-            cells,
-            dissipation: fields.dissipation.as_deref().unwrap_or_default(),
-            cell_area: patch.grid.cell_area(),
-            volume,
-        };
-        error_bars(wear, &sources, &mut summary);
-    }
+    let Some(wear) = &reads.recipe.wear else {
+        let error = error_of_energy(&cycle, in_force.as_ref());
+        let response = in_force.as_ref().map(|in_force| &in_force.response);
+        summary.error_dissipated_energy = Some(error);
+        summary.error_dissipated_energy_absolute = Some(error * cycle.dissipated_energy);
+        summary.error_resonance_frequency = response.and_then(|row| row.error_resonance_frequency);
+        summary.error_peak_amplitude = response.map(|row| row.error_peak_amplitude);
+        return Ok(summary);
+    };
+    let law = wear.law();
+    let before = PreviousIteration::of(reads)?;
+    let before = before.as_ref();
+    let volume = before.map_or(0.0, |b| b.volume) + step.volume;
+    // A run that began from another may wear at another coefficient than it.
+    let energy = before.map_or(0.0, |b| b.energy) + law.energy(step.volume);
+    let cycles = before.map_or(0, |b| b.cycles) + step.n_cycles;
+    summary.cycles = Some(cycles);
+    summary.n_cycles = Some(step.n_cycles);
+    summary.wear_volume = Some(volume);
+    summary.wear_rate = Some(law.volume(cycle.dissipated_energy));
+    summary.dissipated_energy_total = Some(energy);
+    let coarse = reads.maybe::<typed::CoarseStep>()?;
+    summary.fft_pairs += coarse.as_ref().map_or(0.0, |coarse| coarse.fft_pairs);
+    let cells = Cells {
+        loaded: count(LOADED * largest),
+        touching: count(0.0),
+        undecided: contact.undecided_cells as f64,
+    };
+    let sources = Sources {
+        before,
+        step: &step,
+        in_force: in_force.as_ref(),
+        cycle: &cycle,
+        coarse: coarse.as_ref(),
+        cells,
+        dissipation: fields.dissipation.as_deref().unwrap_or_default(),
+        cell_area: patch.grid.cell_area(),
+        volume,
+    };
+    error_bars(wear, &sources, &mut summary);
     Ok(summary)
 }
 

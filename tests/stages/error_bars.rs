@@ -264,3 +264,54 @@ fn harmonics_that_suffice() {
     }
     assert_same(&content(&parts), &content(&root), "stage by stage");
 }
+
+/// A cycle without wear has the bars that the unworn state of a run with wear has, and its energy is within it of that of exact solves.
+#[test]
+fn a_cycle_without_wear_has_a_bar_of_its_energy() {
+    let bench = Bench::new();
+    let stepped = [
+        "motion.amplitude=[\"1 um\", \"0.6 um\"]",
+        "motion.phase=[\"0 deg\", \"70 deg\"]",
+    ];
+    for (k, (text, end, sets)) in [
+        (SMALL, "[output]", &[][..]),
+        (SMALL, "[output]", &stepped),
+        (RESONATOR, "[fidelity]", &[]),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (head, rest) = text.split_once("[wear]").expect("wear");
+        let (_, tail) = rest.split_once(end).expect("a section behind it");
+        let name = format!("still-{k}.toml");
+        bench.write(&name, format!("{head}{end}{tail}"));
+        bench.write("worn.toml", text);
+        let run = |name: &str, folder: &str, more: &[&str]| {
+            let root = bench.path(&format!("{folder}-{k}"));
+            let sets = [sets, more].concat();
+            Start::new(bench.scene(name, &sets), &root).done();
+            root
+        };
+        let still = run(&name, "still", &[]);
+        let of = |column: &str| last(&still, column);
+        let (energy, bar) = (of("dissipated_energy"), of("error_dissipated_energy"));
+        assert_eq!(of("error_dissipated_energy_absolute"), bar * energy);
+        assert!(bar >= of("error_cycle"), "{bar}");
+        let worn = run("worn.toml", "worn", &["wear.cycles=1000"]);
+        assert!(summary(&worn, 0, "error_dissipated_energy") >= bar);
+        if text == RESONATOR {
+            for column in [
+                "error_dissipated_energy",
+                "error_peak_amplitude",
+                "error_resonance_frequency",
+            ] {
+                assert_eq!(of(column), summary(&worn, 0, column), "{column}");
+            }
+            continue;
+        }
+        let exact = run(&name, "exact", &["fidelity.preset=\"reference\""]);
+        let off = (energy / last(&exact, "dissipated_energy") - 1.0).abs();
+        println!("{k}: off by {off:.1e}, bar {bar:.1e}");
+        assert!(off <= bar && bar < 0.05, "off by {off:e}, bar {bar:e}");
+    }
+}

@@ -76,13 +76,15 @@ const STATIC_SUMMARY: [&str; 17] = [
     "error_normal",
     "fft_pairs",
 ];
-const CYCLE_SUMMARY: [&str; 4] = [
+const CYCLE_SUMMARY: [&str; 6] = [
     "dissipated_energy",
+    "error_dissipated_energy",
+    "error_dissipated_energy_absolute",
     "error_cycle",
     "tangential_iterations",
     "error_tangential",
 ];
-const WEAR_SUMMARY: [&str; 15] = [
+const WEAR_SUMMARY: [&str; 13] = [
     "cycles",
     "n_cycles",
     "wear_volume",
@@ -96,8 +98,6 @@ const WEAR_SUMMARY: [&str; 15] = [
     "error_max_pressure",
     "error_kn",
     "error_kt",
-    "error_dissipated_energy",
-    "error_dissipated_energy_absolute",
 ];
 
 #[test]
