@@ -23,6 +23,8 @@ const TOLD_OF: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
 /// Rows by which an update falls due.
 const ENERGY: &str = "dissipated_energy [J]";
 const FORCE: &str = "force_along_motion [N]";
+/// The resultant over all elements or cells, of which those at rest count as much as those that slip.
+const TOTAL_FORCE: &str = "total_force [N]";
 
 /// Cycles of the fine contact under the vibration in force.
 #[derive(Debug, Clone, Copy)]
@@ -109,12 +111,19 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     };
     let half_range = |values: &[f64]| half_range(values.iter().copied());
     let force_along = there(TableName::Cycle, &cycle.force_along, "force_along")?;
+    // Both half ranges as one: exact along a line.
+    let total = |x: &[f64], y: &[f64]| half_range(x).hypot(half_range(y));
     let rows = [
         ("normal_load [N]", load, mean(&joint.normal_load)),
         (
             FORCE,
             half_range(force_along),
             half_range(&joint.force_along),
+        ),
+        (
+            TOTAL_FORCE,
+            total(&cycle.force_x, cycle.force_y.as_deref().unwrap_or_default()),
+            total(&joint.force_x, &joint.force_y),
         ),
         (
             "displacement_x [m]",

@@ -130,14 +130,23 @@ fn energies_of_a_resonator_that_wears() {
         );
         // And the ledger has both sides of it.
         let ledger = table(&root, k, TableName::Ledger);
-        let row = ledger
-            .text("quantity")
-            .expect("names")
-            .iter()
-            .position(|name| name == "dissipated_energy [J]")
-            .expect("a row");
-        assert_eq!(ledger.f64("fine").expect("fine")[row], cycle_energy);
-        assert_eq!(ledger.f64("dynamic").expect("dynamic")[row], friction);
+        let sides = |quantity: &str| {
+            let names = ledger.text("quantity").expect("names");
+            let row = names.iter().position(|name| name == quantity);
+            let row = row.expect("a row");
+            ["fine", "dynamic"].map(|side| ledger.f64(side).expect("a side")[row])
+        };
+        assert_eq!(sides("dissipated_energy [J]"), [cycle_energy, friction]);
+        // The total force is that of all along x, and of none along y, where the joint is driven along x.
+        let along_x = [TableName::Cycle, TableName::JointCycle].map(|of| {
+            let table = table(&root, k, of);
+            let force = table.f64("force_x").expect("a force").to_vec();
+            let [least, most] = [f64::min, f64::max].map(|f| force.iter().copied().fold(0.0, f));
+            0.5 * (most - least)
+        });
+        for (total, along_x) in sides("total_force [N]").into_iter().zip(along_x) {
+            assert!((total / along_x - 1.0).abs() < 1e-4 && total >= along_x);
+        }
 
         let committed = reader(&root);
         let tables = &committed.commit_of(k).expect("committed").tables;

@@ -63,10 +63,13 @@ fn it_wears_the_joint_without_a_resonance() {
             .iter()
             .zip(ledger.fine.iter().zip(&ledger.dynamic))
         {
-            if ["force_along_motion [N]", "dissipated_energy [J]"].contains(&quantity.as_str()) {
-                let off = (fine / dynamic - 1.0).abs();
-                assert!(off < 0.02, "iteration {k}: {quantity}: {off:.1e} apart");
-            }
+            let agreed = match quantity.as_str() {
+                "force_along_motion [N]" | "dissipated_energy [J]" => 0.02,
+                "total_force [N]" => 0.05,
+                _ => continue,
+            };
+            let off = (fine / dynamic - 1.0).abs();
+            assert!(off < agreed, "iteration {k}: {quantity}: {off:.1e} apart");
         }
         let commit = reader.commit_of(k).expect("committed");
         let has = |name: TableName| commit.tables.contains_key(name.as_str());
