@@ -137,3 +137,71 @@ fn none_wanted_and_matrices_that_do_not_fit() {
     let error = pseudo_modes(&flexibility, &Matrix::zeros(3, 4), 2).unwrap_err();
     assert!(matches!(error, DynamicsError::Length { .. }), "{error}");
 }
+
+/// A port whose flexibility the kept modes have, as of a heavy platen: its row is zero, or rounding of either sign. It gets none, and what the other ports have
+/// stays as it is.
+#[test]
+fn a_port_without_a_residual_gets_none() {
+    const PORTS: usize = 6;
+    let hertz: Vec<f64> = (0..12).map(|r| 1000.0 * 1.2_f64.powi(r)).collect();
+    let [flexibility, slope] = residual(PORTS, &hertz);
+    let alone = pseudo_modes(&flexibility, &slope, 4).unwrap();
+    let scales = [&flexibility, &slope].map(|matrix| {
+        let largest = (0..PORTS).map(|port| matrix.at(port, port));
+        largest.fold(0.0, f64::max)
+    });
+    let sizes = [0.0, 1e-18, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6];
+    let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
+    let all = sizes
+        .iter()
+        .flat_map(|size| signs.map(|signs| signs.map(|sign| sign * size)));
+    for rounding in all {
+        // One port more, in the middle.
+        let with_platen = |matrix: &Matrix, rounding: f64| {
+            let place = |i: usize| i - usize::from(i > 2);
+            let mut out = Matrix::zeros(PORTS + 1, PORTS + 1);
+            for i in 0..=PORTS {
+                for j in 0..=PORTS {
+                    out.set(
+                        i,
+                        j,
+                        match (i, j) {
+                            (2, 2) => rounding,
+                            (2, other) | (other, 2) => 0.7 * rounding * (other as f64).sin(),
+                            _ => matrix.at(place(i), place(j)),
+                        },
+                    );
+                }
+            }
+            out
+        };
+        let flexibility = with_platen(&flexibility, rounding[0] * scales[0]);
+        let slope = with_platen(&slope, rounding[1] * scales[1]);
+        let pseudo = pseudo_modes(&flexibility, &slope, 4)
+            .unwrap_or_else(|error| panic!("{rounding:?}: {error}"));
+        for omega in [0.0, TAU * 300.0, TAU * 700.0] {
+            let expected = receptance(&alone, omega);
+            let found = receptance(&pseudo, omega);
+            let most = size(&expected);
+            for i in 0..=PORTS {
+                for j in 0..=PORTS {
+                    let place = |i: usize| i - usize::from(i > 2);
+                    let expected = match i == 2 || j == 2 {
+                        true => 0.0,
+                        false => expected.at(place(i), place(j)),
+                    };
+                    let off = (found.at(i, j) - expected).abs() / most;
+                    // What is more than rounding may be one of the four pseudo-modes, which are good to a tenth there.
+                    let beside = match omega > 0.0 && rounding[0].abs() > 1e-9 {
+                        true => 0.1,
+                        false => 10.0 * rounding[0].abs(),
+                    };
+                    assert!(
+                        off < 1e-9 + beside,
+                        "{rounding:?}, {omega}: {i} {j} off by {off:e}"
+                    );
+                }
+            }
+        }
+    }
+}
