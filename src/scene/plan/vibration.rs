@@ -48,7 +48,10 @@ pub(super) fn explain(scene: &Scene, recipe: &mut Recipe) {
     );
     why.add(
         "points",
-        "for the unworn joint, at output.response_at and at the end",
+        match response.frequency {
+            Some(_) => "for the unworn joint, at output.response_at and at the end",
+            None => "no dynamics.frequency",
+        },
     );
 }
 
