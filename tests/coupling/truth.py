@@ -75,11 +75,11 @@ NORMAL_GAP = 1e-5
 BATCH = 64
 
 
-def element_matrix(a, b, c):
+def element_matrix(a, b, c, young=YOUNG, poisson=POISSON):
     """Stiffness of a box of edges a, b, c; node n is at the corner whose bits are x, y, z."""
     g = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-    lame = YOUNG * POISSON / ((1 + POISSON) * (1 - 2 * POISSON))
-    shear = YOUNG / (2 * (1 + POISSON))
+    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    shear = young / (2 * (1 + poisson))
     elastic = np.diag([2 * shear] * 3 + [shear] * 3)
     elastic[:3, :3] += lame
     signs = np.array([[1 if n >> axis & 1 else -1 for axis in range(3)] for n in range(8)])
@@ -211,10 +211,10 @@ class Block:
         return found
 
 
-def waves_of(rq, seed):
+def waves_of(rq, seed, correlation_length=CORRELATION_LENGTH):
     """Wave numbers, phases and the one amplitude of a surface with the Gaussian autocorrelation."""
     random = np.random.default_rng(seed)
-    k = random.normal(0.0, np.sqrt(2.0) / CORRELATION_LENGTH, (WAVES, 2))
+    k = random.normal(0.0, np.sqrt(2.0) / correlation_length, (WAVES, 2))
     phase = random.uniform(0.0, 2 * np.pi, WAVES)
     return k, phase, rq * np.sqrt(2.0 / WAVES)
 

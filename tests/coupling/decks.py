@@ -1,0 +1,123 @@
+"""Input decks of the bodies of plates.py and truth.py, for the program and for other solvers:
+
+    python decks.py FOLDER
+
+    plates_4.inp, plates_3.inp, plates_2.inp     the two free plates, by the edge of their elements in mm
+    blocks_6x5.inp, blocks_12x10.inp             the two blocks of truth.py, by their elements along x and y
+
+Elements are C3D8I, about as thick as they are long. Lengths are in mm, masses in t, times in s. The joint is z = 0 and its middle the
+origin. Sets of all decks: TOP and BOTTOM are the faces of the upper and the lower body at the joint.
+
+Plates: HEAD and NUT are the nodes of the pad `inner` on the upper and the lower plate, HEAD_EDGE and NUT_EDGE those of the pad `edge`;
+surfaces of the same names with _FACES are their faces. TIP is a corner of the upper plate, SENSOR the opposite one of the lower plate.
+
+Blocks: BASE is the lower face of the lower block, which the deck fixes. HEAD is the upper face of the upper block. Equations move it
+with the node HEADREF along x, y and z, and so without tilting. HEADREF has no element and no mass of its own.
+"""
+
+import pathlib
+import sys
+
+import plates
+import truth
+
+sys.path.append(str(pathlib.Path(__file__).parents[2] / "data"))
+from make_lap_of_bars import Bar  # noqa: E402
+
+FIRST_OF_UPPER = 10_001
+REFERENCE = 100_001
+BLOCK_DENSITY = 7850.0
+# Faces of a C3D8I below and above.
+BELOW, ABOVE = "S1", "S2"
+
+
+def bodies(size, heights, counts, layers):
+    """The lower and the upper body [m], the joint between them at z = 0."""
+    cell = [1e3 * s / n for s, n in zip(size, counts)]
+    corner = [-500 * s for s in size]
+    (low, high), (below, above) = heights, layers
+    lower = Bar("LOWER", 1, (*cell, 1e3 * low / below), (*counts, below), (*corner, -1e3 * low))
+    upper = Bar("UPPER", FIRST_OF_UPPER, (*cell, 1e3 * high / above), (*counts, above), (*corner, 0.0))
+    return lower, upper
+
+
+def layer(body, k):
+    return [node for place, node in body.nodes.items() if place[2] == k]
+
+
+def joint(lower, upper):
+    return {"BOTTOM": layer(lower, lower.cells[2]), "TOP": layer(upper, 0)}
+
+
+def text(title, both, sets, elastic, density, surfaces=None, more=()):
+    """A deck of two bodies of one material (Pa, kg/m³)."""
+    lines = [f"** {title}; made by tests/coupling/decks.py. Lengths in mm, masses in t, times in s.", "*NODE"]
+    for body in both:
+        lines += [f"{node}, {x:.9g}, {y:.9g}, {z:.9g}" for node, (x, y, z) in body.positions.items()]
+    for body in both:
+        lines.append(f"*ELEMENT, TYPE=C3D8I, ELSET={body.name}")
+        lines += [", ".join(map(str, [element, *nodes])) for element, nodes in body.elements.items()]
+    for name, nodes in sets.items():
+        lines.append(f"*NSET, NSET={name}")
+        # Sixteen numbers a line at most.
+        lines += [", ".join(map(str, nodes[k : k + 16])) for k in range(0, len(nodes), 16)]
+    for name, faces in (surfaces or {}).items():
+        lines += [f"*SURFACE, NAME={name}", *(f"{element}, {face}" for element, face in faces)]
+    young, poisson = elastic
+    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{young * 1e-6:g}, {poisson:g}", "*DENSITY", f"{density * 1e-12:g}"]
+    lines += [f"*SOLID SECTION, ELSET={body.name}, MATERIAL=STEEL" for body in both]
+    return "\n".join([*lines, *more]) + "\n"
+
+
+def pad_faces(body, pad, face):
+    """The elements of a body whose lower or upper faces tile a pad, and their nodes there."""
+    centre, sides = plates.PADS[pad]
+    outer = layer(body, 0 if face == BELOW else body.cells[2])
+    is_inside = lambda place: all(abs(p - 1e3 * c) < 500 * s + 1e-6 for p, c, s in zip(place, centre, sides))
+    nodes = {node for node in outer if is_inside(body.positions[node])}
+    elements = [element for element, corners in body.elements.items() if len(nodes & set(corners)) == 4]
+    area = len(elements) * body.cell[0] * body.cell[1]
+    assert abs(area - 1e6 * sides[0] * sides[1]) < 1e-6, "faces tile the pad"
+    return [(element, face) for element in elements], sorted(nodes)
+
+
+def plates_deck(edge):
+    """Plates of elements of this edge [m]."""
+    counts = [round(s / edge) for s in plates.SIZE]
+    layers = round(plates.HEIGHT / edge)
+    lower, upper = bodies(plates.SIZE, 2 * [plates.HEIGHT], counts, 2 * [layers])
+    sets, surfaces = joint(lower, upper), {}
+    for pad, suffix in (("inner", ""), ("edge", "_EDGE")):
+        for name, body, face in (("HEAD", upper, ABOVE), ("NUT", lower, BELOW)):
+            surfaces[f"{name}{suffix}_FACES"], sets[name + suffix] = pad_faces(body, pad, face)
+    sets["TIP"] = [upper.nodes[(*counts, layers)]]
+    sets["SENSOR"] = [lower.nodes[(0, 0, 0)]]
+    return text("Two free plates", (lower, upper), sets, (plates.YOUNG, plates.POISSON), plates.DENSITY, surfaces)
+
+
+def blocks_deck(heights, size, counts, layers, elastic):
+    """A block that stands on a fixed base, and one that hangs from a head without rotation."""
+    lower, upper = bodies(size, heights, counts, layers)
+    head = layer(upper, layers[1])
+    upper.positions[REFERENCE] = [0.0, 0.0, 1e3 * heights[1]]
+    sets = joint(lower, upper) | {"BASE": layer(lower, 0), "HEAD": head, "HEADREF": [REFERENCE]}
+    equations = [
+        line for node in head for axis in (1, 2, 3) for line in ("2", f"{node}, {axis}, 1., {REFERENCE}, {axis}, -1.")
+    ]
+    more = ["*EQUATION", *equations, "*BOUNDARY", "BASE, 1, 3"]
+    return text("Two blocks", (lower, upper), sets, elastic, BLOCK_DENSITY, more=more)
+
+
+def main(folder):
+    folder = pathlib.Path(folder)
+    for edge in plates.ELEMENT_EDGES:
+        (folder / f"plates_{1e3 * edge:g}.inp").write_text(plates_deck(edge))
+    for fine in (1, 2):
+        counts = [fine * n for n in truth.ELEMENTS]
+        layers = 2 * [round(truth.HEIGHT / truth.SIZE[0] * counts[0])]
+        deck = blocks_deck(2 * [truth.HEIGHT], truth.SIZE, counts, layers, (truth.YOUNG, truth.POISSON))
+        (folder / f"blocks_{counts[0]}x{counts[1]}.inp").write_text(deck)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
