@@ -1,9 +1,10 @@
-"""Input decks of the bodies of plates.py and truth.py, for the program and for other solvers:
+"""Input decks of the bodies of plates.py, truth.py and unequal.py, for the program and for other solvers:
 
     python decks.py FOLDER
 
     plates_4.inp, plates_3.inp, plates_2.inp     the two free plates, by the edge of their elements in mm
     blocks_6x5.inp, blocks_12x10.inp             the two blocks of truth.py, by their elements along x and y
+    unequal_7x5.inp, unequal_14x10.inp           the two blocks of unequal.py
 
 Elements are C3D8I, about as thick as they are long. Lengths are in mm, masses in t, times in s. The joint is z = 0 and its middle the
 origin. Sets of all decks: TOP and BOTTOM are the faces of the upper and the lower body at the joint.
@@ -20,6 +21,7 @@ import sys
 
 import plates
 import truth
+import unequal
 
 sys.path.append(str(pathlib.Path(__file__).parents[2] / "data"))
 from make_lap_of_bars import Bar  # noqa: E402
@@ -112,11 +114,12 @@ def main(folder):
     folder = pathlib.Path(folder)
     for edge in plates.ELEMENT_EDGES:
         (folder / f"plates_{1e3 * edge:g}.inp").write_text(plates_deck(edge))
-    for fine in (1, 2):
-        counts = [fine * n for n in truth.ELEMENTS]
-        layers = 2 * [round(truth.HEIGHT / truth.SIZE[0] * counts[0])]
-        deck = blocks_deck(2 * [truth.HEIGHT], truth.SIZE, counts, layers, (truth.YOUNG, truth.POISSON))
-        (folder / f"blocks_{counts[0]}x{counts[1]}.inp").write_text(deck)
+    elastic = (truth.YOUNG, truth.POISSON)
+    for name, heights, size in (("blocks", 2 * [truth.HEIGHT], truth.SIZE), ("unequal", unequal.HEIGHTS, unequal.SIZE)):
+        for edge in (2e-3, 1e-3):
+            counts = [round(s / edge) for s in size]
+            deck = blocks_deck(heights, size, counts, [round(h / edge) for h in heights], elastic)
+            (folder / f"{name}_{counts[0]}x{counts[1]}.inp").write_text(deck)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ layers in depth as well. Coordinates are from the middle of the joint. A case is
     plates.json       sizes, pads, and the waves of the rough surface (as in truth.py)
 
 What a folder has already of other cases stays. One core takes half a minute a case with one element a cell, and 1 GB; 10 minutes
-and 16 GB with two. decks.py writes the plates as decks.
+and 16 GB with two. The folder plates/ has the second refinement of the pad `inner`. decks.py writes the plates as decks.
 """
 
 import argparse

@@ -112,14 +112,14 @@ def element_matrix(a, b, c, young=YOUNG, poisson=POISSON):
 class Block:
     """Compliance of the face of a block that stands on a rigid base, from its four symmetric quarters."""
 
-    def __init__(self, refinement):
-        self.counts = tuple(refinement * c for c in CELLS)
-        self.edge = tuple(s / n for s, n in zip(SIZE, self.counts))
+    def __init__(self, refinement, size=SIZE, height=HEIGHT, cells=CELLS):
+        self.counts = tuple(refinement * c for c in cells)
+        self.edge = tuple(s / n for s, n in zip(size, self.counts))
         self.half = tuple(n // 2 for n in self.counts)
         thickness = [self.edge[0]]
-        while sum(thickness) < HEIGHT:
+        while sum(thickness) < height:
             thickness.append(thickness[-1] * GROWTH)
-        self.layers = np.array(thickness) * HEIGHT / sum(thickness)
+        self.layers = np.array(thickness) * height / sum(thickness)
         matrix = self.assemble()
         self.classes = []
         for a in (1, -1):
@@ -277,14 +277,16 @@ class Joint:
         matrix = found.transpose(0, 1, 2, 3).reshape(size, size)
         return (matrix + matrix.T) / 2
 
-    def step(self, compliance, limit, force, displacement):
+    def step(self, compliance, limit, force, displacement, more=0.0, start=None):
         """Forces after the head has moved by `displacement` along x from a state of `force`: the minimum of
-        q C q / 2 - q (d + C q0) within the circles of the limit, by accelerated projected gradients."""
+        q C q / 2 - q (d + C q0) within the circles of the limit, by accelerated projected gradients. What else moves the
+        nodes is `more`; the search begins at `start`, or at the state itself."""
         count = len(limit)
-        drive = np.r_[np.full(count, displacement), np.zeros(count)] + compliance @ force
+        drive = np.r_[np.full(count, displacement), np.zeros(count)] + compliance @ force + more
         project = lambda q: q / np.tile(np.maximum(1.0, np.hypot(q[:count], q[count:]) / limit), 2)
         steepest = self.steepest
-        q, ahead, weight = force, force, 1.0
+        q = ahead = force if start is None else start
+        weight = 1.0
         slip = drive - compliance @ ahead
         for iteration in range(20000):
             new = project(ahead + slip / steepest)
