@@ -36,13 +36,19 @@ class Bar:
 
 def two_bars(cell, cells, lap):
     """Two equal bars, the upper one on the last `lap` cells of the lower one, and their named sets of nodes."""
-    nx, _, nz = cells
+    nx, ny, nz = cells
+    # Two fifths of the lap along x, and five ninths of the width.
+    under_x = range(round(0.3 * lap), round(0.7 * lap) + 1)
+    under_y = range(round(2 * ny / 9), round(7 * ny / 9) + 1)
     lower = Bar("LOWER", 1, cell, cells, (0, 0, 0))
     upper = Bar("UPPER", 10_001, cell, cells, (cell[0] * (nx - lap), 0, cell[2] * nz))
     sets = {
         # The faces that touch, node for node.
         "BOTTOM": [node for (i, _, k), node in lower.nodes.items() if k == nz and i >= nx - lap],
         "TOP": [node for (i, _, k), node in upper.nodes.items() if k == 0 and i <= lap],
+        # What the head and the nut of a bolt press, in the middle of the lap.
+        "HEAD": [node for (i, j, k), node in upper.nodes.items() if k == nz and i in under_x and j in under_y],
+        "NUT": [node for (i, j, k), node in lower.nodes.items() if k == 0 and i - (nx - lap) in under_x and j in under_y],
         "CLAMP": [node for (i, _, _), node in lower.nodes.items() if i == 0],
         # The far edge of the upper bar, and a corner of it.
         "TIP": [node for (i, _, k), node in upper.nodes.items() if (i, k) == (nx, nz)],

@@ -190,7 +190,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ),
     ("surface/", &["grid", "fft", "surface"]),
     ("reference/", &["grid", "contact", "reference"]),
-    ("wear/", &["grid", "contact", "wear"]),
+    ("wear/", &["grid", "contact", "linalg", "wear"]),
     (
         "campaign/",
         &["campaign", "files", "json", "store", "tables", "units"],

@@ -54,10 +54,11 @@ impl<const A: usize> FarField<A> {
     ) -> Self {
         let grid = half_space.grid();
         let [lx, ly] = grid.size();
-        // With a compliance between nodes the far field is mostly theirs.
-        let [mx, my] = match half_space.nodal() {
-            None => numbers(grid),
-            Some(_) => [0; 2],
+        // What a mesh takes away from half spaces leaves next to no far field; what bodies add is the most of it.
+        let added = half_space.nodal().filter(|nodal| nodal.shear.is_none());
+        let [mx, my] = match (half_space.nodal(), added) {
+            (None, _) | (_, Some(_)) => numbers(grid),
+            (Some(_), None) => [0; 2],
         };
         let size = A * mx * my;
         let (dx, dy) = (lx / mx as f64, ly / my as f64);
@@ -81,6 +82,17 @@ impl<const A: usize> FarField<A> {
                         matrix[(A * p + u) * size + A * q + v] = per_cell * value;
                     }
                 }
+            }
+        }
+        if let Some(nodal) = added {
+            // It acts along the normal alone, and so does what springs hold of it.
+            for (place, value) in nodal
+                .between(&blocks_of(grid, [mx, my]))
+                .into_iter()
+                .enumerate()
+            {
+                let (p, q) = (place / (mx * my), place % (mx * my));
+                matrix[A * p * size + A * q] += value;
             }
         }
         FarField {
@@ -111,14 +123,9 @@ impl<const A: usize> FarField<A> {
 
     /// The block of every cell of the grid; none where there are no blocks.
     pub(super) fn blocks(&self) -> Vec<u32> {
-        let [mx, my] = self.numbers;
-        let rows = (0..self.grid.nx).map(|i| i * mx / self.grid.nx * my);
-        let columns: Vec<usize> = (0..self.grid.ny).map(|j| j * my / self.grid.ny).collect();
-        let blocks = rows.flat_map(|row| columns.iter().map(move |column| (row + column) as u32));
-        if self.exists() {
-            blocks.collect()
-        } else {
-            Vec::new()
+        match self.exists() {
+            true => blocks_of(self.grid, self.numbers),
+            false => Vec::new(),
         }
     }
 
@@ -231,6 +238,14 @@ impl<const A: usize> FarField<A> {
         }
         Some(&self.moved)
     }
+}
+
+/// The block of every cell of a grid that is cut into so many along x and y.
+fn blocks_of(grid: Grid, [mx, my]: [usize; 2]) -> Vec<u32> {
+    let rows = (0..grid.nx).map(|i| i * mx / grid.nx * my);
+    let columns: Vec<usize> = (0..grid.ny).map(|j| j * my / grid.ny).collect();
+    let blocks = rows.flat_map(|row| columns.iter().map(move |column| (row + column) as u32));
+    blocks.collect()
 }
 
 /// Blocks along x and y, about as long as wide: as many as half the cells have rows, up to the most.

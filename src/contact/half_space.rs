@@ -128,11 +128,27 @@ impl HalfSpace {
         Ok(())
     }
 
+    /// Work with another compliance between nodes, or with K alone.
+    ///
+    /// # Errors
+    /// As [`HalfSpace::set_nodal`].
+    pub fn with_nodal<T>(
+        &mut self,
+        nodal: Option<Arc<NodalCompliance>>,
+        work: impl FnOnce(&mut HalfSpace) -> T,
+    ) -> Result<T, ContactError> {
+        let own = self.nodal.take();
+        let set = self.set_nodal(nodal);
+        let done = set.map(|()| work(self));
+        self.nodal = own;
+        done
+    }
+
     /// Work with K alone, without what is added to it between nodes.
     pub fn without_nodal<T>(&mut self, work: impl FnOnce(&mut HalfSpace) -> T) -> T {
-        let nodal = self.nodal.take();
+        let own = self.nodal.take();
         let done = work(self);
-        self.nodal = nodal;
+        self.nodal = own;
         done
     }
 

@@ -60,8 +60,23 @@ pub fn reduced_model(
         }
     }
     let kept: Vec<usize> = (0..contact).chain(ports.iter().copied()).collect();
-    let slope = by_rows(&reduced.residual_slope);
-    let pseudo = pseudo_modes(&by_rows(&reduced.residual), &slope, PSEUDO_MODES)?;
+    // Of the ports in use alone: others would change what the few pseudo-modes stand for.
+    let mut used = kept.clone();
+    used.sort_unstable();
+    used.dedup();
+    let of_used = |matrix: &linalg::Matrix| -> Matrix {
+        let mut out = Matrix::zeros(used.len(), used.len());
+        for (i, &port) in used.iter().enumerate() {
+            for (value, &other) in out.row_mut(i).iter_mut().zip(&used) {
+                *value = matrix[(port, other)];
+            }
+        }
+        out
+    };
+    let (residual, slope) = (of_used(&reduced.residual), of_used(&reduced.residual_slope));
+    let pseudo = pseudo_modes(&residual, &slope, PSEUDO_MODES)?;
+    drop((residual, slope));
+    let place = |port: usize| used.binary_search(&port).expect("a port in use");
     let held = reduced.rigid.columns();
     let mut frequencies = vec![0.0; held];
     frequencies.extend(reduced.omega.iter().chain(&pseudo.omega));
@@ -75,11 +90,11 @@ pub fn reduced_model(
             } else if r < elastic {
                 reduced.shapes[(port, r - held)]
             } else {
-                pseudo.shapes.at(port, r - elastic)
+                pseudo.shapes.at(place(port), r - elastic)
             };
         }
         for (value, &other) in residual.row_mut(i).iter_mut().zip(&kept) {
-            *value = pseudo.residual.at(port, other);
+            *value = pseudo.residual.at(place(port), place(other));
         }
     }
     let normal: Vec<usize> = (2..contact).step_by(3).collect();

@@ -160,10 +160,10 @@ impl ContactElements {
         cells: &[[usize; 2]],
     ) -> Result<Self, ModelUpdateError> {
         let faces = ContactElements::new(grid, counts, cells)?;
-        let interpolation = Interpolation::new(grid, counts);
+        let lattice = Interpolation::new(grid, counts);
         let width = counts[1] + 1;
         let array = Grid::over(grid.size(), counts);
-        let mut area = vec![0.0; interpolation.nodes()];
+        let mut area = vec![0.0; lattice.nodes()];
         for &[i, j] in cells {
             for node in [[i, j], [i, j + 1], [i + 1, j], [i + 1, j + 1]] {
                 area[node[0] * width + node[1]] += 0.25 * array.cell_area();
@@ -179,7 +179,7 @@ impl ContactElements {
             let along = |k: f64, count: usize, side: f64| (k - 0.5 * count as f64) * side;
             [along(i, counts[0], array.dx), along(j, counts[1], array.dy)]
         };
-        let interpolation = Arc::new(interpolation);
+        let interpolation = Arc::new(lattice.without(|node| area[node] > 0.0));
         let mut elements = ContactElements {
             nodes: Some(Nodes {
                 interpolation: interpolation.clone(),
@@ -196,12 +196,11 @@ impl ContactElements {
         let mut centred = vec![Vec::new(); there.len()];
         for c in 0..grid.len() {
             if elements.patch.kept[c] {
-                let around = interpolation.around(c);
-                // The centre of a kept cell lies in a face, or on its border: nodes beyond have no part in it.
-                let around = around.map(|(node, part)| (number[node], part));
+                // The centre of a kept cell lies in a face, or on its border: it has a part in a node that is there.
+                let around: Vec<(usize, f64)> = interpolation.around(c).collect();
                 let nearest = around.iter().map(|(_, part)| *part).fold(0.0, f64::max);
-                for (element, part) in around {
-                    let Some(element) = element.filter(|_| part > 0.0) else {
+                for (node, part) in around {
+                    let Some(element) = number[node] else {
                         continue;
                     };
                     elements.shares.push(Share { element, part });

@@ -3,14 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::decision::Told;
+use super::pressing::{StructureMesh, StructurePressing};
 use super::{Reasons, Surface};
-use crate::contact::nodes::{Interpolation, NodalCompliance};
 use crate::contact::normal::{NormalOptions, Rotation};
 use crate::contact::tangential::TangentialOptions;
 use crate::contact::{Boundary, Coupling, HalfSpace, Pair, Shear};
-use crate::grid::{Grid, Patch};
+use crate::grid::Patch;
+use crate::model_update::ContactElements;
 use crate::structure::StructureError;
-use crate::structure::half_space::FaceCompliance;
 use crate::wear::cycle::March;
 use crate::wear::joint::FrettingOptions;
 use crate::wear::{FrettingJoint, Motion};
@@ -36,6 +36,9 @@ pub struct Contact {
     /// The structure's mesh under the joint, where what it has of the bodies' compliance is left out in shear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub structure_mesh: Option<StructureMesh>,
+    /// How the structure presses the joint; none: the bodies press each other as rigid punches on half spaces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressing: Option<StructurePressing>,
     /// Whether kn and kt are computed at every iteration.
     pub stiffness: bool,
     /// At which its solves and cycles end.
@@ -76,47 +79,6 @@ pub struct Tolerances {
     pub cycle: f64,
 }
 
-/// A mesh of equal boxes under a joint, the same on both sides.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StructureMesh {
-    /// Boxes along x and y.
-    pub counts: [usize; 2],
-    /// Their sides \[m\].
-    pub sides: [f64; 2],
-    /// Thickness of their layers, from the joint on \[m\].
-    pub layers: Vec<f64>,
-}
-
-impl StructureMesh {
-    /// What is to be added to the compliance of half spaces so that what this mesh has of them is not counted twice.
-    fn taken_away(&self, grid: Grid, bodies: Pair) -> Result<NodalCompliance, StructureError> {
-        if let Some(&count) = self.counts.iter().find(|count| **count == 0) {
-            return Err(StructureError::OutOfRange {
-                name: "a count of boxes under the joint",
-                value: count as f64,
-                expected: "at least 1",
-            });
-        }
-        let of = |elastic| FaceCompliance::new(elastic, self.sides, &self.layers, self.counts);
-        let mut both = of(bodies.lower)?;
-        if bodies.upper == bodies.lower {
-            both.add(&both.clone());
-        } else {
-            both.add(&of(bodies.upper)?);
-        }
-        let [normal, xx, yy, xy] = both
-            .matrices()
-            .map(|matrix| matrix.into_iter().map(|c| -c).collect());
-        Ok(NodalCompliance {
-            interpolation: Interpolation::new(grid, self.counts),
-            normal,
-            xx,
-            yy,
-            xy,
-        })
-    }
-}
-
 /// Peak pressure over Young's modulus from which on metals yield: their hardness is some E/100 to E/25.
 pub const YIELDS: f64 = 1.0 / 25.0;
 /// Peak pressure over Young's modulus from which on a unit is wrong rather than a peak sharp.
@@ -147,14 +109,24 @@ impl Contact {
         ))
     }
 
-    /// The joint on the given unworn heights, at rest.
+    /// The joint on the given unworn heights, at rest, of which the structure's mesh has a part between its contact elements, if it has one. Its bodies
+    /// are no structure's yet: see [`Contact::pressing`].
     ///
     /// # Errors
     /// [`StructureError`] for a [`Contact::structure_mesh`] without boxes.
-    pub fn joint(&self, patch: Patch, height: Vec<f64>) -> Result<FrettingJoint, StructureError> {
+    ///
+    /// # Panics
+    /// With such a mesh, without its contact elements.
+    pub fn joint(
+        &self,
+        patch: Patch,
+        height: Vec<f64>,
+        elements: Option<&ContactElements>,
+    ) -> Result<FrettingJoint, StructureError> {
         let mut half_space = HalfSpace::new(patch.grid, self.bodies, self.conditions.boundary);
         if let Some(mesh) = &self.structure_mesh {
-            let nodal = mesh.taken_away(patch.grid, self.bodies)?;
+            let elements = elements.expect("a structure's mesh has contact elements");
+            let nodal = self.taken_away(mesh, elements)?;
             let set = half_space.set_nodal(Some(nodal.into()));
             set.expect("matrices of these nodes, over this grid");
         }
@@ -162,6 +134,7 @@ impl Contact {
             half_space,
             patch,
             height,
+            pressing: None,
             pressure_cap: self.conditions.pressure_cap,
             friction_coefficient: self.friction_coefficient.unwrap_or(0.0),
             rotation: self.conditions.rotation,
@@ -189,6 +162,15 @@ impl Contact {
         told.add("transforms", format!("real, {x} x {y}"), why.of("boundary"));
         let cells = format!("{} of {}", surface.kept, surface.grid().len());
         told.add("cells", cells, surface.why.of("cells"));
+        if let Some(of) = &self.pressing {
+            told.add("pressing", of.told(), why.of("pressing"));
+        } else if self.structure_mesh.is_some() {
+            told.add(
+                "pressing",
+                "as rigid punches on half spaces",
+                why.of("pressing"),
+            );
+        }
         let cap = self
             .conditions
             .pressure_cap
@@ -211,6 +193,7 @@ impl Contact {
         };
         told.add("shear", shear, why.of("shear"));
         let rotation = match self.conditions.rotation {
+            _ if self.pressing.is_some() => "as the structure leaves them".to_owned(),
             Rotation::Given(_) => "held; the moments of the pressure are reported".to_owned(),
             Rotation::Free { moment: [0.0, 0.0] } => {
                 "found such that the pressure has no moments, and reported".to_owned()

@@ -14,6 +14,7 @@ mod elements;
 mod inputs;
 mod kept;
 mod parts;
+mod pressing;
 mod response;
 mod structure;
 mod surface;
@@ -28,7 +29,7 @@ pub use crate::model_update::Criterion;
 pub use crate::structure::contact_array::ContactArray;
 pub use crate::wear::Scheme;
 pub use check::Check;
-pub use contact::{Conditions, Contact, StructureMesh, Tolerances, YIELDS};
+pub use contact::{Conditions, Contact, Tolerances, YIELDS};
 pub use counted::Counted;
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS};
@@ -38,6 +39,7 @@ pub use elements::{ElementStiffness, Elements, Layout};
 pub use inputs::{Identity, Inputs};
 pub use kept::KeptPlan;
 pub use parts::Part;
+pub use pressing::{Preload, StructureMesh, StructurePressing};
 pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};
 pub use structure::{Import, ImportFiles, JointSets, Structure, StructureSource};
 pub use surface::{Cells, Heights, HeightsFile, Surface};
@@ -166,12 +168,21 @@ impl Recipe {
         self.joint()?.surface.as_ref()
     }
 
-    /// Limit of a rough joint in a structure that comes from files: pressures do not follow its own flexibility.
+    /// What a user should know of how the joint of a structure that comes from files is pressed.
     pub fn pressing_notice(&self) -> Option<&'static str> {
         let structure = self.structure.as_ref()?;
-        (structure.source.import().is_some() && self.surface().is_some()).then_some(
-            "the preload is distributed over the joint as by a rigid punch, not by the bodies of structure.file; loads and wear may be far from where they are, and no error bar covers this",
-        )
+        let contact = self
+            .contact()
+            .filter(|_| structure.source.import().is_some())?;
+        match &contact.pressing {
+            None => Some(
+                "the preload is distributed over the joint as by a rigid punch, not by the bodies of structure.file; loads and wear may be far from where they are, and no error bar covers this",
+            ),
+            Some(pressing) if pressing.preload == Preload::Faces => Some(
+                "contact.normal_load presses both faces of the joint evenly, which no bolt does; contact.preload says where the head and the nut of a bolt press",
+            ),
+            Some(_) => None,
+        }
     }
 
     /// The rough contact of the joint.

@@ -16,7 +16,8 @@ use crate::dynamics::{
 use crate::gauge::Gauge;
 use crate::journal::Journal;
 use crate::structure::contact_array::ContactArray;
-use crate::structure::imported::{ImportError, Imported, UnitSystem};
+use crate::structure::element::Formulation;
+use crate::structure::imported::{EndsOfPreload, ImportError, Imported, UnitSystem};
 use crate::structure::interface::{Interface, Wanted};
 use crate::structure::matrices::Role;
 use crate::structure::outline::Outline;
@@ -87,6 +88,12 @@ pub struct Import {
     /// Points at which forces act and displacements are read; none before the files are read.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<String>,
+    /// Where a preload acts; none before the files are read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preload: Option<EndsOfPreload>,
+    /// The hexahedra of the files' elements, where they have such alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hexahedra: Option<Formulation>,
     /// The files have a damping matrix.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_damping: bool,
@@ -227,6 +234,14 @@ impl StructureSource {
             }
             StructureSource::Oscillator { .. } => Vec::new(),
         }
+    }
+
+    /// What boxes of its mesh are: of matrices, which do not say it, those that do not lock.
+    pub fn formulation(&self) -> Formulation {
+        let import = self.import();
+        import
+            .and_then(|import| import.hexahedra)
+            .unwrap_or_default()
     }
 
     /// Number of its contact elements, where there is a contact.

@@ -116,8 +116,30 @@ pub struct Contact {
     pub transverse: Transverse,
     /// What presses and holds the bodies; none of a contact of given stiffness.
     pub conditions: Option<Conditions>,
+    /// Where the preload acts, if that is given.
+    pub preload: Option<Preload>,
+    /// How the bodies of a structure are to press each other, if they can; a punch where there is none.
+    pub pressed_by: PressedBy,
     /// What the contact elements of a structure get as stiffness.
     pub elements: ElementStiffness,
+}
+
+/// Opposing forces at two places of a structure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Preload {
+    /// The nodes of both places, by their numbers and names of sets.
+    pub ends: [String; 2],
+    /// The bolt is a part of the structure's mesh: the force is what the joint bears.
+    pub in_mesh: bool,
+}
+
+/// How the bodies of a joint press each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum PressedBy {
+    /// As the structure bends.
+    Structure,
+    /// As rigid punches on half spaces.
+    Punch,
 }
 
 /// What happens to the in-plane direction that is not driven.

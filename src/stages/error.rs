@@ -170,6 +170,7 @@ impl RunError {
             RunError::Wear { source, .. } => match source {
                 WearError::Contact(source) => contact(source),
                 WearError::NotSteady { .. }
+                | WearError::NotTightened { .. }
                 | WearError::StepTooSmall { .. }
                 | WearError::CycleWearsTooMuch { .. } => true,
                 WearError::NotStraight | WearError::NotSuperposed => false,

@@ -114,9 +114,14 @@ impl ReducedTables {
         let points = recipe.structure.as_ref().zip(recipe.response.as_ref());
         let points = points
             .map(|(structure, response)| structure.points(response, recipe.elements().is_some()));
-        for point in points.into_iter().flatten() {
-            if !tables.port.point.contains(&point.at) {
-                return Err(format!("structure_port has no point {}", point.at));
+        let points = points.into_iter().flatten().map(|port| port.at);
+        let pressing = recipe
+            .contact()
+            .and_then(|contact| contact.pressing.as_ref());
+        let pressed = pressing.into_iter().flat_map(|of| of.points());
+        for point in points.chain(pressed) {
+            if !tables.port.point.contains(&point) {
+                return Err(format!("structure_port has no point {point}"));
             }
         }
         Ok(())

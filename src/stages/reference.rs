@@ -3,9 +3,10 @@
 use super::RunError;
 use super::contact_elements::{linearise, springs};
 use super::contact_state::contact_of;
-use super::declaration::Declaration;
+use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
 use super::reads::{Outputs, Reads};
+use super::reduced;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::model_update::{Compliance, ElementParameters, StiffnessKind};
@@ -19,7 +20,7 @@ pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Reference,
     when: When::Once,
     recipe: &[Part::Surface, Part::Contact, Part::Cycle, Part::Elements],
-    reads: &[TableName::Surface],
+    reads: &joined::<6>(&[&reduced::TABLES, &[TableName::Surface]]),
     before: &[],
     writes: &[TableName::Reference, TableName::ReferenceElement],
     is_due: |_| true,
@@ -53,15 +54,23 @@ fn unworn(
 ) -> Result<(typed::Reference, Option<typed::ReferenceElement>), RunError> {
     let recipe = &reads.recipe;
     let load = contact_of(recipe).conditions.normal_load;
-    let joint = solvers.joint(reads)?;
+    let pressing = contact_of(recipe).pressing.as_ref();
+    let joint = solvers.pressed_joint(reads, load)?;
     let wear = vec![0.0; joint.patch.grid.len()];
     let contact = |error: crate::contact::ContactError| wrong(WearError::Contact(error).into());
-    let unworn = joint.contact(&wear, None, load, None);
+    let unworn = match pressing.is_some_and(|of| of.preload.is_found()) {
+        true => joint.tightened(load),
+        false => joint.contact(&wear, None, load, None),
+    };
     let unworn = unworn.map_err(|error| wrong(error.into()))?;
     let mut row = typed::Reference {
         approach: unworn.approach,
+        preload: joint.pressing.as_ref().map(|of| of.preload),
+        shortening: joint.pressing.as_ref().map(|of| of.shortening),
         ..typed::Reference::default()
     };
+    row.mesh_ratio = solvers.mesh_ratio;
+    let joint = solvers.joint(reads)?;
     let Some(of_recipe) = recipe.elements() else {
         return Ok((row, None));
     };

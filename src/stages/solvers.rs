@@ -38,6 +38,8 @@ pub struct Solvers {
     vibration: Option<Rc<Vibration>>,
     costs: Vec<PartCost>,
     gauge: Gauge,
+    /// The flexibility between neighbouring nodes of the joint over that of their mesh on half spaces, once the structure has pressed it.
+    pub mesh_ratio: Option<f64>,
     /// The cycle at the end of the last wear step. The stage that marches the same one takes it from here; another start of the program finds
     /// none and marches it, to the same bits.
     pub end: Option<EndCycle>,
@@ -58,6 +60,7 @@ impl Solvers {
             vibration: None,
             costs: Vec::new(),
             gauge,
+            mesh_ratio: None,
             end: None,
             forced_response: None,
             journal: Journal::default(),
@@ -105,13 +108,50 @@ impl Solvers {
             let Some(contact) = reads.recipe.contact() else {
                 unreachable!("a stage that solves a contact declares it");
             };
+            let elements = match contact.structure_mesh {
+                Some(_) => Some(self.elements(reads)?),
+                None => None,
+            };
             let (patch, height) = patch_and_height(reads)?;
-            let mut joint = contact.joint(patch, height)?;
+            let mut joint = contact.joint(patch, height, elements.as_deref())?;
             joint.half_space.set_threads(self.threads);
             joint.half_space.set_gauge(self.gauge.clone());
             self.joint = Some(joint);
         }
         Ok(self.joint.as_mut().expect("it was built"))
+    }
+
+    /// The rough joint whose bodies press each other under a `preload` \[N\], as their structure has it, for stages that press them. The preload is
+    /// that of the static contact, or where none is found yet that of the recipe.
+    pub fn pressed_joint(
+        &mut self,
+        reads: &Reads,
+        preload: f64,
+    ) -> Result<&mut FrettingJoint, RunError> {
+        let contact = reads.recipe.contact();
+        let of =
+            contact.and_then(|of| Some((of, of.pressing.as_ref()?, of.structure_mesh.as_ref()?)));
+        if let Some((contact, pressing, mesh)) = of
+            && self.joint(reads)?.pressing.is_none()
+        {
+            let elements = self.elements(reads)?;
+            let reduced = reduced_of(reads)?;
+            let reduced = reduced.expect("a structure that presses is reduced");
+            let joint = self.joint(reads)?;
+            let kept = (0..joint.height.len()).filter(|&c| joint.patch.kept[c]);
+            let top = kept
+                .map(|c| joint.height[c])
+                .fold(f64::NEG_INFINITY, f64::max);
+            let (found, ratio) = contact.pressing(pressing, mesh, &elements, &reduced, top)?;
+            joint.pressing = Some(found);
+            self.mesh_ratio = ratio;
+        }
+        let joint = self.joint(reads)?;
+        joint
+            .pressing
+            .iter_mut()
+            .for_each(|of| of.preload = preload);
+        Ok(joint)
     }
 
     /// Does work on the joint; what it cost is told apart if the part has a name. The result with the transform pairs of the work.
@@ -166,7 +206,10 @@ impl Solvers {
             };
             let elements = recipe.elements();
             let unworn = elements.map(|elements| elements.with(&structure.layout(), &unworn));
-            let reduced = reduced_of(reads)?;
+            let reduced = match (reduced_of(reads)?, recipe.contact()) {
+                (Some(found), Some(contact)) => Some(contact.with_bolt(found)?),
+                (found, _) => found,
+            };
             let has_contact = elements.is_some();
             let mut unworn = unworn.unwrap_or_default();
             structure.add_springs(&mut unworn);

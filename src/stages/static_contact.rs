@@ -2,9 +2,10 @@
 
 use super::RunError;
 use super::contact_state::{Fields, contact_of, wear_of};
-use super::declaration::Declaration;
+use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
 use super::reads::{Outputs, Reads};
+use super::reduced;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::contact::normal::{Control, NormalSolution, Rotation};
@@ -22,12 +23,15 @@ pub const DECLARATION: Declaration = Declaration {
     stage: Stage::StaticContact,
     when: When::Always,
     recipe: &[Part::Surface, Part::Contact, Part::Cycle, Part::Curves],
-    reads: &[
-        TableName::Surface,
-        TableName::Reference,
-        TableName::WearField,
-        TableName::ContactField,
-    ],
+    reads: &joined::<9>(&[
+        &reduced::TABLES,
+        &[
+            TableName::Surface,
+            TableName::Reference,
+            TableName::WearField,
+            TableName::ContactField,
+        ],
+    ]),
     before: &[TableName::StaticContact],
     writes: &[
         TableName::StaticContact,
@@ -70,6 +74,11 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let start = predicted.as_ref().map(|fields| &fields.pressure[..]);
     let bolt = bolt(reads)?;
     let load = load(reads)?;
+    let preload = match contact.pressing {
+        Some(_) => reads.table::<typed::Reference>()?.preload,
+        None => None,
+    };
+    solvers.pressed_joint(reads, preload.unwrap_or(0.0))?;
     let (pressed, solve_pairs) = solvers.work(reads, None, |joint| {
         match (coupling.load_steps(), contact.conditions.approach) {
             (Some(load_steps), _) => {
@@ -128,6 +137,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let undecided = solution.undecided(&patch, compliance, joint.options.normal.tolerance);
     outputs.put(&typed::StaticContact {
         normal_load: load,
+        preload: joint.pressing.as_ref().map(|of| of.preload),
         approach: solution.approach,
         rotation_x: rotation.map(|r| r[0]),
         rotation_y: rotation.map(|r| r[1]),
@@ -168,7 +178,7 @@ fn bolt(reads: &Reads) -> Result<Option<Bolt>, RunError> {
     Ok(Some(Bolt {
         stiffness,
         load: contact.conditions.normal_load,
-        approach: reference.approach,
+        approach: reference.shortening.unwrap_or(reference.approach),
     }))
 }
 
@@ -179,7 +189,8 @@ fn load(reads: &Reads) -> Result<f64, RunError> {
         Some(_) => reads.maybe_before::<typed::StaticContact>()?,
         None => None,
     };
-    Ok(before.map_or(conditions.normal_load, |row| row.normal_load))
+    let found = before.map(|row| row.preload.unwrap_or(row.normal_load));
+    Ok(found.unwrap_or(conditions.normal_load))
 }
 
 /// Static load \[N\] and contact of a worn joint, under `load` or what its bolt has left of it, which is looked for from there.
@@ -191,9 +202,46 @@ fn borne(
     start: Option<&[f64]>,
 ) -> Result<(f64, NormalSolution), NumericsError> {
     match bolt {
+        Some(bolt) if joint.pressing.is_some() => pulled(joint, bolt, load, wear, start),
         Some(bolt) => clamped(joint, bolt, load, wear, start),
+        None if joint.pressing.is_some() => {
+            let solution = joint.contact(wear, None, load, start)?;
+            Ok((solution.load, solution))
+        }
         None => Ok((load, joint.contact(wear, None, load, start)?)),
     }
+}
+
+/// The contact of a worn joint under what a bolt outside of its structure has left of its force, and the load that the pressure then has.
+fn pulled(
+    joint: &mut FrettingJoint,
+    bolt: Bolt,
+    first: f64,
+    wear: &[f64],
+    start: Option<&[f64]>,
+) -> Result<(f64, NormalSolution), NumericsError> {
+    let mut last: Option<NormalSolution> = None;
+    preload(
+        bolt,
+        Some(first),
+        |force| -> Result<Approach, NumericsError> {
+            if force == 0.0 {
+                // Nothing is bent: the faces touch at their highest point.
+                let worn = joint.height.iter().zip(wear).zip(&joint.patch.kept);
+                let heights = worn.filter(|(_, kept)| **kept).map(|((h, w), _)| h - w);
+                let approach = -heights.fold(f64::NEG_INFINITY, f64::max);
+                return Ok(Approach { approach, kn: 0.0 });
+            }
+            joint.pressing.iter_mut().for_each(|of| of.preload = force);
+            let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
+            last = Some(joint.contact(wear, None, force, from)?);
+            let approach = joint.pressing.as_ref().map_or(0.0, |of| of.shortening);
+            let kn = (force / approach).max(0.0);
+            Ok(Approach { approach, kn })
+        },
+    )?;
+    let solution = last.expect("a bolt that is not loose presses");
+    Ok((solution.load, solution))
 }
 
 /// The contact of a worn joint under what its bolt has left of the load.

@@ -2,11 +2,12 @@
 
 use super::RunError;
 use super::contact_state::{ElementMotion, Fields, contact_of, let_move, there, worn_state};
-use super::declaration::Declaration;
+use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
 use super::ledger::Drift;
 use super::model_update::NextUpdate;
 use super::reads::{Outputs, Reads};
+use super::reduced;
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
 use crate::grid::Patch;
@@ -51,7 +52,10 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Wear,
         Part::ResponseAt,
     ],
-    reads: &[TableName::Surface, TableName::Reference],
+    reads: &joined::<7>(&[
+        &reduced::TABLES,
+        &[TableName::Surface, TableName::Reference],
+    ]),
     before: &[
         TableName::WearField,
         TableName::WearStep,
@@ -132,6 +136,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let of_contact: typed::StaticContact = reads.before()?;
     let moved = ElementMotion::before(reads)?;
     let_move(reads, solvers, of_contact.normal_load, moved.as_ref())?;
+    solvers.pressed_joint(reads, of_contact.preload.unwrap_or(0.0))?;
     let volume_left = wear
         .volume
         .map_or(f64::INFINITY, |volume| volume - before.volume);

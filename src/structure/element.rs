@@ -7,14 +7,23 @@ use crate::material::Material;
 use crate::structure::StructureError;
 
 /// Which hexahedron.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Formulation {
     /// Trilinear displacements, 2×2×2 integration. Locks in bending.
     Plain,
     /// Plain plus three quadratic bubbles per displacement component, condensed per element (Wilson et al. 1973), with the
     /// gradients taken at the element's centre so that distorted elements pass the patch test (Taylor, Beresford, Wilson, Int. J.
     /// Numer. Methods Eng. 10, 1976).
+    #[default]
     IncompatibleModes,
+}
+
+impl Formulation {
+    /// True with incompatible modes.
+    pub fn has_incompatible_modes(&self) -> bool {
+        *self == Formulation::IncompatibleModes
+    }
 }
 
 /// Refuses a material that no elastic solid has.

@@ -15,6 +15,36 @@ pub enum StructureError {
         /// What would be right.
         expected: &'static str,
     },
+    /// A load along a rigid motion in which the pressure at the joint does no work.
+    #[error(
+        "nothing bears load {load} of those that stay: {share:.1e} of its work is in a rigid motion that the pressure at the joint does not resist; hold the structure, or balance the load"
+    )]
+    Unborne {
+        /// Number of the load.
+        load: usize,
+        /// Part of its work in such motions.
+        share: f64,
+    },
+    /// Faces that do not move as two rigid bodies where the structure is free to.
+    #[error(
+        "contact element {element} does not move with the others of its face in a rigid motion of the structure: the faces of the joint must be those of two bodies"
+    )]
+    NotTwoBodies {
+        /// The contact element.
+        element: usize,
+    },
+    /// A structure whose joint is not that of its mesh and material.
+    #[error(
+        "between neighbouring nodes of the joint the structure has {ratio:.3} times the flexibility that a half space of [material] has in its mesh, and {least} to {most} is right: a modulus or a unit of the structure is another than that of [material], or its elements under the joint are no boxes; give structure.layer if they are, or contact.pressing = \"punch\""
+    )]
+    OtherMesh {
+        /// The ratio.
+        ratio: f64,
+        /// The least that is right.
+        least: f64,
+        /// The largest that is right.
+        most: f64,
+    },
     /// Two numbers that do not fit each other.
     #[error("{name} is {value:e}, but {other} is {other_value:e}; {expected}")]
     DoNotFit {

@@ -39,7 +39,7 @@ pub struct FaceCompliance {
 }
 
 impl FaceCompliance {
-    /// Of a half space of boxes with `sides` along x and y \[m\] and the thickness `layers` from the face on \[m\]; below them layers
+    /// Of a half space of boxes of this `formulation` with `sides` along x and y \[m\] and the thickness `layers` from the face on \[m\]; below them layers
     /// grow, down to where nothing moves any more.
     ///
     /// # Errors
@@ -49,6 +49,7 @@ impl FaceCompliance {
         sides: [f64; 2],
         layers: &[f64],
         reach: [usize; 2],
+        formulation: Formulation,
     ) -> Result<FaceCompliance, StructureError> {
         for (name, lengths) in [
             ("a side of the mesh", &sides[..]),
@@ -65,7 +66,7 @@ impl FaceCompliance {
         }
         let waves = LEAST_WAVES.max(WAVES_PER_NODE * (reach[0].max(reach[1]) + 1));
         let depth = DEPTH * 2.0 * waves as f64 * sides[0].max(sides[1]);
-        let layers = Layers::new(elastic, sides, layers, depth)?;
+        let layers = Layers::new(elastic, sides, layers, depth, formulation)?;
         let near = layers.periodic(waves, reach);
         let far = layers.periodic(2 * waves, reach);
         // The faces beyond the first period, and the mean that is taken as zero, displace the first one by a constant over the
@@ -157,6 +158,7 @@ impl Layers {
         sides: [f64; 2],
         given: &[f64],
         depth: f64,
+        formulation: Formulation,
     ) -> Result<Layers, StructureError> {
         let mut layers = given.to_vec();
         let mut below: f64 = layers.iter().sum();
@@ -172,7 +174,7 @@ impl Layers {
         let of_layer = |(number, &thickness): (usize, &f64)| {
             let size = [sides[0], sides[1], thickness];
             let nodes = CORNERS.map(|c| [0, 1, 2].map(|a| 0.5 * c[a] * size[a]));
-            let found = matrices(&nodes, &material, Formulation::IncompatibleModes, number)?;
+            let found = matrices(&nodes, &material, formulation, number)?;
             Ok(layer(&found.stiffness))
         };
         let layers = layers.iter().enumerate().map(of_layer);

@@ -3,6 +3,8 @@
 
 use std::collections::HashMap;
 
+use super::element::Formulation;
+
 /// What a row of the matrices stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Dof {
@@ -225,6 +227,10 @@ pub struct Matrices {
     pub unread: Vec<String>,
     /// Edges of the bodies by their nodes, as [`outline::lines`](super::outline::lines) finds them, where a deck has elements.
     pub outline: Vec<Vec<i64>>,
+    /// Outer faces of the bodies by the nodes at their corners, in turn, where a deck has elements.
+    pub faces: Vec<Vec<i64>>,
+    /// The hexahedra of the elements, where a deck has such alone.
+    pub hexahedra: Option<Formulation>,
     /// What the user should know of how the files were read.
     pub notes: Vec<String>,
     /// The formats, in the order of the files.

@@ -4,6 +4,7 @@
 //! - [`element`]: the 8-node hexahedron, plain and with incompatible modes; [`solids`]: those and others, of meshes of other programs.
 //! - [`assembly`]: sparse stiffness and mass; [`order`]: the order of elimination.
 //! - [`modes`]: rigid and elastic modes; [`reduction`]: the model in relative contact displacements.
+//! - [`statics`]: what loads that stay do at the joint.
 //! - [`half_space`]: what a mesh has of the compliance of a half space.
 //! - [`outline`]: the edges of the bodies, for a drawing.
 //! - [`contact_array`]: where the contact elements are.
@@ -53,6 +54,7 @@ pub mod readers;
 pub mod reduction;
 pub mod resonator;
 pub mod solids;
+pub mod statics;
 pub mod superelement;
 
 pub use error::StructureError;

@@ -102,8 +102,8 @@ pub fn lines(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> Vec<L
     lines
 }
 
-/// Edges between outer faces that are not of one plane, with the first part that has them.
-fn sharp_edges(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> BTreeMap<Edge, usize> {
+/// Those of the `faces` of all elements that are not between two of them, in the order of their sorted nodes.
+pub fn outer_faces(faces: impl IntoIterator<Item = Face>) -> Vec<Face> {
     let mut outer: HashMap<Vec<usize>, Face> = HashMap::new();
     for face in faces {
         let mut key = face.0.clone();
@@ -113,8 +113,15 @@ fn sharp_edges(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> BTr
             outer.insert(key, face);
         }
     }
+    let mut outer: Vec<(Vec<usize>, Face)> = outer.into_iter().collect();
+    outer.sort_unstable();
+    outer.into_iter().map(|(_, face)| face).collect()
+}
+
+/// Edges between outer faces that are not of one plane, with the first part that has them.
+fn sharp_edges(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> BTreeMap<Edge, usize> {
     let mut around: HashMap<Edge, Vec<([f64; 3], usize)>> = HashMap::new();
-    for (corners, part) in outer.values() {
+    for (corners, part) in &outer_faces(faces) {
         let at = |k: usize| nodes[corners[k % corners.len()]];
         // Of a quadrangle the product of its diagonals, of a triangle that of two sides.
         let normal = unit(cross(minus(at(2), at(0)), minus(at(3), at(1))));

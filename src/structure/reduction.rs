@@ -32,6 +32,9 @@ const SLOPE_SHARE: f64 = 0.01;
 /// Where the reduced structure is held against the whole one, as a part of the highest kept frequency: harmonics that matter lie below.
 const CHECKED: f64 = 0.5;
 
+/// Part of a rigid mode of unit mass from which on a spring holds it.
+const HELD: f64 = 1e-6;
+
 /// What a contact element of a structure is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -458,6 +461,76 @@ impl Reduced {
         Ok(SprungModes {
             omega: values.iter().map(|v| v.max(0.0).sqrt()).collect(),
             vectors,
+        })
+    }
+}
+
+impl Reduced {
+    /// With a spring of a `stiffness` \[N/m\] that pulls at ports with these parts of its force, positive where it is longer. Beyond the kept modes it
+    /// is right statically and to first order in ω² at the ports, and statically in the shapes of the modes.
+    ///
+    /// # Errors
+    /// [`StructureError::Factorization`] for modes that are not found.
+    pub fn with_spring(
+        &self,
+        forces: &[(usize, f64)],
+        stiffness: f64,
+    ) -> Result<Reduced, StructureError> {
+        let (ports, held) = (self.ports.len(), self.rigid.columns());
+        let modes = held + self.omega.len();
+        let shape = |port: usize, r: usize| match r.checked_sub(held) {
+            None => self.rigid[(port, r)],
+            Some(elastic) => self.shapes[(port, elastic)],
+        };
+        let along =
+            |of: &dyn Fn(usize) -> f64| -> f64 { forces.iter().map(|&(p, f)| f * of(p)).sum() };
+        let lengthened: Vec<f64> = (0..modes).map(|r| along(&|p| shape(p, r))).collect();
+        let residual: Vec<f64> = (0..ports)
+            .map(|port| along(&|p| self.residual[(port, p)]))
+            .collect();
+        let force = stiffness / (1.0 + stiffness * along(&|p| residual[p]));
+        let square = |r: usize| {
+            r.checked_sub(held)
+                .map_or(0.0, |elastic| self.omega[elastic].powi(2))
+        };
+        let modal = Matrix::from_fn(modes, modes, |r, s| {
+            let own = if r == s { square(r) } else { 0.0 };
+            own + force * lengthened[r] * lengthened[s]
+        });
+        let fail = |source| StructureError::Factorization {
+            matrix: "the modes with a spring",
+            source,
+        };
+        let (values, vectors) = modal.symmetric_eigen().map_err(fail)?;
+        let bent = Matrix::from_fn(ports, modes, |p, r| {
+            shape(p, r) - force * residual[p] * lengthened[r]
+        });
+        let shapes = bent.times(&vectors);
+        let strains_rigid = lengthened[..held]
+            .iter()
+            .any(|l| l.abs() > HELD / self.mass.sqrt());
+        let held = held - usize::from(strains_rigid);
+        // (1 − s R₀ d dᵀ) R₁ (1 − s d dᵀ R₀), with the parts d of the force.
+        let slope: Vec<f64> = (0..ports)
+            .map(|port| along(&|p| self.residual_slope[(port, p)]))
+            .collect();
+        let twice = force * force * along(&|p| slope[p]);
+        let residual_slope = Matrix::from_fn(ports, ports, |a, b| {
+            self.residual_slope[(a, b)] - force * (residual[a] * slope[b] + slope[a] * residual[b])
+                + twice * residual[a] * residual[b]
+        });
+        Ok(Reduced {
+            rigid: shapes.columns_of(0..held),
+            omega: values[held..].iter().map(|v| v.max(0.0).sqrt()).collect(),
+            shapes: shapes.columns_of(held..modes),
+            residual: Matrix::from_fn(ports, ports, |a, b| {
+                self.residual[(a, b)] - force * residual[a] * residual[b]
+            }),
+            residual_slope,
+            damping: (self.damping.as_ref())
+                .map(|damping| vectors.transpose_times(&damping.times(&vectors))),
+            checked: None,
+            ..self.clone()
         })
     }
 }

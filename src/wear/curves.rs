@@ -53,8 +53,18 @@ pub fn indentation(
         if part * load > capacity {
             return Ok(None);
         }
-        match joint.contact(wear, None, part * load, Some(start)) {
-            Ok(contact) => Ok(Some((part * load, contact))),
+        // Bodies without loads touch wherever they are.
+        let own = joint.pressing.take_if(|_| part == 0.0);
+        joint.pressing.iter_mut().for_each(|of| of.part = part);
+        let contact = joint.contact(wear, None, part * load, Some(start));
+        joint.pressing = joint.pressing.take().or(own);
+        joint.pressing.iter_mut().for_each(|of| of.part = 1.0);
+        match contact {
+            Ok(contact) => {
+                let is_free = joint.pressing.is_none();
+                let load = if is_free { part * load } else { contact.load };
+                Ok(Some((load, contact)))
+            }
             Err(WearError::Contact(ContactError::MomentNotCarried { .. })) => Ok(None),
             Err(error) => Err(error),
         }

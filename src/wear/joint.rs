@@ -2,6 +2,7 @@
 
 use super::cycle::{CycleSolution, March};
 use super::motion::Motion;
+use super::pressing::Pressing;
 use crate::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
 };
@@ -34,6 +35,18 @@ pub enum WearError {
         cycles: usize,
         /// The closure asked for.
         tolerance: f64,
+    },
+    /// No force of a bolt presses the joint as is wanted.
+    #[error(
+        "no force of the bolt presses the joint by {load:e} N: with {preload:e} N in the bolt it bears {found:e} N; is contact.preload where the bolt is?"
+    )]
+    NotTightened {
+        /// The load wanted \[N\].
+        load: f64,
+        /// The last force tried \[N\].
+        preload: f64,
+        /// What the joint bore under it \[N\].
+        found: f64,
     },
     /// A single cycle wears far more than a step of its scheme may.
     #[error(
@@ -93,6 +106,8 @@ pub struct FrettingJoint {
     pub patch: Patch,
     /// Unworn composite height, positive towards the other body \[m\].
     pub height: Vec<f64>,
+    /// The bodies that press each other under loads of their own; none: a load or an approach presses half spaces together.
+    pub pressing: Option<Pressing>,
     /// Rotation about x and y, or the moments under which the bodies turn.
     pub rotation: Rotation,
     /// Pressure cap \[Pa\].
@@ -130,7 +145,8 @@ impl FrettingJoint {
         self.pressed(wear, compliance, Control::Load(load), start)
     }
 
-    /// Normal contact of the surface worn by `wear` under a load or at an approach, with an optional diagonal compliance.
+    /// Normal contact of the surface worn by `wear` under a load or at an approach, with an optional diagonal compliance. Bodies of a structure
+    /// have loads of their own, and `control` is not asked.
     pub fn pressed(
         &mut self,
         wear: &[f64],
@@ -138,20 +154,33 @@ impl FrettingJoint {
         control: Control,
         start: Option<&[f64]>,
     ) -> Result<NormalSolution, WearError> {
-        let height: Vec<f64> = self.height.iter().zip(wear).map(|(h, w)| h - w).collect();
-        let patch = &self.patch;
+        let mut height: Vec<f64> = self.height.iter().zip(wear).map(|(h, w)| h - w).collect();
+        if let Some(pressing) = &self.pressing {
+            let opening = pressing.opening();
+            height.iter_mut().zip(&opening).for_each(|(h, u)| *h -= u);
+        }
         let problem = NormalProblem {
-            patch,
+            patch: &self.patch,
             height: &height,
             compliance,
             control,
             rotation: self.rotation,
             pressure_cap: self.pressure_cap,
         };
-        // How the bodies press each other is that of half spaces: what a structure's mesh has of them matters to what moves it.
+        // How bodies press each other is the half spaces' doing and the structure's, as it bends under loads that stay. What its mesh has of half
+        // spaces matters to what displaces it.
         let options = self.options.normal;
-        let solve = |half_space: &mut _| normal::solve(half_space, &problem, start, options);
-        Ok(self.half_space.without_nodal(solve)?)
+        let Some(pressing) = &self.pressing else {
+            let solve = |half_space: &mut _| normal::solve(half_space, &problem, start, options);
+            return Ok(self.half_space.without_nodal(solve)?);
+        };
+        let mut solution = pressing.solve(&mut self.half_space, problem, start, options)?;
+        let shortening = pressing.shortening(&self.patch, &solution);
+        solution.approach = pressing.approach(&self.patch, &solution);
+        self.pressing
+            .iter_mut()
+            .for_each(|of| of.shortening = shortening);
+        Ok(solution)
     }
 
     /// The static contact, at the mean load.

@@ -1,2 +1,4 @@
+mod blocks;
+mod pressing;
 mod small_joint;
 mod truth;

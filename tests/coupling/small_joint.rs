@@ -1,6 +1,6 @@
 //! Two blocks with a rough face between them on two scales, held against the same blocks meshed down to the cells.
 
-use fretwear::contact::nodes::{Interpolation, NodalCompliance};
+use fretwear::contact::nodes::{Interpolation, NodalCompliance, ShearCompliance};
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::tangential::{self, TangentialOptions};
 use fretwear::contact::{Boundary, HalfSpace, Pair};
@@ -70,8 +70,9 @@ fn half_space(truth: &Truth, counts: [usize; 2], layers: usize) -> HalfSpace {
     let [lx, ly] = grid.size();
     let sides = [lx / counts[0] as f64, ly / counts[1] as f64];
     let thickness = vec![height / layers as f64; layers];
-    let mut of_mesh =
-        FaceCompliance::new(elastic(truth), sides, &thickness, counts).expect("a mesh");
+    let formulation = Formulation::IncompatibleModes;
+    let of_mesh = FaceCompliance::new(elastic(truth), sides, &thickness, counts, formulation);
+    let mut of_mesh = of_mesh.expect("a mesh");
     of_mesh.add(&of_mesh.clone());
     let (blocks, mesh) = (of_blocks(truth, counts, layers), of_mesh.matrices());
     let [normal, xx, yy, xy] = std::array::from_fn(|k| {
@@ -81,11 +82,9 @@ fn half_space(truth: &Truth, counts: [usize; 2], layers: usize) -> HalfSpace {
     let interpolation = Interpolation::new(grid, counts);
     let mut half_space = HalfSpace::new(grid, Pair::same(elastic(truth)), Boundary::Free);
     let nodal = NodalCompliance {
-        interpolation,
+        interpolation: interpolation.into(),
         normal,
-        xx,
-        yy,
-        xy,
+        shear: Some(ShearCompliance { xx, yy, xy }),
     };
     half_space
         .set_nodal(Some(nodal.into()))

@@ -6,6 +6,7 @@ use fretwear::contact::{HalfSpace, Shear};
 use fretwear::grid::{Grid, Patch};
 use fretwear::model_update::{ContactElements, ElementParameters, Laws, Loading};
 use fretwear::reference::CattaneoMindlin;
+use fretwear::structure::element::Formulation;
 
 use super::{ROUNDING, STEEL, assert_close, half_space, noise, sliders};
 use crate::contact::nodes::without_mesh;
@@ -44,7 +45,7 @@ fn rough() -> (Grid, Vec<f64>) {
 
 /// A half space without what its mesh has.
 fn local(grid: Grid) -> HalfSpace {
-    without_mesh(grid, COUNTS, &[1e-3; 3])
+    without_mesh(grid, COUNTS, &[1e-3; 3], Formulation::IncompatibleModes)
 }
 
 fn nodes(grid: Grid) -> ContactElements {

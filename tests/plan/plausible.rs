@@ -51,6 +51,7 @@ const MISTAKES: &[(&str, &[&str])] = &[
             "contact.normal_load=\"30 MN\"",
             "contact.normal_load=\"30 N\"",
             "contact.friction_coefficient=6e-4",
+            "contact.bolt_stiffness=\"500 N/nm\"",
             "motion.amplitude=[\"5 mm\", \"0 m\"]",
             "motion.amplitude=[\"5 nm\", \"0 m\"]",
             "wear.coefficient=\"2e6 um^3/J\"",
@@ -73,7 +74,6 @@ const MISTAKES: &[(&str, &[&str])] = &[
             "surface.rq=\"5 nm\"",
             "contact.normal_load=\"30 N\"",
             "contact.friction_coefficient=6e-4",
-            "contact.bolt_stiffness=\"500 N/nm\"",
             "dynamics.force.amplitude=\"1000 kN\"",
             "dynamics.frequency=[\"900 kHz\", \"1050 kHz\"]",
             "dynamics.frequency=[\"0.9 Hz\", \"1.05 Hz\"]",
@@ -295,7 +295,10 @@ fn what_is_unusual_is_not_warned_of() {
             &[
                 &["dynamics.force.amplitude=\"1 N\""],
                 &["contact.normal_load=\"300 N\""],
-                &["contact.bolt_stiffness=\"500 N/um\""],
+                &[
+                    "contact.bolt_stiffness=\"500 N/um\"",
+                    "contact.pressing=\"punch\"",
+                ],
                 &["dynamics.damping_ratio=2e-5"],
                 &[
                     "structure.leaf_thickness=\"1 mm\"",

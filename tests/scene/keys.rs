@@ -90,6 +90,14 @@ fn scenes() -> Vec<(&'static str, String)> {
                 "\"mesh\"",
             ),
         ),
+        (
+            "preloaded",
+            replaced(
+                &of_files("file = \"K.op4\"\ninterface = { upper = \"A\", lower = \"B\" }\n"),
+                "normal_load = \"30 kN\"",
+                "preload = { force = \"30 kN\", head = \"HEAD\", nut = \"NUT\" }",
+            ),
+        ),
     ]
 }
 

@@ -26,6 +26,7 @@ rq = "2 um"
 correlation_length = "4 mm"
 [contact]
 normal_load = "6.5 kN"
+pressing = "punch"
 friction_coefficient = 0.5
 [structure]
 kind = "mesh"

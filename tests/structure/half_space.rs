@@ -21,7 +21,14 @@ fn from_afar_a_mesh_is_a_half_space() {
     /// Part of the displacement at the farthest node that the faces beyond a period may make.
     const BEYOND: f64 = 0.01;
     let reach = [18, 14];
-    let face = FaceCompliance::new(STEEL, [a, b], &[1e-3; 4], reach).expect("a mesh");
+    let face = FaceCompliance::new(
+        STEEL,
+        [a, b],
+        &[1e-3; 4],
+        reach,
+        Formulation::IncompatibleModes,
+    )
+    .expect("a mesh");
     let (e, nu) = (STEEL.youngs_modulus, STEEL.poisson_ratio);
     let pi = std::f64::consts::PI;
     for (i, j) in [(12, 0), (0, 12), (9, 7), (18, 14), (16, 3)] {
@@ -60,7 +67,13 @@ fn lengths_that_are_none_are_refused() {
         ([f64::NAN, 1e-3], vec![]),
         ([1e-3, f64::INFINITY], vec![]),
     ] {
-        let found = FaceCompliance::new(STEEL, sides, &layers, [2, 2]);
+        let found = FaceCompliance::new(
+            STEEL,
+            sides,
+            &layers,
+            [2, 2],
+            Formulation::IncompatibleModes,
+        );
         let refused = matches!(found, Err(StructureError::OutOfRange { .. }));
         assert!(refused, "{sides:?} {layers:?}: {found:?}");
     }
@@ -76,7 +89,14 @@ fn nearby_it_is_the_mesh() {
     let sides = [1.0e-3, 1.2e-3];
     let layer = 1.1e-3;
     let reach = [3, 3];
-    let face = FaceCompliance::new(STEEL, sides, &[layer; 14], reach).expect("a mesh");
+    let face = FaceCompliance::new(
+        STEEL,
+        sides,
+        &[layer; 14],
+        reach,
+        Formulation::IncompatibleModes,
+    )
+    .expect("a mesh");
     let material = Material {
         elastic: STEEL,
         density: 1.0,

@@ -174,6 +174,7 @@ fn on_foot(
         size,
         elements,
         points: &[],
+        preload: None,
     };
     Imported::new(read, &options)
 }
@@ -201,6 +202,7 @@ fn import(
             size,
             elements,
             points: &points,
+            preload: None,
         },
     )
 }
@@ -512,6 +514,7 @@ fn resonator_from_matrices_is_the_resonator() {
             size: [geometry.lap_length, geometry.arm_height],
             elements: None,
             points: &[wall.join(", ")],
+            preload: None,
         },
     )
     .expect("a resonator");

@@ -14,6 +14,7 @@ mod real_matrices;
 mod reduction;
 mod resonator;
 mod solids;
+mod statics;
 mod superelement;
 mod ties;
 
@@ -44,6 +45,8 @@ fn only_matrices(stiffness: Triplets, mass: Triplets) -> Matrices {
         positions: HashMap::new(),
         notes: Vec::new(),
         outline: Vec::new(),
+        faces: Vec::new(),
+        hexahedra: None,
         local_axes: Vec::new(),
         unread: Vec::new(),
         formats: Vec::new(),

@@ -8,6 +8,7 @@ mod landing;
 mod left_out;
 mod local_load;
 mod motion;
+mod pressing;
 mod sampled;
 mod step;
 mod superposition;
@@ -93,6 +94,7 @@ pub fn joint(motion: Motion, march: March) -> FrettingJoint {
         half_space: HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free),
         patch: Patch::full(grid),
         height: height.collect(),
+        pressing: None,
         rotation: Rotation::FIXED,
         pressure_cap: None,
         friction_coefficient: FRICTION,

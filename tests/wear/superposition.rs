@@ -58,6 +58,7 @@ fn a_sphere_frets_as_cattaneo_and_mindlin_have_it() {
             half_space: HalfSpace::new(grid, exact.pair, Boundary::Free),
             patch: Patch::full(grid),
             height: crate::contact::paraboloid(grid, exact.radius, (0.07 * a, -0.11 * a)),
+            pressing: None,
             rotation: Rotation::FIXED,
             pressure_cap: None,
             friction_coefficient: FRICTION,

@@ -5,7 +5,8 @@
 //!
 //! - p = 0 and g ≥ 0 (open), or 0 < p < p_max and g = 0 (elastic), or p = p_max and g ≤ 0 (capped) [A eq. 4.3],
 //!
-//! and either δ is given or Σ p dA = N, either θ is given or Σ p y dA = M_x and −Σ p x dA = M_y. K is the half spaces'
+//! and either δ is given or Σ p dA = N, either θ is given or Σ p y dA = M_x and −Σ p x dA = M_y; or the bodies are free to move along some motions
+//! (δ, θ), each with its own resultant Σ p (δ + θ_x y − θ_y x) dA. K is the half spaces'
 //! compliance, D an optional diagonal one (the implicit wear step's), h the heights; x and y are measured from the grid's
 //! centre. This is the minimum of ½ pᵀ(K + D)p − (h + given motions)ᵀp over the admissible pressures, found by projected conjugate
 //! gradients.
@@ -44,6 +45,38 @@ pub enum Control {
     Load(f64),
     /// Approach δ from first touch of height 0; the load is found \[m\].
     Approach(f64),
+    /// Motions along which the bodies are free; [`NormalProblem::rotation`] is none.
+    Free(Freedom),
+}
+
+/// Rigid motions along which two bodies are free to move against each other, up to three that are independent.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Freedom {
+    motions: [[f64; 3]; 3],
+    resultants: [f64; 3],
+    count: usize,
+}
+
+impl Freedom {
+    /// Adds a motion, an approach δ \[m\] and rotations θ_x and θ_y \[rad\], with Σ p (δ + θ_x y − θ_y x) dA of the pressure \[N m\].
+    ///
+    /// # Panics
+    /// On a fourth motion.
+    pub fn add(&mut self, motion: [f64; 3], resultant: f64) {
+        self.motions[self.count] = motion;
+        self.resultants[self.count] = resultant;
+        self.count += 1;
+    }
+
+    /// The motions.
+    pub fn motions(&self) -> &[[f64; 3]] {
+        &self.motions[..self.count]
+    }
+
+    /// Their resultants.
+    pub fn resultants(&self) -> &[f64] {
+        &self.resultants[..self.count]
+    }
 }
 
 /// What holds the bodies parallel.
@@ -186,6 +219,16 @@ fn check(
                 value,
                 expected: "finite",
             });
+        }
+        Control::Free(freedom) => {
+            let values = freedom.motions().iter().flatten();
+            if let Some(&value) = values.chain(freedom.resultants()).find(|v| !v.is_finite()) {
+                return Err(ContactError::OutOfRange {
+                    name: "a free motion or its resultant",
+                    value,
+                    expected: "finite",
+                });
+            }
         }
         _ => (),
     }

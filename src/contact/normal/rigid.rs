@@ -1,8 +1,8 @@
 //! The rigid motions that a normal contact leaves to its solver, each in exchange for a resultant of the pressure.
 //!
-//! With the load given the approach is unknown; with the moments given the two rotations are too. Their fields on the cells
-//! are 1, y and −x, so that a rotation θ approaches the bodies by θ_x y − θ_y x, and their resultants are Σp, Σp y and −Σp x:
-//! load and moments over the area of a cell.
+//! A motion is an approach δ and two rotations θ, by which a cell comes closer by δ + θ_x y − θ_y x; its resultant is the sum of the
+//! pressure times that. With the load given the approach is unknown; with the moments given the two rotations are too; bodies of a structure may
+//! be free to move along any motions.
 
 use crate::contact::sums::sum;
 use crate::grid::Grid;
@@ -38,42 +38,54 @@ pub(super) fn load_and_moments(grid: Grid, pressure: &[f64]) -> Motions {
     sums
 }
 
-/// The unknown motions of a problem: none, the approach, the two rotations, or all three.
+/// The unknown motions of a problem, up to three.
 #[derive(Debug, Clone)]
 pub(super) struct RigidMotions {
     grid: Grid,
-    approach: bool,
-    rotation: bool,
+    /// Approach and rotations of each; those beyond `count` are none.
+    motions: [Motions; 3],
+    count: usize,
+    rotates: bool,
 }
 
 impl RigidMotions {
-    pub(super) fn new(grid: Grid, approach: bool, rotation: bool) -> Self {
+    /// Motions that are independent of each other.
+    pub(super) fn new(grid: Grid, motions: &[Motions]) -> Self {
+        let mut all = [[0.0; 3]; 3];
+        all[..motions.len()].copy_from_slice(motions);
         RigidMotions {
             grid,
-            approach,
-            rotation,
+            motions: all,
+            count: motions.len(),
+            rotates: motions.iter().any(|[_, x, y]| *x != 0.0 || *y != 0.0),
         }
     }
 
     /// True where pressure and motions are all given.
     pub(super) fn none(&self) -> bool {
-        !self.approach && !self.rotation
+        self.count == 0
     }
 
-    /// True where the rotations are unknown.
+    /// True where one of them turns the bodies; else there is at most one, the approach.
     pub(super) fn rotates(&self) -> bool {
-        self.rotation
+        self.rotates
+    }
+
+    /// Approach and rotations of a combination of the motions.
+    pub(super) fn combined(&self, of: &Motions) -> Motions {
+        [0, 1, 2].map(|m| (0..self.count).map(|k| of[k] * self.motions[k][m]).sum())
     }
 
     /// The fields of the motions at a cell, 0 for an absent one.
     fn fields(&self, c: usize) -> Motions {
-        let [one, y, x] = fields(self.grid, c);
-        [if self.approach { one } else { 0.0 }, y, x]
+        let fields = fields(self.grid, c);
+        self.motions
+            .map(|motion| (0..3).map(|m| motion[m] * fields[m]).sum())
     }
 
     /// Displacement of a cell by the motions.
     pub(super) fn at(&self, motions: &Motions, c: usize) -> f64 {
-        if self.rotation {
+        if self.rotates {
             let fields = self.fields(c);
             motions[0] * fields[0] + motions[1] * fields[1] + motions[2] * fields[2]
         } else {
@@ -84,7 +96,7 @@ impl RigidMotions {
     /// Σ value · field over some cells, for each motion.
     pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
-        if self.rotation {
+        if self.rotates {
             // Moments cancel, and the sum of many equal pressures rounds each time to the same side: what each addition loses
             // is summed as well [Neumaier 1974].
             let mut lost = [0.0; 3];
@@ -102,7 +114,7 @@ impl RigidMotions {
                 }
             }
             (0..3).for_each(|k| sums[k] += lost[k]);
-        } else if self.approach {
+        } else if !self.none() {
             sums[0] = sum(values);
         }
         sums
@@ -114,7 +126,7 @@ impl RigidMotions {
         if self.none() {
             return None;
         }
-        if !self.rotation {
+        if !self.rotates {
             let count = cells.len();
             return (count > 0).then(|| [resultants[0] / count as f64, 0.0, 0.0]);
         }
@@ -165,39 +177,37 @@ impl RigidMotions {
         right: Motions,
         singular: impl Fn(f64) -> Option<f64>,
     ) -> Option<Motions> {
-        let first = usize::from(!self.approach);
+        let count = self.count;
         let mut x = right;
-        for k in first..3 {
+        for k in 0..count {
             let whole = matrix[k][k];
-            for m in first..k {
+            for m in 0..k {
                 matrix[k][k] -= matrix[k][m] * matrix[k][m] * matrix[m][m];
             }
             if matrix[k][k] <= SINGULAR * whole {
                 matrix[k][k] = singular(matrix[k][k])?;
             }
-            for r in k + 1..3 {
-                for m in first..k {
+            for r in k + 1..count {
+                for m in 0..k {
                     matrix[r][k] -= matrix[r][m] * matrix[k][m] * matrix[m][m];
                 }
                 matrix[r][k] /= matrix[k][k];
             }
         }
-        for k in first..3 {
-            for m in first..k {
+        for k in 0..count {
+            for m in 0..k {
                 x[k] -= matrix[k][m] * x[m];
             }
         }
-        for k in first..3 {
+        for k in 0..count {
             x[k] /= matrix[k][k];
         }
-        for k in (first..3).rev() {
-            for r in k + 1..3 {
+        for k in (0..count).rev() {
+            for r in k + 1..count {
                 x[k] -= matrix[r][k] * x[r];
             }
         }
-        if first == 1 {
-            x[0] = 0.0;
-        }
+        x[count..].fill(0.0);
         Some(x)
     }
 
@@ -205,7 +215,15 @@ impl RigidMotions {
     pub(super) fn distance(&self, a: &Motions, b: &Motions) -> f64 {
         let [lx, ly] = self.grid.size();
         let arm = 0.5 * lx.hypot(ly);
-        let moment = (a[1] - b[1]).hypot(a[2] - b[2]) / arm;
-        (a[0] - b[0]).abs().max(moment)
+        let (mut load, mut moments) = (0.0f64, 0.0f64);
+        for k in 0..self.count {
+            let [approach, x, y] = self.motions[k];
+            let off = a[k] - b[k];
+            match x == 0.0 && y == 0.0 {
+                true => load = (off / approach).abs(),
+                false => moments = moments.hypot(off / (approach.abs() + arm * x.hypot(y))),
+            }
+        }
+        load.max(moments)
     }
 }

@@ -1,15 +1,16 @@
 //! `[contact]`
 
-use super::Default::{Absent, ByPreset, Is, Rule};
+use super::Default::{Absent, ByPreset, Is, Required, Rule};
 use super::keys;
 use super::value::{ANY, List, NOT_NEGATIVE, POSITIVE, Quantity, XY};
-use super::word::Choice;
+use super::word::{Boolean, Choice, Text};
 use crate::contact::normal::Rotation;
-use crate::scene::{Boundary, Distribution, Stiffness, Transverse};
+use crate::scene::{Boundary, Distribution, PressedBy, Stiffness, Transverse};
 use crate::units::Dimension;
 
 keys! {
     section "contact": "Load, friction and boundary conditions of the joint; without it a structure is bonded and linear.";
+    section "contact.preload": "A bolt of a structure from files, in place of normal_load: two opposing forces along the line between the centroids of head and nut, each spread by area. They stay.";
 
     /// Coulomb's coefficient of friction [A §2c]. A joint of 0 bears no shear and does not wear.
     FRICTION_COEFFICIENT: Quantity = "contact.friction_coefficient", Rule("must be given where the joint moves, else none: no friction"),
@@ -17,6 +18,14 @@ keys! {
     /// Static load that presses the bodies together: the preload of the bolt. With kn and kt it may be 0.
     NORMAL_LOAD: Quantity = "contact.normal_load", Rule("must be given, unless approach or gap is"),
         Quantity(Dimension::FORCE, POSITIVE, "30 kN");
+    /// The force of the bolt. With in_mesh the load that the joint bears.
+    PRELOAD_FORCE: Quantity = "contact.preload.force", Required, Quantity(Dimension::FORCE, POSITIVE, "10 kN"), with ["structure", "surface"];
+    /// Where the head presses: nodes and sets of nodes, with commas between.
+    PRELOAD_HEAD: Text = "contact.preload.head", Required, Text("HEAD"), with ["structure", "surface"];
+    /// Where the nut presses.
+    PRELOAD_NUT: Text = "contact.preload.nut", Required, Text("NUT"), with ["structure", "surface"];
+    /// Whether the bolt is a part of the mesh: its force is found such that the joint bears the force given.
+    PRELOAD_IN_MESH: Boolean = "contact.preload.in_mesh", Is("false"), Boolean, with ["structure", "surface"];
     /// Approach of the bodies in place of normal_load, counted from height 0, positive when pressed together. Of a contact that does
     /// not move.
     APPROACH: Quantity = "contact.approach", Absent, Quantity(Dimension::LENGTH, ANY, "2 um"), of ["rough"];
@@ -47,6 +56,11 @@ keys! {
     /// Moments about x and y, through the middle of the joint, under which free rotations are found. With rotation = "free".
     MOMENT: List<2> = "contact.moment", Rule("no moments"),
         List(XY, Quantity(Dimension::MOMENT, ANY, r#"["2 N m", "0 N m"]"#), None), of ["rough"];
+    /// How the bodies of a structure press each other. The default is the structure where its contact elements are pairs of nodes of a mesh of equal boxes (`stiffness = "sliders"`), else a punch.
+    PRESSING: Choice<PressedBy> = "contact.pressing", ByPreset(["punch", "structure", "structure", "structure"]), Choice(&[
+        ("structure", PressedBy::Structure, "as the structure bends under its loads; rotation, moment and approach follow"),
+        ("punch", PressedBy::Punch, "as rigid punches on half spaces, so that most of the load is at the edges"),
+    ]), of ["rough"], with ["structure", "surface"];
     /// What law the contact elements of a structure get from the rough contact. With boundary = "periodic" it is total.
     STIFFNESS: Choice<Stiffness> = "contact.stiffness", ByPreset(["total", "sliders", "sliders", "sliders"]), Choice(&[
         ("sliders", Stiffness::Sliders, "each contact element its curve of force over displacement in the rough contact, a bank of sliders, without what the finite elements have already"),

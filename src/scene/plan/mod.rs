@@ -52,6 +52,33 @@ pub enum PlanError {
         /// Dundurs' β.
         beta: f64,
     },
+    /// A structure that cannot press its joint.
+    #[error("`contact.pressing` is \"structure\", and {reason}; use \"punch\", or leave it out")]
+    StructureCannotPress {
+        /// Why not.
+        reason: &'static str,
+    },
+    /// A preload at places of a structure that does not press.
+    #[error(
+        "`contact.preload` says where a structure is pressed, and it does not press: {reason}; give contact.normal_load in its place"
+    )]
+    PreloadOfPunch {
+        /// Why not.
+        reason: &'static str,
+    },
+    /// What the structure decides.
+    #[error(
+        "`{key}` is given, and the structure decides how its bodies lie against each other; leave it out, or give contact.pressing = \"punch\""
+    )]
+    HeldByStructure {
+        /// The key.
+        key: &'static str,
+    },
+    /// The bolt of a punch.
+    #[error(
+        "`contact.bolt_stiffness` is that of a bolt outside of the structure, and where it acts is not known or the bolt is in the mesh; give contact.preload with head and nut, leave bolt_stiffness out, or give contact.pressing = \"punch\""
+    )]
+    BoltOfStructure,
     /// A value that this version does not compute.
     #[error("`{key}` is {value}, which this version does not compute; use {instead}")]
     NotAvailable {
@@ -274,7 +301,12 @@ fn decide(scene: &Scene, contents: &Contents, inputs: &mut Inputs) -> Result<(),
     let (mut surface, mut contact, mut cycle) = (None, None, None);
     if let Some(rough) = scene.rough() {
         let decided = rough::decide(scene, &rough, motion, contents)?;
+        let is_pressed = decided.1.pressing.is_some();
         (surface, contact, cycle) = (Some(decided.0), Some(decided.1), decided.2);
+        // What presses the joint is at rest in the vibration.
+        if let Some(response) = recipe.response.as_mut().filter(|_| is_pressed) {
+            response.forces.retain(|force| force.harmonic > 0);
+        }
     }
     let elements = vibration::elements(scene);
     let joint = Joint {

@@ -6,9 +6,12 @@ use crate::contact::{Coupling, Shear};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
 use crate::recipe::{self, CycleError, MotionSource, Reasons, why_computed};
-use crate::scene::keys::contact::MOMENT;
-use crate::scene::{Boundary, Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse};
+use crate::scene::keys::contact::{APPROACH, MOMENT, PRESSING, ROTATION};
+use crate::scene::{
+    Boundary, Contact, Motion as SceneMotion, PressedBy, RoughJoint, Scene, Transverse,
+};
 use crate::structure::reduction::ContactPorts;
+use crate::structure::resonator::{BOLT_ABOVE, BOLT_BELOW};
 use crate::wear::cycle::March;
 use crate::wear::{Channel, Motion};
 
@@ -67,7 +70,76 @@ fn structure_mesh(scene: &Scene, rough: &RoughJoint) -> Option<recipe::Structure
         counts: array.counts,
         sides: array.sides(),
         layers: structure.layers(),
+        formulation: structure.formulation(),
     })
+}
+
+/// How the bodies press each other, by the structure or as punches, and why.
+fn pressing(
+    scene: &Scene,
+    rough: &RoughJoint,
+) -> Result<(Option<recipe::StructurePressing>, &'static str), PlanError> {
+    let Some(structure) = rough.structure else {
+        return Ok((None, "no [structure]"));
+    };
+    let given = scene.given(PRESSING.name);
+    let preload = rough.contact.preload.as_ref();
+    if rough.contact.pressed_by == PressedBy::Punch {
+        if preload.is_some() {
+            return Err(PlanError::PreloadOfPunch {
+                reason: "contact.pressing is \"punch\"",
+            });
+        }
+        return Ok((
+            None,
+            "contact.pressing = \"punch\", or fidelity.preset = \"paper\"",
+        ));
+    }
+    let joint = structure.import().and_then(|import| import.joint.as_ref());
+    let hinders = if contact_ports(scene).are_faces() {
+        Some(
+            "contact.stiffness is not \"sliders\", so that contact elements are faces and no pairs of nodes",
+        )
+    } else if joint.is_some_and(|joint| !joint.is_regular) {
+        Some(
+            "the nodes of the joint are not the corners of equal rectangles, so that what their mesh has of half spaces is not known",
+        )
+    } else {
+        None
+    };
+    if let Some(reason) = hinders {
+        return match given {
+            Some(_) => Err(PlanError::StructureCannotPress { reason }),
+            None if preload.is_some() => Err(PlanError::PreloadOfPunch { reason }),
+            None => Ok((None, reason)),
+        };
+    }
+    let held = [ROTATION.name, MOMENT.name, APPROACH.name];
+    if let Some(key) = held.into_iter().find(|key| scene.given(key).is_some()) {
+        return Err(PlanError::HeldByStructure { key });
+    }
+    let is_bolt_outside = preload.is_some_and(|preload| !preload.in_mesh);
+    if rough.conditions.bolt_stiffness.is_some() && !is_bolt_outside {
+        return Err(PlanError::BoltOfStructure);
+    }
+    let ends = structure.import().and_then(|import| import.preload.clone());
+    let preload = match structure.resonator() {
+        None if let (Some(preload), Some(ends)) = (preload, ends) => recipe::Preload::Bolt {
+            points: ends.points,
+            direction: ends.direction,
+            in_mesh: preload.in_mesh,
+        },
+        Some(_) => recipe::Preload::Bolt {
+            points: [BOLT_ABOVE, BOLT_BELOW].map(str::to_owned),
+            direction: [0.0, 0.0, -1.0],
+            in_mesh: true,
+        },
+        None => recipe::Preload::Faces,
+    };
+    let loads = scene.recipe.response.iter().flat_map(|of| &of.forces);
+    let loads = loads.filter(|force| force.harmonic == 0).cloned().collect();
+    let why = "the structure bends as its loads press the joint";
+    Ok((Some(recipe::StructurePressing { preload, loads }), why))
 }
 
 fn surface(
@@ -133,6 +205,10 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
         },
     );
     why.add("coupling", of_coupling);
+    let (pressing, of_pressing) = pressing(scene, rough)?;
+    if rough.structure.is_some() {
+        why.add("pressing", of_pressing);
+    }
     why.add(
         "shear",
         match contact.transverse {
@@ -141,18 +217,17 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
             Transverse::Free => "contact.transverse = \"free\": the mean displacement along y is found and reported; kt is with it held",
         },
     );
-    why.add(
-        "rotation",
-        match (conditions.rotation, scene.given(MOMENT.name)) {
-            (Rotation::Given(_), _) => "contact.rotation = \"fixed\"",
-            (Rotation::Free { .. }, None) => {
-                "contact.rotation = \"free\"; kn is that of bodies that turn"
-            }
-            (Rotation::Free { .. }, Some(_)) => {
-                "contact.rotation = \"free\" with contact.moment; kn is that of bodies that turn"
-            }
-        },
-    );
+    let of_rotation = match (conditions.rotation, scene.given(MOMENT.name)) {
+        _ if pressing.is_some() => "the structure holds the bodies, or leaves them free",
+        (Rotation::Given(_), _) => "contact.rotation = \"fixed\"",
+        (Rotation::Free { .. }, None) => {
+            "contact.rotation = \"free\"; kn is that of bodies that turn"
+        }
+        (Rotation::Free { .. }, Some(_)) => {
+            "contact.rotation = \"free\" with contact.moment; kn is that of bodies that turn"
+        }
+    };
+    why.add("rotation", of_rotation);
     if contact.friction_coefficient == Some(0.0) {
         why.add(
             "friction_coefficient",
@@ -171,6 +246,7 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
         plane: plane(rough.grid, conditions.boundary),
         friction_coefficient: contact.friction_coefficient,
         structure_mesh: structure_mesh(scene, rough),
+        pressing,
         shear: match contact.transverse {
             Transverse::Absent => Shear::AlongX,
             Transverse::Fixed | Transverse::Free => Shear::InPlane,

@@ -51,8 +51,15 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
         return Ok(None);
     };
     let joint = (joint.size, joint.elements);
-    let imported = imported(import, joint, &points, is_ratio_given)?;
+    let ends = scene
+        .contact
+        .as_ref()
+        .and_then(|contact| contact.preload.as_ref());
+    let ends = ends.map(|preload| &preload.ends);
+    let imported = imported(import, joint, &points, ends, is_ratio_given)?;
     import.points = points;
+    import.preload = imported.preload.clone();
+    import.hexahedra = imported.hexahedra;
     import.content = Some(hash_of(|update| imported.each_part(update)));
     import.apparent_modulus = Some(imported.apparent_modulus());
     import.has_damping = imported.has_damping();
@@ -79,6 +86,7 @@ fn imported(
     import: &Import,
     (size, elements): ([f64; 2], Option<[usize; 2]>),
     points: &[String],
+    preload: Option<&[String; 2]>,
     is_ratio_given: bool,
 ) -> Result<Imported, StructureFileError> {
     let inputs: Vec<Input> = (import.files.matrices.iter())
@@ -117,6 +125,7 @@ fn imported(
             size,
             elements,
             points,
+            preload,
         },
     )?)
 }

@@ -5,7 +5,7 @@ use crate::contact::normal::Rotation;
 use crate::recipe::{Conditions, ElementStiffness};
 use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
-use crate::scene::{Boundary, Contact, Distribution, Stiffness, Transverse};
+use crate::scene::{Boundary, Contact, Distribution, Preload, PressedBy, Stiffness, Transverse};
 
 pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>> {
     let has_surface = reader.has("surface");
@@ -83,15 +83,16 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         read => read,
     };
     let boundary = reader.value(&BOUNDARY)?;
-    let (friction_coefficient, pressed, elements, transverse, rotation) = (
+    let (friction_coefficient, pressed, pressed_by, elements, transverse, rotation) = (
         friction_coefficient,
-        load_or_approach(reader, vibrates),
+        load_or_approach(reader, body),
+        pressed_by(reader, vibrates),
         element_law(reader, vibrates, boundary),
         transverse(reader, vibrates),
         rotation(reader, boundary),
     )
         .all()?;
-    let (normal_load, approach) = pressed;
+    let (normal_load, approach, preload) = pressed;
     let bolt_stiffness = reader.optional(&BOLT_STIFFNESS, None)?;
     if bolt_stiffness.is_some() && !reader.has("wear") {
         return Err(reader.conflict(
@@ -110,8 +111,20 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
             bolt_stiffness,
             rotation,
         }),
+        preload,
+        pressed_by,
         elements,
     })
+}
+
+/// How the bodies are to press each other.
+fn pressed_by(reader: &Reader<'_>, vibrates: bool) -> Result<PressedBy> {
+    if !vibrates && reader.look(&PRESSING)? == Some(PressedBy::Structure) {
+        let reason = "there is no structure; add [structure] and [dynamics], or leave it out";
+        return Err(reader.conflict(&PRESSING, reason));
+    }
+    let chosen = (!vibrates).then_some(PressedBy::Punch);
+    reader.value_or(&PRESSING, chosen, reader.value(&PRESET)?)
 }
 
 /// What law the contact elements of a structure have, and how they share one stiffness where they do.
@@ -162,7 +175,15 @@ fn element_law(
 }
 
 /// What presses the bodies together: a load, or for a contact that does not move the approach.
-fn load_or_approach(reader: &Reader<'_>, vibrates: bool) -> Result<(f64, Option<f64>)> {
+fn load_or_approach(
+    reader: &Reader<'_>,
+    body: Body,
+) -> Result<(f64, Option<f64>, Option<Preload>)> {
+    let vibrates = body != Body::Joint;
+    if let Some((force, preload)) = preload(reader, body)? {
+        reader.note(&NORMAL_LOAD, force);
+        return Ok((force, None, Some(preload)));
+    }
     let load = reader.get(&NORMAL_LOAD)?;
     let approach = reader.get(&APPROACH)?;
     let moves = vibrates || reader.has("motion");
@@ -173,13 +194,47 @@ fn load_or_approach(reader: &Reader<'_>, vibrates: bool) -> Result<(f64, Option<
             &APPROACH,
             "contact.normal_load presses the bodies together already; give one or the other",
         )),
-        (Some(load), None) => Ok((load, None)),
+        (Some(load), None) => Ok((load, None, None)),
         (None, Some(_)) if moves => Err(reader.conflict(
             &APPROACH,
             "it presses a contact that does not move; with [motion] or [dynamics] give contact.normal_load",
         )),
-        (None, approach) => Ok((reader.note(&NORMAL_LOAD, 0.0), approach)),
+        (None, approach) => Ok((reader.note(&NORMAL_LOAD, 0.0), approach, None)),
     }
+}
+
+/// The preload at two places of a structure, and its force \[N\].
+fn preload(reader: &Reader<'_>, body: Body) -> Result<Option<(f64, Preload)>> {
+    if !reader.has("contact.preload") {
+        return Ok(None);
+    }
+    for (key, reason) in [
+        (
+            &NORMAL_LOAD,
+            "contact.preload.force is the load already; give one or the other",
+        ),
+        (
+            &APPROACH,
+            "contact.preload presses the bodies together already; give one or the other",
+        ),
+    ] {
+        if reader.has(key) {
+            return Err(reader.conflict(key, reason));
+        }
+    }
+    if body != Body::Matrices {
+        let reason = "it names sets of nodes of a structure of kind = \"mesh\" or \"matrices\", and this scene has none; give contact.normal_load";
+        return Err(reader.misplaced("contact.preload", reason));
+    }
+    let (force, head, nut, in_mesh) = (
+        reader.required(&PRELOAD_FORCE),
+        reader.required(&PRELOAD_HEAD),
+        reader.required(&PRELOAD_NUT),
+        reader.value(&PRELOAD_IN_MESH),
+    )
+        .all()?;
+    let ends = [head, nut];
+    Ok(Some((force, Preload { ends, in_mesh })))
 }
 
 fn transverse(reader: &Reader<'_>, vibrates: bool) -> Result<Transverse> {
@@ -213,6 +268,10 @@ fn rotation(reader: &Reader<'_>, boundary: Boundary) -> Result<Rotation> {
 }
 
 fn given(reader: &Reader<'_>) -> Result<Contact> {
+    if reader.has("contact.preload") {
+        let reason = "contact.kn and contact.kt are given, and such a joint is not pressed: its load at rest is contact.normal_load, uniform by area";
+        return Err(reader.misplaced("contact.preload", reason));
+    }
     reader.refuse_form(
         "contact",
         "rough",
@@ -248,6 +307,7 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
     }
     // The record has the keys of a rough contact too, with their defaults.
     reader.note(&STIFFNESS, Stiffness::Total);
+    reader.note(&PRESSING, PressedBy::Punch);
     reader.value(&DISTRIBUTION)?;
     reader.value(&BOUNDARY)?;
     reader.value(&ROTATION)?;
@@ -258,6 +318,8 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
         friction_coefficient,
         transverse: reader.value(&TRANSVERSE)?,
         conditions: None,
+        preload: None,
+        pressed_by: PressedBy::Punch,
         elements: ElementStiffness::Given {
             kn,
             kt,

@@ -70,6 +70,12 @@ pub enum ImportError {
         /// Those there are.
         known: String,
     },
+    /// A preload without a direction.
+    #[error(
+        "contact.preload: the centroids of head \"{}\" and nut \"{}\" are one point, so that the forces between them have no direction; they must be at both ends of the bolt",
+        .0[0], .0[1]
+    )]
+    PreloadNowhere([String; 2]),
     /// A node twice.
     #[error("node {node} is in two pairs of the joint; each node of a body faces one of the other")]
     Twice {

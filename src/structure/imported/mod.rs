@@ -13,12 +13,14 @@ pub use error::ImportError;
 pub use nodes::Facing;
 pub use rows::name_rows;
 
+use super::element::Formulation;
 use super::frequencies::{self, SUMMED};
 use super::inspection::{self, mass_by_direction};
 use super::interface::{Interface, InterfaceError, Side, Wanted};
 use super::matrices::{Matrices, Role, Triplets};
 use super::reduction::{ContactPorts, Ports};
-use nodes::{check_pairs, neighbours, point, sides};
+use crate::linalg::vectors::{dot, minus};
+use nodes::{NodePoint, check_pairs, ends_of_preload, neighbours, point, sides};
 use rows::{leave_out_massless, places};
 
 /// Entries may differ from their mirror images by this share of the largest: what the digits of a text leave.
@@ -69,9 +71,22 @@ pub struct Imported {
     sides: [Side; 2],
     /// The nodes of both sides face each other one by one, in their order.
     is_paired: bool,
-    points: Vec<(String, Vec<i64>)>,
+    points: Vec<NodePoint>,
+    /// The hexahedra of the files' elements, where they have such alone.
+    pub hexahedra: Option<Formulation>,
+    /// The last two points, where a preload acts: their names and the direction from the first to the second.
+    pub preload: Option<EndsOfPreload>,
     /// Edges of the bodies: the places of the nodes of each, in the axes of the joint \[m\].
     outline: Vec<Vec<(i64, [f64; 3])>>,
+}
+
+/// Where a preload acts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct EndsOfPreload {
+    /// Names of the points.
+    pub points: [String; 2],
+    /// From the first to the second, along the axes of the model.
+    pub direction: [f64; 3],
 }
 
 /// A lower triangle: rows, columns and values, sorted by column.
@@ -96,6 +111,8 @@ pub struct Options<'a> {
     pub elements: Option<[usize; 2]>,
     /// Points: numbers of nodes, or names of sets, whose mean displacement is meant.
     pub points: &'a [String],
+    /// The nodes at both ends of a preload, by their numbers and names of sets.
+    pub preload: Option<&'a [String; 2]>,
 }
 
 impl Imported {
@@ -193,9 +210,33 @@ impl Imported {
         let stiffness_si = scaled(stiffness, unit.mass / (unit.time * unit.time));
         let [mut lower, mut upper] = sides(matrices, options.facing, unit, &positions)?;
         let points = options.points.iter().map(|name| point(matrices, name));
-        let points = points.collect::<Result<Vec<_>, _>>()?;
+        let mut points = points.collect::<Result<Vec<_>, _>>()?;
+        let mut preload = None;
+        if let Some(names) = options.preload {
+            let ([head, nut], are_areas_known) = ends_of_preload(matrices, names, &positions)?;
+            if !are_areas_known {
+                notes.push(
+                    "no file has elements whose faces have all corners in contact.preload.head or nut: their nodes bear equal parts of the preload".to_owned(),
+                );
+            }
+            let apart = minus(nut.1, head.1);
+            let length = dot(apart, apart).sqrt();
+            if length == 0.0 {
+                return Err(ImportError::PreloadNowhere(names.clone()));
+            }
+            preload = Some(EndsOfPreload {
+                points: [head.0.0.clone(), nut.0.0.clone()],
+                direction: apart.map(|d| d / length),
+            });
+            points.extend([head.0, nut.0]);
+        }
         used.extend(lower.nodes.iter().chain(&upper.nodes));
-        used.extend(points.iter().flat_map(|point| &point.1));
+        used.extend(
+            points
+                .iter()
+                .flat_map(|point| &point.1)
+                .map(|(node, _)| node),
+        );
         for (why, nodes) in &matrices.local_axes {
             if let Some(node) = nodes.iter().find(|node| used.contains(node)) {
                 return Err(ImportError::LocalAxes(*node, why.clone()));
@@ -257,6 +298,8 @@ impl Imported {
             sides: [lower, upper],
             is_paired: matches!(options.facing, Facing::Pairs(_)),
             points,
+            hexahedra: matrices.hexahedra,
+            preload,
             outline,
         };
         imported.check_rows(&held_rows)?;
@@ -296,7 +339,10 @@ impl Imported {
         }
         for (name, nodes) in &self.points {
             update(name.as_bytes());
-            nodes.iter().for_each(|node| each_row(update, *node));
+            for (node, part) in nodes {
+                each_row(update, *node);
+                update(&part.to_le_bytes());
+            }
         }
     }
 
@@ -304,7 +350,7 @@ impl Imported {
     fn check_rows(&self, held: &HashSet<(i64, u32)>) -> Result<(), ImportError> {
         let of_joint = self.sides.iter().flat_map(|side| &side.nodes);
         let of_points = self.points.iter().flat_map(|point| &point.1);
-        for &node in of_joint.chain(of_points) {
+        for &node in of_joint.chain(of_points.map(|(node, _)| node)) {
             for (axis, name) in AXES.into_iter().enumerate() {
                 let row = (node, axis as u32 + 1);
                 if !self.row_of.contains_key(&row) {
@@ -384,11 +430,9 @@ impl Imported {
             }
         }
         for (_, nodes) in &self.points {
-            let share = 1.0 / nodes.len() as f64;
             for d in 0..3 {
-                let rows = nodes
-                    .iter()
-                    .map(|node| (self.row_of[&(*node, d + 1)], share));
+                let rows = nodes.iter();
+                let rows = rows.map(|(node, part)| (self.row_of[&(*node, d + 1)], *part));
                 combinations.push(rows.collect());
             }
         }

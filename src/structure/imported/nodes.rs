@@ -1,8 +1,9 @@
 //! Nodes of the joint, and of the points at which forces act.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::{ImportError, Lower, UnitSystem};
+use crate::linalg::vectors::{cross, dot, minus};
 use crate::structure::interface::{Interface, Side};
 use crate::structure::matrices::Matrices;
 
@@ -110,19 +111,87 @@ pub(super) fn no_set(matrices: &Matrices, key: &'static str, name: &str) -> Impo
     }
 }
 
-/// The nodes of a point: numbers of nodes and names of sets, with commas between.
-pub(super) fn point(matrices: &Matrices, name: &str) -> Result<(String, Vec<i64>), ImportError> {
+/// A point: its name, and its nodes with their parts in its displacement, which sum to one.
+pub(super) type NodePoint = (String, Vec<(i64, f64)>);
+
+/// The mean over the nodes that a scene names.
+pub(super) fn point(matrices: &Matrices, name: &str) -> Result<NodePoint, ImportError> {
+    let nodes = nodes_of(matrices, "dynamics", name)?;
+    let part = 1.0 / nodes.len() as f64;
+    Ok((
+        name.to_owned(),
+        nodes.into_iter().map(|node| (node, part)).collect(),
+    ))
+}
+
+/// An end of a preload, and its centroid \[m\].
+pub(super) type End = (NodePoint, [f64; 3]);
+
+/// What an end of a preload is called beside the point of the same nodes.
+fn end_of_preload(name: &str) -> String {
+    format!("{name} by area")
+}
+
+/// Both ends of a preload, each of its nodes with its part of the area, their centroids, and whether areas are known. A node has equal parts of
+/// the outer faces that it is a corner of, if all of their corners are among the nodes.
+pub(super) fn ends_of_preload(
+    matrices: &Matrices,
+    names: &[String; 2],
+    positions: &Position<'_>,
+) -> Result<([End; 2], bool), ImportError> {
+    let mut are_areas_known = true;
+    let mut end = |name: &String| -> Result<End, ImportError> {
+        let nodes = nodes_of(matrices, "contact.preload", name)?;
+        let among: HashSet<i64> = nodes.iter().copied().collect();
+        let mut parts: HashMap<i64, f64> = HashMap::new();
+        for face in matrices
+            .faces
+            .iter()
+            .filter(|face| face.iter().all(|n| among.contains(n)))
+        {
+            let at = face
+                .iter()
+                .map(|n| positions(*n))
+                .collect::<Result<Vec<_>, _>>()?;
+            // Twice the area of a quadrangle is the product of its diagonals, of a triangle that of two sides.
+            let at = |k: usize| at[k % at.len()];
+            let normal = cross(minus(at(2), at(0)), minus(at(3), at(1)));
+            let area = dot(normal, normal).sqrt() / face.len() as f64;
+            face.iter()
+                .for_each(|node| *parts.entry(*node).or_insert(0.0) += area);
+        }
+        if parts.is_empty() {
+            are_areas_known = false;
+            parts = nodes.iter().map(|node| (*node, 1.0)).collect();
+        }
+        let mut parts: Vec<(i64, f64)> = parts.into_iter().collect();
+        parts.sort_unstable_by_key(|(node, _)| *node);
+        let whole: f64 = parts.iter().map(|(_, part)| part).sum();
+        let mut centroid = [0.0; 3];
+        for (node, part) in &mut parts {
+            *part /= whole;
+            let at = positions(*node)?;
+            (0..3).for_each(|d| centroid[d] += *part * at[d]);
+        }
+        Ok(((end_of_preload(name), parts), centroid))
+    };
+    let [first, second] = names;
+    Ok(([end(first)?, end(second)?], are_areas_known))
+}
+
+/// Nodes by their numbers and by names of sets, with commas between.
+fn nodes_of(matrices: &Matrices, key: &'static str, name: &str) -> Result<Vec<i64>, ImportError> {
     let mut nodes = Vec::new();
     for item in name.split(',').map(str::trim) {
         match (item.parse(), matrices.sets.get(&item.to_ascii_uppercase())) {
             (_, Some(set)) => nodes.extend(set),
             (Ok(node), None) => nodes.push(node),
-            (Err(_), None) => return Err(no_set(matrices, "dynamics", item)),
+            (Err(_), None) => return Err(no_set(matrices, key, item)),
         }
     }
     nodes.sort_unstable();
     nodes.dedup();
-    Ok((name.to_owned(), nodes))
+    Ok(nodes)
 }
 
 /// Other nodes of the bodies that the stiffness joins with each side of the joint, those whose position is known.

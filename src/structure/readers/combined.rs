@@ -25,6 +25,8 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         notes: unread.clone(),
         unread,
         outline: Vec::new(),
+        faces: Vec::new(),
+        hexahedra: None,
         formats: Vec::new(),
     };
     // CalculiX writes its matrices along the global axes in spite of *TRANSFORM.
@@ -65,6 +67,8 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         matrices.sets.extend(parsed.sets);
         matrices.positions.extend(parsed.positions);
         matrices.outline.extend(parsed.outline);
+        matrices.faces.extend(parsed.faces);
+        matrices.hexahedra = matrices.hexahedra.or(parsed.hexahedra);
         for (why, nodes) in parsed.local_axes.into_iter().filter(|_| !is_calculix) {
             let why = format!("{why}, as {} says", path.display());
             let (first, count) = (nodes.iter().min().unwrap_or(&0), nodes.len());

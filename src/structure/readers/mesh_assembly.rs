@@ -8,9 +8,10 @@ use super::mesh_constraints;
 use super::mesh_deck::{self, Element};
 use super::{Named, Parsed};
 use crate::structure::StructureError;
+use crate::structure::element::Formulation;
 use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
 use crate::structure::outline;
-use crate::structure::solids::{Material, SolidMatrices};
+use crate::structure::solids::{Material, Solid, SolidMatrices};
 
 /// Stiffness and mass of the solids of a deck, without what it holds and what follows from other displacements, with its sets and positions.
 pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
@@ -82,7 +83,11 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         matrix.sum_places();
         matrix.precision = DOUBLE;
     }
-    parsed.outline = outline_of(&deck.elements, &nodes, &parsed.positions);
+    parsed.hexahedra = hexahedra_of(&deck.elements);
+    let faces = faces_of(&deck.elements, &nodes);
+    parsed.outline = outline_of(faces.clone(), &nodes, &parsed.positions);
+    let named = |(corners, _): outline::Face| corners.into_iter().map(|n| nodes[n]).collect();
+    parsed.faces = outline::outer_faces(faces).into_iter().map(named).collect();
     // A drawing has no motion of its own for a node that follows others.
     let follows =
         |&node: &i64| (1..=3).any(|direction| dependents.contains_key(&Dof { node, direction }));
@@ -166,13 +171,18 @@ fn matrices_of(
     })
 }
 
-/// Edges of the bodies of these elements, whose `nodes` are sorted.
-fn outline_of(
-    elements: &[Element],
-    nodes: &[i64],
-    positions: &HashMap<i64, [f64; 3]>,
-) -> Vec<Vec<i64>> {
-    let places: Vec<[f64; 3]> = nodes.iter().map(|node| positions[node]).collect();
+/// What all these elements are, if they are hexahedra of eight nodes.
+fn hexahedra_of(elements: &[Element]) -> Option<Formulation> {
+    let mut kinds = elements.iter().map(|element| match element.solid {
+        Solid::Hexahedron8(formulation) => Some(formulation),
+        _ => None,
+    });
+    let first = kinds.next()??;
+    kinds.all(|kind| kind == Some(first)).then_some(first)
+}
+
+/// The faces of all these elements by the places of their corners among `nodes`, which are sorted.
+fn faces_of(elements: &[Element], nodes: &[i64]) -> Vec<outline::Face> {
     let faces = elements.iter().flat_map(|element| {
         let corners = element.solid.corners_of_faces().into_iter();
         corners.map(|face| {
@@ -180,6 +190,16 @@ fn outline_of(
             (face.into_iter().map(at).collect(), 0)
         })
     });
+    faces.collect()
+}
+
+/// Edges of the bodies of elements with these `faces`.
+fn outline_of(
+    faces: Vec<outline::Face>,
+    nodes: &[i64],
+    positions: &HashMap<i64, [f64; 3]>,
+) -> Vec<Vec<i64>> {
+    let places: Vec<[f64; 3]> = nodes.iter().map(|node| positions[node]).collect();
     let lines = outline::lines(faces, &places).into_iter();
     let named = |line: outline::Line| line.nodes.into_iter().map(|n| nodes[n]).collect();
     lines.map(named).collect()

@@ -26,6 +26,7 @@ use std::path::{Path, PathBuf};
 use combined::combined;
 pub use error::{ReadError, ReadProblem};
 
+use super::element::Formulation;
 use super::matrices::{Dof, Matrices, Role, Triplets};
 use crate::files;
 
@@ -157,6 +158,8 @@ struct Parsed {
     sets: HashMap<String, Vec<i64>>,
     positions: HashMap<i64, [f64; 3]>,
     outline: Vec<Vec<i64>>,
+    faces: Vec<Vec<i64>>,
+    hexahedra: Option<Formulation>,
     local_axes: Vec<(String, Vec<i64>)>,
     unread: Vec<String>,
     notes: Vec<String>,

@@ -14,6 +14,10 @@ pub const MASS_2: usize = 1;
 /// Part number of the bolt.
 pub const BOLT: usize = 2;
 
+/// Names of the ends of the bolt's shank.
+pub const BOLT_ABOVE: &str = "bolt_above";
+pub const BOLT_BELOW: &str = "bolt_below";
+
 /// Half width of the staircase hole in each row of cells, from its middle row outwards: rows of 5, 5 and 3 cells.
 pub(super) const HOLE_HALF_WIDTHS: [usize; 3] = [2, 2, 1];
 /// Half width of the shank in cells: 3×3.
@@ -48,7 +52,8 @@ pub struct ResonatorMesh {
     pub mesh: Mesh,
     /// The contact elements, i along x slow and j along y fast; none if the joint is tied.
     pub contacts: Vec<Facing>,
-    /// `far_wall`, the middle of the outer face of mass 2's far wall, and `block`, the middle of mass 1's outer face.
+    /// `far_wall`, the middle of the outer face of mass 2's far wall, and `block`, the middle of mass 1's outer face; `bolt_above` and `bolt_below`, the
+    /// ends of the bolt's shank, unless the joint is tied.
     pub points: Vec<Point>,
 }
 
@@ -202,12 +207,22 @@ impl Resonator {
                 }
             }
         }
+        let mut ends = Vec::new();
+        if !self.tied {
+            for (name, k) in [BOLT_ABOVE, BOLT_BELOW]
+                .into_iter()
+                .zip([builder.outer[1], builder.outer[0]])
+            {
+                ends.push(builder.shank_end(name, middle, k));
+            }
+        }
         let mesh = builder.mesh;
         let end = window_end + self.wall_thickness;
-        let points = vec![
+        let mut points = vec![
             mesh.point("far_wall", [end, 0.0, 0.0])?,
             mesh.point("block", [-arm_start - self.block_length, 0.0, 0.0])?,
         ];
+        points.extend(ends);
         Ok(ResonatorMesh {
             mesh,
             contacts,
@@ -268,6 +283,28 @@ impl Builder {
             material: usize::from(part == BOLT),
             part,
         });
+    }
+
+    /// The end of the shank about the cell `middle`, at line `k` along z: its nodes, each by its part of the area.
+    fn shank_end(&mut self, name: &str, middle: [usize; 2], k: usize) -> Point {
+        let width = 2 * SHANK_HALF_WIDTH + 1;
+        let part = |n: usize| if n == 0 || n == width { 0.5 } else { 1.0 } / width as f64;
+        let places = (0..=width).flat_map(|a| (0..=width).map(move |b| [a, b]));
+        let weights = places
+            .map(|[a, b]| {
+                let at = [
+                    middle[0] + a - SHANK_HALF_WIDTH,
+                    middle[1] + b - SHANK_HALF_WIDTH,
+                    k,
+                ];
+                (self.node(at, BOLT), part(a) * part(b))
+            })
+            .collect();
+        Point {
+            name: name.to_owned(),
+            position: [0.0, 0.0, self.z[k]],
+            weights,
+        }
     }
 
     /// The contact element on a cell of the contact plane; `first` is the lap's first cell.

@@ -39,7 +39,7 @@ pub(super) struct Solver<'a, 'h> {
     problem: &'a NormalProblem<'a>,
     options: NormalOptions,
     cap: f64,
-    /// The given motions, and the unknown ones with the resultants they must bring \[Pa, Pa m\].
+    /// The given approach and rotations, and the unknown motions with the resultants they must bring \[Pa, Pa m\].
     given: Motions,
     motions: RigidMotions,
     target: Motions,
@@ -98,22 +98,28 @@ impl<'a, 'h> Solver<'a, 'h> {
         let scaling = problem
             .compliance
             .map(|d| d.iter().map(|d| (lambda / (lambda + d)).sqrt()).collect());
-        let (mut given, mut target) = ([0.0; 3], [0.0; 3]);
+        let mut given = [0.0; 3];
+        let mut free: Vec<(Motions, f64)> = Vec::new();
         match problem.control {
-            Control::Load(load) => target[0] = load / grid.cell_area(),
+            Control::Load(load) => free.push(([1.0, 0.0, 0.0], load)),
             Control::Approach(approach) => given[0] = approach,
+            Control::Free(freedom) => {
+                let motions = freedom.motions().iter().copied();
+                free.extend(motions.zip(freedom.resultants().iter().copied()));
+            }
         }
         match problem.rotation {
             Rotation::Given(rotation) => given[1..].copy_from_slice(&rotation),
-            Rotation::Free { moment } => {
-                target[1..].copy_from_slice(&moment.map(|m| m / grid.cell_area()))
+            Rotation::Free { moment: [x, y] } => {
+                free.extend([([0.0, 1.0, 0.0], x), ([0.0, 0.0, 1.0], y)]);
             }
         }
-        let motions = RigidMotions::new(
-            grid,
-            matches!(problem.control, Control::Load(_)),
-            matches!(problem.rotation, Rotation::Free { .. }),
-        );
+        let mut target = [0.0; 3];
+        for (target, (_, resultant)) in target.iter_mut().zip(&free) {
+            *target = resultant / grid.cell_area();
+        }
+        let free: Vec<Motions> = free.into_iter().map(|(motion, _)| motion).collect();
+        let motions = RigidMotions::new(grid, &free);
         Solver {
             half_space,
             problem,
@@ -167,10 +173,8 @@ impl<'a, 'h> Solver<'a, 'h> {
     /// First pressure: a given one, a uniform one, or none where the approach decides.
     fn begin(&mut self, start: Option<&[f64]>) -> Result<(), ContactError> {
         let usable = start.filter(|p| self.kept.iter().any(|&c| p[c] > 0.0));
-        let uniform = match self.problem.control {
-            Control::Load(_) => self.target[0] / self.kept.len() as f64,
-            Control::Approach(_) => 0.0,
-        };
+        // About as much as the resultants ask for.
+        let uniform = self.motions.distance(&self.target, &[0.0; 3]) / self.kept.len() as f64;
         // Of a given pressure the open cells stay open if they can: a shift for the last digits of the load would close them all.
         let loaded = usable.map(|p| self.kept.iter().copied().filter(|&c| p[c] > 0.0));
         let loaded: Vec<usize> = loaded.into_iter().flatten().collect();
@@ -188,11 +192,12 @@ impl<'a, 'h> Solver<'a, 'h> {
             self.pressure.fill(0.0);
             scatter(&first, cells, &mut self.pressure);
         }
-        if let (false, Rotation::Free { moment }) = (met, self.problem.rotation) {
-            return Err(ContactError::MomentNotCarried {
-                moment,
-                load: self.target[0] * self.problem.patch.grid.cell_area(),
-            });
+        let is_free = matches!(self.problem.control, Control::Free(_));
+        if !met && (self.motions.rotates() || is_free) {
+            let area = self.problem.patch.grid.cell_area();
+            let [load, x, y] = self.motions.combined(&self.target).map(|sum| sum * area);
+            let moment = [x, y];
+            return Err(ContactError::MomentNotCarried { moment, load });
         }
         if self.pressure.iter().any(|p| *p > 0.0) {
             self.update_residual();
@@ -273,7 +278,7 @@ impl<'a, 'h> Solver<'a, 'h> {
 
     /// A residual is a difference of heights, displacements and approach: it cannot be smaller than their rounding.
     fn rounding(&self) -> f64 {
-        ROUNDING * (self.motion[0].abs() + self.given[0].abs())
+        ROUNDING * (self.motions.combined(&self.motion)[0].abs() + self.given[0].abs())
     }
 
     /// What the rounding of all updates of the residual may have left, in units of the error.
@@ -421,7 +426,8 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
         let [load, x, y] = load_and_moments(grid, &self.pressure).map(|sum| sum * grid.cell_area());
         let moment = [x, y];
-        let [approach, x, y] = [0, 1, 2].map(|k| self.given[k] + self.motion[k]);
+        let motion = self.motions.combined(&self.motion);
+        let [approach, x, y] = [0, 1, 2].map(|k| self.given[k] + motion[k]);
         Ok(NormalSolution {
             pressure: self.pressure,
             gap,
