@@ -54,7 +54,7 @@ impl<const A: usize> FarField<A> {
     ) -> Self {
         let grid = half_space.grid();
         let [lx, ly] = grid.size();
-        // What a mesh takes away from half spaces leaves next to no far field; what bodies add is the most of it.
+        // Without the compliance that a mesh takes away, half spaces have hardly any far field. The compliance that bodies add is most of it.
         let added = half_space.nodal().filter(|nodal| nodal.shear.is_none());
         let [mx, my] = match (half_space.nodal(), added) {
             (None, _) | (_, Some(_)) => numbers(grid),

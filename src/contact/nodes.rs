@@ -22,7 +22,7 @@ pub struct Interpolation {
     counts: [usize; 2],
     /// For each row and column of cells the lowest node along the axis that it has a part in, and its parts in this one and the two next.
     along: [Vec<(usize, [f64; 3])>; 2],
-    /// What is to be added to the parts of cells that have some in nodes that are not there.
+    /// Cells next to missing nodes: by how much their parts differ from the means.
     moved: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
@@ -208,7 +208,7 @@ pub struct NodalCompliance {
     pub interpolation: Arc<Interpolation>,
     /// By how much the bodies part under normal forces that press them apart; symmetric.
     pub normal: Vec<f64>,
-    /// In the plane; none: nothing is added there.
+    /// The same in the plane; none if nothing is added there.
     pub shear: Option<ShearCompliance>,
 }
 
@@ -272,7 +272,7 @@ impl NodalCompliance {
     }
 
     /// By how much blocks of cells part on average under a pressure summed over the cells of each \[m/Pa\], row by row. `blocks` has the
-    /// block of every cell; none is without a cell.
+    /// block of every cell, and every block has a cell.
     pub(super) fn between(&self, blocks: &[u32]) -> Vec<f64> {
         let (nodes, count) = (
             self.interpolation.nodes(),

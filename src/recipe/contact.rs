@@ -164,7 +164,7 @@ impl Contact {
         told.add("cells", cells, surface.why.of("cells"));
         if let Some(of) = &self.pressing {
             told.add("pressing", of.told(), why.of("pressing"));
-        } else if self.structure_mesh.is_some() {
+        } else if !why.of("pressing").is_empty() {
             told.add(
                 "pressing",
                 "as rigid punches on half spaces",

@@ -193,8 +193,7 @@ impl Contact {
         })
     }
 
-    /// How the bodies of the `reduced` structure press each other at its contact elements, on a surface whose highest point is `top` \[m\], and the ratio of
-    /// the structure's flexibility to that of its mesh on half spaces; none of a joint that has no node with others around it.
+    /// How the bodies of the `reduced` structure press each other at its contact elements, on a surface whose highest point is `top` \[m\].
     ///
     /// # Errors
     /// [`StructureError::OtherMesh`] for a structure whose joint is not that of its mesh and material, and those of [`Reduced::statics`].
@@ -205,7 +204,7 @@ impl Contact {
         elements: &ContactElements,
         reduced: &Reduced,
         top: f64,
-    ) -> Result<(Pressing, Option<f64>), StructureError> {
+    ) -> Result<Pressing, StructureError> {
         let nodes = elements.nodes().expect("contact elements at nodes");
         let preload = of.preload.forces(reduced, elements.areas());
         let port = |port: &Port| port_of(reduced, &port.at, port.axis);
@@ -257,11 +256,13 @@ impl Contact {
             held: statics.held,
             compliance: statics.held_compliance,
         };
-        Ok((Pressing::new(added.into(), bodies, loads, top), ratio))
+        let mut pressing = Pressing::new(added.into(), bodies, loads, top);
+        pressing.mesh_ratio = ratio;
+        Ok(pressing)
     }
 }
 
-/// Mean ratio of the energy of the structure to that of its mesh on half spaces, under forces of 1, −2 and 1 on three nodes in a row with all faces
+/// Ratio of the energy of the structure to that of its mesh on half spaces, under forces of 1, −2 and 1 on three nodes in a row with all faces
 /// around them. Such forces neither move nor turn the bodies as a whole, and hardly bend them: two nodes alone would turn a slender bar.
 fn ratio_to_mesh(
     elements: &ContactElements,

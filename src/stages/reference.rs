@@ -67,10 +67,9 @@ fn unworn(
         approach: unworn.approach,
         preload: joint.pressing.as_ref().map(|of| of.preload),
         shortening: joint.pressing.as_ref().map(|of| of.shortening),
+        mesh_ratio: joint.pressing.as_ref().and_then(|of| of.mesh_ratio),
         ..typed::Reference::default()
     };
-    row.mesh_ratio = solvers.mesh_ratio;
-    let joint = solvers.joint(reads)?;
     let Some(of_recipe) = recipe.elements() else {
         return Ok((row, None));
     };

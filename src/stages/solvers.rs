@@ -38,8 +38,6 @@ pub struct Solvers {
     vibration: Option<Rc<Vibration>>,
     costs: Vec<PartCost>,
     gauge: Gauge,
-    /// The flexibility between neighbouring nodes of the joint over that of their mesh on half spaces, once the structure has pressed it.
-    pub mesh_ratio: Option<f64>,
     /// The cycle at the end of the last wear step. The stage that marches the same one takes it from here; another start of the program finds
     /// none and marches it, to the same bits.
     pub end: Option<EndCycle>,
@@ -60,7 +58,6 @@ impl Solvers {
             vibration: None,
             costs: Vec::new(),
             gauge,
-            mesh_ratio: None,
             end: None,
             forced_response: None,
             journal: Journal::default(),
@@ -121,8 +118,7 @@ impl Solvers {
         Ok(self.joint.as_mut().expect("it was built"))
     }
 
-    /// The rough joint whose bodies press each other under a `preload` \[N\], as their structure has it, for stages that press them. The preload is
-    /// that of the static contact, or where none is found yet that of the recipe.
+    /// The rough joint whose bodies press each other under a `preload` \[N\], as their structure has it, for stages that press them.
     pub fn pressed_joint(
         &mut self,
         reads: &Reads,
@@ -142,9 +138,8 @@ impl Solvers {
             let top = kept
                 .map(|c| joint.height[c])
                 .fold(f64::NEG_INFINITY, f64::max);
-            let (found, ratio) = contact.pressing(pressing, mesh, &elements, &reduced, top)?;
+            let found = contact.pressing(pressing, mesh, &elements, &reduced, top)?;
             joint.pressing = Some(found);
-            self.mesh_ratio = ratio;
         }
         let joint = self.joint(reads)?;
         joint

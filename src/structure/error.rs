@@ -17,10 +17,11 @@ pub enum StructureError {
     },
     /// A load along a rigid motion in which the pressure at the joint does no work.
     #[error(
-        "nothing bears load {load} of those that stay: {share:.1e} of its work is in a rigid motion that the pressure at the joint does not resist; hold the structure, or balance the load"
+        "nothing bears {}: {share:.1e} of its work is in a rigid motion that the pressure at the joint does not resist; hold the structure, or balance the load",
+        if *load == 0 { "the preload" } else { "the constant forces of dynamics.force" }
     )]
     Unborne {
-        /// Number of the load.
+        /// Number of the load: 0 of the preload, 1 of the constant forces.
         load: usize,
         /// Part of its work in such motions.
         share: f64,

@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use super::{FrettingJoint, WearError};
-use crate::contact::nodes::{Interpolation, NodalCompliance};
+use crate::contact::nodes::NodalCompliance;
 use crate::contact::normal::{
     self, Control, Freedom, NormalOptions, NormalProblem, NormalSolution, Rotation,
 };
@@ -62,6 +62,8 @@ pub struct Pressing {
     pub shortening: f64,
     /// Work of a preload of 1 N under itself and under the other loads.
     work: [f64; 2],
+    /// The structure's flexibility between neighbouring nodes over that of its mesh on half spaces; none of a joint too small to tell.
+    pub mesh_ratio: Option<f64>,
 }
 
 impl Pressing {
@@ -95,6 +97,7 @@ impl Pressing {
             part: 1.0,
             shortening: 0.0,
             work,
+            mesh_ratio: None,
         }
     }
 
@@ -384,11 +387,6 @@ impl Pressing {
         });
         closer.sum::<f64>() / patch.cells() as f64
     }
-
-    /// Interpolation between the nodes and the cells.
-    pub fn interpolation(&self) -> &Interpolation {
-        &self.added.interpolation
-    }
 }
 
 /// By how much a motion brings the bodies closer on some cells.
@@ -401,29 +399,25 @@ fn field_of(patch: &Patch, cells: &[usize], motion: &[f64; 3]) -> Vec<f64> {
     cells.iter().map(at).collect()
 }
 
-/// The parts of up to three independent motions that a combination of them has.
+/// The parts of up to three independent motions that a combination of them has: by their normal equations.
 fn parts_along(motions: &[[f64; 3]], patch: &Patch, moved: [f64; 3]) -> Vec<f64> {
     // Rotations count by a lever, so that all entries are displacements.
     let [lx, ly] = patch.grid.size();
     let lever = lx.hypot(ly);
-    let scaled = |[a, x, y]: [f64; 3]| [a, lever * x, lever * y];
-    let dot = |a: [f64; 3], b: [f64; 3]| -> f64 { (0..3).map(|k| a[k] * b[k]).sum() };
-    let mut left = scaled(moved);
-    let mut parts = vec![0.0; motions.len()];
-    // Projections one after the other: exact for orthogonal motions, else they converge fast, as there are three at most.
-    for _ in 0..MOST_PROJECTIONS {
-        for (part, motion) in parts.iter_mut().zip(motions) {
-            let motion = scaled(*motion);
-            let along = dot(left, motion) / dot(motion, motion);
-            *part += along;
-            (0..3).for_each(|k| left[k] -= along * motion[k]);
+    let dot = |[a, x, y]: [f64; 3], [b, u, v]: [f64; 3]| a * b + lever * lever * (x * u + y * v);
+    let mut parts: Vec<f64> = motions.iter().map(|motion| dot(*motion, moved)).collect();
+    let mut gram = RowMatrix::zeros(motions.len(), motions.len());
+    for (k, own) in motions.iter().enumerate() {
+        for (m, other) in motions.iter().enumerate() {
+            gram.set(k, m, dot(*own, *other));
         }
+    }
+    if !motions.is_empty() {
+        let factors = gram.factorize().expect("independent motions");
+        factors.solve(&mut parts);
     }
     parts
 }
-
-/// See [`parts_along`].
-const MOST_PROJECTIONS: usize = 60;
 
 /// Contact solutions in which held motions are found at most.
 const MOST_SOLVES: usize = 40;

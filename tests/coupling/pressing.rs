@@ -348,6 +348,31 @@ fn a_structure_is_of_the_material_of_its_joint() {
     );
 }
 
+/// Constant forces press as a preload does, and the pressure bears them all; those that nothing answers are refused by their name.
+#[test]
+fn constant_forces_press_the_joint() {
+    let plates = Plates::new(&vec![0.0; CELLS[0] * CELLS[1]]);
+    plates.deck("plates_4.inp", &[]);
+    let little = INNER.replace("10 kN", "1 N");
+    let drive = "{ amplitude = '0.5 N', at = 'TIP', direction = 'z' }";
+    let constant = |amplitude: &str, at: &str| {
+        format!("{{ amplitude = '{amplitude}', at = '{at}', direction = 'z', harmonic = 0 }}")
+    };
+    let (down, up) = (constant("-5 kN", "HEAD"), constant("5 kN", "NUT"));
+    let set = format!("dynamics.force=[{drive}, {down}, {up}]");
+    let found = plates.pressed("constant", &little, &[&set]);
+    let load = found.iter().sum::<f64>() * Grid::over(SIZE, CELLS).cell_area();
+    assert!((load / 5001.0 - 1.0).abs() < 1e-6, "{load}");
+    let set = format!("dynamics.force=[{drive}, {up}]");
+    let error = plates
+        .run("one", &little, &[&set])
+        .expect_err("a force alone");
+    assert!(
+        error.contains("the constant forces of dynamics.force"),
+        "{error}"
+    );
+}
+
 /// What cannot press, or presses nothing, is told with what would be right.
 #[test]
 fn what_cannot_press_is_refused() {
