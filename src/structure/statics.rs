@@ -5,7 +5,7 @@
 //! f_p of the pressure at the joint and f of the load.
 //!
 //! What holds the bodies otherwise may be far softer than the contact, as a beam is that bends. So G is split: G = Q + V C Vᵀ, where V has the
-//! motions of the faces as rigid planes that are held, C = (Vᵀ G⁻¹ V)⁻¹, and Q is positive without being soft along them.
+//! motions of the faces as rigid planes that are held and soft, C = (Vᵀ G⁻¹ V)⁻¹, and Q is positive without being soft along them.
 
 use super::StructureError;
 use super::reduction::Reduced;
@@ -29,7 +29,7 @@ pub struct Statics {
     /// Motions along which the bodies are free, or the load of the pressure is given, independent of each other: the approach δ \[m\] and the rotations
     /// θ_x, θ_y \[rad\], by which the faces come closer by δ + θ_x y − θ_y x.
     pub motions: Vec<[f64; 3]>,
-    /// Motions along which the structure holds its bodies; together with the others they are three.
+    /// Motions along which the structure holds its bodies softly; with nothing free, all three.
     pub held: Vec<[f64; 3]>,
     /// C between these, row by row: opening under the resultants of the pressure along them \[m/N\].
     pub held_compliance: Vec<f64>,
@@ -75,7 +75,7 @@ impl Reduced {
         let normal = |element: usize| 3 * element + 2;
         let flexibility =
             Matrix::from_fn(count, count, |e, f| self.flexibility(normal(e), normal(f)));
-        let planes = self.planes(centres, of_pressure)?;
+        let mut planes = self.planes(centres, of_pressure)?;
         let found = loads.iter().enumerate().map(|(number, forces)| {
             let opening = (0..count)
                 .map(|e| {
@@ -308,9 +308,18 @@ impl Planes {
             .collect()
     }
 
-    /// The compliance of the held motions, and the flexibility without it.
+    /// By how much the held motion `k` brings the faces closer at a place; where all three are held, those of [`Planes::motions`].
+    fn along_held(&self, k: usize, at: [f64; 2]) -> f64 {
+        match self.held.len() {
+            3 => [1.0, at[1], -at[0]][k],
+            _ => self.along(&self.held[k], at),
+        }
+    }
+
+    /// The compliance of the held motions, and the flexibility without it. Where bodies are free to come closer, only motions that are softer than a
+    /// contact element stay among those held: the flexibility keeps the other ones, with which the contact is solved at once.
     fn split(
-        &self,
+        &mut self,
         centres: &[[f64; 2]],
         flexibility: &Matrix,
     ) -> Result<(Vec<f64>, Matrix), StructureError> {
@@ -318,32 +327,60 @@ impl Planes {
         if held == 0 {
             return Ok((Vec::new(), flexibility.clone()));
         }
-        // Where three are held they are those of [`Planes::motions`].
-        let at = |e: usize, k: usize| match held {
-            3 => {
-                let [x, y] = centres[e];
-                [1.0, y, -x][k]
-            }
-            _ => self.along(&self.held[k], centres[e]),
-        };
         let largest = (0..count).fold(0.0, |m: f64, e| m.max(flexibility[(e, e)]));
         let whole = Matrix::from_fn(count, count, |e, f| {
             flexibility[(e, f)] + if e == f { ROUNDING * largest } else { 0.0 }
         });
         let factor = whole.cholesky().map_err(fail)?;
-        let mut solved = Matrix::from_fn(count, held, at);
+        let at = |k: usize, e: usize| match k.checked_sub(held) {
+            None => self.along_held(k, centres[e]),
+            Some(k) => self.along(&self.free[k], centres[e]),
+        };
+        let all = held + self.free.len();
+        let mut solved = Matrix::from_fn(count, all, |e, k| at(k, e));
         factor.solve_lower(&mut solved);
         let stiffness = solved.transpose_times(&solved);
-        let factor = stiffness.cholesky().map_err(fail)?;
-        let mut compliance = Matrix::from_fn(held, held, |a, b| f64::from(a == b));
-        factor.solve_lower(&mut compliance);
-        factor.solve_lower_transposed(&mut compliance);
+        // C of the first of all motions.
+        let compliance_of = |first: usize| -> Result<Matrix, StructureError> {
+            let own = Matrix::from_fn(first, first, |a, b| stiffness[(a, b)]);
+            let factor = own.cholesky().map_err(fail)?;
+            let mut inverse = Matrix::from_fn(first, first, |a, b| f64::from(a == b));
+            factor.solve_lower(&mut inverse);
+            factor.solve_lower_transposed(&mut inverse);
+            Ok(inverse)
+        };
+        let soft = |at: &dyn Fn(usize, usize) -> f64, of: &Matrix, e: usize, f: usize| -> f64 {
+            let count = of.columns();
+            let pairs = (0..count).flat_map(|k| (0..count).map(move |m| (k, m)));
+            pairs.map(|(k, m)| at(k, e) * of[(k, m)] * at(m, f)).sum()
+        };
+        let mut compliance = compliance_of(held)?;
+        if !self.free.is_empty() {
+            let of_all = compliance_of(all)?;
+            let own = (0..count).map(|e| flexibility[(e, e)] - soft(&at, &of_all, e, e));
+            let of_element = own.sum::<f64>() / count as f64;
+            let (values, vectors) = compliance.symmetric_eigen().map_err(fail)?;
+            let kept: Vec<usize> = (0..held).filter(|k| values[*k] > of_element).collect();
+            let plane = |k: &usize| {
+                let along = |a: usize| -> f64 {
+                    let each = self.held.iter().enumerate();
+                    each.map(|(m, plane)| vectors[(m, *k)] * plane.direction[a])
+                        .sum()
+                };
+                Plane {
+                    direction: [0, 1, 2].map(along),
+                    parts: Vec::new(),
+                }
+            };
+            self.held = kept.iter().map(plane).collect();
+            compliance = Matrix::from_fn(kept.len(), kept.len(), |a, b| {
+                if a == b { values[kept[a]] } else { 0.0 }
+            });
+        }
+        let held = self.held.len();
+        let at = |k: usize, e: usize| self.along_held(k, centres[e]);
         let stiff = Matrix::from_fn(count, count, |e, f| {
-            let pairs = (0..held).flat_map(|k| (0..held).map(move |m| (k, m)));
-            let soft: f64 = pairs
-                .map(|(k, m)| at(e, k) * compliance[(k, m)] * at(f, m))
-                .sum();
-            flexibility[(e, f)] - soft
+            flexibility[(e, f)] - soft(&at, &compliance, e, f)
         });
         let compliance = (0..held * held).map(|k| compliance[(k / held, k % held)]);
         Ok((compliance.collect(), stiff))

@@ -38,7 +38,7 @@ pub struct NodalLoad {
 pub struct Bodies {
     /// Motions along which they are free: approach and rotations.
     pub free: Vec<[f64; 3]>,
-    /// The other ones up to three, along which the structure holds them.
+    /// Other motions, along which the structure holds them softly.
     pub held: Vec<[f64; 3]>,
     /// Compliance between these, row by row \[m/N\].
     pub compliance: Vec<f64>,
@@ -86,7 +86,7 @@ impl Pressing {
         let work = loads[0].work;
         let resultants = loads.map(|load| load.resultants);
         let closes = |[_, x, y]: &[f64; 3]| *x == 0.0 && *y == 0.0;
-        let is_held = !bodies.held.is_empty() && !bodies.free.iter().any(closes);
+        let is_held = !bodies.free.iter().any(closes);
         Pressing {
             added,
             bodies,

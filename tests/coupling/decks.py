@@ -13,7 +13,8 @@ Plates: HEAD and NUT are the nodes of the pad `inner` on the upper and the lower
 surfaces of the same names with _FACES are their faces. TIP is a corner of the upper plate, SENSOR the opposite one of the lower plate.
 
 Blocks: BASE is the lower face of the lower block, which the deck fixes. HEAD is the upper face of the upper block. Equations move it
-with the node HEADREF along x, y and z, and so without tilting. HEADREF has no element and no mass of its own.
+with the node HEADREF along x, y and z, and so without tilting. A stiff frame holds HEADREF along x and y and leaves it free along z, so
+that a force on it moves it by this force over FRAME_STIFFNESS, whatever the joint does: FRAME is one box in shear.
 """
 
 import pathlib
@@ -29,6 +30,10 @@ from make_lap_of_bars import Bar  # noqa: E402
 FIRST_OF_UPPER = 10_001
 REFERENCE = 100_001
 BLOCK_DENSITY = 7850.0
+# Of the frame along x and y [N/m]; the blocks in full stick have a tenth of it.
+FRAME_STIFFNESS = 5e9
+FRAME_NODES = range(REFERENCE + 1, REFERENCE + 9)
+FRAME_ELEMENT = 900_001
 # Faces of a C3D8I below and above.
 BELOW, ABOVE = "S1", "S2"
 
@@ -106,7 +111,29 @@ def blocks_deck(heights, size, counts, layers, elastic):
     equations = [
         line for node in head for axis in (1, 2, 3) for line in ("2", f"{node}, {axis}, 1., {REFERENCE}, {axis}, -1.")
     ]
-    more = ["*EQUATION", *equations, "*BOUNDARY", "BASE, 1, 3"]
+    # A box of 1 mm above the head: its lower nodes follow HEADREF along x and y, its upper ones stand.
+    corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    for node, (x, y, z) in zip(FRAME_NODES, corners):
+        upper.positions[node] = [x, y, 1e3 * heights[1] + 5 + z]
+    low, high = FRAME_NODES[:4], FRAME_NODES[4:]
+    equations += [line for node in low for axis in (1, 2) for line in ("2", f"{node}, {axis}, 1., {REFERENCE}, {axis}, -1.")]
+    more = [
+        "*ELEMENT, TYPE=C3D8, ELSET=FRAME",
+        ", ".join(map(str, [FRAME_ELEMENT, *FRAME_NODES])),
+        "*MATERIAL, NAME=FRAME",
+        "*ELASTIC",
+        # Without lateral contraction, G A / L of the box is half of Young's modulus times 1 mm.
+        f"{2e-3 * FRAME_STIFFNESS:g}, 0.",
+        "*DENSITY",
+        "1e-9",
+        "*SOLID SECTION, ELSET=FRAME, MATERIAL=FRAME",
+        "*EQUATION",
+        *equations,
+        "*BOUNDARY",
+        "BASE, 1, 3",
+        *(f"{node}, 3, 3" for node in low),
+        *(f"{node}, 1, 3" for node in high),
+    ]
     return text("Two blocks", (lower, upper), sets, elastic, BLOCK_DENSITY, more=more)
 
 

@@ -1,4 +1,3 @@
 mod blocks;
 mod pressing;
-mod small_joint;
 mod truth;

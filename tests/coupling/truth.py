@@ -21,7 +21,7 @@ half is the mirror image; `closed` says by how much the state at +d is not that 
     surface.json      the waves of each surface, and all numbers that are needed to set the joints up elsewhere
 
 What a folder has already of other surfaces and refinements stays. One core takes half a minute to four minutes a surface with one
-element a cell, 10 to 60 minutes with two. `FRETWEAR_SMALL_JOINTS=FOLDER cargo test --release coupling` holds the program against it.
+element a cell, 10 to 60 minutes with two. The folder truth/ has the result, which `blocks.rs` reads.
 """
 
 import argparse
