@@ -10,7 +10,26 @@ All quantities are in SI units (m, N, Pa, J); `Run.units` says which unit a colu
 text with its unit, as "20 kN".
 """
 
-from fretwear._folder import Run
-from fretwear._program import Error, Stopped, Value, explain, plan, run
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fretwear._folder import Run
+    from fretwear._program import Error, Stopped, Value, explain, plan, run
 
 __all__ = ["Error", "Run", "Stopped", "Value", "explain", "plan", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """Imports a name when it is first used: pyarrow is needed to read runs alone."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module("fretwear._folder" if name == "Run" else "fretwear._program"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

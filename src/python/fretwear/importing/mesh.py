@@ -1,0 +1,164 @@
+"""A mesh of solids, checked and written as a flat deck that CalculiX runs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from fretwear.importing import Rejected
+from fretwear.importing.folder import Structure
+
+#: Nodes of the element types, and the corners between which each node in the middle of an edge lies.
+TETRA = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+WEDGE = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
+HEXA = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+TYPES: dict[str, tuple[int, list[tuple[int, int]]]] = {
+    "C3D4": (4, []),
+    "C3D10": (4, TETRA),
+    "C3D6": (6, []),
+    "C3D15": (6, WEDGE),
+    "C3D8": (8, []),
+    "C3D8I": (8, []),
+    "C3D20": (8, HEXA),
+    "C3D20R": (8, HEXA),
+}
+#: Corners of tetrahedra that fill an element, for its orientation: one at each corner, by its three neighbours.
+CORNERS = {
+    4: [(0, 1, 2, 3)],
+    6: [(0, 1, 2, 3), (1, 2, 0, 4), (2, 0, 1, 5), (3, 5, 4, 0), (4, 3, 5, 1), (5, 4, 3, 2)],
+    8: [(0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7), (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)],
+}
+#: Numbers in a line of a set.
+IN_LINE = 12
+
+
+def plain_name(name: str) -> str:
+    """A name as decks have it, without blanks and other signs."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", name)
+
+
+def count(kind: str) -> int:
+    corners, edges = TYPES[kind]
+    return corners + len(edges)
+
+
+def check(structure: Structure, where: str) -> None:
+    """Each element has its nodes, a positive volume at every corner, and edges whose middle nodes lie nearest to their own middle."""
+    if not structure.elements:
+        raise Rejected(f"{where}: there are no solid elements; the program assembles solids alone")
+    if not np.all(np.isfinite(structure.positions)):
+        raise Rejected(f"{where}: a node has a coordinate that is not a finite number")
+    place = {label: k for k, label in enumerate(structure.labels)}
+    by_kind: dict[str, list[tuple[str, int, list[int]]]] = {}
+    for element in structure.elements:
+        missing = [node for node in element[2] if node not in place]
+        if missing:
+            raise Rejected(f"{where}: element {element[1]} has the node {missing[0]}, which is not there")
+        by_kind.setdefault(element[0], []).append(element)
+    for kind, elements in by_kind.items():
+        corners, edges = TYPES[kind]
+        at = structure.positions[np.array([[place[node] for node in element[2]] for element in elements])]
+        for a, b, c, d in CORNERS[corners]:
+            volumes = np.einsum("ij,ij->i", np.cross(at[:, b] - at[:, a], at[:, c] - at[:, a]), at[:, d] - at[:, a])
+            if (volumes <= 0.0).any():
+                bad = elements[int(np.argmin(volumes))][1]
+                raise Rejected(
+                    f"{where}: element {bad} ({kind}) is turned inside out or flat; the order of its nodes, or their positions, are wrong"
+                )
+        if edges:
+            middles = np.stack([(at[:, a] + at[:, b]) / 2 for a, b in edges], axis=1)
+            between = np.linalg.norm(at[:, corners:, None] - middles[:, None], axis=3)
+            wrong = between.argmin(axis=2) != np.arange(len(edges))
+            if wrong.any():
+                element, edge = np.argwhere(wrong)[0]
+                raise Rejected(
+                    f"{where}: element {elements[element][1]} ({kind}): its node {corners + edge + 1} is nearest to the "
+                    "middle of another edge than its own"
+                )
+
+
+def check_constraints(structure: Structure) -> None:
+    """No displacement depends on others twice, or depends on others and is held."""
+    leads = [terms[0][:2] for terms in structure.equations]
+    twice = {lead for lead in leads if leads.count(lead) > 1} if len(set(leads)) < len(leads) else set()
+    for node, direction in sorted(twice | (set(leads) & structure.held)):
+        raise Rejected(
+            f"node {node}, direction {direction} depends on others by an equation, and is held or in another equation; "
+            "one of them would be right"
+        )
+
+
+def drop_unused(structure: Structure) -> None:
+    """Leaves out nodes that no element has, with a sentence, and in sets too."""
+    used = {node for element in structure.elements for node in element[2]}
+    used |= {node for terms in structure.equations for node, _, _ in terms}
+    kept = [k for k, label in enumerate(structure.labels) if label in used]
+    dropped = len(structure.labels) - len(kept)
+    if not dropped:
+        return
+    structure.left_out.append(f"{dropped} nodes that belong to no solid element.")
+    if held := {row for row in structure.held if row[0] not in used}:
+        structure.left_out.append(f"{len(held)} displacements of such nodes, which are held.")
+        structure.held -= held
+    structure.labels, structure.positions = [structure.labels[k] for k in kept], structure.positions[kept]
+    for name, nodes in list(structure.sets.items()):
+        structure.sets[name] = [node for node in nodes if node in used]
+        if nodes and not structure.sets[name]:
+            del structure.sets[name]
+            structure.left_out.append(f"The set {name}: none of its nodes belongs to a solid element.")
+
+
+def _numbers(numbers: Iterable[int]) -> Iterable[str]:
+    numbers = list(numbers)
+    for k in range(0, len(numbers), IN_LINE):
+        yield ", ".join(map(str, numbers[k : k + IN_LINE])) + ("," if k + IN_LINE < len(numbers) else "")
+
+
+def _real(value: float) -> str:
+    """A number in the 20 signs that CalculiX reads."""
+    return repr(value) if len(repr(value)) <= 20 else f"{value:.13g}"
+
+
+def _deck(structure: Structure) -> Iterable[str]:
+    yield "** A flat deck, written by fretwear-import. Displacements are along the global axes."
+    yield "*NODE"
+    for label, position in zip(structure.labels, structure.positions.tolist(), strict=True):
+        yield f"{label}, " + ", ".join(map(_real, position))
+    for kind in TYPES:
+        lines = [element for element in structure.elements if element[0] == kind]
+        if lines:
+            yield f"*ELEMENT, TYPE={kind}"
+        for _, label, nodes in lines:
+            yield from _numbers([label, *nodes])
+    for keyword, sets in (("*NSET, NSET", structure.sets), ("*ELSET, ELSET", structure.element_sets)):
+        for name, members in sets.items():
+            if members:
+                yield f"{keyword}={name}"
+                yield from (line.rstrip(",") for line in _numbers(sorted(set(members))))
+    for name, faces in structure.surfaces.items():
+        of_nodes = not faces[0][1]
+        yield f"*SURFACE, NAME={name}, TYPE={'NODE' if of_nodes else 'ELEMENT'}"
+        yield from (f"{label}" if of_nodes else f"{label}, {face}" for label, face in faces)
+    for name, (modulus, ratio, density) in structure.materials.items():
+        yield f"*MATERIAL, NAME={name}"
+        yield from ("*ELASTIC", f"{_real(modulus)}, {_real(ratio)}", "*DENSITY", _real(density))
+    for elements, material in structure.sections:
+        yield f"*SOLID SECTION, ELSET={elements}, MATERIAL={material}"
+    for options, slave, master in structure.ties:
+        yield f"*TIE{options}"
+        yield f"{slave}, {master}"
+    for terms in structure.equations:
+        yield "*EQUATION"
+        yield f"{len(terms)}"
+        for k in range(0, len(terms), 4):
+            yield ", ".join(f"{node}, {direction}, {_real(factor)}" for node, direction, factor in terms[k : k + 4])
+    if structure.held:
+        yield "*BOUNDARY"
+        yield from (f"{node}, {direction}, {direction}" for node, direction in sorted(structure.held))
+
+
+def write(structure: Structure, file: Path) -> None:
+    file.write_text("\n".join(_deck(structure)) + "\n", encoding="ascii")

@@ -1,0 +1,122 @@
+"""Nastran: a mesh of solids in bulk data, and the parameters that scale stiffness, mass and damping."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from fretwear.importing import Rejected, constraints, mesh
+from fretwear.importing.bulk import Bulk, Card
+from fretwear.importing.folder import Structure
+
+#: Elements, by their nodes. Nodes in the middles of edges are those of the bottom, the upright and the top edges; decks have the top ones before
+#: the upright ones.
+SOLIDS = {
+    ("CTETRA", 4): ("C3D4", []),
+    ("CTETRA", 10): ("C3D10", []),
+    ("CPENTA", 6): ("C3D6", []),
+    ("CPENTA", 15): ("C3D15", [*range(9), *range(12, 15), *range(9, 12)]),
+    ("CHEXA", 8): ("C3D8I", []),
+    ("CHEXA", 20): ("C3D20R", [*range(12), *range(16, 20), *range(12, 16)]),
+}
+READ = {
+    *("GRID GRDSET CORD1R CORD1C CORD1S CORD2R CORD2C CORD2S CHEXA CPENTA CTETRA PSOLID MAT1 SPC SPC1 MPC RBE2 PARAM".split()),
+    *("DMIG EXTRN SPOINT SECONCT SET1".split()),
+}
+#: Loads, methods, output and sets: they leave a linear structure at rest as it is.
+HARMLESS = re.compile(
+    r"EIGR\w*|EIGC|FORCE\d?|MOMENT\d?|PLOAD\d?|GRAV|LOAD|DLOAD|[RT]LOAD\d|DAREA|DPHASE|DELAY|FREQ\d?|TSTEP\w*|TABLE\w+|TABDMP1|SET3|TEMP\w*|"
+    r"SUPORT1?|ASET1?|BSET1?|CSET1?|QSET1?|OMIT1?|SEBULK|SELOC|SETREE|RELEASE|DTI|PLOTEL|EXTRN|SESET|SEUPLUP"
+)
+#: Parameters that scale stiffness or mass.
+SCALES = {"CK1", "CK2", "CK3", "CM1", "CM2", "CP1", "CP2", "CB1", "CB2"}
+
+
+def parameters(structure: Structure, data: Bulk) -> float:
+    """Uses or names each PARAM; returns the factor on masses of a mesh."""
+    factor = 1.0
+    for card in data.named("PARAM"):
+        name, value = str(card.get(0)).upper(), card.get(1)
+        if name in SCALES and value not in ("", 1.0, 1):
+            raise card.reject(f"{name} = {value}", "1, without scaling,")
+        if name == "WTMASS" and structure.is_mesh:
+            factor = card.number(1)
+        elif name == "G" and not structure.is_mesh:
+            damping = structure.matrices["K"] * card.number(1)
+            structure.matrices["Ks"] = structure.matrices["Ks"] + damping if "Ks" in structure.matrices else damping
+        elif name == "G" and card.number(1):
+            structure.left_out.append(f"PARAM G = {value}: a mesh has no structural damping; give dynamics.damping_ratio.")
+        elif name not in SCALES:
+            structure.left_out.append(f"PARAM {name}: it is in the matrices, or changes no stiffness and no mass.")
+    return factor
+
+
+def read(structure: Structure, data: Bulk, file: Path) -> None:
+    others: dict[str, int] = {}
+    for card in data.cards:
+        if HARMLESS.fullmatch(card.name):
+            others[card.name] = others.get(card.name, 0) + 1
+        elif card.name not in READ:
+            raise card.reject(
+                "an entry that may change stiffness, mass or constraints, and that is not read",
+                "matrices of the structure (OUTPUT4 or DMIG), or a mesh without it,",
+            )
+    structure.left_out += [f"{name} ({number}): it changes neither stiffness nor mass." for name, number in others.items()]
+    structure.labels, structure.positions = list(data.positions), np.array(list(data.positions.values())).reshape(-1, 3)
+    solids = {card.whole(0): card for card in data.named("PSOLID")}
+    materials = {card.whole(0): card for card in data.named("MAT1")}
+    factor = parameters(structure, data)
+    for card in data.named("CTETRA", "CPENTA", "CHEXA"):
+        nodes = [card.whole(k) for k in range(2, len(card.fields)) if any(value != "" for value in card.fields[k:])]
+        if (card.name, len(nodes)) not in SOLIDS:
+            raise card.reject(f"{len(nodes)} nodes", "all corners, and all or none of the middles of edges,")
+        kind, order = SOLIDS[(card.name, len(nodes))]
+        section = solids.get(card.whole(1))
+        if section is None or section.whole(1) not in materials:
+            raise card.reject(f"the property {card.get(1)}", "a PSOLID with a MAT1")
+        if section.get(6) not in ("", "SMECH"):
+            raise section.reject(section.get(6), "SMECH")
+        kind = _integration(section, kind)
+        structure.elements.append((kind, card.whole(0), [nodes[k] for k in order] if order else nodes))
+        structure.element_sets.setdefault(f"P{card.whole(1)}", []).append(card.whole(0))
+        structure.sets.setdefault(f"P{card.whole(1)}", []).extend(nodes)
+        structure.sections = list(dict.fromkeys([*structure.sections, (f"P{card.whole(1)}", f"MAT{section.whole(1)}")]))
+    if len({element[1] for element in structure.elements}) < len(structure.elements):
+        raise Rejected(f"{file}: two elements have the same number; each number once would be right")
+    for number in sorted({section.whole(1) for section in solids.values() if section.whole(1) in materials}):
+        card = materials[number]
+        modulus, shear, ratio = (card.number(k, float("nan")) for k in (1, 2, 3))
+        if np.isnan([modulus, shear, ratio]).sum() > 1:
+            raise card.reject("one of E, G and NU", "two of them")
+        modulus = 2.0 * shear * (1.0 + ratio) if np.isnan(modulus) else modulus
+        ratio = modulus / (2.0 * shear) - 1.0 if np.isnan(ratio) else ratio
+        if not np.isnan(shear) and abs(modulus / (2.0 * (1.0 + ratio)) / shear - 1.0) > 1e-3:
+            raise card.reject(f"G = {shear:g} beside E and NU", "a blank G, or E/2(1+NU),")
+        structure.materials[f"MAT{number}"] = (modulus, ratio, card.number(4) * factor)
+        if card.number(7, 0.0):
+            structure.left_out.append(
+                f"MAT1 {number}: GE = {card.number(7):g}; a mesh has no structural damping; give dynamics.damping_ratio."
+            )
+    constraints.constrain(structure, data, *constraints.selected(data))
+    mesh.drop_unused(structure)
+    mesh.check(structure, str(file))
+
+
+def _integration(section: Card, kind: str) -> str:
+    """The element that integrates as a PSOLID says (IN, ISOP)."""
+    points, scheme = str(section.get(3)).upper(), str(section.get(5)).upper()
+    if kind == "C3D8I":
+        if points in ("", "0", "BUBBLE"):
+            return kind
+        if points in ("2", "TWO") and scheme in ("1", "FULL"):
+            return "C3D8"
+    elif kind == "C3D20R":
+        if points in ("", "2", "TWO") and scheme in ("", "0", "REDUCED"):
+            return kind
+        if points in ("3", "THREE"):
+            return "C3D20"
+    elif points in ("", "0", "BUBBLE", "2", "TWO", "3", "THREE"):
+        return kind
+    raise section.reject(f"IN = {points or 'blank'}, ISOP = {scheme or 'blank'}", "both blank")

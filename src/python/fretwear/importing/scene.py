@@ -1,0 +1,86 @@
+"""A scene for the folder: what was given, and a comment for each value that nobody gave."""
+
+from __future__ import annotations
+
+import json
+import re
+from argparse import Namespace
+
+from fretwear.importing.folder import Structure
+
+TEMPLATE = """\
+# Written by fretwear-import. Nobody gave the values that stand as "?": fill them in, and take the "#" before them away.
+# Then: fretwear check scene.toml
+
+[joint]
+# size = ["? mm", "? mm"]                   # the rectangle of the joint along its x and y
+# grid = [?, ?]                             # cells of the rough surface
+
+[material]
+{material}
+[surface]
+# kind = "?"                                # as "gaussian", or "file"
+# rq = "? um"
+# correlation_length = "? mm"
+
+[contact]
+# normal_load = "? N"
+# friction_coefficient = ?
+
+[structure]
+kind = "{kind}"
+file = "."
+{unit}{interface}{fixed}
+[dynamics]
+{damping}# force = {{ amplitude = "? N", at = "?", direction = "?" }}
+# frequency = ["? Hz", "? Hz"]              # around one resonance: fretwear inspect lists them
+"""
+
+
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+MASSES = {"kg": 1.0, "g": 1e-3, "t": 1e3}
+TIMES = {"s": 1.0, "ms": 1e-3}
+
+
+def scale(text: str, units: dict[str, float]) -> float:
+    """A unit, or a number of them as "25.4 mm", in SI. Raises ValueError."""
+    match = re.fullmatch(r"(?:(\d[\d.eE+-]*) *)?([a-z]+)", text)
+    if not match or match[2] not in units or float(match[1] or 1.0) <= 0.0:
+        raise ValueError(text)
+    return float(match[1] or 1.0) * units[match[2]]
+
+
+def _material(structure: Structure, unit: dict[str, str] | None) -> str:
+    """That of the mesh, if it has one and its units are known."""
+    materials = {values[:2] for values in structure.materials.values()}
+    if len(materials) != 1 or unit is None:
+        return '# youngs_modulus = "? GPa"                  # of the bodies at the joint\n# poisson_ratio = ?\n'
+    modulus, ratio = materials.pop()
+    factor = scale(unit["mass"], MASSES) / scale(unit["length"], LENGTHS) / scale(unit["time"], TIMES) ** 2
+    return f'youngs_modulus = "{modulus * factor:.9g} Pa"               # that of the mesh\npoisson_ratio = {ratio!r}\n'
+
+
+def write(structure: Structure, options: Namespace) -> str:
+    unit: dict[str, str] | None = options.units
+    if unit:
+        unit_line = "unit = {{ {} }}\n".format(", ".join(f'{key} = "{value}"' for key, value in unit.items()))
+    else:
+        unit_line = '# unit = { length = "?", mass = "?", time = "?" }\n'
+    if structure.pairs:
+        interface = 'interface = "pairs.csv"\n'
+    elif options.upper:
+        interface = f"interface = {{ upper = {json.dumps(options.upper)}, lower = {json.dumps(options.lower)} }}\n"
+    else:
+        names = ", ".join(structure.sets) or "none"
+        interface = f'# interface = {{ upper = "?", lower = "?" }}  # sets of nodes; there are {names}\n'
+    fixed = f"fixed = {json.dumps(options.fixed)}\n" if options.fixed and not structure.is_mesh else ""
+    has_damping = any(name in structure.matrices for name in ("C", "Ks"))
+    damping = f"# damping_ratio = ?                         # {'beside the damping matrices' if has_damping else 'of every mode'}\n"
+    return TEMPLATE.format(
+        kind="mesh" if structure.is_mesh else "matrices",
+        material=_material(structure, unit),
+        unit=unit_line,
+        interface=interface,
+        fixed=fixed,
+        damping=damping,
+    )

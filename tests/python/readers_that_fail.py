@@ -1,0 +1,25 @@
+"""Readers that fail in each way that a child process may, for test_import.py."""
+
+import os
+import signal
+import time
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def hang():
+    time.sleep(1000)
+
+
+def eat():
+    return {"name": bytearray(1 << 34)}
+
+
+def miss():
+    raise ImportError("No module named 'meshio'")
+
+
+def leave():
+    os._exit(7)
