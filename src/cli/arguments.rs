@@ -161,7 +161,7 @@ pub enum Command {
     Export(ExportArguments),
     /// Describe the matrices of a finite-element program
     ///
-    /// Prints masses, symmetry, likely units and natural frequencies. Reads Matrix Market, Abaqus (matrix output, substructures), ANSYS (.full), CalculiX, Nastran (OUTPUT4, DMIG), NPY and NPZ, MATLAB, by
+    /// Prints masses, symmetry, likely units and natural frequencies. Reads Matrix Market, Abaqus (matrix output, substructures, decks), ANSYS (.full), CalculiX, NPY and NPZ, and folders of fretwear-import, by
     /// content. What belongs to a file and lies beside it is found. Frequencies are in hertz where the file's unit of time is the second.
     Inspect(inspect::InspectArguments),
     /// Put the figures of several runs into one table

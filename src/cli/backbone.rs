@@ -497,7 +497,7 @@ fn print(found: &Found, out: &mut Results) {
         "frequency",
         "damping",
         "friction",
-        "viscous",
+        "damped",
         "sliding"
     );
     writeln!(
@@ -527,7 +527,7 @@ fn print(found: &Found, out: &mut Results) {
             point.frequency,
             point.damping_ratio,
             point.energy.friction,
-            point.energy.viscous,
+            point.energy.viscous + point.energy.hysteretic,
             100.0 * point.sliding_fraction()
         );
     }
@@ -554,6 +554,7 @@ fn object(found: &Found) -> Value {
             "input_energy": point.energy.input,
             "friction_energy": point.energy.friction,
             "viscous_energy": point.energy.viscous,
+            "hysteretic_energy": point.energy.hysteretic,
             "sliding_fraction": point.sliding_fraction(),
             "open_fraction": point.open_fraction(),
         })

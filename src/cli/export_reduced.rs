@@ -15,7 +15,7 @@ use super::export::{make_folder, save};
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Writes the matrices as `K.mtx`, `M.mtx` and `C.mtx`, all of them as `reduced.npz`, and what their rows are as `rows.csv`.
+/// Writes the matrices as `K.mtx`, `M.mtx`, `C.mtx` and `Ks.mtx`, all of them as `reduced.npz`, and what their rows are as `rows.csv`.
 pub fn export_reduced(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), run)?;
     let Some(tables) = ReducedTables::of(&reader)? else {
@@ -27,10 +27,12 @@ pub fn export_reduced(run: &Path, folder: &Path, out: &mut Results) -> Result<Ex
         stiffness,
         mass,
         damping,
+        hysteretic,
     } = Superelement::new(&tables.reduced())?;
     make_folder(folder)?;
     let mut matrices: Vec<(&str, &Matrix)> = vec![("K", &stiffness), ("M", &mass)];
     matrices.extend(damping.as_ref().map(|damping| ("C", damping)));
+    matrices.extend(hysteretic.as_ref().map(|damping| ("Ks", damping)));
     for (name, matrix) in &matrices {
         let file = format!("{name}.mtx");
         save(folder, &file, |to| symmetric_matrix_market(matrix, to))?;

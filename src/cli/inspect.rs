@@ -1,12 +1,14 @@
 //! `fretwear inspect`: what files of matrices say of their structure.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
 use fretwear::structure::StructureError;
 use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
 use fretwear::structure::inspection::{
-    Units, fixed, inner_told, mass_by_direction, modal_rows, suspicions, units, zero_diagonals,
+    Units, bodies, fixed, inner_told, mass_by_direction, modal_rows, suspicions, units,
+    zero_diagonals,
 };
 use fretwear::structure::matrices::{Asymmetry, Matrices, Role, Triplets};
 use fretwear::structure::readers::{self, Input};
@@ -24,7 +26,7 @@ const SAME_MASS: f64 = 1e-6;
 
 #[derive(Args)]
 pub struct InspectArguments {
-    /// Files of the matrices, as `stiffness.mtx mass.mtx`; what neither a file nor its name says, as in `mass=b.mtx`
+    /// Files of the matrices, as `stiffness.mtx mass.mtx`, or a folder of fretwear-import; what neither a file nor its name says, as in `mass=b.mtx`
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
     /// Hold nodes or a set before the frequencies are computed, as in `--fixed CLAMP,12-20,31.123`, `row:1-6`, `boundary`
@@ -257,6 +259,7 @@ impl Told {
             "stiffness": of(Role::Stiffness),
             "mass": of(Role::Mass),
             "damping": of(Role::Damping),
+            "structural_damping": of(Role::Hysteretic),
             "mass_by_direction": { "x": x, "y": y, "z": z },
             "zero_mass_diagonals": zero_mass.len(),
             "zero_mass_rows": zero_mass.iter().take(NAMED).map(|&row| row_name(&self.matrices, row)).collect::<Vec<_>>(),
@@ -271,7 +274,15 @@ impl Told {
             "frequencies": found.map(|f| &f.elastic),
             "boundary_held_frequencies": self.of_modal.as_ref().map(|f| &f.elastic),
             "units": self.units.as_ref().map(|u| json!({ "likely": u.likely, "why": u.why })),
+            "bodies": bodies(&self.matrices).iter().map(|body| json!({
+                "nodes": body.nodes, "mass": body.mass, "centre": body.centre,
+            })).collect::<Vec<_>>(),
             "sets": self.sets(),
+            "set_sizes": self.sets().iter().map(|name| (name.as_str(), self.matrices.sets[*name].len())).collect::<BTreeMap<_, _>>(),
+            "units_given": self.matrices.unit.as_ref().map(|unit| unit.as_ref().map(|unit| {
+                json!({ "length": unit.length, "mass": unit.mass, "time": unit.time })
+            })),
+            "left_out": self.matrices.unread,
             "notes": self.matrices.notes,
             "warnings": self.warnings,
         })
@@ -331,6 +342,19 @@ impl Told {
         if !axes.is_empty() {
             writeln!(out, "{:<20}{}", "mass in all", axes.join(", "));
         }
+        let bodies = bodies(matrices);
+        for body in bodies.iter().take(NAMED) {
+            let mass = body
+                .mass
+                .map_or(String::new(), |m| format!(", mass {m:.10e}"));
+            let centre = body.centre.map_or(String::new(), |[x, y, z]| {
+                format!(", centre at {x:.6}, {y:.6}, {z:.6}")
+            });
+            writeln!(out, "{:<20}{} nodes{mass}{centre}", "body", body.nodes);
+        }
+        if bodies.len() > NAMED {
+            writeln!(out, "{:<20}{} more", "", bodies.len() - NAMED);
+        }
         let zero_mass = self.zero_mass();
         if !zero_mass.is_empty() {
             let mut names: Vec<String> = zero_mass
@@ -383,6 +407,13 @@ impl Told {
         if let Some(found) = &self.of_modal {
             write_frequencies("with boundary held", found, out);
         }
+        if let Some(given) = &matrices.unit {
+            let told = match given {
+                Some(unit) => format!("{}, {}, {}", unit.length, unit.mass, unit.time),
+                None => "not given: structure.unit of the scene must say them".to_owned(),
+            };
+            writeln!(out, "{:<20}{told}", "units, given");
+        }
         if let Some(units) = &self.units {
             writeln!(
                 out,
@@ -391,8 +422,14 @@ impl Told {
             );
         }
         if !matrices.sets.is_empty() {
-            let sets: Vec<&str> = self.sets().into_iter().map(String::as_str).collect();
-            writeln!(out, "{:<20}{}", "sets of nodes", sets.join(" "));
+            let sizes = self.sets().into_iter();
+            let sizes = sizes.map(|name| format!("{name} ({})", matrices.sets[name].len()));
+            writeln!(
+                out,
+                "{:<20}{}",
+                "sets of nodes",
+                sizes.collect::<Vec<_>>().join(", ")
+            );
         }
         for note in &matrices.notes {
             writeln!(out, "note: {note}");

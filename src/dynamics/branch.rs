@@ -298,7 +298,8 @@ impl<S> Branch<S> {
                     Over::Parameter => self.driven.drive(),
                 },
                 frequency: response.frequency(),
-                damping_ratio: (energy.friction + energy.viscous) / (4.0 * PI * kinetic_energy),
+                damping_ratio: (energy.friction + energy.viscous + energy.hysteretic)
+                    / (4.0 * PI * kinetic_energy),
                 amplitude: balance.amplitude(response, self.driven.response_port)?.0,
                 kinetic_energy,
                 energy,

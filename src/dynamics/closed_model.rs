@@ -24,8 +24,17 @@ pub trait Core {
         &[]
     }
 
-    /// Energy that damping takes over one cycle of `omega` at the amplitudes `displacement` caused by `force` \[J\].
-    fn loss(&self, omega: f64, displacement: &[Complex64], force: &[Complex64]) -> f64;
+    /// Energy that damping takes over one cycle of `omega` at the amplitudes `displacement` caused by `force`.
+    fn loss(&self, omega: f64, displacement: &[Complex64], force: &[Complex64]) -> Loss;
+}
+
+/// Energy that damping takes over a cycle \[J\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loss {
+    /// π ω ûᴴ C û.
+    pub viscous: f64,
+    /// π ûᴴ H û.
+    pub hysteretic: f64,
 }
 
 /// A structure whose contact is closed by springs: H(ω) = B Z(ω) Bᵀ + R, with receptance Z of few coordinates and a residual R

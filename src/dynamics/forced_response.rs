@@ -455,7 +455,7 @@ fn is_end(points: &[ForcedPoint], place: usize) -> bool {
 /// Whether friction does work in a response, which it cannot.
 pub(super) fn gives_energy(response: &Response) -> bool {
     let energy = response.energy;
-    energy.friction < -GIVEN * (energy.input.abs() + energy.viscous)
+    energy.friction < -GIVEN * (energy.input.abs() + energy.viscous + energy.hysteretic)
 }
 
 /// Error of a figure, relative to it, from that with more harmonics or samples: all of it where it is zero, or rounding, and that is not.

@@ -108,6 +108,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 input: reader.number()?,
                 friction: reader.number()?,
                 viscous: reader.number()?,
+                hysteretic: reader.number()?,
             },
             displacement: reader.numbers(self.model.ports() * n)?,
             force: reader.numbers(3 * elements * n)?,
@@ -128,7 +129,13 @@ fn written(result: &Result<Response, DynamicsError>, spent: u64) -> Vec<u8> {
             out.count(response.iterations as u64);
             let energy = &response.energy;
             out.numbers(&[response.correction, response.closure]);
-            out.numbers(&[energy.input, energy.friction, energy.viscous]);
+            let Energy {
+                input,
+                friction,
+                viscous,
+                hysteretic,
+            } = *energy;
+            out.numbers(&[input, friction, viscous, hysteretic]);
             out.numbers(&response.displacement);
             out.numbers(&response.force);
             let active = response.active.iter();

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::DynamicsError;
-use super::closed_model::{ClosedModel, Core};
+use super::closed_model::{ClosedModel, Core, Loss};
 use crate::linalg::{RowMatrix as Matrix, add_scaled, generalised_eigen};
 
 /// Share of the largest eigenvalue below which a coordinate is a rigid body motion; modes of one structure span 1e8.
@@ -41,7 +41,8 @@ pub struct Rayleigh {
     pub stiffness: f64,
 }
 
-/// A second-order system `M q̈ + C q̇ + K q = Bᵀ f`, ports `u = B q + R f`.
+/// A second-order system `M q̈ + C q̇ + K q = Bᵀ f`, ports `u = B q + R f`. Of each harmonic h ≥ 1, q̂ = c − i s, the force i H q̂ is added: H s in the
+/// cosine row and −H c in the sine row, whatever the frequency.
 ///
 /// Physical coordinates with the identity for B, or modes (M = 1, K = diag ω²) with mode shapes at the ports for B and the static
 /// residual of the modes left out for R. Matrices are symmetric.
@@ -51,6 +52,8 @@ pub struct SecondOrder {
     pub mass: Matrix,
     /// C, `n × n` \[N s/m\].
     pub damping: Matrix,
+    /// H, hysteretic damping, `n × n` \[N/m\].
+    pub hysteretic: Matrix,
     /// K without contact springs, `n × n` \[N/m\].
     pub stiffness: Matrix,
     /// B, `ports × n`.
@@ -81,6 +84,7 @@ impl SecondOrder {
         let model = SecondOrder {
             mass: Matrix::identity(n),
             damping: Matrix::zeros(n, n),
+            hysteretic: Matrix::zeros(n, n),
             stiffness: Matrix::diagonal(&squares),
             basis: shapes,
             residual,
@@ -133,6 +137,12 @@ impl SecondOrder {
             ("columns of the mass matrix", self.mass.columns(), n),
             ("rows of the damping matrix", self.damping.rows(), n),
             ("columns of the damping matrix", self.damping.columns(), n),
+            ("rows of the hysteretic damping", self.hysteretic.rows(), n),
+            (
+                "columns of the hysteretic damping",
+                self.hysteretic.columns(),
+                n,
+            ),
             ("rows of the stiffness matrix", self.stiffness.rows(), n),
             (
                 "columns of the stiffness matrix",
@@ -333,6 +343,15 @@ impl SecondOrder {
         Ok(self)
     }
 
+    /// Adds hysteretic damping ηK, with K the stiffness without contact springs. The residual has none.
+    pub fn with_loss_factor(mut self, factor: f64) -> SecondOrder {
+        let own = self.hysteretic.values_mut().iter_mut();
+        for (hysteretic, stiffness) in own.zip(self.stiffness.values()) {
+            *hysteretic += factor * stiffness;
+        }
+        self
+    }
+
     /// Adds Rayleigh damping αM + βK, with K the stiffness of the structure closed by `springs` \[N/m\], one per contact degree of
     /// freedom: its modes keep their shapes and each gets α/(2ω) + βω/2 more of a damping ratio. The residual has none.
     ///
@@ -397,11 +416,8 @@ impl LinearModel for SecondOrder {
         let (basis, residual, stiffness) = self.closed_parts(springs)?;
         let follow = self.following(&stiffness)?;
         let turned = |matrix: &Matrix| follow.transposed().times(&matrix.times(&follow));
-        let (mass, damping, stiffness) = (
-            turned(&self.mass),
-            turned(&self.damping),
-            turned(&stiffness),
-        );
+        let (mass, stiffness) = (turned(&self.mass), turned(&stiffness));
+        let (damping, hysteretic) = (turned(&self.damping), turned(&self.hysteretic));
         let basis = basis.times(&follow);
         let (squares, modes) = generalised_eigen(&stiffness, &mass)
             .map_err(DynamicsError::of_matrix("mass and stiffness"))?;
@@ -445,6 +461,7 @@ impl LinearModel for SecondOrder {
             core: Box::new(SecondOrderCore {
                 mass,
                 damping,
+                hysteretic,
                 stiffness,
                 flexibility,
                 natural_frequencies: squares.iter().map(|s| s.max(0.0).sqrt()).collect(),
@@ -457,6 +474,7 @@ impl LinearModel for SecondOrder {
 struct SecondOrderCore {
     mass: Matrix,
     damping: Matrix,
+    hysteretic: Matrix,
     stiffness: Matrix,
     /// Static receptance without rigid body motions.
     flexibility: Matrix,
@@ -488,7 +506,8 @@ impl Core for SecondOrderCore {
             for j in 0..n {
                 let (elastic, inertial) =
                     (self.stiffness.at(i, j), omega * omega * self.mass.at(i, j));
-                let value = Complex64::new(elastic - inertial, omega * self.damping.at(i, j));
+                let damped = omega * self.damping.at(i, j) + self.hysteretic.at(i, j);
+                let value = Complex64::new(elastic - inertial, damped);
                 cancels &= value.norm() <= RESONANT * (elastic.abs() + inertial.abs());
                 out.set(i, j, value);
             }
@@ -504,13 +523,18 @@ impl Core for SecondOrderCore {
             .inverse())
     }
 
-    fn loss(&self, omega: f64, displacement: &[Complex64], _force: &[Complex64]) -> f64 {
-        let mut sum = 0.0;
-        for (i, a) in displacement.iter().enumerate() {
-            for (c, b) in self.damping.row(i).iter().zip(displacement) {
-                sum += c * (a.conj() * b).re;
-            }
+    fn loss(&self, omega: f64, displacement: &[Complex64], _force: &[Complex64]) -> Loss {
+        let of = |matrix: &Matrix| -> f64 {
+            let rows = displacement.iter().enumerate();
+            let row = |(i, a): (usize, &Complex64)| -> f64 {
+                let terms = matrix.row(i).iter().zip(displacement);
+                terms.map(|(c, b)| c * (a.conj() * b).re).sum()
+            };
+            std::f64::consts::PI * rows.map(row).sum::<f64>()
+        };
+        Loss {
+            viscous: omega * of(&self.damping),
+            hysteretic: of(&self.hysteretic),
         }
-        std::f64::consts::PI * omega * sum
     }
 }

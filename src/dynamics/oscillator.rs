@@ -74,6 +74,7 @@ pub fn mass_on_springs(
     Ok(SecondOrder {
         mass: Matrix::diagonal(&mass),
         damping: Matrix::diagonal(&damping),
+        hysteretic: Matrix::zeros(3, 3),
         stiffness: Matrix::diagonal(&stiffness),
         basis: Matrix::identity(3),
         residual: None,

@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Vibration {
     /// Amplitude of the first harmonic at the response port \[m\] that no motion with the period of the drive exceeds at the given frequency, or else anywhere in the range; none where
-    /// damping does not limit it, as a load or the response is along what is not damped, and of a model with a residual.
+    /// damping does not limit it, as a load or the response is along what is not damped, and of a model with a residual or hysteretic damping.
     pub(super) fn peak_bound(&self) -> Option<f64> {
         let damping = DampingRates::of(&self.model)?;
         let port = damping.scaled(self.response_port)?;
@@ -51,7 +51,7 @@ impl SecondOrder {
         let mut shares: Vec<bool> = (0..n).map(|k| moves(port, k)).collect();
         loop {
             let reached = |k: usize| {
-                let matrices = [&self.mass, &self.damping, &self.stiffness];
+                let matrices = [&self.mass, &self.damping, &self.hysteretic, &self.stiffness];
                 let by_matrix = |i: usize| {
                     let linked = |m: &RowMatrix| m.at(i, k) != 0.0 || m.at(k, i) != 0.0;
                     shares[i] && matrices.into_iter().any(linked)
@@ -84,7 +84,8 @@ struct DampingRates<'a> {
 
 impl DampingRates<'_> {
     fn of(model: &SecondOrder) -> Option<DampingRates<'_>> {
-        if model.residual.is_some() {
+        let is_hysteretic = model.hysteretic.values().iter().any(|h| *h != 0.0);
+        if model.residual.is_some() || is_hysteretic {
             return None;
         }
         let (rates, shapes) = generalised_eigen(&model.damping, &model.mass).ok()?;

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::DynamicsError;
-use super::closed_model::{ClosedModel, Core};
+use super::closed_model::{ClosedModel, Core, Loss};
 use super::linear_model::LinearModel;
 use crate::linalg::RowMatrix as Matrix;
 
@@ -86,9 +86,12 @@ impl<F: Fn(f64) -> Matrix<Complex64>> Core for ReceptanceCore<F> {
         Ok(free)
     }
 
-    fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> f64 {
+    fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> Loss {
         // Springs take nothing: what the forces on the closed structure put in is what it loses.
         let pairs = force.iter().zip(displacement);
-        std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>()
+        Loss {
+            viscous: std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>(),
+            hysteretic: 0.0,
+        }
     }
 }

@@ -104,12 +104,18 @@ pub fn reduced_model(
     let mut model = model
         .with_reversed_ports(&normal)
         .with_damping_ratio(damping.ratio, damping.springs.unwrap_or(&free))?;
-    // That of the structure itself, between its modes; pseudo-modes come after them.
-    if let Some(own) = &reduced.damping {
+    // Those of the structure itself, between its modes; pseudo-modes come after them.
+    let own = [
+        (&mut model.damping, &reduced.damping),
+        (&mut model.hysteretic, &reduced.hysteretic),
+    ];
+    for (all, own) in own {
+        let Some(own) = own else {
+            continue;
+        };
         for i in 0..own.rows() {
             for j in 0..own.columns() {
-                let sum = model.damping.at(i, j) + own[(i, j)];
-                model.damping.set(i, j, sum);
+                all.set(i, j, all.at(i, j) + own[(i, j)]);
             }
         }
     }

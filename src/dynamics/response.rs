@@ -22,22 +22,25 @@ pub struct Energy {
     pub input: f64,
     /// Work of the contact forces, from the harmonics of force and displacement.
     pub friction: f64,
-    /// Loss of the damping matrix.
+    /// Loss of the viscous damping.
     pub viscous: f64,
+    /// Loss of the hysteretic damping.
+    pub hysteretic: f64,
 }
 
 impl Energy {
-    /// |input − friction − viscous| over the largest of them; 0 if nothing moves.
+    /// What is left of the input without the losses, over the largest of them; 0 if nothing moves.
     pub fn imbalance(&self) -> f64 {
         let scale = self
             .input
             .abs()
             .max(self.friction.abs())
-            .max(self.viscous.abs());
+            .max(self.viscous.abs())
+            .max(self.hysteretic.abs());
         if scale == 0.0 {
             0.0
         } else {
-            (self.input - self.friction - self.viscous).abs() / scale
+            (self.input - self.friction - self.viscous - self.hysteretic).abs() / scale
         }
     }
 }
@@ -238,15 +241,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.check_support(&ports, &rows, factor)?;
         let cores = self.model.cores(harmonics, state.omega)?;
         let generalised = self.model.generalised(harmonics, &ports, &rows);
-        let mut viscous = 0.0;
+        let (mut viscous, mut hysteretic) = (0.0, 0.0);
         for (index, core) in cores.iter().enumerate().skip(1) {
             let (amplitude, force) = ClosedModel::amplitudes(harmonics, index, core, &generalised);
+            // As many of its cycles are in one of the fundamental.
             let order = f64::from(harmonics.orders()[index]);
-            viscous += order
-                * self
-                    .model
-                    .core
-                    .loss(order * state.omega, &amplitude, &force);
+            let core = &self.model.core;
+            let loss = core.loss(order * state.omega, &amplitude, &force);
+            viscous += order * loss.viscous;
+            hysteretic += order * loss.hysteretic;
         }
         let loaded: Vec<f64> = self
             .load_ports
@@ -257,6 +260,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             input: harmonics.work(&load_rows, &loaded),
             friction: harmonics.work(&force, &state.contact),
             viscous,
+            hysteretic,
         };
         displacement[..state.contact.len()].copy_from_slice(&state.contact);
         Ok(Response {

@@ -108,6 +108,9 @@ pub struct Response {
     pub samples: usize,
     /// Modal damping ratio.
     pub damping_ratio: f64,
+    /// Loss factor of the structure.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub loss_factor: f64,
     /// Damping by mass and stiffness beside it; none: there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rayleigh: Option<Rayleigh>,
@@ -123,6 +126,11 @@ pub struct Response {
     pub points: Option<usize>,
     /// The reasons.
     pub why: Reasons,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Recipe {
@@ -156,6 +164,10 @@ impl Response {
         if self.damping_ratio > 0.0 {
             let ratio = format!("ratio {} in every mode", self.damping_ratio);
             told.add("damping", ratio, self.why.of("damping_basis"));
+        }
+        if self.loss_factor > 0.0 {
+            let factor = format!("{} of the stiffness", self.loss_factor);
+            told.add("hysteretic damping", factor, "");
         }
         if let Some(Rayleigh { mass, stiffness }) = self.rayleigh {
             let matrix = format!("{mass} 1/s of the mass and {stiffness} s of the stiffness");

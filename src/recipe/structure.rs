@@ -481,6 +481,7 @@ impl Structure {
             }
             None => model,
         };
+        let model = model.with_loss_factor(response.loss_factor);
         let number = |port: &Port| first.map_or(port.axis, |first| first + place(port));
         let mut loads: Vec<Load> = response
             .forces

@@ -196,6 +196,7 @@ pub fn add_backbone(
         table.input_energy.push(point.energy.input);
         table.friction_energy.push(point.energy.friction);
         table.viscous_energy.push(point.energy.viscous);
+        table.hysteretic_energy.push(point.energy.hysteretic);
         table.sliding_fraction.push(point.sliding_fraction());
         table.open_fraction.push(point.open_fraction());
     }

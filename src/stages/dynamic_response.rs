@@ -275,6 +275,7 @@ fn row(
         input_energy: energy.input,
         friction_energy: energy.friction,
         viscous_energy: energy.viscous,
+        hysteretic_energy: energy.hysteretic,
         error_energy: energy.imbalance(),
         highest_harmonic: i64::from(balance.harmonics().highest()),
         error_resonance_frequency: (resonance.peak_kind != ResonanceKind::Forced)
@@ -325,6 +326,7 @@ fn resonance_table(
         table.input_energy.push(response.energy.input);
         table.friction_energy.push(response.energy.friction);
         table.viscous_energy.push(response.energy.viscous);
+        table.hysteretic_energy.push(response.energy.hysteretic);
         table.branch.push(branch.map_or(-1, |branch| branch as i64));
         table.chosen.push(true);
     }

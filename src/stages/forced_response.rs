@@ -131,6 +131,7 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
         input_energy: energy.input,
         friction_energy: energy.friction,
         viscous_energy: energy.viscous,
+        hysteretic_energy: energy.hysteretic,
     }
 }
 
@@ -216,6 +217,7 @@ fn put(
         input_energy: of(|r| r.solution.energy.input),
         friction_energy: of(|r| r.solution.energy.friction),
         viscous_energy: of(|r| r.solution.energy.viscous),
+        hysteretic_energy: of(|r| r.solution.energy.hysteretic),
         active_elements: all.clone().map(|p| active(p) as i64).collect(),
         peak_to_peak: of(|r| r.peak_to_peak),
         converged: all.clone().map(|p| p.response.is_some()).collect(),

@@ -135,7 +135,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             // What friction takes is what the exciter supplies beyond what damping takes.
             "work_of_the_loads_less_damping [J]",
             of_cycle.dissipated_energy,
-            response.input_energy - response.viscous_energy,
+            response.input_energy - response.viscous_energy - response.hysteretic_energy,
         ),
         (
             "compliance_normal [m/N]",

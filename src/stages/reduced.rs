@@ -243,6 +243,9 @@ impl ReducedTables {
             damping: damping
                 .as_ref()
                 .map(|found| symmetric(&found.damping, of_mode.len())),
+            hysteretic: damping
+                .as_ref()
+                .map(|found| symmetric(&found.hysteretic, of_mode.len())),
             mass: structure.mass,
             mode_residual: structure.error_modes,
             factor_entries: structure.factor_entries as usize,

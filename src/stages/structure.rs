@@ -6,6 +6,7 @@ use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::dynamics::reduced::reduction_error;
+use crate::linalg::Matrix;
 use crate::recipe::{Layout, Part};
 use crate::structure::outline::Outline;
 use crate::structure::reduction::{Checked, Reduced};
@@ -119,13 +120,18 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
     outputs.put(&port)?;
     outputs.put(&mode)?;
     outputs.put(&residual)?;
-    if let Some(damping) = &reduced.damping {
+    if reduced.damping.is_some() || reduced.hysteretic.is_some() {
         let mut rows = typed::StructureDamping::default();
-        for row in 0..damping.rows() {
+        let of = |matrix: &Option<Matrix>, row: usize, column: usize| {
+            let matrix = matrix.as_ref();
+            matrix.map_or(0.0, |matrix| matrix[(row, column)])
+        };
+        for row in 0..reduced.rigid.columns() + reduced.omega.len() {
             for column in 0..=row {
                 rows.row.push(row as i32);
                 rows.column.push(column as i32);
-                rows.damping.push(damping[(row, column)]);
+                rows.damping.push(of(&reduced.damping, row, column));
+                rows.hysteretic.push(of(&reduced.hysteretic, row, column));
             }
         }
         outputs.put(&rows)?;

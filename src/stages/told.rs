@@ -133,8 +133,13 @@ pub fn tell_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
     if resonance.peak_kind == ResonanceKind::Forced {
         return;
     }
-    let damping = &vibration.model.damping;
-    if (0..damping.rows()).all(|k| damping.row(k).iter().all(|entry| *entry == 0.0)) {
+    let model = &vibration.model;
+    let mut damping = model
+        .damping
+        .values()
+        .iter()
+        .chain(model.hysteretic.values());
+    if damping.all(|entry| *entry == 0.0) {
         outputs.notice(
             "dynamics.damping_ratio: nothing but friction damps the structure: where loads supply more than it takes, no amplitude at a \
              resonance is the largest; give the damping of the structure",

@@ -1,9 +1,9 @@
 //! What matrices from elsewhere say of their structure: masses, rows without mass, modal coordinates, rows that a user names, and which
 //! units are likely. Units are those of the file throughout.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-use crate::structure::matrices::{Dof, Matrices, Triplets};
+use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 use crate::structure::readers::{CALCULIX_LIST, DECK};
 
 /// Diagonals below this share of the largest of their kind are zero.
@@ -297,6 +297,98 @@ pub fn mass_by_direction(matrices: &Matrices) -> [Option<f64>; 3] {
             .any(|dof| dof.direction == direction)
             .then(|| mass.sum_between(is))
     })
+}
+
+/// Nodes that matrices join to each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Body {
+    /// How many.
+    pub nodes: usize,
+    /// Their mass, in the unit of the files; none without a mass.
+    pub mass: Option<f64>,
+    /// Where it is on average, where the positions of all of its nodes are known.
+    pub centre: Option<[f64; 3]>,
+}
+
+/// The bodies, the heaviest first; none where no file says what the rows are. The mass is that along the direction that has most.
+pub fn bodies(matrices: &Matrices) -> Vec<Body> {
+    let Some(dofs) = &matrices.dofs else {
+        return Vec::new();
+    };
+    let mut nodes: Vec<i64> = dofs.iter().map(|dof| dof.node).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let place = |row: u32| nodes.partition_point(|node| *node < dofs[row as usize].node);
+    let mut parents: Vec<usize> = (0..nodes.len()).collect();
+    let root = |parents: &mut Vec<usize>, mut k: usize| {
+        while parents[k] != k {
+            parents[k] = parents[parents[k]];
+            k = parents[k];
+        }
+        k
+    };
+    for role in [Role::Stiffness, Role::Mass] {
+        for &(i, j, value) in matrices.get(role).iter().flat_map(|matrix| &matrix.entries) {
+            if value != 0.0 {
+                let (a, b) = (root(&mut parents, place(i)), root(&mut parents, place(j)));
+                parents[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let along = mass_by_direction(matrices);
+    let most = (0..3).max_by(|a, b| {
+        let of = |d: &usize| along[*d].unwrap_or(0.0);
+        of(a).total_cmp(&of(b))
+    });
+    let direction = most.map_or(1, |d| d as u32 + 1);
+    let mut found: BTreeMap<usize, (usize, f64, Option<[f64; 3]>)> = BTreeMap::new();
+    for (k, node) in nodes.iter().enumerate() {
+        let of = found
+            .entry(root(&mut parents, k))
+            .or_insert((0, 0.0, Some([0.0; 3])));
+        of.0 += 1;
+        if !matrices.positions.contains_key(node) {
+            of.2 = None;
+        }
+    }
+    if let Some(matrix) = &matrices.mass {
+        for &(i, j, value) in &matrix.entries {
+            let is_along = |row: u32| dofs[row as usize].direction == direction;
+            if !is_along(i) || !is_along(j) {
+                continue;
+            }
+            let ends = if matrix.is_half && i != j {
+                &[i, j][..]
+            } else {
+                &[i]
+            };
+            for &row in ends {
+                let of = found
+                    .get_mut(&root(&mut parents, place(row)))
+                    .expect("a body");
+                of.1 += value;
+                if let (Some(sum), Some(at)) =
+                    (&mut of.2, matrices.positions.get(&dofs[row as usize].node))
+                {
+                    (0..3).for_each(|d| sum[d] += value * at[d]);
+                }
+            }
+        }
+    }
+    let mut bodies: Vec<Body> = found
+        .into_values()
+        .map(|(nodes, mass, sum)| Body {
+            nodes,
+            mass: matrices.mass.is_some().then_some(mass),
+            centre: sum.filter(|_| mass > 0.0).map(|sum| sum.map(|s| s / mass)),
+        })
+        .collect();
+    bodies.sort_by(|a, b| {
+        b.mass
+            .partial_cmp(&a.mass)
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    bodies
 }
 
 /// Rows whose diagonal is zero: against the largest of displacements, rotations or scalars, whichever the row is.

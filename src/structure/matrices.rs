@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use super::element::Formulation;
+use super::readers::Unit;
 
 /// What a row of the matrices stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -41,11 +42,16 @@ pub enum Role {
     Mass,
     /// Force over velocity.
     Damping,
+    /// Force over displacement, a quarter of a cycle ahead of it at any frequency.
+    Hysteretic,
 }
 
 impl Role {
-    /// All of them, in the order in which files without names are taken.
-    pub const ALL: [Role; 3] = [Role::Stiffness, Role::Mass, Role::Damping];
+    /// All of them.
+    pub const ALL: [Role; 4] = [Role::Stiffness, Role::Mass, Role::Damping, Role::Hysteretic];
+
+    /// What files without names are, in their order.
+    pub const BY_PLACE: [Role; 3] = [Role::Stiffness, Role::Mass, Role::Damping];
 
     /// Its word.
     pub fn name(self) -> &'static str {
@@ -53,6 +59,7 @@ impl Role {
             Role::Stiffness => "stiffness",
             Role::Mass => "mass",
             Role::Damping => "damping",
+            Role::Hysteretic => "structural_damping",
         }
     }
 }
@@ -217,12 +224,16 @@ pub struct Matrices {
     pub mass: Option<Triplets>,
     /// Viscous damping.
     pub damping: Option<Triplets>,
+    /// Hysteretic damping.
+    pub hysteretic: Option<Triplets>,
     /// Sets of nodes by name, in capitals.
     pub sets: HashMap<String, Vec<i64>>,
     /// Positions of nodes, where a deck says them.
     pub positions: HashMap<i64, [f64; 3]>,
     /// Nodes whose displacements are not along the global axes, after the axes that they have.
     pub local_axes: Vec<(String, Vec<i64>)>,
+    /// The units, of a folder of `fretwear-import`, which may not say them.
+    pub unit: Option<Option<Unit>>,
     /// Files and parts of files that were not read, each with the reason.
     pub unread: Vec<String>,
     /// Edges of the bodies by their nodes, as [`outline::lines`](super::outline::lines) finds them, where a deck has elements.
@@ -244,6 +255,7 @@ impl Matrices {
             Role::Stiffness => self.stiffness.as_ref(),
             Role::Mass => self.mass.as_ref(),
             Role::Damping => self.damping.as_ref(),
+            Role::Hysteretic => self.hysteretic.as_ref(),
         }
     }
 

@@ -3,6 +3,8 @@
 
 use std::collections::HashMap;
 
+use super::matrices::Dof;
+
 /// What is wrong with a table of nodes.
 #[derive(Debug, thiserror::Error)]
 pub enum NodeTableError {
@@ -161,6 +163,45 @@ pub fn positions(bytes: &[u8]) -> Result<Positions, NodeTableError> {
         }
     }
     Ok(found)
+}
+
+/// What the rows of matrices stand for, in their order, from the columns node and direction.
+///
+/// # Errors
+/// [`NodeTableError`] names the line.
+pub fn dofs(bytes: &[u8]) -> Result<Vec<Dof>, NodeTableError> {
+    let rows = rows(bytes, &["node", "direction"], 2)?;
+    let dof = |row: Row| {
+        let (node, text) = (row.node(0, "node")?, row.values[1].clone());
+        let text = text.unwrap_or_default();
+        let direction = text.parse().map_err(|_| NodeTableError::Value {
+            line: row.line,
+            column: "direction",
+            value: text,
+            wanted: "a direction from 1 to 6, or 0 for a row of no direction",
+        })?;
+        Ok(Dof { node, direction })
+    };
+    rows.into_iter().map(dof).collect()
+}
+
+/// Sets of nodes by their names in capitals, from the columns set and node.
+///
+/// # Errors
+/// [`NodeTableError`] names the line.
+pub fn sets(bytes: &[u8]) -> Result<HashMap<String, Vec<i64>>, NodeTableError> {
+    let mut sets: HashMap<String, Vec<i64>> = HashMap::new();
+    let rows = match rows(bytes, &["set", "node"], 2) {
+        // A structure may have no set.
+        Err(NodeTableError::Empty) => Vec::new(),
+        rows => rows?,
+    };
+    for row in rows {
+        let node = row.node(1, "node")?;
+        let name = row.values[0].clone().unwrap_or_default();
+        sets.entry(name.to_uppercase()).or_default().push(node);
+    }
+    Ok(sets)
 }
 
 /// Pairs of nodes from the columns upper_node, lower_node and, if it is there, area, in the unit of the table squared.

@@ -164,6 +164,8 @@ pub struct Reduced {
     pub residual_slope: Matrix,
     /// Viscous damping between the modes, rigid ones first \[1/s\]; none where the structure has none of its own.
     pub damping: Option<Matrix>,
+    /// Hysteretic damping between the modes, rigid ones first \[1/s²\]; none where the structure has none.
+    pub hysteretic: Option<Matrix>,
     /// Mass of the structure \[kg\].
     pub mass: f64,
     /// Largest relative residual of the modes.
@@ -328,6 +330,7 @@ pub(super) fn complete(
         residual,
         residual_slope,
         damping: None,
+        hysteretic: None,
         mass,
         mode_residual,
         factor_entries,
@@ -528,6 +531,8 @@ impl Reduced {
             }),
             residual_slope,
             damping: (self.damping.as_ref())
+                .map(|damping| vectors.transpose_times(&damping.times(&vectors))),
+            hysteretic: (self.hysteretic.as_ref())
                 .map(|damping| vectors.transpose_times(&damping.times(&vectors))),
             checked: None,
             ..self.clone()

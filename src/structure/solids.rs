@@ -1,4 +1,4 @@
-//! Solid elements of other programs' meshes: hexahedra and tetrahedra, linear and quadratic, with the nodes in the order of Abaqus and CalculiX.
+//! Solid elements of other programs' meshes: hexahedra, wedges and tetrahedra, linear and quadratic, with the nodes in the order of Abaqus and CalculiX.
 
 pub use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
@@ -14,6 +14,10 @@ pub enum Solid {
         /// Stiffness by 8 points.
         reduced: bool,
     },
+    /// Six nodes: a triangle below, and one above.
+    Wedge6,
+    /// Fifteen nodes: corners, then the middles of the edges below, above, and between.
+    Wedge15,
     /// Four nodes.
     Tetrahedron4,
     /// Ten nodes: corners, then the middles of the edges.
@@ -21,11 +25,13 @@ pub enum Solid {
 }
 
 /// Words of the programs for them.
-pub const NAMES: [(&str, Solid); 6] = [
+pub const NAMES: [(&str, Solid); 8] = [
     ("C3D8", Solid::Hexahedron8(Formulation::Plain)),
     ("C3D8I", Solid::Hexahedron8(Formulation::IncompatibleModes)),
     ("C3D20", Solid::Hexahedron20 { reduced: false }),
     ("C3D20R", Solid::Hexahedron20 { reduced: true }),
+    ("C3D6", Solid::Wedge6),
+    ("C3D15", Solid::Wedge15),
     ("C3D4", Solid::Tetrahedron4),
     ("C3D10", Solid::Tetrahedron10),
 ];
@@ -45,6 +51,18 @@ const EDGES: [[usize; 2]; 12] = [
     [2, 6],
     [3, 7],
 ];
+/// Ends of the edges of a wedge whose middles are nodes 7 to 15.
+const WEDGE_EDGES: [[usize; 2]; 9] = [
+    [0, 1],
+    [1, 2],
+    [2, 0],
+    [3, 4],
+    [4, 5],
+    [5, 3],
+    [0, 3],
+    [1, 4],
+    [2, 5],
+];
 /// Ends of the edges of a tetrahedron whose middles are nodes 5 to 10.
 const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// Corners of the faces S1 to S6 of a hexahedron.
@@ -58,6 +76,15 @@ pub const FACES: [[usize; 4]; 6] = [
 ];
 /// Corners of the faces S1 to S4 of a tetrahedron.
 const TETRAHEDRON_FACES: [[usize; 3]; 4] = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+
+/// Corners of the faces S1 to S5 of a wedge.
+const WEDGE_FACES: [&[usize]; 5] = [
+    &[0, 1, 2],
+    &[3, 5, 4],
+    &[0, 3, 4, 1],
+    &[1, 4, 5, 2],
+    &[2, 5, 3, 0],
+];
 
 /// A point in natural coordinates, and its weight.
 type Station = ([f64; 3], f64);
@@ -77,6 +104,8 @@ impl Solid {
         match self {
             Solid::Hexahedron8(_) => 8,
             Solid::Hexahedron20 { .. } => 20,
+            Solid::Wedge6 => 6,
+            Solid::Wedge15 => 15,
             Solid::Tetrahedron4 => 4,
             Solid::Tetrahedron10 => 10,
         }
@@ -88,6 +117,9 @@ impl Solid {
             Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => {
                 FACES.iter().map(|face| face.to_vec()).collect()
             }
+            Solid::Wedge6 | Solid::Wedge15 => {
+                WEDGE_FACES.iter().map(|face| face.to_vec()).collect()
+            }
             Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
                 TETRAHEDRON_FACES.iter().map(|face| face.to_vec()).collect()
             }
@@ -98,6 +130,10 @@ impl Solid {
     pub(super) fn natural_corners(self) -> Vec<[f64; 3]> {
         match self {
             Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => CORNERS.to_vec(),
+            Solid::Wedge6 | Solid::Wedge15 => [-1.0, 1.0]
+                .into_iter()
+                .flat_map(|z| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]])
+                .collect(),
             Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
                 vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
             }
@@ -109,6 +145,7 @@ impl Solid {
         let mut nodes = self.corners_of_faces().into_iter().nth(number)?;
         let (edges, first) = match self {
             Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => (&EDGES[..], 8),
+            Solid::Wedge6 | Solid::Wedge15 => (&WEDGE_EDGES[..], 6),
             Solid::Tetrahedron4 | Solid::Tetrahedron10 => (&TETRAHEDRON_EDGES[..], 4),
         };
         for (middle, edge) in (first..self.nodes()).zip(edges) {
@@ -190,6 +227,7 @@ impl Solid {
                 element::shape_derivatives(point).to_vec(),
             ),
             Solid::Hexahedron20 { .. } => serendipity(point),
+            Solid::Wedge6 | Solid::Wedge15 => wedge(point, self == Solid::Wedge15),
             Solid::Tetrahedron4 => {
                 let (volume, slopes) = barycentric(point);
                 (volume.to_vec(), slopes.to_vec())
@@ -215,6 +253,8 @@ impl Solid {
         match self {
             Solid::Hexahedron8(_) | Solid::Hexahedron20 { reduced: true } => cube(&GAUSS_2),
             Solid::Hexahedron20 { reduced: false } => cube(&GAUSS_3),
+            Solid::Wedge6 => prism(&[([1.0 / 3.0; 2], 0.5)], &GAUSS_2),
+            Solid::Wedge15 => prism(&TRIANGLE_3, &GAUSS_3),
             Solid::Tetrahedron4 => vec![([0.25; 3], 1.0 / 6.0)],
             Solid::Tetrahedron10 => {
                 // Four points, exact for quadratic polynomials.
@@ -236,6 +276,15 @@ impl Solid {
         match self {
             Solid::Hexahedron8(_) => cube(&GAUSS_2),
             Solid::Hexahedron20 { .. } => cube(&GAUSS_3),
+            // The square collapsed to a triangle: exact for polynomials of the sixth degree.
+            Solid::Wedge6 | Solid::Wedge15 => {
+                let all = cube(&GAUSS_4).into_iter();
+                all.map(|([u, v, z], weight)| {
+                    let [u, v] = [u, v].map(|x| 0.5 * (1.0 + x));
+                    ([u, v * (1.0 - u), z], 0.25 * weight * (1.0 - u))
+                })
+                .collect()
+            }
             // The cube collapsed to a tetrahedron: exact for polynomials of the fifth degree.
             Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
                 let all = cube(&GAUSS_4).into_iter();
@@ -316,6 +365,50 @@ fn serendipity(point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
     corners.chain(middles).unzip()
 }
 
+/// The wedge over the triangle 0, x, y, from z = −1 to 1, with nodes at the corners, and at the middles of the edges if it `is_quadratic`.
+fn wedge([x, y, z]: [f64; 3], is_quadratic: bool) -> (Vec<f64>, Vec<[f64; 3]>) {
+    let l = [1.0 - x - y, x, y];
+    const SLOPES: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
+    // A product of a function of the triangle and one of z, with their slopes.
+    let product =
+        |(f, [fx, fy]): (f64, [f64; 2]), (g, gz): (f64, f64)| (f * g, [fx * g, fy * g, f * gz]);
+    let by = |n: usize, factor: f64| SLOPES[n].map(|s| factor * s);
+    let side = |sign: f64| (0.5 * (1.0 + sign * z), 0.5 * sign);
+    let bubble = (1.0 - z * z, -2.0 * z);
+    let corners = [-1.0, 1.0].into_iter().flat_map(|sign| {
+        (0..3).map(move |n| {
+            let linear = product((l[n], by(n, 1.0)), side(sign));
+            if !is_quadratic {
+                return linear;
+            }
+            // What the middles of its three edges have of it is taken away.
+            let square = (l[n] * (2.0 * l[n] - 1.0), by(n, 4.0 * l[n] - 1.0));
+            let (value, slope) = product(square, side(sign));
+            let (taken, of) = product((0.5 * l[n], by(n, 0.5)), bubble);
+            (value - taken, [0, 1, 2].map(|m| slope[m] - of[m]))
+        })
+    });
+    let corners: Vec<(f64, [f64; 3])> = corners.collect();
+    if !is_quadratic {
+        return corners.into_iter().unzip();
+    }
+    let middles = WEDGE_EDGES.iter().map(|&[a, b]| {
+        let (i, j) = (a % 3, b % 3);
+        match i == j {
+            true => product((l[i], by(i, 1.0)), bubble),
+            false => {
+                let slope = [0, 1].map(|m| 4.0 * (l[i] * SLOPES[j][m] + l[j] * SLOPES[i][m]));
+                product(
+                    (4.0 * l[i] * l[j], slope),
+                    side(if a < 3 { -1.0 } else { 1.0 }),
+                )
+            }
+        }
+    });
+    let middles: Vec<(f64, [f64; 3])> = middles.collect();
+    corners.into_iter().chain(middles).unzip()
+}
+
 fn product_of_others(factor: [f64; 3], m: usize) -> f64 {
     factor[(m + 1) % 3] * factor[(m + 2) % 3]
 }
@@ -336,6 +429,22 @@ const GAUSS_4: [(f64, f64); 4] = [
     (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
     (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
 ];
+
+/// Points and weights on the triangle 0, x, y: exact for quadratic polynomials.
+const TRIANGLE_3: [([f64; 2], f64); 3] = [
+    ([1.0 / 6.0, 1.0 / 6.0], 1.0 / 6.0),
+    ([2.0 / 3.0, 1.0 / 6.0], 1.0 / 6.0),
+    ([1.0 / 6.0, 2.0 / 3.0], 1.0 / 6.0),
+];
+
+/// The product of a rule on the triangle and one along z.
+fn prism(triangle: &[([f64; 2], f64)], along: &[(f64, f64)]) -> Vec<Station> {
+    let at = |&([x, y], weight): &([f64; 2], f64)| {
+        let each = along.iter().map(move |&(z, w)| ([x, y, z], weight * w));
+        each.collect::<Vec<Station>>()
+    };
+    triangle.iter().flat_map(at).collect()
+}
 
 /// The product of a rule along three axes.
 fn cube(rule: &[(f64, f64)]) -> Vec<Station> {

@@ -21,6 +21,8 @@ pub struct Superelement {
     pub mass: Matrix,
     /// \[N s/m\], of the modes alone; none where the structure has no damping of its own.
     pub damping: Option<Matrix>,
+    /// Hysteretic damping \[N/m\], of the modes alone; none where the structure has none.
+    pub hysteretic: Option<Matrix>,
 }
 
 impl Superelement {
@@ -55,17 +57,18 @@ impl Superelement {
                 stiffness[(row, row)] += reduced.omega[mode - held].powi(2);
             }
         }
-        let damping = reduced.damping.as_ref().map(|own| {
-            let size = ports + shapes.columns();
+        let size = ports + shapes.columns();
+        let of_modes = |own: &Matrix| {
             Matrix::from_fn(size, size, |i, j| match (i.min(j)).checked_sub(ports) {
                 Some(_) => own[(i - ports, j - ports)],
                 None => 0.0,
             })
-        });
+        };
         Ok(Superelement {
             stiffness,
             mass,
-            damping,
+            damping: reduced.damping.as_ref().map(of_modes),
+            hysteretic: reduced.hysteretic.as_ref().map(of_modes),
         })
     }
 }

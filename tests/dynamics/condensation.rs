@@ -126,6 +126,7 @@ impl Joint {
         let model = SecondOrder {
             mass: Matrix::diagonal(&mass),
             damping: Matrix::zeros(m, m),
+            hysteretic: Matrix::zeros(m, m),
             stiffness,
             basis,
             residual: Some(residual),

@@ -1,6 +1,6 @@
 //! Linear oscillators and structures against closed forms: Rayleigh damping, and a ground that moves.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use fretwear::dynamics::oscillator::mass_on_springs;
 use fretwear::dynamics::{
@@ -37,6 +37,7 @@ fn chain() -> SecondOrder {
     SecondOrder {
         mass: Matrix::diagonal(&mass),
         damping: Matrix::zeros(5, 5),
+        hysteretic: Matrix::zeros(5, 5),
         stiffness,
         basis: Matrix::identity(5),
         residual: None,
@@ -120,6 +121,46 @@ fn rayleigh_damping_of_an_oscillator() {
         let error = linear().with_rayleigh_damping(wrong, &[]).unwrap_err();
         assert!(matches!(error, DynamicsError::OutOfRange { .. }), "{error}");
     }
+}
+
+/// A loss factor η gives F/√((k − mω²)² + (ηk)²) at any frequency and harmonic, takes πηk|u|² in each of its cycles, and nothing of a constant load.
+#[test]
+fn hysteretic_damping_knows_no_frequency() {
+    let (factor, force, axis) = (0.03, 40.0, 1);
+    let model = mass_on_springs(MASS, [0.0; 3], STIFFNESS, 0).unwrap();
+    let model = model.with_loss_factor(factor);
+    let (k, m) = (STIFFNESS[axis], MASS[axis]);
+    let natural = (k / m).sqrt();
+    for (harmonic, share) in [(1, 0.4), (1, 1.0), (1, 1.7), (3, 0.4), (3, 1.0), (3, 1.7)] {
+        let load = Load {
+            harmonic,
+            ..Oscillator::load(axis, force, 0.0)
+        };
+        let balance = balance_of(&model, &[], 4, &[load], Settings::default());
+        let order = f64::from(harmonic);
+        let response = balance.solve(share * natural / order, None).unwrap();
+        let slot = 2 * harmonic as usize - 1;
+        let row = &response.displacement[axis * balance.harmonics().coefficients()..];
+        let (cosine, sine) = (row[slot], row[slot + 1]);
+        let (stiff, damped) = (k * (1.0 - share * share), factor * k);
+        let square = stiff * stiff + damped * damped;
+        assert!((cosine - force * stiff / square).abs() < ROUNDING * force / damped);
+        assert!((sine - force * damped / square).abs() < ROUNDING * force / damped);
+        let expected = order * PI * damped * (cosine * cosine + sine * sine);
+        let energy = response.energy;
+        assert!((energy.hysteretic / expected - 1.0).abs() < ROUNDING);
+        assert_eq!((energy.viscous, energy.friction), (0.0, 0.0));
+        assert!(energy.imbalance() < ROUNDING);
+    }
+    let constant = Load {
+        harmonic: 0,
+        ..Oscillator::load(axis, force, 0.0)
+    };
+    let moving = Oscillator::load(0, force, 0.0);
+    let balance = balance(&model, &[constant, moving]);
+    let response = balance.solve(0.7 * natural, None).unwrap();
+    let row = &response.displacement[axis * balance.harmonics().coefficients()..];
+    assert!((row[0] / (force / k) - 1.0).abs() < ROUNDING);
 }
 
 /// A ground that moves by u cos(ωt + φ) is a force m ω²u on the mass, seen from the ground.

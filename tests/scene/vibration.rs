@@ -98,6 +98,7 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         harmonic_tolerance: Some(0.005),
         samples: 64,
         damping_ratio: 0.002,
+        loss_factor: 0.0,
         rayleigh: None,
         damping_basis: DampingBasis::Stuck,
         at_frequency: None,

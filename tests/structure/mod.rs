@@ -41,6 +41,8 @@ fn only_matrices(stiffness: Triplets, mass: Triplets) -> Matrices {
         stiffness: Some(stiffness),
         mass: Some(mass),
         damping: None,
+        hysteretic: None,
+        unit: None,
         sets: HashMap::new(),
         positions: HashMap::new(),
         notes: Vec::new(),

@@ -1,11 +1,9 @@
-//! Matrices that Abaqus, CalculiX and Nastran wrote, if the environment variable names the folder that has them.
+//! Matrices that Abaqus and CalculiX wrote, if the environment variable names the folder that has them.
 
 use std::path::PathBuf;
 
 use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
-use fretwear::structure::inspection::{
-    fixed, mass_by_direction, modal_rows, units, zero_diagonals,
-};
+use fretwear::structure::inspection::{fixed, mass_by_direction, units};
 use fretwear::structure::matrices::Matrices;
 use fretwear::structure::readers::{Input, read};
 
@@ -138,62 +136,4 @@ fn calculix_blocks() {
     let (rows, notes) = fixed(&clamped, "FIX").expect("a set");
     assert!(!rows.contains(&true) && notes.len() == 1);
     assert_eq!((incompatible.size, incompatible.nodes()), (189, 63));
-}
-
-#[test]
-fn a_nastran_superelement() {
-    let Some(matrices) = real(&["nastran_op4/se_test_n11.op4"]) else {
-        return;
-    };
-    assert_eq!((matrices.size, matrices.nodes()), (105, 50));
-    assert_eq!(modal_rows(&matrices).iter().filter(|m| **m).count(), 39);
-    assert_eq!(
-        zero_diagonals(&matrices, matrices.mass.as_ref().expect("M")).len(),
-        15
-    );
-    assert_eq!(
-        zero_diagonals(&matrices, matrices.stiffness.as_ref().expect("K")).len(),
-        15
-    );
-    let found = modes(&matrices, "", 3);
-    assert_eq!(
-        (found.rigid.len(), found.empty, found.is_singular),
-        (6, 15, true)
-    );
-    // Of the free structure, as scipy finds it on the 90 rows that have mass.
-    assert_near(found.elastic[0], 113.131211, 5e-7);
-    assert_near(modes(&matrices, "boundary", 3).elastic[0], 365.26, 5e-3);
-    // The superelement is rigid in six ways, and a boundary node moves all of its mass.
-    for along in mass_by_direction(&matrices) {
-        assert_near(along.expect("a mass"), 20.118107, 5e-7);
-    }
-}
-
-#[test]
-fn punched_nastran_matrices() {
-    let (Some(beam), Some(swept)) = (
-        real(&["nastran_dmig/test_case.pch1"]),
-        real(&["nastran_dmig/sol103_swept_plane.pch1"]),
-    ) else {
-        return;
-    };
-    // Beside each what its f06 has, without the rigid modes; the punch has ten digits.
-    let found = modes(&beam, "", 8);
-    assert_eq!(found.rigid.len(), 2);
-    let f06 = [
-        21.14057, 21.35569, 128.7332, 129.7476, 437.1801, 438.2013, 1258.988, 1259.566,
-    ];
-    for (found, f06) in found.elastic.iter().zip(f06) {
-        assert_near(found / f06, 1.0, 1e-6);
-    }
-    let found = modes(&swept, "", 7);
-    assert_eq!((swept.size, found.rigid.len()), (45, 3));
-    // A grid that only bends, coarsely meshed: its speed is that of no waves in a solid.
-    assert_eq!(units(&swept), None);
-    let f06 = [
-        1.339207, 3.406026, 5.610046, 10.88232, 11.05762, 16.00409, 23.21605,
-    ];
-    for (found, f06) in found.elastic.iter().zip(f06) {
-        assert_near(found / f06, 1.0, 1e-6);
-    }
 }

@@ -52,6 +52,7 @@ fn structure(motions: &[Motion], soft: f64) -> Reduced {
         residual_slope: Matrix::zeros(ports, ports),
         residual,
         damping: None,
+        hysteretic: None,
         mass: MASS,
         mode_residual: 0.0,
         factor_entries: 0,

@@ -74,9 +74,9 @@ fn hysteresis(load: Vec<f64>) -> Table {
 }
 
 /// The symbols that a unit may be made of; a new one is added here on purpose.
-const UNITS: [&str; 20] = [
+const UNITS: [&str; 21] = [
     "1", "B", "m", "m^2", "m^3", "Pa", "N", "N m", "N/m", "m/N", "m s^2/N", "J", "J/m^2", "s",
-    "Hz", "1/s", "rad", "kg", "kg^-1/2", "as named",
+    "Hz", "1/s", "1/s^2", "rad", "kg", "kg^-1/2", "as named",
 ];
 
 #[test]

@@ -77,7 +77,9 @@ keys! {
     /// Elastic modes of the reduced structure, beside the residual of all others, its inertia by pseudo-modes [A §3]. Not of an oscillator.
     MODES: Integer<usize> = "dynamics.modes", Is("30"), integer(1, MOST_MODES, "40");
     /// Damping ratio of every mode. The paper does not state its own.
-    DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002; of an oscillator, and with dynamics.rayleigh or structure.damping, 0; must be given where structure.file has damping"), Quantity(Dimension::NONE, RATIO, "0.002");
+    DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002; of an oscillator, and with dynamics.rayleigh, dynamics.loss_factor or damping in the files of the structure, 0"), Quantity(Dimension::NONE, RATIO, "0.002");
+    /// Loss factor of the structure: hysteretic damping by this part of its stiffness. The contact has none of it. Its force is a quarter of a cycle ahead of the displacement at any frequency.
+    LOSS_FACTOR: Quantity = "dynamics.loss_factor", Is("0"), Quantity(Dimension::NONE, NOT_NEGATIVE, "0.004");
     /// The coefficient alpha of the mass matrix: a mode of frequency f gets the damping ratio alpha / (4 pi f) more. Motions of the whole structure are braked too.
     RAYLEIGH_MASS: Quantity = "dynamics.rayleigh.mass", Is("0 1/s"), Quantity(Dimension::FREQUENCY, NOT_NEGATIVE, "5 1/s");
     /// The coefficient beta of the stiffness matrix: a mode of frequency f gets the damping ratio pi f beta more.

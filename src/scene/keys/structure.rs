@@ -15,9 +15,7 @@ const FILE_FORMATS: Choice<&str> = Choice(&[
     ("abaqus", "abaqus", "Abaqus: *MATRIX OUTPUT, substructures"),
     ("ansys", "ansys", "ANSYS: .full"),
     ("calculix", "calculix", "CalculiX: SOLVER=MATRIXSTORAGE"),
-    ("nastran", "nastran", "Nastran: OUTPUT4, DMIG"),
     ("matrix_market", "matrix_market", "Matrix Market"),
-    ("matlab", "matlab", "MATLAB, version 5"),
     ("numpy", "numpy", "NPY, NPZ"),
 ]);
 const DIRECTION: &str = "a list of three";
@@ -80,7 +78,7 @@ keys! {
     /// Mesh cells through a bolt head.
     HEAD_CELLS: Integer<usize> = "structure.head_cells", Is("2"), CELLS, of ["resonator"];
     /// The file that has stiffness and mass, in place of one for each. Of CalculiX one of its files is enough. Of a mesh, the input deck.
-    FILE: FilePath = "structure.file", Rule("must be given, or structure.stiffness and structure.mass"), FilePath("superelement.op4"), of ["matrices", "mesh"];
+    FILE: FilePath = "structure.file", Rule("must be given, or structure.stiffness and structure.mass"), FilePath("matrices.npz"), of ["matrices", "mesh"];
     /// The format of the files.
     FORMAT: Choice<&'static str> = "structure.format", Rule("by their content"), FILE_FORMATS, of ["matrices"];
     /// The positions of the nodes: CSV with the columns node, x, y and z. Needed where neither the files nor the deck beside them have them.
@@ -111,6 +109,8 @@ keys! {
     /// Damping of an oscillator's dashpots along x, y and z; of matrices the file of the viscous damping.
     DAMPING: ListOrPath<3> = "structure.damping", Rule("none"),
         ListOrPath(List(XYZ, Quantity(Dimension::DAMPING, NOT_NEGATIVE, "5 N s/m"), Some(FOR_ALL)), FilePath("model_DMPV1.mtx")), of ["oscillator", "matrices"];
+    /// The file of the hysteretic (structural) damping of matrices. Its force is a quarter of a cycle ahead of the displacement at any frequency.
+    STRUCTURAL_DAMPING: FilePath = "structure.structural_damping", Rule("none"), FilePath("model_DMPS1.mtx"), of ["matrices"];
     /// Stiffness of an oscillator's springs along x, y and z; of matrices the file of the stiffness. Springs are to the ground, beside the contact.
     STIFFNESS: ListOrPath<3> = "structure.stiffness", Rule("must be given; of matrices, or structure.file"),
         ListOrPath(List(XYZ, Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "10 N/um"), Some(FOR_ALL)), FilePath("model_STIF1.mtx")), of ["oscillator", "matrices"];

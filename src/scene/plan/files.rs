@@ -153,6 +153,9 @@ impl Files {
         let imported = structure_files::read(&mut scene)?.map(Arc::new);
         if let Some(import) = scene.structure().and_then(|s| s.import()) {
             canonical["structure"]["content"] = json!(import.content);
+            if let Some(response) = &scene.recipe.response {
+                canonical["dynamics"]["damping_ratio"] = json!(response.damping_ratio);
+            }
         }
         let mut contents = Contents::default();
         let mut measured = None;

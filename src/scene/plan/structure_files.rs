@@ -7,10 +7,10 @@ use crate::files;
 use crate::recipe::Import;
 use crate::scene::Scene;
 use crate::scene::keys::dynamics::DAMPING_RATIO;
-use crate::structure::imported::{Facing, ImportError, Imported, Options, name_rows};
-use crate::structure::matrices::Role;
+use crate::structure::imported::{Facing, ImportError, Imported, Options, UnitSystem, name_rows};
 use crate::structure::node_tables::{self, NodeTableError};
 use crate::structure::readers::{self, Input, ReadError};
+use crate::units::{self, Dimension, UnitError};
 
 /// Bytes of the longest table of nodes: some ten million of them.
 const LONGEST_TABLE: u64 = 1 << 30;
@@ -31,11 +31,14 @@ pub enum StructureFileError {
         /// What is wrong.
         problem: NodeTableError,
     },
-    /// A damping matrix that no key names, beside a ratio that no key gives.
+    /// Neither the folder nor the scene says the units.
     #[error(
-        "structure.file has a damping matrix, and dynamics.damping_ratio is missing: give 0 if the matrix is all damping there is, or the ratio that every mode has beside it"
+        "structure.file: nobody has said the units of this folder; give structure.unit = {{ length = \"mm\", mass = \"t\", time = \"s\" }}, or those that are right"
     )]
-    NoDampingRatio,
+    NoUnit,
+    /// The units of the folder are none.
+    #[error("structure.file: structure.json of the folder: {0}")]
+    Unit(#[from] UnitError),
     /// They are not those of the scene's structure.
     #[error("structure: {0}")]
     Import(#[from] ImportError),
@@ -45,6 +48,7 @@ pub enum StructureFileError {
 pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     let points = points(scene);
     let is_ratio_given = scene.given(DAMPING_RATIO.name).is_some();
+    let is_unit_given = scene.given("structure.unit").is_some();
     let structure = scene.recipe.structure.as_mut();
     let import = structure.and_then(|structure| structure.source.import_mut());
     let (Some(joint), Some(import)) = (&scene.joint, import) else {
@@ -56,7 +60,8 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
         .as_ref()
         .and_then(|contact| contact.preload.as_ref());
     let ends = ends.map(|preload| &preload.ends);
-    let imported = imported(import, joint, &points, ends, is_ratio_given)?;
+    let (imported, unit, is_damped) = imported(import, joint, &points, ends, is_unit_given)?;
+    import.unit = unit;
     import.points = points;
     import.preload = imported.preload.clone();
     import.hexahedra = imported.hexahedra;
@@ -65,6 +70,12 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     import.has_damping = imported.has_damping();
     import.has_outline = imported.has_outline();
     import.joint = Some(imported.interface.clone());
+    if let Some(response) = &mut scene.recipe.response
+        && is_damped
+        && !is_ratio_given
+    {
+        response.damping_ratio = 0.0;
+    }
     Ok(Some(imported))
 }
 
@@ -87,8 +98,8 @@ fn imported(
     (size, elements): ([f64; 2], Option<[usize; 2]>),
     points: &[String],
     preload: Option<&[String; 2]>,
-    is_ratio_given: bool,
-) -> Result<Imported, StructureFileError> {
+    is_unit_given: bool,
+) -> Result<(Imported, UnitSystem, bool), StructureFileError> {
     let inputs: Vec<Input> = (import.files.matrices.iter())
         .map(|(role, path)| Input {
             path: path.clone(),
@@ -96,11 +107,15 @@ fn imported(
         })
         .collect();
     let mut matrices = readers::read(&inputs, import.format.as_deref())?;
-    let is_damped = (matrices.damping.as_ref()).is_some_and(|damping| damping.largest() > 0.0);
-    let is_named = inputs.iter().any(|file| file.role == Some(Role::Damping));
-    if is_damped && !is_named && !is_ratio_given {
-        return Err(StructureFileError::NoDampingRatio);
-    }
+    let unit = match matrices.unit.take().filter(|_| !is_unit_given) {
+        None => import.unit,
+        Some(None) => return Err(StructureFileError::NoUnit),
+        Some(Some(unit)) => UnitSystem {
+            length: units::parse_unit(&unit.length, Dimension::LENGTH)?,
+            mass: units::parse_unit(&unit.mass, Dimension::MASS)?,
+            time: units::parse_unit(&unit.time, Dimension::TIME)?,
+        },
+    };
     let mut order = Vec::new();
     if let Some(path) = &import.files.nodes {
         let nodes = table("structure.nodes", path, node_tables::positions)?;
@@ -115,10 +130,10 @@ fn imported(
         },
         (None, None) => Facing::Pairs(Vec::new()),
     };
-    Ok(Imported::new(
+    let imported = Imported::new(
         &matrices,
         &Options {
-            unit: import.unit,
+            unit,
             fixed: import.fixed.as_deref(),
             facing: &facing,
             wanted: &import.wanted,
@@ -127,7 +142,10 @@ fn imported(
             points,
             preload,
         },
-    )?)
+    )?;
+    let damping = [&matrices.damping, &matrices.hysteretic];
+    let is_damped = damping.into_iter().flatten().any(|of| of.largest() > 0.0);
+    Ok((imported, unit, is_damped))
 }
 
 fn table<T>(

@@ -9,6 +9,7 @@ use crate::recipe::{ElementStiffness, Reasons, Response};
 use crate::scene::document::Node;
 use crate::scene::keys::dynamics::*;
 use crate::scene::keys::structure::DAMPING;
+use crate::scene::keys::structure::STRUCTURAL_DAMPING;
 use crate::scene::reader::Reader;
 use crate::scene::{Base, BaseMotion, Contact, Fidelity, Force, Port, Rayleigh, Structure};
 
@@ -83,7 +84,10 @@ pub(super) fn response(
     };
     let harmonics = harmonics(reader, &forces, base)?;
     let rayleigh = rayleigh(reader)?;
-    let has_other = structure.is_oscillator() || rayleigh.is_some() || reader.has(&DAMPING);
+    let loss_factor = reader.value(&LOSS_FACTOR)?;
+    let has_files = reader.has(&DAMPING) || reader.has(&STRUCTURAL_DAMPING);
+    let has_other =
+        structure.is_oscillator() || rayleigh.is_some() || loss_factor > 0.0 || has_files;
     let damping_ratio = match reader.look(&DAMPING_RATIO)? {
         Some(ratio) => ratio,
         None if has_other => 0.0,
@@ -95,6 +99,7 @@ pub(super) fn response(
     Ok(Response {
         at: response,
         damping_ratio: reader.note(&DAMPING_RATIO, damping_ratio),
+        loss_factor,
         rayleigh,
         damping_basis: reader.value(&DAMPING_BASIS)?,
         at_frequency,

@@ -77,11 +77,13 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
         reader.path(&MASS)?,
     );
     let files = match (file, stiffness, mass) {
-        (Some(file), None, None) if !reader.has(&DAMPING) => vec![(None, file)],
+        (Some(file), None, None) if !reader.has(&DAMPING) && !reader.has(&STRUCTURAL_DAMPING) => {
+            vec![(None, file)]
+        }
         (Some(_), _, _) => {
             return Err(reader.conflict(
                 &FILE,
-                "structure.stiffness, structure.mass or structure.damping gives a file of its own; give the one file, or one for each",
+                "structure.stiffness, structure.mass, structure.damping or structure.structural_damping gives a file of its own; give the one file, or one for each",
             ));
         }
         (None, Some(stiffness), Some(mass)) => {
@@ -89,7 +91,9 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
                 .path(&DAMPING)?
                 .map(|path| (Some(Role::Damping), path));
             let both = [(Some(Role::Stiffness), stiffness), (Some(Role::Mass), mass)];
-            both.into_iter().chain(damping).collect()
+            let hysteretic = reader.look(&STRUCTURAL_DAMPING)?;
+            let hysteretic = hysteretic.map(|path| (Some(Role::Hysteretic), path));
+            both.into_iter().chain(damping).chain(hysteretic).collect()
         }
         (None, None, None) if reader.kind(&KIND)? == "mesh" => {
             return Err(reader.missing_line(&FILE, "file = \"model.inp\""));
@@ -97,7 +101,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
         (None, None, _) => {
             return Err(reader.missing_line(
                 &STIFFNESS,
-                "stiffness = \"model_STIF1.mtx\"   (or file = \"superelement.op4\")",
+                "stiffness = \"model_STIF1.mtx\"   (or file = \"matrices.npz\")",
             ));
         }
         (None, Some(_), None) => {

@@ -99,6 +99,14 @@ pub enum ImportError {
         /// In the unit of the file.
         mass: f64,
     },
+    /// Hysteretic damping that feeds a motion.
+    #[error(
+        "the structural damping feeds some motion: between modes it has an eigenvalue of {share:.1e} of the largest below zero; it must be zero or more for every motion"
+    )]
+    NegativeDamping {
+        /// Size of the least eigenvalue, over the largest.
+        share: f64,
+    },
     /// The two nodes of a pair do not face each other.
     #[error(
         "structure.interface: the nodes of the pair {upper}, {lower} are {off:.4} mm apart along the joint, whose rectangles have sides of {side:.4} mm; see the positions of the nodes, or give two sets of nodes instead of pairs"

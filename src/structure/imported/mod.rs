@@ -63,6 +63,7 @@ pub struct Imported {
     stiffness: Lower,
     inertia: Lower,
     damping: Option<Lower>,
+    hysteretic: Option<Lower>,
     /// Half a unit of the last digit of the stiffness's entries, over them.
     precision: f64,
     row_of: HashMap<(i64, u32), usize>,
@@ -132,6 +133,7 @@ impl Imported {
             (Role::Stiffness, Some(stiffness)),
             (Role::Mass, Some(mass)),
             (Role::Damping, damping),
+            (Role::Hysteretic, matrices.hysteretic.as_ref()),
         ];
         for (role, matrix) in symmetric
             .into_iter()
@@ -291,6 +293,8 @@ impl Imported {
                 * unit.mass,
             inertia: scaled(mass, unit.mass),
             damping: damping.map(|damping| scaled(damping, unit.mass / unit.time)),
+            hysteretic: (matrices.hysteretic.as_ref())
+                .map(|damping| scaled(damping, unit.mass / unit.time.powi(2))),
             stiffness: stiffness_si,
             precision: stiffness.precision.max(SUMMED),
             row_of,
@@ -309,7 +313,11 @@ impl Imported {
     /// All that the small model depends on, part by part, to be hashed: entries, edges, nodes at the joint and at the points.
     pub fn each_part(&self, update: &mut dyn FnMut(&[u8])) {
         let both = [&self.stiffness, &self.inertia];
-        for matrix in both.into_iter().chain(&self.damping) {
+        for matrix in both
+            .into_iter()
+            .chain(&self.damping)
+            .chain(&self.hysteretic)
+        {
             update(&(matrix.len() as u64).to_le_bytes());
             for &(i, j, v) in matrix {
                 update(&i.to_le_bytes());
@@ -393,7 +401,7 @@ impl Imported {
 
     /// True where the files have a damping matrix.
     pub fn has_damping(&self) -> bool {
-        self.damping.is_some()
+        self.damping.is_some() || self.hysteretic.is_some()
     }
 
     /// True where the files have elements, whose edges can be drawn.

@@ -1,6 +1,6 @@
 //! The small model of a structure from matrices.
 
-use super::{ImportError, Imported};
+use super::{ImportError, Imported, Lower};
 use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
 use crate::structure::frequencies::{DENSE, Whole, dense};
@@ -13,6 +13,8 @@ use crate::structure::reduction::{ContactPorts, ModesAtPorts, Reduced, complete}
 const BODY: usize = 6;
 /// The shift of a mesh suits where it is between these times the lowest elastic ω².
 const USUAL: [f64; 2] = [1e-4, 100.0];
+/// Hysteretic damping below zero by less than this part of the largest is rounding.
+const NEGATIVE: f64 = 1e-9;
 /// Elastic modes that are looked for to know the lowest.
 const LOWEST: usize = 1;
 
@@ -103,10 +105,29 @@ impl Imported {
         }
         let kept = shapes.columns_of(0..rigid + elastic);
         let outline = self.outline_in(&kept);
-        let damping = self.damping.as_ref().map(|damping| {
-            let damping = SparseSymmetric::from_sorted(rows, damping);
-            kept.transpose_times(&damping.times(&kept))
-        });
+        let in_modes = |matrix: &Option<Lower>| {
+            matrix.as_ref().map(|matrix| {
+                let matrix = SparseSymmetric::from_sorted(rows, matrix);
+                kept.transpose_times(&matrix.times(&kept))
+            })
+        };
+        let (damping, hysteretic) = (in_modes(&self.damping), in_modes(&self.hysteretic));
+        if let Some(hysteretic) = &hysteretic {
+            let (values, _) =
+                hysteretic
+                    .symmetric_eigen()
+                    .map_err(|source| StructureError::Factorization {
+                        matrix: "the structural damping between modes",
+                        source,
+                    })?;
+            let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            let least = values.iter().fold(0.0_f64, |m, v| m.min(*v));
+            if least < -NEGATIVE * largest {
+                return Err(ImportError::NegativeDamping {
+                    share: -least / largest,
+                });
+            }
+        }
         let modes = ModesAtPorts {
             rigid_squares: rayleigh(&stiffness, &shapes.columns_of(0..rigid)),
             rigid: ports.displacements(&shapes.columns_of(0..rigid)),
@@ -124,7 +145,12 @@ impl Imported {
             (factor, shift, last.len()),
             factored,
         )?;
-        Ok((Reduced { damping, ..reduced }, outline))
+        let reduced = Reduced {
+            damping,
+            hysteretic,
+            ..reduced
+        };
+        Ok((reduced, outline))
     }
 
     /// The edges of the bodies in these modes, along the axes of the joint; none without elements.

@@ -19,9 +19,11 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         stiffness: None,
         mass: None,
         damping: None,
+        hysteretic: None,
         sets: HashMap::new(),
         positions: HashMap::new(),
         local_axes: Vec::new(),
+        unit: None,
         notes: unread.clone(),
         unread,
         outline: Vec::new(),
@@ -64,6 +66,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
             matrices.formats.push(format);
         }
         matrices.notes.extend(parsed.notes);
+        matrices.unit = matrices.unit.or(parsed.units);
         matrices.sets.extend(parsed.sets);
         matrices.positions.extend(parsed.positions);
         matrices.outline.extend(parsed.outline);
@@ -102,9 +105,8 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         }
     }
     for (path, named) in nameless {
-        let free = Role::ALL.into_iter().find(|role| !found.contains_key(role));
-        let structural = is_structural_damping(&named.name).then_some(Role::Damping);
-        let Some(role) = free.or(structural) else {
+        let mut free = Role::BY_PLACE.into_iter();
+        let Some(role) = free.find(|role| !found.contains_key(role)) else {
             return Err(ReadError {
                 path,
                 problem: ReadProblem::DoNotFit {
@@ -179,10 +181,11 @@ fn put(
     path: PathBuf,
     named: Named,
 ) -> Result<(), ReadError> {
-    if role == Role::Damping && is_structural_damping(&named.name) {
-        let problem = ReadProblem::Unsupported {
-            found: format!("structural damping, as {} is by its name,", named.name),
-            advice: "convert it to viscous damping under another name, or leave it out and give dynamics.damping_ratio".into(),
+    if role == Role::Damping && is_structural_damping(&named.name.to_ascii_lowercase()) {
+        let problem = ReadProblem::DoNotFit {
+            found: format!("{} is structural damping by its name", named.name),
+            advice: "give it as structural_damping=FILE, or viscous damping under another name"
+                .into(),
         };
         return Err(ReadError { path, problem });
     }
@@ -296,5 +299,6 @@ fn set(matrices: &mut Matrices, role: Role, matrix: Triplets) {
         Role::Stiffness => matrices.stiffness = Some(matrix),
         Role::Mass => matrices.mass = Some(matrix),
         Role::Damping => matrices.damping = Some(matrix),
+        Role::Hysteretic => matrices.hysteretic = Some(matrix),
     }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::error::ReadProblem;
 use super::text::{numbers, shown, text_of, whole};
 use super::{Parsed, is_global};
+use crate::structure::solids::NAMES;
 
 /// A set of nodes has at most so many, `GENERATE` included: more than a file of the longest length lists.
 const MOST_NODES: usize = 1 << 26;
@@ -58,6 +59,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             name: String,
             generate: bool,
         },
+        /// Elements, their set, and how many nodes each has, where its type is known.
+        Elements(Option<String>, Option<usize>),
+        ElementSet {
+            name: String,
+            generate: bool,
+        },
         /// A set, and whether its axes are rectangular.
         Transform(String, bool),
         /// A part, and whether its translation has been read.
@@ -69,6 +76,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let mut sets: HashMap<String, Vec<i64>> = HashMap::new();
     let mut room = MOST_NODES.min(64 * bytes.len());
     let mut section = In::Other;
+    // Nodes of elements, where a set of nodes is that of a set of elements.
+    let mut elements = has_sets_of_elements(&text).then(Elements::default);
     // The part that is read, and the nodes of each.
     let (mut part, mut parts) = (None, HashMap::<String, Vec<i64>>::new());
     // Lines that turn the axes of a set.
@@ -85,7 +94,30 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             let set = name("NSET");
             let word = keyword(line);
             let is_of_elements = word == "*NSET" && option(line, "ELSET").is_some();
-            if is_of_elements || word == "*INCLUDE" {
+            if is_of_elements {
+                let (Some(elements), Some(set), Some(of)) = (&mut elements, &set, name("ELSET"))
+                else {
+                    return Err(ReadProblem::malformed(
+                        place(),
+                        shown(line),
+                        "NSET=… and ELSET=…",
+                    ));
+                };
+                match elements.nodes_of(&of) {
+                    Some(nodes) => {
+                        room = room
+                            .checked_sub(nodes.len())
+                            .ok_or_else(|| too_many(place()))?;
+                        sets.entry(set.clone()).or_default().extend(nodes);
+                    }
+                    None => parsed.unread.push(format!(
+                        "{}, {}, is not followed: no element of {of} is listed before it",
+                        place(),
+                        shown(line)
+                    )),
+                }
+            }
+            if word == "*INCLUDE" {
                 let told = format!("{}, {}, is not followed", place(), shown(line));
                 parsed.unread.push(told);
             }
@@ -104,6 +136,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 ("*NODE", set) => In::Node(set),
                 ("*NSET", Some(name)) if !is_of_elements => In::Set {
                     name,
+                    generate: option(line, "GENERATE").is_some(),
+                },
+                ("*ELEMENT", _) if elements.is_some() => {
+                    let kind = name("TYPE").unwrap_or_default();
+                    let solid = NAMES.iter().find(|of| of.0 == kind);
+                    In::Elements(name("ELSET"), solid.map(|of| of.1.nodes()))
+                }
+                ("*ELSET", _) if elements.is_some() => In::ElementSet {
+                    name: name("ELSET").unwrap_or_default(),
                     generate: option(line, "GENERATE").is_some(),
                 },
                 ("*TRANSFORM", set) => {
@@ -148,26 +189,22 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 name,
                 generate: true,
             } => {
-                let read = |k: usize, default: i64| match fields.get(k) {
-                    None | Some(&"") => Ok(default),
-                    Some(field) => whole::<i64>(field, "first, last and step", place),
-                };
-                let (first, last, step) = (read(0, 0)?, read(1, 0)?, read(2, 1)?);
-                let count = if step > 0 && last >= first {
-                    (last.abs_diff(first) / step.unsigned_abs()) as usize + 1
-                } else {
-                    0
-                };
-                if count == 0 || count > room {
-                    return Err(ReadProblem::malformed(
-                        place(),
-                        shown(line),
-                        "first, last and step of a set of nodes",
-                    ));
-                }
-                room -= count;
-                let nodes = (0..count as i64).map(|k| first + k * step);
+                let nodes = generated(&fields, &mut room, &place)?;
                 sets.entry(name.clone()).or_default().extend(nodes);
+            }
+            In::Elements(set, nodes) => {
+                let elements = elements.as_mut().expect("elements are read");
+                elements.add(&fields, set.as_deref(), *nodes, &place)?;
+            }
+            In::ElementSet { name, generate } => {
+                let labels = match generate {
+                    true => generated(&fields, &mut room, &place)?.collect(),
+                    false => Vec::new(),
+                };
+                let elements = elements.as_mut().expect("elements are read");
+                let fields: &[&str] = if *generate { &[] } else { &fields };
+                let added = elements.extend(name, labels, fields);
+                room = room.checked_sub(added).ok_or_else(|| too_many(place()))?;
             }
             In::Set { name, .. } => {
                 for field in fields.iter().filter(|f| !f.is_empty()) {
@@ -180,13 +217,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                                 let expected = "a set whose nodes are listed before";
                                 ReadProblem::malformed(place(), shown(field), expected)
                             })?;
-                            room = room.checked_sub(other.len()).ok_or_else(|| {
-                                ReadProblem::malformed(
-                                    place(),
-                                    "too many nodes",
-                                    format!("at most {MOST_NODES} in all sets"),
-                                )
-                            })?;
+                            room = room
+                                .checked_sub(other.len())
+                                .ok_or_else(|| too_many(place()))?;
                             sets.entry(name.clone()).or_default().extend(other);
                         }
                     }
@@ -238,4 +271,110 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     }
     parsed.sets = sets;
     Ok(parsed)
+}
+
+/// The numbers from a first one to a last one by a step.
+pub(super) fn generated(
+    fields: &[&str],
+    room: &mut usize,
+    place: &dyn Fn() -> String,
+) -> Result<impl Iterator<Item = i64> + use<>, ReadProblem> {
+    let read = |k: usize, default: i64| match fields.get(k) {
+        None | Some(&"") => Ok(default),
+        Some(field) => whole::<i64>(field, "first, last and step", place),
+    };
+    let (first, last, step) = (read(0, 0)?, read(1, 0)?, read(2, 1)?);
+    let count = match step > 0 && last >= first {
+        true => (last.abs_diff(first) / step.unsigned_abs()) as usize + 1,
+        false => 0,
+    };
+    if count == 0 || count > *room {
+        return Err(ReadProblem::malformed(
+            place(),
+            shown(&fields.join(", ")),
+            "first, last and step of a set",
+        ));
+    }
+    *room -= count;
+    Ok((0..count as i64).map(move |k| first + k * step))
+}
+
+fn too_many(place: String) -> ReadProblem {
+    ReadProblem::malformed(
+        place,
+        "too many nodes",
+        format!("at most {MOST_NODES} in all sets"),
+    )
+}
+
+/// True of a deck that has a set of nodes which is that of a set of elements.
+fn has_sets_of_elements(text: &str) -> bool {
+    let mut keywords = text
+        .lines()
+        .filter(|line| line.trim_start().starts_with('*'));
+    keywords.any(|line| keyword(line) == "*NSET" && option(line, "ELSET").is_some())
+}
+
+/// Elements of a deck as far as sets of nodes need them: their nodes and sets.
+#[derive(Default)]
+struct Elements {
+    nodes: HashMap<i64, Vec<i64>>,
+    sets: HashMap<String, Vec<i64>>,
+    /// The numbers of an element whose nodes go on in the next line.
+    open: Vec<i64>,
+}
+
+impl Elements {
+    /// Reads a line of data. An element goes on after a comma at the end, or until it has its nodes, where it is known how many these are.
+    fn add(
+        &mut self,
+        fields: &[&str],
+        set: Option<&str>,
+        nodes: Option<usize>,
+        place: &dyn Fn() -> String,
+    ) -> Result<(), ReadProblem> {
+        for field in fields.iter().filter(|f| !f.is_empty()) {
+            let expected = "the numbers of an element and its nodes";
+            self.open.push(whole(field, expected, place)?);
+        }
+        let goes_on = match nodes {
+            Some(nodes) => self.open.len() <= nodes,
+            None => fields.last().is_some_and(|field| field.is_empty()),
+        };
+        if goes_on || self.open.is_empty() {
+            return Ok(());
+        }
+        let nodes = self.open.split_off(1);
+        let label = self.open[0];
+        self.open.clear();
+        if let Some(set) = set {
+            self.sets.entry(set.to_owned()).or_default().push(label);
+        }
+        self.nodes.insert(label, nodes);
+        Ok(())
+    }
+
+    /// Adds labels to a set, and those of fields, which are labels or other sets; how many.
+    fn extend(&mut self, set: &str, mut labels: Vec<i64>, fields: &[&str]) -> usize {
+        for field in fields.iter().filter(|f| !f.is_empty()) {
+            match field.parse::<i64>() {
+                Ok(label) => labels.push(label),
+                Err(_) => {
+                    let other = self.sets.get(&field.trim_matches('"').to_ascii_uppercase());
+                    labels.extend(other.into_iter().flatten());
+                }
+            }
+        }
+        let count = labels.len();
+        self.sets.entry(set.to_owned()).or_default().extend(labels);
+        count
+    }
+
+    /// The nodes of the elements of a set, in ascending order, each once; none where it has no element.
+    fn nodes_of(&self, set: &str) -> Option<Vec<i64>> {
+        let labels = self.sets.get(set)?.iter();
+        let nodes = labels.filter_map(|label| self.nodes.get(label)).flatten();
+        let nodes: std::collections::BTreeSet<i64> = nodes.copied().collect();
+        (!nodes.is_empty()).then(|| nodes.into_iter().collect())
+    }
 }

@@ -69,6 +69,14 @@ pub enum ReadProblem {
         /// What the user can do.
         advice: String,
     },
+    /// Something is wrong in a deck that includes other files.
+    #[error("{problem} ({told})")]
+    Included {
+        /// What is wrong.
+        problem: Box<ReadProblem>,
+        /// Which lines are those of which file.
+        told: String,
+    },
     /// Files that do not belong together.
     #[error("{found}; {advice}")]
     DoNotFit {
@@ -80,6 +88,17 @@ pub enum ReadProblem {
 }
 
 impl ReadProblem {
+    /// The same, with what is `told` of the count of lines.
+    pub(super) fn counted(self, told: Option<String>) -> Self {
+        match told {
+            Some(told) => ReadProblem::Included {
+                problem: Box::new(self),
+                told,
+            },
+            None => self,
+        }
+    }
+
     /// Something else than the format prescribes.
     pub(super) fn malformed(
         place: impl ToString,

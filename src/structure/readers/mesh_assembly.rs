@@ -53,9 +53,11 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         is_half: true,
         ..Triplets::new(dofs.len())
     };
-    let (mut stiffness, mut mass) = (half(), half());
+    let (mut stiffness, mut mass, mut hysteretic) = (half(), half(), half());
+    let is_damped = materials.iter().any(|material| material.1 > 0.0);
     for (k, element) in deck.elements.iter().enumerate() {
-        let found = matrices_of(element, &materials[k], &parsed)?;
+        let (material, structural) = &materials[k];
+        let found = matrices_of(element, material, &parsed)?;
         let count = element.nodes.len();
         let rows: Vec<Vec<(u32, f64)>> = (element.nodes.iter())
             .flat_map(|&node| (1..=3).map(move |direction| Dof { node, direction }))
@@ -65,6 +67,10 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             for j in 0..=i {
                 let stiffness_here = found.stiffness[i * 3 * count + j];
                 add(&mut stiffness, [&rows[i], &rows[j]], stiffness_here, i == j);
+                if is_damped {
+                    let damped = structural * stiffness_here;
+                    add(&mut hysteretic, [&rows[i], &rows[j]], damped, i == j);
+                }
                 if i % 3 == j % 3 {
                     let mass_here = found.mass[i / 3 * count + j / 3];
                     add(&mut mass, [&rows[i], &rows[j]], mass_here, i == j);
@@ -79,7 +85,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             "a solid that is not held everywhere",
         ));
     }
-    for matrix in [&mut stiffness, &mut mass] {
+    for matrix in [&mut stiffness, &mut mass, &mut hysteretic] {
         matrix.sum_places();
         matrix.precision = DOUBLE;
     }
@@ -95,6 +101,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         line.retain(|node| !follows(node));
     }
     parsed.outline.retain(|line| line.len() > 1);
+    parsed.notes.extend(deck.left_out());
     parsed.notes.push(format!(
         "{} solids of {} nodes are assembled{}{}",
         deck.elements.len(),
@@ -119,6 +126,10 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         named("stiffness", Role::Stiffness, stiffness),
         named("mass", Role::Mass, mass),
     ];
+    if is_damped {
+        let hysteretic = named("structural damping", Role::Hysteretic, hysteretic);
+        parsed.matrices.push(hysteretic);
+    }
     Ok(parsed)
 }
 

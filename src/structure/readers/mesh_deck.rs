@@ -4,7 +4,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::Parsed;
-use super::deck::{keyword, option};
+use super::deck::{generated, keyword, option};
 use super::error::ReadProblem;
 use super::mesh_constraints::{Constraint, OpenEquation, Tie, TieOptions};
 use super::mesh_keywords::Steps;
@@ -36,6 +36,9 @@ pub(super) struct Deck {
     /// Places of elements by their sets.
     sets: HashMap<String, Vec<usize>>,
     place_of: HashMap<i64, usize>,
+    /// Types of the elements that are no solids, and of those in a set.
+    skipped: HashMap<i64, String>,
+    sets_of_skipped: HashMap<String, String>,
     materials: HashMap<String, MaterialLines>,
     /// Set of elements, material, line.
     sections: Vec<(String, String, usize)>,
@@ -49,6 +52,8 @@ pub(super) struct Deck {
 struct MaterialLines {
     elastic: Option<[f64; 2]>,
     density: Option<f64>,
+    /// The imaginary part of the stiffness over the real one.
+    structural: Option<f64>,
 }
 
 /// True of a deck that has elements, or may have them in an included file.
@@ -63,10 +68,27 @@ fn solid_of(line: &str) -> Option<Solid> {
     NAMES.iter().find(|name| name.0 == kind).map(|name| name.1)
 }
 
+/// Types of surfaces and lines, which a mesh may have beside its solids as the names of faces and edges: by how they begin.
+const FACES_AND_LINES: [&str; 14] = [
+    "CPS", "CPE", "CAX", "SFM3D", "STRI", "S3", "S4", "S6", "S8", "M3D", "T2D", "T3D", "B2", "B3",
+];
+
+fn is_of_face_or_line(kind: &str) -> bool {
+    FACES_AND_LINES.iter().any(|begin| kind.starts_with(begin))
+}
+
 enum In {
     Elements(Solid, Option<String>),
-    ElementSet { name: String, generate: bool },
-    Surface { name: String, of_nodes: bool },
+    /// Elements of a type of surfaces or lines, and their set.
+    Skipped(String, Option<String>),
+    ElementSet {
+        name: String,
+        generate: bool,
+    },
+    Surface {
+        name: String,
+        of_nodes: bool,
+    },
     Elastic(String),
     Density(String),
     Boundary,
@@ -149,27 +171,26 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                 }
                 deck.elements.push(element);
             }
+            In::Skipped(kind, set) => {
+                // What goes on in a second line has more nodes than these have.
+                let label = whole(fields[0], "the number of an element", place)?;
+                deck.skipped.insert(label, kind.clone());
+                if let Some(set) = set {
+                    deck.mark_skipped(set, label);
+                }
+            }
             In::ElementSet { name, generate } => {
                 let mut found = Vec::new();
                 if *generate {
-                    let read = |k: usize, default: i64| match fields.get(k) {
-                        None | Some(&"") => Ok(default),
-                        Some(field) => whole::<i64>(field, "first, last and step", place),
-                    };
-                    let (first, last, step) = (read(0, 0)?, read(1, 0)?, read(2, 1)?.max(1));
-                    let count = last.saturating_sub(first).max(0) / step + 1;
-                    room = room.checked_sub(count as usize).ok_or_else(|| {
-                        ReadProblem::malformed(
-                            place(),
-                            shown(line),
-                            "first, last and step of a set of elements",
-                        )
-                    })?;
-                    let labels = (0..count).map(|k| first + k * step);
-                    found.extend(labels.filter_map(|label| deck.place_of.get(&label).copied()));
+                    let labels = generated(&fields, &mut room, &place)?;
+                    for label in labels {
+                        found.extend(deck.place_of.get(&label));
+                        deck.mark_skipped(name, label);
+                    }
                 } else {
                     for field in fields.iter().filter(|f| !f.is_empty()) {
                         found.extend(deck.places(field));
+                        deck.mark_skipped_of(name, field);
                         room = room.checked_sub(found.len()).ok_or_else(|| {
                             ReadProblem::malformed(
                                 place(),
@@ -268,21 +289,20 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
     };
     Ok(match word.as_str() {
         "*ELEMENT" => {
-            let known: Vec<&str> = NAMES.iter().map(|name| name.0).collect();
-            let solid = solid_of(line).ok_or_else(|| {
-                ReadProblem::malformed(
-                    place(),
-                    shown(option(line, "TYPE").unwrap_or("no TYPE")),
-                    format!(
-                        "solids of the types {}: save the volumes of the mesh alone",
-                        known.join(", ")
-                    ),
-                )
-            })?;
+            let kind = name("TYPE").unwrap_or_default();
+            let Some(solid) = solid_of(line) else {
+                if !is_of_face_or_line(&kind) {
+                    let known: Vec<&str> = NAMES.iter().map(|name| name.0).collect();
+                    let expected = match kind.as_str() {
+                        "C3D8R" => "C3D8I: what stiffens a reduced hexahedron against its hourglass modes differs from program to program".to_owned(),
+                        _ => format!("solids of the types {}", known.join(", ")),
+                    };
+                    let found = option(line, "TYPE").unwrap_or("no TYPE");
+                    return Err(ReadProblem::malformed(place(), shown(found), expected));
+                }
+                return Ok(In::Skipped(kind, name("ELSET")));
+            };
             In::Elements(solid, name("ELSET"))
-        }
-        "*NSET" if option(line, "ELSET").is_some() => {
-            return unsupported("list the nodes of the set in place of ELSET");
         }
         "*ELSET" => In::ElementSet {
             name: needed("ELSET")?,
@@ -301,6 +321,28 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
             Some(_) => return unsupported("materials are isotropic: leave TYPE out"),
         },
         "*DENSITY" => In::Density(material.clone()),
+        "*DAMPING" => {
+            if let Some(other) = line.split(',').skip(1).map(str::trim).find(|part| {
+                let key = part.split('=').next().unwrap_or("").trim();
+                !key.eq_ignore_ascii_case("STRUCTURAL") && !key.is_empty()
+            }) {
+                return Err(ReadProblem::Unsupported {
+                    found: format!("{other} of the *DAMPING of line {at}"),
+                    advice: "STRUCTURAL=… of a material is read; leave it out, and give dynamics.rayleigh in the scene for damping by mass and stiffness".to_owned(),
+                });
+            }
+            let factor = number(&needed("STRUCTURAL")?, place)?;
+            if factor < 0.0 {
+                return Err(ReadProblem::malformed(
+                    place(),
+                    factor,
+                    "a factor of zero or more",
+                ));
+            }
+            let lines = deck.materials.entry(material.clone()).or_default();
+            lines.structural = Some(factor);
+            In::Other
+        }
         "*SOLID SECTION" => {
             deck.sections
                 .push((needed("ELSET")?, needed("MATERIAL")?, at));
@@ -314,6 +356,40 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
 }
 
 impl Deck {
+    /// Notes that a set has an element which is no solid, if this is one.
+    fn mark_skipped(&mut self, set: &str, label: i64) {
+        if let Some(kind) = self.skipped.get(&label) {
+            self.sets_of_skipped.insert(set.to_owned(), kind.clone());
+        }
+    }
+
+    /// The same for the elements of a set, or the one with this number.
+    fn mark_skipped_of(&mut self, set: &str, name: &str) {
+        match name.parse::<i64>() {
+            Ok(label) => self.mark_skipped(set, label),
+            Err(_) => {
+                let name = name.trim_matches('"').to_ascii_uppercase();
+                if let Some(kind) = self.sets_of_skipped.get(&name).cloned() {
+                    self.sets_of_skipped.insert(set.to_owned(), kind);
+                }
+            }
+        }
+    }
+
+    /// What was left out, in words.
+    pub(super) fn left_out(&self) -> Option<String> {
+        let mut kinds: Vec<&str> = self.skipped.values().map(String::as_str).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        (!kinds.is_empty()).then(|| {
+            let count = self.skipped.len();
+            format!(
+                "{count} elements of surfaces or lines ({}), which no section names, are left out",
+                kinds.join(", ")
+            )
+        })
+    }
+
     /// Places of the elements of a set, or of the one with this number.
     fn places(&self, name: &str) -> Vec<usize> {
         match name.parse::<i64>() {
@@ -325,9 +401,9 @@ impl Deck {
         }
     }
 
-    /// The material of each element.
-    pub(super) fn materials_of_elements(&self) -> Result<Vec<Material>, ReadProblem> {
-        let mut found: Vec<Option<Material>> = vec![None; self.elements.len()];
+    /// The material of each element, and its factor of structural damping.
+    pub(super) fn materials_of_elements(&self) -> Result<Vec<(Material, f64)>, ReadProblem> {
+        let mut found: Vec<Option<(Material, f64)>> = vec![None; self.elements.len()];
         for (set, name, line) in &self.sections {
             let place = || format!("line {line}");
             let known = || {
@@ -337,6 +413,7 @@ impl Deck {
             };
             let lines = self.materials.get(name);
             let constants = lines.and_then(|lines| lines.elastic.zip(lines.density));
+            let structural = lines.and_then(|lines| lines.structural).unwrap_or(0.0);
             let Some(([modulus, ratio], density)) = constants else {
                 return Err(ReadProblem::malformed(
                     place(),
@@ -355,6 +432,13 @@ impl Deck {
             sound.map_err(|error| {
                 ReadProblem::malformed(place(), error, "constants of an elastic solid")
             })?;
+            if let Some(kind) = self.sets_of_skipped.get(set) {
+                return Err(ReadProblem::malformed(
+                    place(),
+                    format!("the set {set}, which has elements of the type {kind}"),
+                    "a set of solids: only these have a section here",
+                ));
+            }
             let places = self.places(set);
             if places.is_empty() {
                 return Err(ReadProblem::malformed(
@@ -364,7 +448,7 @@ impl Deck {
                 ));
             }
             for at in places {
-                found[at] = Some(material);
+                found[at] = Some((material, structural));
             }
         }
         let each = found

@@ -4,8 +4,9 @@ use super::deck::{keyword, option};
 use super::error::ReadProblem;
 
 /// Keywords that are read.
-const READ: [&str; 13] = [
+const READ: [&str; 14] = [
     "*BOUNDARY",
+    "*DAMPING",
     "*DENSITY",
     "*ELASTIC",
     "*ELEMENT",
@@ -142,9 +143,12 @@ impl Steps {
         };
         let word = word.as_str();
         if NOT_FLAT.contains(&word) {
-            return refused(
-                "only flat decks are read: write one without parts, instances and included files",
-            );
+            return refused(match word {
+                "*INCLUDE" => "its file is not found from here: give the deck as a file",
+                _ => {
+                    "only flat decks are read: fretwear-import writes one from a deck with parts and instances"
+                }
+            });
         }
         if !READ.contains(&word) && !HARMLESS.contains(&word) {
             return refused(

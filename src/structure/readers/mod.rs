@@ -8,15 +8,15 @@ mod ansys_full;
 mod calculix;
 mod combined;
 mod deck;
+mod elsewhere;
 mod error;
-mod mat5;
+mod included;
 mod matrix_market;
 mod mesh_assembly;
 mod mesh_constraints;
 mod mesh_deck;
 mod mesh_keywords;
-mod nastran_dmig;
-mod nastran_op4;
+mod neutral;
 mod numpy;
 mod text;
 
@@ -25,10 +25,10 @@ use std::path::{Path, PathBuf};
 
 use combined::combined;
 pub use error::{ReadError, ReadProblem};
+pub use neutral::Unit;
 
 use super::element::Formulation;
 use super::matrices::{Dof, Matrices, Role, Triplets};
-use crate::files;
 
 /// Bytes of the longest file. A stiffness of 10^6 freedoms with 10^8 entries is about as long as text.
 const LONGEST_FILE: u64 = 4 << 30;
@@ -56,18 +56,12 @@ struct Format {
     parse: fn(&[u8]) -> Result<Parsed, ReadProblem>,
 }
 
-const FORMATS: [Format; 13] = [
+const FORMATS: [Format; 9] = [
     Format {
         name: "Matrix Market",
         words: &["matrix_market"],
         is: matrix_market::is,
         parse: matrix_market::parse,
-    },
-    Format {
-        name: "MATLAB MAT-file",
-        words: &["matlab"],
-        is: mat5::is,
-        parse: mat5::parse,
     },
     Format {
         name: "NPZ",
@@ -86,24 +80,6 @@ const FORMATS: [Format; 13] = [
         words: &["ansys"],
         is: ansys_full::is,
         parse: ansys_full::parse,
-    },
-    Format {
-        name: "Nastran OUTPUT4, binary",
-        words: &["nastran"],
-        is: nastran_op4::is_binary,
-        parse: nastran_op4::parse_binary,
-    },
-    Format {
-        name: "Nastran OUTPUT4, text",
-        words: &["nastran"],
-        is: nastran_op4::is_text,
-        parse: nastran_op4::parse_text,
-    },
-    Format {
-        name: "Nastran DMIG",
-        words: &["nastran"],
-        is: nastran_dmig::is,
-        parse: nastran_dmig::parse,
     },
     Format {
         name: "Abaqus substructure",
@@ -161,6 +137,8 @@ struct Parsed {
     faces: Vec<Vec<i64>>,
     hexahedra: Option<Formulation>,
     local_axes: Vec<(String, Vec<i64>)>,
+    /// The units of a neutral folder, which may not say them.
+    units: Option<Option<Unit>>,
     unread: Vec<String>,
     notes: Vec<String>,
 }
@@ -186,8 +164,8 @@ struct Source {
 }
 
 /// Reads the matrices of a structure from one file or several. `word` names the format (of [`words`]) where the content is not to
-/// decide. Of CalculiX one file is enough: the others are found beside it; so are the deck with the sets of nodes, and the external
-/// superelement's list of freedoms beside an OUTPUT4.
+/// decide. Of CalculiX one file is enough: the others are found beside it; so is the deck with the sets of nodes. A folder
+/// is one of `fretwear-import`.
 ///
 /// # Errors
 /// [`ReadError`] names the file, what was found, and what would be right.
@@ -199,6 +177,10 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
     };
     let mut seen = HashSet::new();
     for input in inputs {
+        if input.path.is_dir() {
+            sources.extend(neutral::sources(&input.path)?);
+            continue;
+        }
         for path in calculix::together(&input.path) {
             if !seen.insert(path.clone()) {
                 continue;
@@ -216,30 +198,19 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
                 sources.extend(opened(path, None, None, false).map_err(&mut not_read));
             }
         }
-        for path in nastran_op4::beside(&input.path) {
-            let wanted = !has(
-                |p| p.dofs.is_some() || p.matrices.iter().any(|m| m.dofs.is_some()),
-                &sources,
-            );
-            if wanted && path.is_file() && seen.insert(path.clone()) {
-                let found = opened(path, None, None, false).map_err(&mut not_read);
-                sources.extend(
-                    found
-                        .ok()
-                        .filter(|s| s.parsed.dofs.is_some() && s.parsed.matrices.is_empty()),
-                );
-            }
-        }
     }
     let has_matrices = has(|p| !p.matrices.is_empty(), &sources);
-    for source in sources.iter_mut().filter(|s| !has_matrices && s.is_given) {
+    let decks = sources
+        .iter_mut()
+        .filter(|s| s.is_given && s.format == DECK);
+    for source in decks.filter(|_| !has_matrices) {
         let fail = |problem| ReadError {
             path: source.path.clone(),
             problem,
         };
-        let bytes = files::read(&source.path, LONGEST_FILE);
-        let bytes = bytes.map_err(|source| fail(ReadProblem::Io { source }))?;
-        if let Some(assembled) = assembled(&bytes).map_err(fail)? {
+        let (bytes, told) = included::read(&source.path)?;
+        let found = assembled(&bytes).map_err(|problem| fail(problem.counted(told)));
+        if let Some(assembled) = found? {
             (source.format, source.parsed) = (MESH, assembled);
         }
     }
@@ -269,9 +240,8 @@ fn opened(
         path: path.clone(),
         problem,
     };
-    let bytes =
-        files::read(&path, LONGEST_FILE).map_err(|source| fail(ReadProblem::Io { source }))?;
-    let (format, parsed) = parsed(&bytes, word).map_err(fail)?;
+    let (bytes, told) = included::read(&path)?;
+    let (format, parsed) = parsed(&bytes, word).map_err(|problem| fail(problem.counted(told)))?;
     Ok(Source {
         path,
         role,
@@ -318,6 +288,9 @@ fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), Re
             .filter(wanted)
             .map(|format| format.name)
             .collect();
+        if let Some(problem) = elsewhere::told(bytes) {
+            return Err(problem);
+        }
         let first = &bytes[..bytes.len().min(32)];
         return Err(ReadProblem::UnknownFormat {
             found: first.escape_ascii().to_string(),
@@ -338,6 +311,9 @@ fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), Re
 /// What a name of a file or matrix says of it: words as `stif`, or a letter alone or before a Nastran set (`KAA`, `K2GG`).
 fn role_of_name(name: &str) -> Option<Role> {
     let name = name.to_ascii_lowercase();
+    if is_structural_damping(&name) {
+        return Some(Role::Hysteretic);
+    }
     let contains = |word: &str| name.contains(word);
     if contains("stif") || contains(".sti") {
         return Some(Role::Stiffness);
@@ -364,13 +340,15 @@ fn role_of_name(name: &str) -> Option<Role> {
     })
 }
 
-/// Whether a matrix is structural damping by its name: a loss factor, as Abaqus' `DMPS1` and Nastran's `K4AA`.
+/// Whether a matrix is structural damping by its name in small letters, as Abaqus' `DMPS1` and Nastran's `K4AA`.
 fn is_structural_damping(name: &str) -> bool {
-    let name = name.to_ascii_lowercase();
     let mut words = name.split(|c: char| !c.is_ascii_alphanumeric());
     let is_word = |word: &str| {
         word.starts_with("dmps")
-            || matches!(word, "k4" | "k4aa" | "k4aax" | "k4gg" | "k4ff" | "k4xx")
+            || matches!(
+                word,
+                "ks" | "k4" | "k4aa" | "k4aax" | "k4gg" | "k4ff" | "k4xx"
+            )
     };
     (name.contains("structural") && name.contains("damp")) || words.any(is_word)
 }

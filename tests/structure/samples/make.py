@@ -1,4 +1,4 @@
-"""Writes a small structure in every format that `fretwear inspect` reads, and what must come out of it (`expected.json`).
+"""Writes a small structure in every format that `fretwear inspect` or `fretwear-import` reads, and what must come out of it (`expected.json`).
 
 A truss of five nodes and ten bars in space, free; node 5 has no mass. Wants numpy, scipy and pyyeti, which
 writes OUTPUT4:
@@ -18,6 +18,8 @@ import scipy.sparse as sp
 from pyyeti.nastran import op4
 
 HERE = Path(__file__).parent
+# What fretwear-import reads.
+IMPORTED = HERE / "imported"
 NODES = np.array([[0, 0, 0], [1.3, 0.1, 0], [0.2, 0.9, 0.3], [0.4, 0.3, 1.1], [0.9, 0.8, 0.7]])
 MASSES = [2.0, 1.5, 0.7, 1.1, 0.0]
 MASSLESS = 4
@@ -138,17 +140,17 @@ def nastran(k, m):
     matrices = {"KAA": k, "MAA": m}
     forms = {name: (matrix, 6) for name, matrix in matrices.items()}
     for sparse, name in [("dense", "dense"), ("nonbigmat", "strings"), ("bigmat", "bigmat")]:
-        op4.write(HERE / f"{name}_text.op4", forms, binary=False, sparse=sparse)
-        op4.write(HERE / f"{name}_binary.op4", forms, binary=True, sparse=sparse, endian="<")
-    op4_single(HERE / "single.op4", matrices)
-    again = op4.load(HERE / "single.op4", into="dct")
+        op4.write(IMPORTED / f"{name}_text.op4", forms, binary=False, sparse=sparse)
+        op4.write(IMPORTED / f"{name}_binary.op4", forms, binary=True, sparse=sparse, endian="<")
+    op4_single(IMPORTED / "single.op4", matrices)
+    again = op4.load(IMPORTED / "single.op4", into="dct")
     for key, matrix in matrices.items():
         assert np.allclose(again[key.lower()][0], matrix, rtol=1e-6, atol=1e-6), key
 
     def number(v, width):
         return f"{v:{width}.9E}".replace("E", "D")
 
-    with open(HERE / "large.pch", "w") as file:
+    with open(IMPORTED / "large.pch", "w") as file:
         for name, matrix in [("KAAX", k), ("MAAX", m)]:
             file.write(f"DMIG    {name:8s}{0:8d}{6:8d}{2:8d}{0:8d}{'':16s}{15:8d}\n")
             for j in range(15):
@@ -159,7 +161,7 @@ def nastran(k, m):
                     file.write(f"*       {i // 3 + 1:16d}{i % 3 + 1:16d}{number(matrix[i, j], 16)}\n")
         file.write("DMIG    VAX            0       9       2       0                       1\n")
         file.write("DMIG*   VAX                            1               0\n*                      1               3 1.000000000D+00\n")
-    with open(HERE / "free_fields.bdf", "w") as file:
+    with open(IMPORTED / "free_fields.bdf", "w") as file:
         file.write("$ numbers of Nastran: no letter before the exponent\nGRID,1,,0.,0.,0.\n")
         for name, matrix in [("K2GG", k), ("M2GG", m)]:
             file.write(f"DMIG,{name},0,6,2,0\n")
@@ -168,7 +170,7 @@ def nastran(k, m):
                     if matrix[i, j] != 0:
                         value = f"{matrix[i, j]:.15E}".replace("E", "")
                         file.write(f"DMIG,{name},{j // 3 + 1},{j % 3 + 1},,{i // 3 + 1},{i % 3 + 1},{value}\n")
-    with open(HERE / "small_fields.bdf", "w") as file:
+    with open(IMPORTED / "small_fields.bdf", "w") as file:
         # Of the mass: its numbers fit into eight characters.
         file.write(f"DMIG    MAAX    {0:8d}{1:8d}{1:8d}\n")
         for j in range(12):
@@ -230,9 +232,9 @@ def numpy_and_matlab(k, m):
     np.save(HERE / "dense_K.npy", k)
     np.save(HERE / "dense_M.npy", np.asfortranarray(m).astype("f4"))
     both = {"K": sp.csc_matrix(k), "M": sp.csc_matrix(m), "title": "truss", "x": np.arange(3.0)}
-    scipy.io.savemat(HERE / "sparse.mat", both)
-    scipy.io.savemat(HERE / "sparse_compressed.mat", both, do_compression=True)
-    scipy.io.savemat(HERE / "dense.mat", {"stiffness": k, "mass": m}, do_compression=True)
+    scipy.io.savemat(IMPORTED / "sparse.mat", both)
+    scipy.io.savemat(IMPORTED / "sparse_compressed.mat", both, do_compression=True)
+    scipy.io.savemat(IMPORTED / "dense.mat", {"stiffness": k, "mass": m}, do_compression=True)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ def warp(p):
     return (x+0.05*y+0.02*z*y/10, y+0.08*x*z/30-0.03*x, z+0.06*x+0.04*y*x/30)
 EDGES=[(0,1),(1,2),(2,3),(3,0),(4,5),(5,6),(6,7),(7,4),(0,4),(1,5),(2,6),(3,7)]
 TE=[(0,1),(1,2),(2,0),(0,3),(1,3),(2,3)]
+WE=[(0,1),(1,2),(2,0),(3,4),(4,5),(5,3),(0,3),(1,4),(2,5)]
 def mesh(kind,N=N,size=size):
     nodes={};els=[]
     def node(p):
@@ -23,6 +24,10 @@ def mesh(kind,N=N,size=size):
         mid=lambda a,b: tuple((a[d]+b[d])/2 for d in range(3))
         if kind.startswith('C3D8'): els.append([node(p) for p in c])
         elif kind.startswith('C3D20'): els.append([node(p) for p in c+[mid(c[a],c[b]) for a,b in EDGES]])
+        elif kind in ('C3D6','C3D15'):
+            for t in [(0,1,2,4,5,6),(0,2,3,4,6,7)]:
+                q=[c[v] for v in t]
+                els.append([node(p) for p in (q if kind=='C3D6' else q+[mid(q[a],q[b]) for a,b in WE])])
         else:
             for t in [(0,1,3,7),(0,1,7,4),(1,5,7,4),(1,5,6,7),(1,6,2,7),(1,2,3,7)]:
                 q=[c[v] for v in t]
@@ -44,7 +49,7 @@ def roots(name,count):
     if rest:
         S=S-K[np.ix_(own,rest)]@np.linalg.solve(K[np.ix_(rest,rest)],K[np.ix_(rest,own)])
     return " ".join(f"{v:.12g}" for v in np.sqrt(np.linalg.eigvalsh(S)[:5])/(2*np.pi))
-for kind in ['C3D8','C3D8I','C3D20','C3D20R','C3D4','C3D10']:
+for kind in ['C3D8','C3D8I','C3D20','C3D20R','C3D6','C3D15','C3D4','C3D10']:
     nodes,flat,els=mesh(kind)
     with open(kind+'.inp','w') as f:
         f.write('*NODE\n'+''.join(f'{n},{x:.12g},{y:.12g},{z:.12g}\n' for n,(x,y,z) in nodes.items()))

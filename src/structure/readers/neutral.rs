@@ -1,0 +1,118 @@
+//! The neutral folder of `fretwear-import`: `structure.json`, and matrices with tables of their rows, nodes and sets, or a flat deck.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::{Parsed, ReadError, ReadProblem, Source, opened};
+use crate::files;
+use crate::structure::matrices::Role;
+use crate::structure::node_tables::{self, NodeTableError};
+
+/// What a neutral folder is called.
+const NAME: &str = "folder of fretwear-import";
+/// The newest version that is read.
+const VERSION: u32 = 1;
+/// Bytes of the longest table: some ten million nodes.
+const LONGEST_TABLE: u64 = 1 << 30;
+
+/// `structure.json`, as far as it is read.
+#[derive(Deserialize)]
+struct Described {
+    layout: String,
+    version: u32,
+    kind: Kind,
+    #[serde(default)]
+    unit: Option<Unit>,
+    #[serde(default)]
+    left_out: Vec<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    Matrices,
+    Mesh,
+}
+
+/// The units of a structure, as `structure.unit` of a scene has them.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Unit {
+    /// Of length.
+    pub length: String,
+    /// Of mass.
+    pub mass: String,
+    /// Of time.
+    pub time: String,
+}
+
+/// The parts of a folder.
+pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
+    let path = folder.join("structure.json");
+    let fail = |problem| ReadError {
+        path: path.clone(),
+        problem,
+    };
+    let text = files::read_text(&path, LONGEST_TABLE)
+        .map_err(|source| fail(ReadProblem::Io { source }))?;
+    let expected = "what fretwear-import writes, with layout, version and kind";
+    let described: Described = serde_json::from_str(&text)
+        .map_err(|error| fail(ReadProblem::malformed("the folder", error, expected)))?;
+    if described.layout != "fretwear-structure" || described.version > VERSION {
+        let found = format!("layout {} {}", described.layout, described.version);
+        let expected = format!("fretwear-structure, version {VERSION} at most");
+        return Err(fail(ReadProblem::malformed("the folder", found, expected)));
+    }
+    let mut own = Parsed {
+        notes: described.left_out.clone(),
+        unread: described.left_out,
+        units: Some(described.unit),
+        ..Parsed::default()
+    };
+    let mut sources = Vec::new();
+    match described.kind {
+        Kind::Mesh => sources.push(opened(folder.join("mesh.inp"), None, None, true)?),
+        Kind::Matrices => {
+            let all = [
+                ("K", Role::Stiffness, true),
+                ("M", Role::Mass, true),
+                ("C", Role::Damping, false),
+                ("Ks", Role::Hysteretic, false),
+            ];
+            for (name, role, is_needed) in all {
+                let file = folder.join(format!("{name}.npz"));
+                if is_needed || file.is_file() {
+                    sources.push(opened(file, Some(role), Some("numpy"), true)?);
+                }
+            }
+            own.dofs = Some(table(folder.join("rows.csv"), node_tables::dofs)?);
+            let nodes = folder.join("nodes.csv");
+            if nodes.is_file() {
+                own.positions = table(nodes, node_tables::positions)?.of_node;
+            }
+            let sets = folder.join("sets.csv");
+            if sets.is_file() {
+                own.sets = table(sets, node_tables::sets)?;
+            }
+        }
+    }
+    sources.push(Source {
+        path: folder.to_owned(),
+        role: None,
+        format: NAME,
+        is_given: true,
+        parsed: own,
+    });
+    Ok(sources)
+}
+
+fn table<T>(path: PathBuf, parse: fn(&[u8]) -> Result<T, NodeTableError>) -> Result<T, ReadError> {
+    let read = files::read(&path, LONGEST_TABLE).map_err(NodeTableError::from);
+    read.and_then(|bytes| parse(&bytes)).map_err(|error| {
+        let problem = match error {
+            NodeTableError::Io(source) => ReadProblem::Io { source },
+            error => ReadProblem::malformed("the table", error, "a table of fretwear-import"),
+        };
+        ReadError { path, problem }
+    })
+}
