@@ -155,8 +155,12 @@ def main(given: list[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 1
-    print(f"Wrote {options.output}{os.sep}")
-    _look(options.output)
+    try:
+        print(f"Wrote {options.output}{os.sep}")
+        _look(options.output)
+    except BrokenPipeError:
+        # Nobody reads on; what is still to be printed goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 0
 
 
