@@ -1,7 +1,7 @@
 //! Tables of nodes beside matrices: their positions, and the pairs of a joint. CSV, by the names of the columns, or in their order where
 //! there are no names; `#` begins a comment.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::matrices::Dof;
 
@@ -171,16 +171,26 @@ pub fn positions(bytes: &[u8]) -> Result<Positions, NodeTableError> {
 /// [`NodeTableError`] names the line.
 pub fn dofs(bytes: &[u8]) -> Result<Vec<Dof>, NodeTableError> {
     let rows = rows(bytes, &["node", "direction"], 2)?;
+    let mut seen = HashSet::new();
     let dof = |row: Row| {
         let (node, text) = (row.node(0, "node")?, row.values[1].clone());
         let text = text.unwrap_or_default();
-        let direction = text.parse().map_err(|_| NodeTableError::Value {
+        let direction: Option<u32> = text.parse().ok().filter(|d| *d <= 6);
+        let wrong = |wanted| NodeTableError::Value {
             line: row.line,
             column: "direction",
-            value: text,
-            wanted: "a direction from 1 to 6, or 0 for a row of no direction",
-        })?;
-        Ok(Dof { node, direction })
+            value: text.clone(),
+            wanted,
+        };
+        let direction = direction
+            .ok_or_else(|| wrong("a direction from 1 to 6, or 0 for a row of no direction"))?;
+        let dof = Dof { node, direction };
+        match direction == 0 || seen.insert(dof) {
+            true => Ok(dof),
+            false => Err(wrong(
+                "another direction: this row of the node is there already",
+            )),
+        }
     };
     rows.into_iter().map(dof).collect()
 }

@@ -807,6 +807,17 @@ fn a_neutral_folder_is_read() {
         .map(|row| format!("{},{}\n", row / 3 + 1, row % 3 + 1))
         .collect();
     write("rows.csv", format!("node,direction\n{rows}").as_bytes());
+    for (wrong, part) in [("1,9", "\"9\""), ("1,2", "there already")] {
+        write(
+            "rows.csv",
+            format!("node,direction\n{rows}")
+                .replacen("1,1", wrong, 1)
+                .as_bytes(),
+        );
+        let said = here().expect_err(wrong).to_string();
+        assert!(said.contains("rows.csv") && said.contains(part), "{said}");
+    }
+    write("rows.csv", format!("node,direction\n{rows}").as_bytes());
     write("sets.csv", b"set,node\n");
     assert!(here().expect("no set").sets.is_empty());
     write("sets.csv", b"set,node\ntop,11\ntop,12\nall,11\n");
