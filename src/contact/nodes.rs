@@ -208,7 +208,7 @@ pub struct NodalCompliance {
     pub interpolation: Arc<Interpolation>,
     /// By how much the bodies part under normal forces that press them apart; symmetric.
     pub normal: Vec<f64>,
-    /// The same in the plane; none if nothing is added there.
+    /// The same for shear; `None` where nothing is added to it.
     pub shear: Option<ShearCompliance>,
 }
 

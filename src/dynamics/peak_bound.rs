@@ -21,8 +21,8 @@ const UNDAMPED: f64 = 1e-12;
 const ROUNDING: f64 = 1e-9;
 
 impl Vibration {
-    /// Amplitude of the first harmonic at the response port \[m\] that no motion with the period of the drive exceeds at the given frequency, or else anywhere in the range; none where
-    /// damping does not limit it, as a load or the response is along what is not damped, and of a model with a residual or hysteretic damping.
+    /// Bound on the amplitude of the first harmonic at the response port \[m\], at the given frequency or over the range. No motion with the period of
+    /// the drive exceeds it. `None` where a load or the response is along what is not damped, and for a model with a residual or hysteretic damping.
     pub(super) fn peak_bound(&self) -> Option<f64> {
         let damping = DampingRates::of(&self.model)?;
         let port = damping.scaled(self.response_port)?;

@@ -29,7 +29,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// What is left of the input without the losses, over the largest of them; 0 if nothing moves.
+    /// The input less all losses, over the largest of these; 0 if nothing moves.
     pub fn imbalance(&self) -> f64 {
         let scale = self
             .input

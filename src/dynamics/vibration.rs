@@ -22,7 +22,7 @@ pub struct Vibration {
     pub harmonics: Harmonics,
     /// Accuracy and effort.
     pub settings: Settings,
-    /// Angular frequency of the response in force \[rad/s\]; none: that of the phase resonance.
+    /// Angular frequency of the response that moves the joint \[rad/s\]; `None` for that of the phase resonance.
     pub at_omega: Option<f64>,
     /// Angular frequencies between which the resonance lies, and those of the forced response \[rad/s\].
     pub range: (f64, f64),
@@ -34,7 +34,7 @@ pub struct Vibration {
     pub journal: Journal,
 }
 
-/// What a response in force or a peak is.
+/// Which response a peak, or the one that moves the joint, is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResonanceKind {
     /// A displacement 90° behind the drive.
@@ -62,7 +62,7 @@ impl ResonanceKind {
 /// The resonance of a structure with its contact elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resonance {
-    /// The response whose displacement at the drive is 90° behind it; none where the range has none, and at a given frequency.
+    /// The response whose displacement at the drive lags it by 90°. `None` where the range has no such response, and at a given frequency.
     pub phase: Option<Response>,
     /// The response port.
     pub port: usize,

@@ -36,7 +36,7 @@ pub struct Contact {
     /// The structure's mesh under the joint, where what it has of the bodies' compliance is left out in shear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub structure_mesh: Option<StructureMesh>,
-    /// How the structure presses the joint; none: the bodies press each other as rigid punches on half spaces.
+    /// How the structure presses the joint. `None` where the bodies press each other as rigid punches on half spaces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressing: Option<StructurePressing>,
     /// Whether kn and kt are computed at every iteration.

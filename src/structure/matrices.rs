@@ -3,8 +3,9 @@
 
 use std::collections::HashMap;
 
+use serde::Deserialize;
+
 use super::element::Formulation;
-use super::readers::Unit;
 
 /// What a row of the matrices stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -210,6 +211,17 @@ impl Triplets {
 
 /// Half a unit of the last place of a double.
 pub const DOUBLE: f64 = f64::EPSILON / 2.0;
+
+/// The units of a structure, as `structure.unit` of a scene has them.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Unit {
+    /// Of length.
+    pub length: String,
+    /// Of mass.
+    pub mass: String,
+    /// Of time.
+    pub time: String,
+}
 
 /// What was read of a structure.
 #[derive(Debug, Clone, PartialEq)]

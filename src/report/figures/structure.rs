@@ -168,7 +168,8 @@ impl Shape {
             .map(|([c, s], natural)| {
                 let natural = TAU * natural;
                 let stiff = natural * natural - omega * omega;
-                let damped = 2.0 * vibration.damping_ratio * natural * omega;
+                let damped = 2.0 * vibration.damping_ratio * natural * omega
+                    + vibration.loss_factor * natural * natural;
                 let size = stiff * stiff + damped * damped;
                 [
                     (c * stiff - s * damped) / size,

@@ -25,10 +25,9 @@ use std::path::{Path, PathBuf};
 
 use combined::combined;
 pub use error::{ReadError, ReadProblem};
-pub use neutral::Unit;
 
 use super::element::Formulation;
-use super::matrices::{Dof, Matrices, Role, Triplets};
+use super::matrices::{Dof, Matrices, Role, Triplets, Unit};
 
 /// Bytes of the longest file. A stiffness of 10^6 freedoms with 10^8 entries is about as long as text.
 const LONGEST_FILE: u64 = 4 << 30;

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::{Parsed, ReadError, ReadProblem, Source, opened};
 use crate::files;
-use crate::structure::matrices::Role;
+use crate::structure::matrices::{Role, Unit};
 use crate::structure::node_tables::{self, NodeTableError};
 
 /// What a neutral folder is called.
@@ -33,17 +33,6 @@ struct Described {
 enum Kind {
     Matrices,
     Mesh,
-}
-
-/// The units of a structure, as `structure.unit` of a scene has them.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Unit {
-    /// Of length.
-    pub length: String,
-    /// Of mass.
-    pub mass: String,
-    /// Of time.
-    pub time: String,
 }
 
 /// The parts of a folder.

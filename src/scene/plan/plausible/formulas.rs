@@ -241,7 +241,8 @@ pub fn at_resonance(setup: &Setup) -> Option<Figure> {
     if response.at_frequency.is_some() {
         return None;
     }
-    let damping = response.damping_ratio + axis.map_or(0.0, |axis| axis.dashpot_ratio());
+    let dashpots = axis.map_or(0.0, |axis| axis.dashpot_ratio());
+    let damping = response.damping_ratio + 0.5 * response.loss_factor + dashpots;
     if damping == 0.0 || response.rayleigh.is_some() {
         return None;
     }
