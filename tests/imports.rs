@@ -360,7 +360,10 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["maud"], &["report/", "study/claims/write.rs"]),
     (&["png"], &["report/plot/"]),
     (&["base64"], &["report/plot/", "report/script.rs"]),
-    (&["sha2"], &["report/script.rs"]),
+    (
+        &["sha2"],
+        &["report/script.rs", "structure/readers/neutral.rs"],
+    ),
     (&["clap", "clap_complete"], &["cli/"]),
     (&["signal_hook"], &["progress/"]),
     (&["indicatif"], &["progress/"]),
@@ -399,7 +402,11 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "surface/readers/",
         ],
     ),
-    (&["flate2"], &["structure/readers/"]),
+    (
+        &["flate2"],
+        &["structure/readers/", "surface/readers/sur.rs"],
+    ),
+    (&["encoding_rs"], &["surface/readers/"]),
     (
         &[
             "std::fs",

@@ -135,6 +135,13 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
             }
         }
         outputs.put(&rows)?;
+        if has_residual(reduced) {
+            outputs.notice(format!(
+                "dynamics.modes = {}: the damping in the files of the structure acts between these modes, and the residual of all others has none: \
+                 where much of the energy is close to the joint peaks are too high; raise dynamics.modes until they stay",
+                reduced.omega.len()
+            ));
+        }
     }
     Ok(outputs)
 }
@@ -166,4 +173,14 @@ fn put_outline(outline: &Outline, outputs: &mut Outputs) -> Result<(), RunError>
     }
     outputs.put(&points)?;
     outputs.put(&modes)
+}
+
+/// Whether the modes that are left out have more of the flexibility than rounding.
+fn has_residual(reduced: &Reduced) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    (0..reduced.ports.len()).any(|port| {
+        let of_mode = |r: usize| (reduced.shapes[(port, r)] / reduced.omega[r]).powi(2);
+        let of_modes: f64 = (0..reduced.omega.len()).map(of_mode).sum();
+        reduced.residual[(port, port)] > ROUNDING * of_modes
+    })
 }

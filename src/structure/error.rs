@@ -36,7 +36,7 @@ pub enum StructureError {
     },
     /// A structure whose joint is not that of its mesh and material.
     #[error(
-        "between neighbouring nodes of the joint the structure has {ratio:.3} times the flexibility that a half space of [material] has in its mesh, and {least} to {most} is right: a modulus or a unit of the structure is another than that of [material], or its elements under the joint are no boxes; give structure.layer if they are, or contact.pressing = \"punch\""
+        "between neighbouring nodes of the joint the structure has {ratio:.3} times the flexibility that a half space of [material] has in its mesh, and {least} to {most} is right: a modulus or a unit of the structure is another than that of [material], or its elements under the joint are no boxes, or the two faces have meshes of different fineness; give structure.layer if it was not found, mesh both faces alike, or use contact.pressing = \"punch\""
     )]
     OtherMesh {
         /// The ratio.

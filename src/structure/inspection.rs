@@ -13,6 +13,13 @@ const MODAL: f64 = 1e-6;
 /// Mass that moves as a whole over the diagonal of the mass: from a half to two and a half for solids, and nothing for a stiffness.
 const MOVED: f64 = 1e-2;
 
+/// A body is free where a translation strains it by less than this share of its stiffness,
+const FREE: f64 = 1e-6;
+/// and should turn with less than this,
+const TURNED: f64 = 1e-7;
+/// or with so many times what the translations leave by their digits.
+const STRAINED: f64 = 1e3;
+
 /// What a user names as held, and is not there.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FixedError {
@@ -267,6 +274,7 @@ pub fn suspicions(matrices: &Matrices) -> Vec<String> {
             ));
         }
     }
+    found.extend(turned_bodies(matrices));
     let trace: f64 = (0..dofs.len())
         .filter(is_displacement)
         .map(|row| m[row])
@@ -310,11 +318,8 @@ pub struct Body {
     pub centre: Option<[f64; 3]>,
 }
 
-/// The bodies, the heaviest first; none where no file says what the rows are. The mass is that along the direction that has most.
-pub fn bodies(matrices: &Matrices) -> Vec<Body> {
-    let Some(dofs) = &matrices.dofs else {
-        return Vec::new();
-    };
+/// Which body each node is of, of those that the matrices join: the nodes, ascending, and a number for each.
+fn bodies_of_nodes(matrices: &Matrices, dofs: &[Dof]) -> (Vec<i64>, Vec<usize>) {
     let mut nodes: Vec<i64> = dofs.iter().map(|dof| dof.node).collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -335,6 +340,95 @@ pub fn bodies(matrices: &Matrices) -> Vec<Body> {
             }
         }
     }
+    let of_node = (0..nodes.len()).map(|k| root(&mut parents, k)).collect();
+    (nodes, of_node)
+}
+
+/// A free body that moves without strain and cannot turn without: its rows or the positions of its nodes are others than those of the matrix.
+fn turned_bodies(matrices: &Matrices) -> Option<String> {
+    let (dofs, stiffness) = (matrices.dofs.as_ref()?, matrices.stiffness.as_ref()?);
+    let (nodes, of_node) = bodies_of_nodes(matrices, dofs);
+    let body = |row: usize| of_node[nodes.partition_point(|node| *node < dofs[row].node)];
+    let mut centres: HashMap<usize, ([f64; 3], f64)> = HashMap::new();
+    let mut unknown: HashSet<usize> = HashSet::new();
+    for (node, of) in nodes.iter().zip(&of_node) {
+        match matrices.positions.get(node) {
+            Some(at) => {
+                let (sum, count) = centres.entry(*of).or_default();
+                (0..3).for_each(|axis| sum[axis] += at[axis]);
+                *count += 1.0;
+            }
+            None => {
+                unknown.insert(*of);
+            }
+        }
+    }
+    for row in 0..dofs.len() {
+        if !dofs[row].is_translation() && !dofs[row].is_rotation() {
+            unknown.insert(body(row));
+        }
+    }
+    // What a row moves by in each of three translations and three rotations.
+    let motion = |row: usize| -> [f64; 6] {
+        let mut moved = [0.0; 6];
+        if unknown.contains(&body(row)) {
+            return moved;
+        }
+        let dof = dofs[row];
+        let (sum, count) = centres[&body(row)];
+        let at = matrices.positions[&dof.node];
+        let [x, y, z] = [0, 1, 2].map(|axis| at[axis] - sum[axis] / count);
+        let arms = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
+        match dof.direction {
+            d @ 1..=3 => {
+                moved[d as usize - 1] = 1.0;
+                (0..3).for_each(|turn| moved[3 + turn] = arms[turn][d as usize - 1]);
+            }
+            d @ 4..=6 => moved[d as usize - 1] = 1.0,
+            _ => {}
+        }
+        moved
+    };
+    let motions: Vec<[f64; 6]> = (0..dofs.len()).map(motion).collect();
+    let mut energies: BTreeMap<usize, [[f64; 2]; 6]> = BTreeMap::new();
+    for &(i, j, value) in &stiffness.entries {
+        let of = body(i as usize);
+        if unknown.contains(&of) {
+            continue;
+        }
+        let times = if stiffness.is_half && i != j {
+            2.0
+        } else {
+            1.0
+        };
+        let [a, b] = [i, j].map(|row| motions[row as usize]);
+        let energies = energies.entry(of).or_default();
+        for k in 0..6 {
+            let work = times * value * a[k] * b[k];
+            energies[k][0] += work;
+            energies[k][1] += work.abs();
+        }
+    }
+    let share = |[work, size]: [f64; 2]| if size > 0.0 { work.abs() / size } else { 0.0 };
+    let bodies = energies.values().map(|of| of.map(share));
+    let worst = bodies.filter_map(|[x, y, z, turns @ ..]| {
+        let moved = x.max(y).max(z);
+        let turned = turns.into_iter().fold(0.0, f64::max);
+        (moved < FREE && turned > TURNED.max(STRAINED * moved)).then_some(turned)
+    });
+    let worst = worst.max_by(f64::total_cmp)?;
+    Some(format!(
+        "a body that moves freely resists a turn by {worst:.1e} of its stiffness: its rows, the positions of its nodes or their axes are others than those of the stiffness matrix"
+    ))
+}
+
+/// The bodies, the heaviest first; none where no file says what the rows are. The mass is that along the direction that has most.
+pub fn bodies(matrices: &Matrices) -> Vec<Body> {
+    let Some(dofs) = &matrices.dofs else {
+        return Vec::new();
+    };
+    let (nodes, of_node) = bodies_of_nodes(matrices, dofs);
+    let place = |row: u32| nodes.partition_point(|node| *node < dofs[row as usize].node);
     let along = mass_by_direction(matrices);
     let most = (0..3).max_by(|a, b| {
         let of = |d: &usize| along[*d].unwrap_or(0.0);
@@ -343,9 +437,7 @@ pub fn bodies(matrices: &Matrices) -> Vec<Body> {
     let direction = most.map_or(1, |d| d as u32 + 1);
     let mut found: BTreeMap<usize, (usize, f64, Option<[f64; 3]>)> = BTreeMap::new();
     for (k, node) in nodes.iter().enumerate() {
-        let of = found
-            .entry(root(&mut parents, k))
-            .or_insert((0, 0.0, Some([0.0; 3])));
+        let of = found.entry(of_node[k]).or_insert((0, 0.0, Some([0.0; 3])));
         of.0 += 1;
         if !matrices.positions.contains_key(node) {
             of.2 = None;
@@ -363,9 +455,7 @@ pub fn bodies(matrices: &Matrices) -> Vec<Body> {
                 &[i]
             };
             for &row in ends {
-                let of = found
-                    .get_mut(&root(&mut parents, place(row)))
-                    .expect("a body");
+                let of = found.get_mut(&of_node[place(row)]).expect("a body");
                 of.1 += value;
                 if let (Some(sum), Some(at)) =
                     (&mut of.2, matrices.positions.get(&dofs[row as usize].node))

@@ -129,6 +129,16 @@ impl Triplets {
         sorted
     }
 
+    /// True where entries off the diagonal are on one side of it alone, and nothing says that they stand for both.
+    pub fn has_one_triangle(&self) -> bool {
+        let mut off = self.entries.iter().filter(|e| e.0 != e.1 && e.2 != 0.0);
+        let Some(first) = off.next() else {
+            return false;
+        };
+        let is_lower = first.0 > first.1;
+        !self.is_half && off.all(|e| (e.0 > e.1) == is_lower)
+    }
+
     /// How far the matrix is from symmetric; zero for one triangle.
     pub fn asymmetry(&self) -> Asymmetry {
         let mut worst = Asymmetry {

@@ -81,7 +81,7 @@ def mtx(matrix, rows, label=lambda node: node):
     return "\n".join(lines) + "\n"
 
 
-def dmig(name, matrix, rows, form=6, kind=2):
+def dmig(name, matrix, rows, form=6, kind=2, decimals=9):
     lines = [f"DMIG    {name:<8}{0:>8}{form:>8}{kind:>8}{0:>8}"]
     for j in range(len(rows)):
         part = [i for i in np.flatnonzero(matrix[:, j]) if form != 6 or i >= j]
@@ -89,8 +89,8 @@ def dmig(name, matrix, rows, form=6, kind=2):
             lines.append(f"DMIG*   {name:<16}{rows[j][0]:>16}{rows[j][1]:>16}")
         for i in part:
             value = matrix[i, j]
-            tail = f"{value.imag:>16.9E}" if kind > 2 else ""
-            lines.append(f"*       {rows[i][0]:>16}{rows[i][1]:>16}{value.real:>16.9E}{tail}".replace("E", "D"))
+            tail = f"{value.imag:>16.{decimals}E}" if kind > 2 else ""
+            lines.append(f"*       {rows[i][0]:>16}{rows[i][1]:>16}{value.real:>16.{decimals}E}{tail}".replace("E", "D"))
     return "\n".join(lines) + "\n"
 
 

@@ -2,13 +2,15 @@
 
     PYTHONPATH=src/python python tests/python/test_import.py
 
-Wants Python 3.11, numpy and scipy. Without meshio, pyyeti, h5py or ansys-mapdl-reader the tests of their formats are skipped. FRETWEAR_LONG=1 reads 200 damaged
-files of each library in place of 15; FRETWEAR_SHARED is the folder of matrices of other projects.
+Wants Python 3.11, numpy and scipy. Without meshio, pyyeti, h5py, ansys-mapdl-reader or SurfaceTopography the tests of their formats are skipped. FRETWEAR_LONG=1
+reads 200 damaged files of each library in place of 15; FRETWEAR_SHARED is the folder of matrices of other projects, FRETWEAR_REAL_DATA that of topographies.
 """
 
+import ast
 import contextlib
 import gzip
 import hashlib
+import importlib
 import io
 import json
 import os
@@ -21,6 +23,7 @@ import sys
 import tempfile
 import tomllib
 import unittest
+import warnings
 import zlib
 from importlib.util import find_spec
 from pathlib import Path
@@ -28,8 +31,9 @@ from unittest import mock
 
 import fretwear
 import numpy as np
+import surfaces
 from fretwear import _program
-from fretwear.importing import axes, child
+from fretwear.importing import axes, child, surface
 from fretwear.importing.__main__ import main
 from scipy import io as scipy_io
 from scipy import sparse
@@ -39,6 +43,7 @@ HERE = Path(__file__).resolve().parent
 CASES = HERE / "cases"
 SCHEMA = HERE.parents[1] / "schemas" / "structure.schema.json"
 SHARED = Path(os.environ.get("FRETWEAR_SHARED", HERE.parents[2] / "shared" / "data" / "matrices"))
+REAL = Path(os.environ.get("FRETWEAR_REAL_DATA") or HERE.parents[2] / "shared" / "data", "surfaces")
 LONG = bool(os.environ.get("FRETWEAR_LONG"))
 MUTANTS = 200 if LONG else 15
 BLOCKS = Blocks()
@@ -118,7 +123,7 @@ def check_schema(test, about):
         import jsonschema
 
         jsonschema.validate(about, schema, jsonschema.Draft202012Validator)
-    test.assertEqual(set(schema["required"]), set(about))
+    test.assertEqual(set(schema["properties"]), set(about))
 
 
 class Package(Import):
@@ -150,6 +155,7 @@ class Package(Import):
             for path in (files[0], self.folder / "two.msh")
         ]
         self.assertEqual(folder.about["files"], right)
+        self.assertEqual(folder.about["contents"], {"mesh.inp": hashlib.sha256((self.out / "mesh.inp").read_bytes()).hexdigest()})
         self.assertEqual(folder.about["unit"], {"length": "mm", "mass": "t", "time": "s"})
         scene = (self.out / "scene.toml").read_text()
         for line in (
@@ -189,6 +195,14 @@ class Package(Import):
         self.rejected(deck, "--upper", "TOPP", "--lower", "BOTTOM", said="no set of nodes.*TOP")
         self.rejected(deck, "--material", "A=1,2,3", said="--material")
         self.rejected(deck, "--pairs", self.file("p.csv", "upper,lower\n101,999\n"), said="101,999")
+
+    def test_what_is_given_twice_is_rejected(self):
+        deck = self.case("include_first")("deck.inp")[0]
+        for twice in (["--unit", "mm,t,s"], ["--upper", "TOP"], ["--labels", "a.csv"], ["--fixed", "TOP"]):
+            self.rejected(deck, *twice, *twice, said=f"{twice[0]} is given twice")
+        self.rejected(deck, deck, said="deck.inp is given twice")
+        pairs = "".join(f"{a},{b}\n" for a, b in (*PAIRS, PAIRS[3]))
+        self.rejected(deck, "--pairs", self.file("p.csv", "upper_node,lower_node\n" + pairs), said="a pair twice")
 
     def test_a_child_that_dies_hangs_or_is_missing_says_so(self):
         for function, said in (
@@ -303,6 +317,8 @@ class Abaqus(Import):
             self.file("labels.csv", "label,instance,node\n" + "".join(lines[:-1])),
             said="labels of the matrices are no nodes|first is 36",
         )
+        labels = self.file("labels.csv", "label,instance,node\n" + "".join([*lines, "999,UPPER-1,1\n"]))
+        self.rejected(*files, *matrices, "--labels", labels, said="two labels")
         mesh = self.imported(*files)
         np.testing.assert_allclose(mesh.frequencies()[0], FREE, rtol=1e-7)
         self.assertEqual(len(mesh.nodes), 72)
@@ -413,6 +429,37 @@ class Abaqus(Import):
             ("", "zero|no stiffness|no mass"),
         ):
             self.rejected(self.file("x.inp", plain), self.file("x_STIF1.mtx", text), self.file("x_MASS1.mtx", "1,1,1,1,1.\n"), said=said)
+
+    def test_damping_of_a_material(self):
+        plain = (CASES / "indented_keyword" / "plain.inp").read_text()
+        damping = "*DAMPING, STRUCTURAL=0.02\n"
+        before, after = plain.split("*DENSITY")[0], plain[len(plain.split("*DENSITY")[0]) :]
+        folder = self.imported(self.file("x.inp", before + damping + after))
+        self.assertIn("*DAMPING, STRUCTURAL=0.02\n*SOLID SECTION", (self.out / "mesh.inp").read_text())
+        self.assertNotIn("DAMPING", " ".join(folder.about["left_out"]))
+        shutil.rmtree(self.out)
+        section = plain.index("*SOLID SECTION")
+        for text, said in (
+            (damping + plain, r"x\.inp, line 1: \*DAMPING: found it apart"),
+            (plain[:section] + "*SOLID SECTION, ELSET=LOWER, MATERIAL=STEEL\n" + damping + plain[section:], "found it apart"),
+            (plain.replace("*STEP", "*STEP\n" + damping), "found it apart"),
+            (before + damping + damping + after, "DAMPING: found it twice in the material STEEL"),
+            (before + damping.replace("0.02", "-0.02") + after, "STRUCTURAL=-0.02"),
+            (before + damping.replace("STRUCTURAL", "ALPHA") + after, "found ALPHA"),
+            (before + "*DENSITY\n7.85E-9\n" + after, "DENSITY: found it twice in the material STEEL"),
+            (plain.replace("*STEP", "*GLOBAL DAMPING, STRUCTURAL=0.02\n*STEP"), r"\*GLOBAL DAMPING"),
+            (plain.replace("*END STEP", "*MODAL DAMPING\n1,9,0.02\n*END STEP"), r"\*MODAL DAMPING"),
+        ):
+            with self.subTest(said):
+                self.rejected(self.file("x.inp", text), said=said)
+
+    def test_an_instance_is_moved_and_then_turned(self):
+        files = self.case("abaqus_instance_rotation")("job.inp")
+        text, move = files[0].read_text(), "0., 0., 0.\n"
+        turn = "0., 0., 0., 1., 0., 0., 90.\n"
+        self.assertIn(move + turn, text)
+        self.rejected(self.file("job.inp", text.replace(move + turn, turn)), said=r"line 114: \*INSTANCE, NAME=P-1: found 0\., 0\.")
+        self.rejected(self.file("job.inp", text.replace(" 90.\n", "\n")), said=r"line 115: \*INSTANCE, NAME=P-1: .*an angle")
 
     def test_real_matrices_of_abaqus(self):
         if not (SHARED / "abaqus_mtx").is_dir():
@@ -573,7 +620,8 @@ class Gmsh(Import):
         file = self.written(5, "2.2", False)
         text = file.read_text()
         self.rejected(file, said="have no material; .*BODY")
-        self.rejected(file, "--material", f"HEAD={STEEL}", said="no physical group of solids.*BODY")
+        self.rejected(file, "--material", f"HEAD={STEEL}", said=r"box\.msh: .*no physical group of solids.*BODY")
+        self.rejected(file, "--material", f"BODY={STEEL}", "--material", "BODY=1,0.3,1", said="BODY has a material already")
         self.rejected(file, "--material", "BODY=-1,0.3,1", said="E and rho above zero")
         self.rejected(file, "--material", f"BODY={STEEL}", "--material", f"all of it={STEEL}", said="one material")
         self.rejected(file, "--material", f"BODY={STEEL}", "--fixed", "TOP", said="no set of nodes")
@@ -706,6 +754,9 @@ class Nastran(Import):
         self.assertEqual(set(folder.matrices), {"K", "M", "C", "Ks"})
         np.testing.assert_allclose(folder.matrices["Ks"], 0.05 * K, atol=1e-7 * K.max())
         np.testing.assert_allclose(folder.matrices["C"], 1e-5 * K, atol=1e-12 * K.max())
+        short = self.grids() + dmig("KAAX", K, rows, decimals=7) + dmig("MAAX", M, rows, decimals=8)
+        folder = self.imported(self.file("d.dmig", short))
+        self.assertEqual([folder.matrices[name].dtype for name in "KM"], ["f4", "f8"])
         text = self.punch(K, M)
         head = "DMIG    KAAX           0       6       2       0"
         column = "DMIG*   KAAX                          13               1\n"
@@ -764,6 +815,9 @@ class Nastran(Import):
                 if not binary:
                     path.write_text(path.read_text().replace("E+", "D+").replace("E-", "D-"))
                     self.same(self.imported(path, nodes))
+        for digits, kind in ((7, "f4"), (8, "f8")):
+            op4.write(str(path), {"kaa": BLOCKS.K, "maa": BLOCKS.M}, binary=False, digits=digits)
+            self.assertEqual(self.imported(path, nodes).matrices["K"].dtype, kind)
         op4.write(str(path), {"kaa": BLOCKS.K * (1 + 0.01j), "maa": BLOCKS.M, "k4aa": 0 * BLOCKS.K}, binary=True)
         folder = self.imported(path, nodes)
         np.testing.assert_allclose(folder.matrices["Ks"], 0.01 * BLOCKS.K, atol=1e-9 * BLOCKS.K.max())
@@ -816,8 +870,8 @@ class Nastran(Import):
             folder = self.imported(dmig_ / f"{name}.pch1", dmig_ / f"{name}.bdf")
             np.testing.assert_allclose(folder.frequencies()[: len(right)], right, rtol=1e-6)
 
-    def bulk(self, *more, kind="CHEXA"):
-        lines = ["SOL 103", "CEND", "SPC = 3", "BEGIN BULK", "MAT1,1,210000.,,0.3,7.85-9", "PSOLID,1,1,,TWO,,FULL", *more]
+    def bulk(self, *more, kind="CHEXA", case="SPC = 3"):
+        lines = ["SOL 103", "CEND", case, "BEGIN BULK", "MAT1,1,210000.,,0.3,7.85-9", "PSOLID,1,1,,TWO,,FULL", *more]
         lines += [
             f"{kind},{k},1," + ",".join(map(str, e[:6])) + "\n," + ",".join(map(str, e[6:])) for k, e in enumerate(BLOCKS.elements, 1)
         ]
@@ -834,12 +888,13 @@ class Nastran(Import):
         folder = self.imported(self.file("m.bdf", self.bulk("PARAM,WTMASS,4.").replace(",,0.3,7.85-9", ",80769.23,,7.85-9,,,0.02")))
         self.assertIn("*DENSITY\n3.14e-08\n", (self.out / "mesh.inp").read_text())
         self.assertRegex((self.out / "mesh.inp").read_text(), r"\*ELASTIC\n210000.0, 0.3000000")
-        self.assertIn("GE = 0.02", " ".join(folder.about["left_out"]))
+        self.assertIn("*DENSITY\n3.14e-08\n*DAMPING, STRUCTURAL=0.02\n", (self.out / "mesh.inp").read_text())
         for text, said in (
             ("CBUSH,900,1,101,25", "CBUSH"),
             ("CQUAD4,900,1,101,102,105,104", "CQUAD4"),
             ("CONM2,900,101,0,1.", "CONM2"),
             ("RBE3,900,,101,123,1.,123,25", "RBE3"),
+            ("RBE2,900,101,123", "RBE2.*no dependent node"),
             ("SPCADD,3,4", "SPCADD"),
             ("SPC,3,101,1,0.5", "not zero"),
             ("PARAM,CK1,2.", "CK1"),
@@ -859,7 +914,49 @@ class Nastran(Import):
         self.file("spc.bdf", "SPC1,4,123,TIP".replace("TIP", "101") + "\n")
         self.assertEqual(len(self.imported(self.file("m.bdf", self.bulk("include 'spc.bdf'"))).held), 36)
         self.assertEqual(len(Folder(self.out).about["files"]), 2)
-        self.rejected_again(self.file("m.bdf", self.bulk("include 'spc.bdf'").replace("SPC = 3\n", "")), r"sets \[3, 4\]")
+        self.assertIn("does not select: 4.", " ".join(Folder(self.out).about["left_out"]))
+
+    @needs("pyyeti")
+    def test_the_case_control_selects_constraints(self):
+        mpc = "MPC,7,105,1,1.,29,1,-1."
+        for case, held, equations, said in (
+            ("SPC = 3\nMPC=7", 36, 1, None),
+            ("subcase 1\nspc=3\nmpc=7\nSUBCASE 2\nMPC = 7\nSPC = 3", 36, 1, None),
+            ("SPC = 3\nSUBCASE 1\nSPCFORCES = ALL\nSUBCASE 2\nLABEL = x", 36, 0, "MPC that the case control does not select: 7"),
+            ("$", 0, 0, "SPC that the case control does not select: 3"),
+        ):
+            with self.subTest(case):
+                folder = self.imported(self.file("m.bdf", self.bulk(mpc, case=case)))
+                self.assertEqual((len(folder.held), len(folder.equations)), (held, equations))
+                self.assertIn(said or "", " ".join(folder.about["left_out"]))
+        for case, said in (
+            ("SPC = 9", r"m\.bdf: .*SPC = 9, .*there are 3"),
+            ("SPC = 3\nMPC = 8", "MPC = 8, .*there are 7"),
+            ("SUBCASE 1\nSPC = 3\nSUBCASE 2\nSPC = 4", "3 in subcase 1; 4 in subcase 2"),
+            ("SUBCASE 1\nSPC = 3\nSUBCASE 2\nLOAD = 1", "3 in subcase 1; none in subcase 2"),
+        ):
+            self.rejected_again(self.file("m.bdf", self.bulk(mpc, case=case)), said)
+        alone = self.bulk(mpc).split("BEGIN BULK\n")[1]
+        folder = self.imported(self.file("m.bdf", alone))
+        self.assertEqual((len(folder.held), len(folder.equations)), (36, 1))
+        self.assertIn("The only set, 3, acts", " ".join(folder.about["left_out"]))
+        self.rejected_again(self.file("m.bdf", "SPC1,4,1,101\n" + alone), r"sets \[3, 4\]")
+
+    @needs("pyyeti")
+    def test_damping_of_parameters(self):
+        for case, more in (("SPC = 3", "PARAM,G,.02"), ("SPC = 3\nparam,g,0.02", "PARAM,G,2.-2")):
+            folder = self.imported(self.file("m.bdf", self.bulk(more, case=case)))
+            self.assertEqual(tomllib.loads((self.out / "scene.toml").read_text())["dynamics"], {"loss_factor": 0.02})
+            self.assertIn("PARAM G = 0.02: it is dynamics.loss_factor", " ".join(folder.about["left_out"]))
+        folder = self.imported(self.file("m.bdf", self.bulk("PARAM,ALPHA1,5.\nPARAM,W4,100.")))
+        self.assertRegex(" ".join(folder.about["left_out"]), "ALPHA1 = 5.0: damping by the mass.* W4 = 100.0: structural damping")
+        self.rejected_again(self.file("m.bdf", self.bulk("PARAM,G,.02", case="PARAM,G,.03")), "G = 0.02 beside G = 0.03")
+        self.rejected_again(self.file("m.bdf", self.bulk("PARAM,G,-.02")), "G = -0.02")
+
+    @needs("pyyeti")
+    def test_no_warning_of_a_library_is_printed(self):
+        far = self.bulk().replace(grid(107, BLOCKS.nodes[107]), "GRID,107,,1.+308,-1.+308,1.+308\n")
+        self.rejected_again(self.file("m.bdf", far), "inside out")
 
     @needs("pyyeti")
     def test_orders_of_nodes_of_second_order(self):
@@ -890,7 +987,7 @@ class Nastran(Import):
     @needs("pyyeti")
     def test_mpc_and_rigid_bodies(self):
         equal = "".join(f"MPC,1,{u},{d},1.,{b},{d},-1.\n" for u, b in PAIRS for d in (1, 2, 3))
-        folder = self.imported(self.file("m.bdf", self.bulk(equal)))
+        folder = self.imported(self.file("m.bdf", self.bulk(equal, case="SPC = 3\nMPC = 1")))
         np.testing.assert_allclose(folder.frequencies()[0], tied(), rtol=1e-7)
         # The upper body's face is rigid, by a node of its own; its motions stay free.
         tip = [n for n in BLOCKS.nodes if BLOCKS.nodes[n][2] == 20.0]
@@ -910,7 +1007,8 @@ class Nastran(Import):
         self.assertEqual(sorted({node for node, _ in folder.held}), sorted([*range(1, 13), *tip]))
         folder = self.imported(self.file("m.bdf", self.bulk(body(tip) + "SPC1,3,456,900")))
         np.testing.assert_allclose(folder.frequencies()[0], self.rigid(tip, turns=False), rtol=1e-6)
-        self.rejected_again(self.file("m.bdf", self.bulk(body(tip) + f"MPC,1,{tip[4]},1,1.,{tip[5]},2,-1.")), "another entry|share")
+        text = self.bulk(body(tip) + f"MPC,1,{tip[4]},1,1.,{tip[5]},2,-1.", case="SPC = 3\nMPC = 1")
+        self.rejected_again(self.file("m.bdf", text), "another entry|share")
         # SPC in axes of its own.
         text = (
             self.bulk("CORD2R,10,0,0.,0.,0.,0.,0.,1.\n,0.6,0.8,0.").replace(
@@ -978,6 +1076,9 @@ class Matlab(Import):
                 np.testing.assert_allclose(folder.matrices["Ks"], 0.02 * BLOCKS.K, atol=1e-9 * BLOCKS.K.max())
                 np.testing.assert_allclose(folder.matrices["C"], 1e-5 * BLOCKS.K, atol=1e-14 * BLOCKS.K.max())
                 self.assertIn("the variable X", " ".join(folder.about["left_out"]))
+                if version != "4":
+                    folder = self.imported(self.written(version, K=BLOCKS.K.astype("f4")))
+                    self.assertEqual([folder.matrices[name].dtype for name in "KM"], ["f4", "f8"])
 
     def test_rows_and_tables_beside(self):
         order = random.Random(2).sample(range(len(BLOCKS.rows)), len(BLOCKS.rows))
@@ -997,13 +1098,7 @@ class Matlab(Import):
         self.rejected(path, nodes, self.file("x.csv", "a,b\n1,2\n"), said="its first line is a,b")
         self.rejected(path, nodes, self.file("rows.csv", "node,direction\n13,1\n"), said="180 rows, and 1 rows")
         self.rejected(path, nodes, self.file("rows.csv", "node,direction\n" + "13,1\n" * 180), said="two rows")
-        self.rejected(
-            path,
-            nodes,
-            self.file("rows.csv", "node,direction\n13,1\n").with_name("sets.csv"),
-            self.file("sets.csv", "set,node\nTOP,99\n"),
-            said="node 99",
-        )
+        self.rejected(path, nodes, self.file("sets.csv", "set,node\nTOP,99\n"), said="node 99")
         self.rejected(path, self.file("nodes.csv", "node,x,y,z\n1,2,3,4\n"), said="neither three nor six")
         self.rejected(path, self.file("nodes.csv", "node,x,y,z\n1,nan,3,4\n"), said="not finite")
 
@@ -1095,7 +1190,9 @@ class Truss(Import):
         ):
             with self.subTest(name):
                 file = self.file(name, (self.SAMPLES / "imported" / name).read_bytes().replace(b"GRID,1,,0.,0.,0.\n", b""))
-                self.check(self.imported(file, beside), tolerance)
+                folder = self.imported(file, beside)
+                self.check(folder, tolerance)
+                self.assertEqual(folder.matrices["K"].dtype, "f4" if name == "single.op4" else "f8")
 
     def test_files_of_matlab(self):
         table = "".join(f"{n},{x},{y},{z}\n" for n, (x, y, z) in enumerate(self.NODES, 1))
@@ -1103,6 +1200,240 @@ class Truss(Import):
         for name in ("sparse.mat", "sparse_compressed.mat", "dense.mat"):
             with self.subTest(name):
                 self.check(self.imported(self.SAMPLES / "imported" / name, nodes), 1e-14)
+
+
+class Map:
+    """A table of `fretwear-import --surface`: heights[i, j] and spacing in um, and the record in it."""
+
+    def __init__(self, path):
+        from pyarrow import parquet
+
+        table = parquet.read_table(path)
+        assert [(field.name, field.metadata) for field in table.schema] == [(name, {b"unit": b"m"}) for name in "xyz"], table.schema
+        self.about = json.loads(table.schema.metadata[b"fretwear_import"])
+        shape = self.about["points"]
+        x, y, z = (table[name].to_numpy(zero_copy_only=False).reshape(shape) * 1e6 for name in "xyz")
+        self.heights, self.spacing = z, (x[1, 0] - x[0, 0], y[0, 1] - y[0, 0])
+        assert table["z"].null_count == np.isnan(z).sum() == self.about["holes"] and not np.isinf(z).any()
+        for line, step, axis in ((x[:, 0], self.spacing[0], x.T), (y[0], self.spacing[1], y)):
+            assert (axis == line).all() and np.allclose(line, step * np.arange(len(line)), rtol=1e-12, atol=0.0)
+
+
+class Surface(Import):
+    """Topographies of instruments. The files are written byte by byte, so that heights and their places are known."""
+
+    @classmethod
+    def setUpClass(cls):
+        if find_spec("SurfaceTopography"):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                importlib.import_module("SurfaceTopography.IO")
+
+    def setUp(self):
+        super().setUp()
+        self.out = self.folder / "out.parquet"
+        # The library takes seconds to import: here once for all, but where a test is of the child.
+        direct = mock.patch.object(child, "call", side_effect=lambda function, arguments, **others: surface.library_map(**arguments))
+        direct.start()
+        self.addCleanup(mock.patch.stopall)
+
+    def made(self, kind, *more, name=None, **options):
+        writer, holes = surfaces.WRITERS[kind]
+        return self.file(name or f"a.{kind}", writer(surfaces.heights(holes), surfaces.SPACING, *more, **options))
+
+    def map(self, file, *options):
+        self.out.unlink(missing_ok=True)
+        code, said = self.call("--surface", file, *options)
+        self.assertEqual(code, 0, said)
+        return Map(self.out), said
+
+    def rejected(self, file, *options, said):
+        self.out.unlink(missing_ok=True)
+        super().rejected("--surface", file, *options, said=said)
+
+    def same(self, found, right, spacing=surfaces.SPACING, tolerance=2e-7):
+        np.testing.assert_allclose(found.spacing, spacing, rtol=2e-7)
+        np.testing.assert_array_equal(np.isnan(found.heights), np.isnan(right))
+        np.testing.assert_allclose(found.heights, right, rtol=0.0, atol=tolerance * np.nanmax(right))
+
+    @needs("SurfaceTopography")
+    def test_every_height_and_hole_is_in_its_place(self):
+        for kind, (_, holes) in surfaces.WRITERS.items():
+            with self.subTest(kind):
+                size = ["--size", "14 um,3.75 um"] if kind == "nms" else []
+                found, said = self.map(self.made(kind), *size)
+                # NMS has 16 bits between its lowest and its highest point.
+                self.same(found, surfaces.heights(holes), tolerance=1e-5 if kind == "nms" else 2e-7)
+                self.assertEqual(found.about["library"]["name"], "SurfaceTopography")
+                self.assertEqual(found.about["file"]["sha256"], hashlib.sha256((self.folder / f"a.{kind}").read_bytes()).hexdigest())
+                for line in ("points   7 x 5", "spacing  2 um x 0.75 um", f"holes    {2 * holes}", 'kind = "file"', f'path = "{self.out}"'):
+                    self.assertIn(line, said)
+
+    @needs("SurfaceTopography")
+    def test_a_dat_is_read_by_its_first_bytes(self):
+        heights = surfaces.heights(True)
+        found, _ = self.map(self.file("a.dat", surfaces.metropro(heights, (2.0, 2.0))))
+        self.same(found, heights, (2.0, 2.0), tolerance=1e-5)
+        self.rejected(self.file("b.dat", "1 2 3\n"), said="reads such files itself")
+        self.rejected(self.file("c.dat", b"\0" * 9), said=r"several formats.*--format NAME.*metropro \(\.dat\)")
+        # The name of the reader decides over the extension.
+        found, _ = self.map(self.made("os3d", name="d.dat"), "--format", "os3d")
+        self.same(found, surfaces.heights(True))
+
+    @needs("SurfaceTopography")
+    def test_units_are_never_made_up(self):
+        volts = self.made("mi", (("Deflection", "V"),))
+        self.rejected(volts, said=r"a\.mi: the heights of 'Deflection' have the unit 'V', .*--unit says")
+        found, said = self.map(volts, "--unit", "500 nm")
+        self.same(found, surfaces.heights(False) / 2)
+        self.assertIn("by --unit 500 nm; the file has the unit 'V'", said)
+        self.assertEqual(found.about["corrected"], ["unit by --unit 500 nm; the file has the unit 'V'"])
+        # What is no length in a Nanoscope file is its digits: 4096 for 1 um here.
+        digits = self.made("spm", (("Deflection", "V"),), name="a.003")
+        self.rejected(digits, said="no unit")
+        self.same(self.map(digits, "--unit", "0.244140625 nm")[0], surfaces.heights(False))
+        # A wave without a unit of its values has none, whatever its sides have.
+        wave = self.made("ibw", unit="")
+        self.rejected(wave, said="no unit")
+        self.same(self.map(wave, "--unit", "m")[0], surfaces.heights(True))
+        # Values of a wave in nm over sides in m are lengths.
+        self.rejected(self.made("ibw", unit="A"), said="the unit 'A'")
+        self.rejected(self.made("os3d"), "--unit", "nm", said="--unit nm: .* states µm")
+        self.map(self.made("os3d"), "--unit", "um")
+        for unit in ("V", "0 m", "1e999 m", "-1 m", "m,kg,s"):
+            self.rejected(volts, "--unit", unit, said=f"--unit: found '{unit}'")
+
+    @needs("SurfaceTopography")
+    def test_sizes_are_never_made_up(self):
+        heights = surfaces.heights(False)[:5, :5]
+        tile = self.file("a.hgt", surfaces.hgt(heights * 8))
+        self.rejected(tile, "--unit", "0.125 um", said="the file states none.*--size")
+        found, said = self.map(tile, "--unit", "0.125 um", "--size", "0.01mm,5 um")
+        self.same(found, heights, (2.0, 1.0))
+        self.assertIn("10 um x 5 um (by --size; the file states none", said)
+        self.rejected(self.made("nms"), said="says 14 m x 3.75 m; --size")
+        _, said = self.map(self.made("nms"), "--size", "14 um,3.75 um")
+        self.assertIn("14 um x 3.75 um (by --size; the file says 14 m x 3.75 m)", said)
+        # Sides in volts.
+        self.rejected(self.made("ibw", side="V"), said="states 1.4e-05 x 3.75e-06 in the unit 'V'; --size")
+        for size in ("1 mm", "1 mm,2 km", "0.5 um,1 mm", "1 mm,1 mm,1 mm", "2,2"):
+            self.rejected(tile, "--unit", "um", "--size", size, said="--size")
+
+    @needs("SurfaceTopography")
+    def test_a_channel_is_chosen_or_named(self):
+        several = self.made("gwy", channels=(("Forth", "m"), ("Back", "m"), ("Back", "m")))
+        self.rejected(several, said=r"3 channels are heights; --channel NAME.*'Forth' \(7 x 5, the unit 'm'\); 'Back#1'.*'Back#2'")
+        self.rejected(several, "--channel", "Back", said="no channel 'Back'; the file has 'Forth'")
+        self.same(self.map(several, "--channel", "Forth")[0], surfaces.heights(True))
+        self.same(self.map(several, "--channel", "Back#2")[0], surfaces.heights(True)[::-1, ::-1])
+        # One of two is a height.
+        for kind in ("mi", "spm"):
+            both = self.made(kind, (("Height", "nm" if kind == "spm" else "um"), ("Deflection", "V")))
+            self.same(self.map(both)[0], surfaces.heights(False))
+
+    @needs("SurfaceTopography")
+    def test_false_heights_and_profiles_are_rejected(self):
+        heights = surfaces.heights(False)
+        false = heights.copy()
+        false[1, 2] = 1e30
+        self.rejected(
+            self.file("a.tmd", surfaces.tmd(false, surfaces.SPACING)), said=r"the heights span 1e\+24 m on a map of 14 um x 3.75 um"
+        )
+        self.rejected(self.file("b.tmd", surfaces.tmd(np.nan * heights, surfaces.SPACING)), said="found 0 heights for 7 x 5")
+        self.rejected(self.file("a.os3d", surfaces.os3d(heights[:, :1], surfaces.SPACING)), said=r"is a profile \(7 x 1 points\)")
+
+    @needs("SurfaceTopography")
+    def test_the_child_returns_maps_and_sentences(self):
+        mock.patch.stopall()
+        self.same(self.map(self.made("gwy"))[0], surfaces.heights(True))
+        heights = surfaces.heights(False)
+        whole = surfaces.os3d(heights, surfaces.SPACING)
+        self.rejected(self.file("b.os3d", whole[:-30]), said="SurfaceTopography cannot read it.*damaged")
+        self.rejected(self.file("c.os3d", b"text"), said="SurfaceTopography cannot read it")
+        many = whole.replace(struct.pack("<ii", 7, 5), struct.pack("<ii", 20000, 20000))
+        self.rejected(self.file("d.os3d", many), said="more than 134217728|GB|cannot read")
+
+    def test_files_that_never_go_to_the_library(self):
+        with mock.patch.object(child, "call", side_effect=AssertionError):
+            for extension in ("txt", "csv", "xyz", "asc", "tsv", "npy", "x3p", "sur", "SUR", "sdf", "al3d", "parquet"):
+                self.rejected(self.file(f"a.{extension}", "1 2 3"), said=rf'reads such files itself: write surface.path = "a.{extension}"')
+            self.rejected(self.file("a.dat", "1 2 3"), said="reads such files itself")
+            self.rejected(self.file("a.bin", "DIGITAL SURF"), "--format", "sur", said="reads such files itself")
+            self.rejected(self.file("a.lext", "x"), said="not measured")
+            self.rejected(self.file("a.npz", "x"), said="without a unit")
+            self.rejected(self.file("a.bin", "x"), said=r"none that is read; say --format NAME: bcr \(\.bcr \.bcrf\), datx")
+            self.rejected(self.file("a.opd", "x"), "--format", "wyko", said="--format wyko: there is no such reader; known are bcr")
+            self.rejected(self.folder / "none.opd", said="no such file")
+
+    def test_options_and_outputs(self):
+        file = self.file("a.opd", "x")
+        self.rejected(file, "--upper", "TOP", "--lower", "BOTTOM", said="--upper is of a structure")
+        self.rejected(file, file, said="FILE... is of a structure")
+        for option in ("--format", "--channel", "--size"):
+            super().rejected(file, option, "x", said=f"{option} is of a surface")
+        super().rejected(said="no file to read")
+        super().rejected(self.file("b.opd", "x"), said="--surface")
+        self.out = self.folder / "map.csv"
+        self.rejected(file, said=r"map\.csv: .*\.parquet would be right")
+
+    @needs("SurfaceTopography")
+    def test_an_existing_table_is_replaced_by_force_alone(self):
+        self.out.write_text("old")
+        code, said = self.call("--surface", self.made("os3d"))
+        self.assertEqual((code, self.out.read_text()), (2, "old"), said)
+        self.assertIn("--force to replace it", said)
+        # What cannot be read replaces nothing.
+        code, said = self.call("--surface", self.made("mi", (("Deflection", "V"),)), "--force")
+        self.assertEqual((code, self.out.read_text()), (2, "old"), said)
+        self.assertEqual(self.call("--surface", self.made("os3d"), "--force")[0], 0)
+        self.same(Map(self.out), surfaces.heights(True))
+        self.out = self.folder / "a.parquet"
+        self.out.mkdir()
+        code, said = self.call("--surface", self.made("os3d"), "--force")
+        self.assertEqual((code, "give another name\n" in said), (2, True), said)
+
+    def test_the_library_is_missing_or_old(self):
+        file = self.file("a.opd", "x")
+        package = self.folder / "SurfaceTopography-1.18.0.dist-info"
+        package.mkdir()
+        (package / "METADATA").write_text("Metadata-Version: 2.1\nName: SurfaceTopography\nVersion: 1.18.0\n")
+        mock.patch.stopall()
+        with mock.patch.dict(os.environ, {"PYTHONPATH": str(self.folder)}):
+            self.rejected(file, said=r"needs SurfaceTopography \(version 1\.18\.0 is installed\): pip install 'fretwear\[surface\]'")
+
+    def test_numpy_is_missing(self):
+        for arguments, extra in ((["--surface", "a.opd"], "surface"), (["a.msh"], "abaqus")):
+            code = f"import sys; sys.modules['numpy'] = None; from fretwear.importing.__main__ import main; sys.exit(main({[*arguments, '-o', 'a.parquet']}))"
+            done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertRegex(done.stderr, rf"^error: .*numpy.*: pip install 'fretwear\[{extra}\]'\n$")
+
+    def test_nothing_imports_the_library_under_the_gpl(self):
+        for path in (HERE.parents[1] / "src" / "python").rglob("*.py"):
+            self.assertNotIn("surfalize", path.read_text(encoding="utf-8"), path)
+        if find_spec("SurfaceTopography"):
+            code = "import sys; from fretwear.importing.surface import library_map as read; read(sys.argv[1], 'os3d', None); assert 'surfalize' not in sys.modules"
+            subprocess.run([sys.executable, "-c", code, self.made("os3d")], check=True)
+
+    @needs("SurfaceTopography")
+    def test_a_real_file_and_its_false_size(self):
+        real = REAL / "ST_nms-1.nms"
+        if not real.is_file():
+            self.skipTest("real topographies are not there")
+        self.rejected(real, said="says 160 m x 160 m")
+        found, _ = self.map(real, "--size", "160 um,160 um")
+        head, counts = real.read_bytes()[:3468], np.frombuffer(real.read_bytes(), "<u2", 512 * 512, 3468)
+        low, high = struct.unpack_from("<dd", head, 16)
+        self.same(found, (low + counts.reshape(512, 512).T / 65534 * (high - low)), (0.3125, 0.3125), tolerance=1e-12)
+
+    @needs("SurfaceTopography")
+    def test_readers_are_those_of_the_library(self):
+        code = "from SurfaceTopography.IO import readers; print({r.format(): sorted(r.file_extensions()) for r in readers})"
+        known = ast.literal_eval(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout)
+        for name, extensions in surface.READERS.items():
+            self.assertLessEqual(set(extensions.split()), set(known[name]), name)
+        # Profiles, and archives of any content.
+        self.assertEqual(set(known) - set(surface.READERS) - surface.OWN - set(surface.REJECTED), {"mitutoyo", "nmm", "qep"})
 
 
 class Damaged(Import):
@@ -1141,7 +1472,7 @@ class Damaged(Import):
                 whole = file.read_bytes()
                 bad = self.damaged(whole, chance)
                 file.write_bytes(bad)
-                shutil.rmtree(self.out, ignore_errors=True)
+                self.out.unlink() if self.out.is_file() else shutil.rmtree(self.out, ignore_errors=True)
                 with mock.patch.dict(os.environ, limits), self.subTest(file.name, k=k):
                     group = [file] if not options or not isinstance(options[0], dict) else options[0][file]
                     code, said = self.call(*group, *[o for o in options if not isinstance(o, dict)])
@@ -1152,7 +1483,7 @@ class Damaged(Import):
                     if code:
                         self.assertRegex(said, r"^error: [^\n]+\n$")
                     else:
-                        Folder(self.out)
+                        Map(self.out) if self.out.is_file() else Folder(self.out)
                         accepted += 1
                 file.write_bytes(whole)
         self.assertLess(accepted, MUTANTS)
@@ -1214,6 +1545,18 @@ class Damaged(Import):
         deck, *matrices = case("turned.inp", "turned_STIF1.mtx", "turned_MASS1.mtx")
         mesh = self.file("mesh.inp", (CASES / "cae_parts" / "job.inp").read_bytes())
         self.check([deck, mesh, *matrices], {mesh: [mesh]} | dict.fromkeys((deck, *matrices), [deck, *matrices]))
+
+    @needs("SurfaceTopography")
+    def test_surfaces(self):
+        self.out = self.folder / "out.parquet"
+        files = [
+            self.file(f"a.{kind}", writer(surfaces.heights(holes), surfaces.SPACING))
+            for kind, (writer, holes) in surfaces.WRITERS.items()
+            if kind != "datx" or find_spec("h5py")
+        ]
+        # A child of this library takes seconds.
+        files = files if LONG else files[::4]
+        self.check(files, {file: ["--surface", file] for file in files}, "--size", "14 um,3.75 um")
 
     def test_bombs_and_false_sizes(self):
         limits = {"FRETWEAR_IMPORT_SECONDS": "60", "FRETWEAR_IMPORT_MEMORY": "0.7"}

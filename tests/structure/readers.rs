@@ -667,7 +667,8 @@ fn sets_of_nodes_by_elements_are_not_empty() {
     );
     let included = beside(&format!("{NODES}*INCLUDE, INPUT=sets.inp\n"));
     assert!(
-        included.unread[0].contains("sets.inp beside it is not read"),
+        included.unread[0].contains("beside it is not read")
+            && included.unread[0].contains("sets.inp"),
         "{}",
         included.unread[0]
     );

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use fretwear::material::{Elastic, Material};
 use fretwear::structure::frequencies::lowest_frequencies;
+use fretwear::structure::inspection::suspicions;
+use fretwear::structure::matrices::Matrices;
 use fretwear::structure::readers::{self, Input};
 use fretwear::structure::solids::{NAMES, Solid};
 
@@ -527,4 +529,103 @@ fn included_files_are_read_in_their_place() {
     fs::remove_file(folder.path().join("mesh/nodes.inp")).expect("a file");
     let told = read("deck.inp").expect_err("no file").to_string();
     assert!(told.contains("nodes.inp"), "{told}");
+}
+
+/// A line of a keyword that ends with a comma goes on, and blanks may follow a star; numbers below it are data.
+#[test]
+fn a_keyword_may_go_on_below() {
+    let plain = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = |text: &str| {
+        let path = folder.path().join("deck.inp");
+        fs::write(&path, text).expect("a file");
+        readers::read(&[Input { path, role: None }], None)
+    };
+    let expected = read(&plain).expect("a deck");
+    let (head, tail) = plain.split_once("*ELEMENT,").expect("elements");
+    let on = format!("{head}* ELEMENT,\r\n   {}", tail.trim_start());
+    let found = read(&on).expect("a deck");
+    assert_eq!(found.stiffness, expected.stiffness);
+    let dense = plain.replacen("*DENSITY\n", "*DENSITY,\n", 1);
+    assert_eq!(read(&dense).expect("a deck").mass, expected.mass);
+    // Lines are counted as they stand.
+    let (sound, _) = on.split_once("*MATERIAL").expect("a material");
+    let line = sound.lines().count() + 1;
+    let told = read(&format!("{sound}*NO SUCH KEYWORD\n")).expect_err("a keyword");
+    assert!(told.to_string().contains(&format!("line {line}")), "{told}");
+}
+
+/// What belongs to a material stands within one, once.
+#[test]
+fn constants_of_no_material_and_twice_are_rejected() {
+    let sound = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
+    let told = |text: String| {
+        let found = readers::parse("deck.inp".as_ref(), text.as_bytes(), None);
+        found.expect_err("a fault").to_string()
+    };
+    let twice = sound.replacen("*DENSITY", "*DENSITY\n1e-9\n*DENSITY", 1);
+    assert!(told(twice).contains("one line of *DENSITY"));
+    let before = format!("*DAMPING, STRUCTURAL=0.1\n{sound}");
+    assert!(told(before).contains("below the *MATERIAL"));
+    let (model, step) = sound.split_once("*STEP").expect("a step");
+    let in_step = format!("{model}*STEP\n*DAMPING, STRUCTURAL=0.1{step}");
+    assert!(told(in_step).contains("below the *MATERIAL"));
+    let global = format!("{model}*STEP\n*GLOBAL DAMPING, STRUCTURAL=0.1{step}");
+    assert!(told(global).contains("*GLOBAL DAMPING"));
+}
+
+/// A file that is in two folders may be meant twice.
+#[test]
+fn an_included_name_is_one_file() {
+    let plain = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(path, text).expect("a file");
+    };
+    let read = || {
+        let path = folder.path().join("deck.inp");
+        readers::read(&[Input { path, role: None }], None)
+    };
+    write("deck.inp", "*INCLUDE, INPUT=sub/all.inp\n");
+    write("sub/all.inp", "*INCLUDE, INPUT=mesh.inp\n");
+    let missing = read().expect_err("no file").to_string();
+    assert!(
+        missing.contains("all.inp") && missing.contains("line 1") && missing.contains("mesh.inp"),
+        "{missing}"
+    );
+    write("sub/mesh.inp", &plain);
+    read().expect("a deck");
+    write("mesh.inp", &plain);
+    let both = read().expect_err("two files").to_string();
+    assert!(both.contains("a name that is one file"), "{both}");
+}
+
+/// Nodes whose positions are exchanged make a body that moves freely and does not turn.
+#[test]
+fn a_body_that_does_not_turn_is_doubted() {
+    let deck = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
+    let (model, _) = deck.split_once("*STEP").expect("a step");
+    let free: Vec<&str> = model.split("*BOUNDARY").collect();
+    let free = free[0].to_owned();
+    let sound = readers::parse("deck.inp".as_ref(), free.as_bytes(), None).expect("a deck");
+    let doubts = |matrices: &Matrices| {
+        let all = suspicions(matrices);
+        all.iter()
+            .filter(|text| text.contains("resists a turn"))
+            .count()
+    };
+    assert_eq!(doubts(&sound), 0);
+    let mut other = sound.clone();
+    let [a, b] = [1, 5].map(|node| sound.positions[&node]);
+    other.positions.insert(1, b);
+    other.positions.insert(5, a);
+    assert_eq!(doubts(&other), 1);
+    let mut turned = sound;
+    let dofs = turned.dofs.as_mut().expect("freedoms");
+    for dof in dofs {
+        dof.direction = [0, 3, 2, 1][dof.direction as usize];
+    }
+    assert_eq!(doubts(&turned), 1);
 }

@@ -1,5 +1,6 @@
 //! What tests of whole runs share: a folder with a scene, the real binary, and the comparison of what runs leave.
 
+pub mod damage;
 pub mod faulty;
 
 use std::collections::BTreeMap;

@@ -8,6 +8,7 @@ use crate::recipe::Import;
 use crate::scene::Scene;
 use crate::scene::keys::dynamics::DAMPING_RATIO;
 use crate::structure::imported::{Facing, ImportError, Imported, Options, UnitSystem, name_rows};
+use crate::structure::matrices::Unit;
 use crate::structure::node_tables::{self, NodeTableError};
 use crate::structure::readers::{self, Input, ReadError};
 use crate::units::{self, Dimension, UnitError};
@@ -39,6 +40,11 @@ pub enum StructureFileError {
     /// The units of the folder are none.
     #[error("structure.file: structure.json of the folder: {0}")]
     Unit(#[from] UnitError),
+    /// The scene gives others.
+    #[error(
+        "structure.unit is not that of the folder, whose structure.json has {}, {} and {}; leave structure.unit out, or import with the right --unit", .0[0], .0[1], .0[2]
+    )]
+    OtherUnit([String; 3]),
     /// They are not those of the scene's structure.
     #[error("structure: {0}")]
     Import(#[from] ImportError),
@@ -107,14 +113,21 @@ fn imported(
         })
         .collect();
     let mut matrices = readers::read(&inputs, import.format.as_deref())?;
-    let unit = match matrices.unit.take().filter(|_| !is_unit_given) {
-        None => import.unit,
-        Some(None) => return Err(StructureFileError::NoUnit),
-        Some(Some(unit)) => UnitSystem {
-            length: units::parse_unit(&unit.length, Dimension::LENGTH)?,
-            mass: units::parse_unit(&unit.mass, Dimension::MASS)?,
-            time: units::parse_unit(&unit.time, Dimension::TIME)?,
-        },
+    let unit = match matrices.unit.take() {
+        Some(None) if !is_unit_given => return Err(StructureFileError::NoUnit),
+        None | Some(None) => import.unit,
+        Some(Some(unit)) => {
+            let of_folder = UnitSystem {
+                length: units::parse_unit(&unit.length, Dimension::LENGTH)?,
+                mass: units::parse_unit(&unit.mass, Dimension::MASS)?,
+                time: units::parse_unit(&unit.time, Dimension::TIME)?,
+            };
+            if is_unit_given && !import.unit.is_near(&of_folder) {
+                let Unit { length, mass, time } = unit;
+                return Err(StructureFileError::OtherUnit([length, mass, time]));
+            }
+            of_folder
+        }
     };
     let mut order = Vec::new();
     if let Some(path) = &import.files.nodes {

@@ -101,9 +101,11 @@ pub enum ImportError {
     },
     /// Hysteretic damping that feeds a motion.
     #[error(
-        "the structural damping feeds some motion: between modes it has an eigenvalue of {share:.1e} of the largest below zero; it must be zero or more for every motion"
+        "the {kind} damping feeds some motion: between modes it has an eigenvalue of {share:.1e} of the largest below zero; it must be zero or more for every motion"
     )]
     NegativeDamping {
+        /// viscous or structural.
+        kind: &'static str,
         /// Size of the least eigenvalue, over the largest.
         share: f64,
     },

@@ -37,6 +37,19 @@ pub struct UnitSystem {
     pub time: f64,
 }
 
+impl UnitSystem {
+    /// The same but for rounding.
+    pub fn is_near(&self, other: &UnitSystem) -> bool {
+        const ROUNDING: f64 = 1e-9;
+        let pairs = [
+            (self.length, other.length),
+            (self.mass, other.mass),
+            (self.time, other.time),
+        ];
+        pairs.iter().all(|(a, b)| (a / b - 1.0).abs() < ROUNDING)
+    }
+}
+
 impl Default for UnitSystem {
     fn default() -> Self {
         UnitSystem {

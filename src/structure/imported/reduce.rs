@@ -13,7 +13,7 @@ use crate::structure::reduction::{ContactPorts, ModesAtPorts, Reduced, complete}
 const BODY: usize = 6;
 /// The shift of a mesh suits where it is between these times the lowest elastic ω².
 const USUAL: [f64; 2] = [1e-4, 100.0];
-/// Hysteretic damping below zero by less than this part of the largest is rounding.
+/// Damping below zero by less than this part of the largest is rounding.
 const NEGATIVE: f64 = 1e-9;
 /// Elastic modes that are looked for to know the lowest.
 const LOWEST: usize = 1;
@@ -112,18 +112,22 @@ impl Imported {
             })
         };
         let (damping, hysteretic) = (in_modes(&self.damping), in_modes(&self.hysteretic));
-        if let Some(hysteretic) = &hysteretic {
+        for (kind, between) in [("viscous", &damping), ("structural", &hysteretic)] {
+            let Some(between) = between else {
+                continue;
+            };
             let (values, _) =
-                hysteretic
+                between
                     .symmetric_eigen()
                     .map_err(|source| StructureError::Factorization {
-                        matrix: "the structural damping between modes",
+                        matrix: "the damping between modes",
                         source,
                     })?;
             let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let least = values.iter().fold(0.0_f64, |m, v| m.min(*v));
             if least < -NEGATIVE * largest {
                 return Err(ImportError::NegativeDamping {
+                    kind,
                     share: -least / largest,
                 });
             }

@@ -23,11 +23,14 @@ pub(super) fn is(bytes: &[u8]) -> bool {
 
 /// The keyword of a line of a deck, in capitals.
 pub(super) fn keyword(line: &str) -> String {
-    line.split(',')
-        .next()
-        .unwrap_or("")
-        .trim()
-        .to_ascii_uppercase()
+    let word = line.split(',').next().unwrap_or("").trim();
+    match word.strip_prefix('*') {
+        // Blanks may follow the star.
+        Some(rest) if !rest.starts_with('*') => {
+            format!("*{}", rest.trim_start()).to_ascii_uppercase()
+        }
+        _ => word.to_ascii_uppercase(),
+    }
 }
 
 /// The decks that may belong to a file of matrices: the same name, without what Abaqus appends (`_STIF1`).

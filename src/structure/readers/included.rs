@@ -10,12 +10,16 @@ use crate::files;
 /// Most files that are open one within the other.
 const DEEPEST: usize = 32;
 
-/// The bytes of a file; of a deck with each `*INCLUDE` replaced by its file, which is looked for from the folder of the deck that names it.
+/// The bytes of a file; of a deck with each `*INCLUDE` replaced by its file, which is looked for from the folder of the outermost deck, where Abaqus and CalculiX
+/// run, and then from that of the file that names it; and with the lines joined over which a keyword and its options go on after a comma.
 /// With them what is told of the count of lines, if there are any.
 pub(super) fn read(path: &Path) -> Result<(Vec<u8>, Option<String>), ReadError> {
     let bytes = bytes_of(path)?;
-    if !deck::is(&bytes) || !has_include(&bytes) {
+    if !deck::is(&bytes) {
         return Ok((bytes, None));
+    }
+    if !has_include(&bytes) {
+        return Ok((joined(bytes), None));
     }
     let mut whole = Whole {
         bytes: Vec::with_capacity(bytes.len()),
@@ -25,7 +29,39 @@ pub(super) fn read(path: &Path) -> Result<(Vec<u8>, Option<String>), ReadError> 
     };
     whole.add(path, &bytes)?;
     let told = format!("lines are counted with {}", whole.told.join(", "));
-    Ok((whole.bytes, Some(told)))
+    Ok((joined(whole.bytes), Some(told)))
+}
+
+/// With the options that follow a keyword's line which ends with a comma on that line; the lines that they stood on are empty. What begins as a number is data.
+fn joined(bytes: Vec<u8>) -> Vec<u8> {
+    let is_open = |line: &[u8]| {
+        let line = line.trim_ascii();
+        line.starts_with(b"*") && !line.starts_with(b"**") && line.ends_with(b",")
+    };
+    if !bytes.split(|b| *b == b'\n').any(is_open) {
+        return bytes;
+    }
+    let mut whole = Vec::with_capacity(bytes.len());
+    // Lines that the keyword's line has taken, still to be made up for.
+    let mut taken = 0;
+    let mut open = false;
+    for line in bytes.split_inclusive(|b| *b == b'\n') {
+        let text = line.trim_ascii();
+        if open && text.first().is_some_and(u8::is_ascii_alphabetic) {
+            whole.truncate(whole.trim_ascii_end().len());
+            whole.extend(b" ");
+            whole.extend(text);
+            whole.push(b'\n');
+            taken += 1;
+            open = text.ends_with(b",");
+            continue;
+        }
+        whole.extend(std::iter::repeat_n(b'\n', std::mem::take(&mut taken)));
+        whole.extend(line);
+        open = is_open(line);
+    }
+    whole.extend(std::iter::repeat_n(b'\n', taken));
+    whole
 }
 
 struct Whole {
@@ -60,7 +96,30 @@ impl Whole {
                 let expected = "*INCLUDE, INPUT= and a file";
                 return Err(wrong(super::text::shown(&text), expected));
             };
-            let file = path.with_file_name(name);
+            let here = path.with_file_name(name);
+            let outermost = self.open.first().map_or(path, PathBuf::as_path);
+            let file = outermost.with_file_name(name);
+            let is_other = here.is_file() && file.is_file() && identity(&here)? != identity(&file)?;
+            if is_other {
+                let found = format!(
+                    "{name}, which {} and {} are",
+                    file.display(),
+                    here.display()
+                );
+                let expected = "a name that is one file: Abaqus and CalculiX take it from the folder that they run in";
+                return Err(wrong(found, expected));
+            }
+            let file = if file.is_file() { file } else { here };
+            if !file.is_file() {
+                let found = format!(
+                    "{name}, which is no file in {}",
+                    outermost.parent().unwrap_or(outermost).display()
+                );
+                return Err(wrong(
+                    found,
+                    "the file that *INCLUDE names, from the folder of the deck",
+                ));
+            }
             let own = identity(&file)?;
             if self.open.contains(&own) {
                 let found = format!("{}, which includes this file", file.display());

@@ -235,7 +235,11 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
             In::Elastic(name) => {
                 let constants = deck.materials.entry(name.clone()).or_default();
                 let modulus = number(fields[0], place)?;
-                let ratio = number(fields.get(1).copied().unwrap_or(""), place)?;
+                let Some(ratio) = fields.get(1).filter(|field| !field.is_empty()) else {
+                    let expected = "Young's modulus and Poisson's ratio";
+                    return Err(ReadProblem::malformed(place(), shown(line), expected));
+                };
+                let ratio = number(ratio, place)?;
                 if constants.elastic.replace([modulus, ratio]).is_some() {
                     return Err(ReadProblem::malformed(
                         place(),
@@ -246,11 +250,14 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
             }
             In::Density(name) => {
                 let density = number(fields[0], place)?;
-                deck.materials
-                    .entry(name.clone())
-                    .or_default()
-                    .density
-                    .get_or_insert(density);
+                let constants = deck.materials.entry(name.clone()).or_default();
+                if constants.density.replace(density).is_some() {
+                    return Err(ReadProblem::malformed(
+                        place(),
+                        shown(line),
+                        "one line of *DENSITY for each material: it does not depend on temperature here",
+                    ));
+                }
             }
             In::Boundary => hold(&fields, parsed, &mut deck.held, &place)?,
             In::Tie(options) => deck.ties.push(options.between(&fields, k + 1)?),
@@ -272,6 +279,21 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
     Ok(deck)
 }
 
+/// Keywords that are read as parts of a material.
+const OF_MATERIAL: [&str; 3] = ["*DAMPING", "*DENSITY", "*ELASTIC"];
+/// Keywords that may stand between those of one material.
+const IN_MATERIAL: [&str; 9] = [
+    "*CONDUCTIVITY",
+    "*CYCLIC HARDENING",
+    "*EXPANSION",
+    "*INELASTIC HEAT FRACTION",
+    "*LATENT HEAT",
+    "*MATERIAL",
+    "*PLASTIC",
+    "*RATE DEPENDENT",
+    "*SPECIFIC HEAT",
+];
+
 /// What the lines after a keyword are.
 fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Result<In, ReadProblem> {
     let place = || format!("line {at}");
@@ -287,6 +309,13 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
     let needed = |key: &str| {
         name(key).ok_or_else(|| ReadProblem::malformed(place(), shown(line), format!("{key}=…")))
     };
+    if OF_MATERIAL.contains(&word.as_str()) {
+        if material.is_empty() {
+            return unsupported("it belongs below the *MATERIAL that it is a part of");
+        }
+    } else if !IN_MATERIAL.contains(&word.as_str()) {
+        material.clear();
+    }
     Ok(match word.as_str() {
         "*ELEMENT" => {
             let kind = name("TYPE").unwrap_or_default();

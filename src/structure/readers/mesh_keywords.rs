@@ -22,7 +22,7 @@ const READ: [&str; 14] = [
 ];
 /// Keywords that say nothing of a linear structure at rest: steps and loads, output, other physics, properties of contacts and of what is
 /// beyond the elastic limit.
-const HARMLESS: [&str; 78] = [
+const HARMLESS: [&str; 76] = [
     "*AMPLITUDE",
     "*BUCKLE",
     "*CFLUX",
@@ -54,7 +54,6 @@ const HARMLESS: [&str; 78] = [
     "*FILTER",
     "*FREQUENCY",
     "*FRICTION",
-    "*GLOBAL DAMPING",
     "*GREEN",
     "*HEAT TRANSFER",
     "*INCREMENTATION OUTPUT",
@@ -62,7 +61,6 @@ const HARMLESS: [&str; 78] = [
     "*LATENT HEAT",
     "*MATRIX GENERATE",
     "*MATRIX OUTPUT",
-    "*MODAL DAMPING",
     "*MODAL DYNAMIC",
     "*MODAL FILE",
     "*MODAL OUTPUT",

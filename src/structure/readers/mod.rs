@@ -300,8 +300,13 @@ fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), Re
     for named in &parsed.matrices {
         let bad = named.matrix.entries.iter().find(|e| !e.2.is_finite());
         if let Some(&(i, j, v)) = bad {
-            let place = format!("{}, row {}, column {}", named.name, i + 1, j + 1);
-            return Err(ReadProblem::malformed(place, v, "a finite number"));
+            let place = format!("{} row {}, column {}", named.name, i + 1, j + 1);
+            return Err(ReadProblem::malformed(place.trim(), v, "a finite number"));
+        }
+        if format.name.starts_with("NP") && named.matrix.has_one_triangle() {
+            let found = format!("{} one triangle of a matrix", named.name);
+            let expected = "both triangles: K + K.T less its diagonal, of a symmetric K";
+            return Err(ReadProblem::malformed("the array", found.trim(), expected));
         }
     }
     Ok((format.name, parsed))

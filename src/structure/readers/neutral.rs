@@ -1,8 +1,10 @@
 //! The neutral folder of `fretwear-import`: `structure.json`, and matrices with tables of their rows, nodes and sets, or a flat deck.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use sha2::{Digest, Sha256};
 
 use super::{Parsed, ReadError, ReadProblem, Source, opened};
 use crate::files;
@@ -26,6 +28,9 @@ struct Described {
     unit: Option<Unit>,
     #[serde(default)]
     left_out: Vec<String>,
+    /// SHA-256 of the files of the folder.
+    #[serde(default)]
+    contents: BTreeMap<String, String>,
 }
 
 #[derive(Deserialize)]
@@ -58,6 +63,19 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
         units: Some(described.unit),
         ..Parsed::default()
     };
+    for (name, hash) in &described.contents {
+        let file = folder.join(name);
+        let bytes = files::read(&file, super::LONGEST_FILE).map_err(|source| ReadError {
+            path: file.clone(),
+            problem: ReadProblem::Io { source },
+        })?;
+        let is_same = format!("{:x}", Sha256::digest(&bytes)) == *hash;
+        if !is_same {
+            let told = format!("{name} is not as fretwear-import wrote it");
+            own.notes.push(told.clone());
+            own.unread.push(told);
+        }
+    }
     let mut sources = Vec::new();
     match described.kind {
         Kind::Mesh => sources.push(opened(folder.join("mesh.inp"), None, None, true)?),

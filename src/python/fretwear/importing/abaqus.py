@@ -47,6 +47,8 @@ def _label_map(flat: Flat, labels: Path | None, dats: list[Path], files: list[Pa
                 f"the map of labels: found {label},{instance},{node}; each label once, with a node that the instance has, would be right"
             )
         found[int(label)] = (scope.name, int(node))
+    if len(set(found.values())) < len(found):
+        raise Rejected("the map of labels: a node has two labels; each node once would be right")
     return found
 
 

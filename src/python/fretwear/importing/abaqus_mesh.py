@@ -63,6 +63,8 @@ def read(flat: Flat, structure: Structure, file: Path) -> None:
             raise Rejected(f"{file}: the material {material} has no *ELASTIC or no *DENSITY; both are needed")
         material = mesh.plain_name(material)
         structure.materials[material] = (*map(float, constants["ELASTIC"]), float(constants["DENSITY"][0]))  # type: ignore[assignment]
+        if "DAMPING" in constants:
+            structure.damping[material] = float(constants["DAMPING"][0])
         if element in element_number:
             structure.element_sets.setdefault(f"E_{material}", []).append(element_number[element])
     structure.sections = [(f"E_{material}", material) for material in structure.materials]

@@ -131,7 +131,7 @@ def to_global(matrices: dict[str, Any], rows: np.ndarray, axes: dict[int, np.nda
                     values.append(float(axes[node][i, j]))
     turn = sparse.csr_array((values, (lines, columns)), shape=(len(rows), len(rows)))
     for name, matrix in matrices.items():
-        matrices[name] = sparse.csr_array(turn.T @ matrix @ turn)
+        matrices[name] = sparse.csr_array(turn.T @ matrix @ turn).astype(matrix.dtype)
 
 
 def held(axes: np.ndarray, directions: list[int]) -> tuple[list[int], list[list[tuple[int, float]]]]:

@@ -142,17 +142,29 @@ def _cards(lines: list[tuple[str, Path, str]]) -> tuple[list[str], list[tuple[st
     return out, places
 
 
+def _digits(dmig: str) -> dict[str, int]:
+    """The most digits of the numbers of each matrix of DMIG."""
+    found: dict[str, int] = {}
+    name = ""
+    for line in dmig.splitlines():
+        fields = line.split(",")[1:] if "," in line else _fields(line, "16" if "*" in line[:8] else "8")
+        if line[0].isalpha():
+            name = fields[0].strip().upper()
+        for field_ in fields:
+            if "." in field_:
+                mantissa = re.match(r"\s*[+-]?0*([\d.]*)", field_)[1]  # type: ignore[index]
+                found[name] = max(found.get(name, 0), len(mantissa.replace(".", "").lstrip("0")))
+    return found
+
+
 def read_cards(text: str, case: str, dmig: str) -> dict[str, Any]:
     """Runs in the child. Cards as lists, sets of the case control, and each DMIG matrix by its entries."""
-    import warnings
-
     from pyyeti.nastran import bulk
 
-    warnings.simplefilter("ignore")
     cards = bulk.rdcards(io.StringIO(text), "[a-z]", regex=True, return_var="list", keep_name=True, no_data_return=[])
     sets = bulk.rdsets(io.StringIO(case)) if case else {}
     numbers = {str(key): [number for number in value if isinstance(number, int)] for key, value in (sets or {}).items()}
-    result: dict[str, Any] = {"cards": cards, "sets": numbers, "dmig": "", "matrices": []}
+    result: dict[str, Any] = {"cards": cards, "sets": numbers, "dmig": "", "matrices": [], "digits": _digits(dmig)}
     try:
         for name, frame in (bulk.rddmig(io.StringIO(dmig), square=True) if dmig else {}).items():
             values = frame.to_numpy()
@@ -175,7 +187,11 @@ def read(files: list[Path], seen: list[Path]) -> Bulk:
         found = _text(file, seen)
         begin = next((k for k, (*_, line) in enumerate(found) if re.match(r"\s*begin\b", line, re.IGNORECASE)), None)
         if begin is not None:
-            bulk.case += [line for *_, line in found[:begin]]
+            for place, path, line in found[:begin]:
+                if re.match(r"\s*param\b", line, re.IGNORECASE):
+                    lines.append((place, path, ",".join(re.split(r"[\s,=]+", line.strip()))))
+                else:
+                    bulk.case.append(line)
             found = found[begin + 1 :]
         end = next((k for k, (*_, line) in enumerate(found) if re.match(r"\s*enddata\b", line, re.IGNORECASE)), len(found))
         lines += found[:end]

@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -88,6 +89,7 @@ def call(function: str, arguments: dict[str, Any], *, files: list[Path], library
 def _serve(folder: Path) -> dict[str, Any]:
     import numpy as np
 
+    warnings.simplefilter("ignore")
     task = json.loads((folder / "task.json").read_text(encoding="utf-8"))
     try:
         import resource

@@ -7,7 +7,7 @@ import re
 import numpy as np
 from scipy import linalg
 
-from fretwear.importing import axes, bulk
+from fretwear.importing import Rejected, axes, bulk
 from fretwear.importing.bulk import Bulk, Card
 from fretwear.importing.folder import Structure
 
@@ -15,16 +15,46 @@ from fretwear.importing.folder import Structure
 ZERO = 1e-10
 
 
-def selected(data: Bulk) -> tuple[set[tuple[int, int]], list[tuple[list[tuple[int, int, float]], Card]], list[Card]]:
+def _selection(case: list[str], word: str) -> int | None:
+    """The set that the case control selects by "SPC = n" or "MPC = n": for all subcases, or alike in each."""
+    scope = ""
+    found: dict[str, set[int]] = {"": set()}
+    for line in case:
+        if match := re.match(r"\s*(?:subc(?!om)\w*|sym)\b\s*=?\s*(\d+)", line, re.IGNORECASE):
+            scope = f"subcase {match[1]}"
+            found.setdefault(scope, set())
+        elif match := re.match(rf"\s*{word}\s*[=\s]\s*(\d+)\s*$", line, re.IGNORECASE):
+            found[scope].add(int(match[1]))
+        elif re.match(rf"\s*{word}\s*=", line, re.IGNORECASE):
+            raise Rejected(f"the case control: found {line.strip()[:60]}; {word} = n would be right")
+    each = {scope: own or found[""] for scope, own in found.items() if scope} or found
+    first = next(iter(each.values()))
+    if len(first) > 1 or any(own != first for own in each.values()):
+        said = "; ".join(f"{' and '.join(map(str, sorted(own))) or 'none'}{scope and ' in '}{scope}" for scope, own in each.items())
+        raise Rejected(f"the case control selects several sets of {word}: {said}; one for all subcases would be right")
+    return next(iter(first), None)
+
+
+def selected(structure: Structure, data: Bulk) -> tuple[set[tuple[int, int]], list[tuple[list[tuple[int, int, float]], Card]], list[Card]]:
     """Of the sets that the case control selects: what SPC holds, the MPC equations and the RBE2, all along the axes of the nodes."""
+    has_case = any(re.match(r"\s*(cend|subc\w*|spc|mpc)\b", line, re.IGNORECASE) for line in data.case)
 
     def chosen_by(word: str, *names: str) -> list[Card]:
-        chosen = {int(match[1]) for line in data.case if (match := re.match(rf"\s*{word}\s*=\s*(\d+)", line, re.IGNORECASE))}
-        cards = data.named(*names)
+        chosen = _selection(data.case, word)
+        cards = data.named(*names, f"{word}ADD")
         there = {card.whole(0) for card in cards}
-        if len(chosen) > 1 or (not chosen and len(there) > 1):
-            raise cards[0].reject(f"the sets {sorted(chosen or there)}", f"one set, selected by {word} = n in the case control,")
-        return [card for card in cards if not chosen or card.whole(0) in chosen]
+        if structure.is_mesh and chosen is not None and chosen not in there:
+            known = ", ".join(map(str, sorted(there))) or "none"
+            raise Rejected(f"the case control selects {word} = {chosen}, and no entry has this set; there are {known}")
+        if not has_case and len(there) > 1:
+            raise cards[0].reject(f"the sets {sorted(there)}", f"one set, selected by {word} = n in the case control,")
+        if not has_case and there:
+            chosen = next(iter(there))
+            structure.left_out.append(f"The case control, which selects sets of {word}: there is none. The only set, {chosen}, acts.")
+        if idle := sorted(there - {chosen}):
+            sets = ", ".join(map(str, idle))
+            structure.left_out.append(f"Sets of {word} that the case control does not select: {sets}. They do not act, as in Nastran.")
+        return [card for card in cards if card.whole(0) == chosen and card.name in names]
 
     held = {(node, int(digit)) for node, digits in data.permanent.items() for digit in digits}
     for card in chosen_by("SPC", "SPC", "SPC1"):
@@ -58,7 +88,9 @@ def dependents(card: Card) -> tuple[int, str, list[int]]:
     short = Card(card.name, fields, card.place, card.file)
     if not re.fullmatch(r"[1-6]+", str(short.get(2))):
         raise card.reject(short.get(2), "directions 1 to 6")
-    return short.whole(1), str(short.get(2)), bulk.ids(short, 3)
+    if not (others := bulk.ids(short, 3)):
+        raise card.reject("no dependent node", "one or more of them")
+    return short.whole(1), str(short.get(2)), others
 
 
 def _body(card: Card, data: Bulk, held: set[tuple[int, int]], used: set[int]) -> tuple[list[tuple[int, int]], np.ndarray]:

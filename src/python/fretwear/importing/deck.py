@@ -17,21 +17,20 @@ DEPTH = 16
 #: Steps and loads, output, other physics, and what lies beyond the elastic limit: they leave a linear structure at rest as it is.
 HARMLESS = set(
     """AMPLITUDE;BUCKLE;CFLUX;CLOAD;CONDUCTIVITY;CONTACT CONTROLS;CONTACT OUTPUT;CONTACT PRINT;CONTROLS;DFLUX;DLOAD;DSLOAD;DYNAMIC;EL FILE;
-EL PRINT;ELEMENT OUTPUT;ENERGY OUTPUT;ENERGY PRINT;EXPANSION;FILE FORMAT;FILE OUTPUT;FILM;FILTER;FREQUENCY;FRICTION;GLOBAL DAMPING;
-HEADING;HEAT TRANSFER;INCREMENTATION OUTPUT;MATRIX GENERATE;MATRIX OUTPUT;MODAL DAMPING;MODAL DYNAMIC;MODAL FILE;MODAL OUTPUT;MODAL PRINT;
+EL PRINT;ELEMENT OUTPUT;ENERGY OUTPUT;ENERGY PRINT;EXPANSION;FILE FORMAT;FILE OUTPUT;FILM;FILTER;FREQUENCY;FRICTION;
+HEADING;HEAT TRANSFER;INCREMENTATION OUTPUT;MATRIX GENERATE;MATRIX OUTPUT;MODAL DYNAMIC;MODAL FILE;MODAL OUTPUT;MODAL PRINT;
 MONITOR;NODE FILE;NODE OUTPUT;NODE PRINT;NO ANALYSIS;OUTPUT;PHYSICAL CONSTANTS;PLASTIC;PREPRINT;PRINT;RADIATE;RANDOM RESPONSE;
 RATE DEPENDENT;RESPONSE SPECTRUM;RESTART;SECTION CONTROLS;SECTION FILE;SECTION PRINT;SELECT EIGENMODES;SOLVER CONTROLS;SPECIFIC HEAT;STATIC;
 STEADY STATE DYNAMICS;SURFACE BEHAVIOR;SURFACE INTERACTION;TEMPERATURE;TIME POINTS;USER OUTPUT VARIABLES""".replace("\n", "").split(";")
 )
 #: Known, and without effect on the stiffness: left out with a sentence.
-LEFT_OUT = {
-    "DAMPING": "the damping of a material; give a damping ratio in the scene",
-    "ORIENTATION": "axes of a material; an isotropic one has none",
-}
+LEFT_OUT = {"ORIENTATION": "axes of a material; an isotropic one has none"}
 READ = set(
-    "ASSEMBLY;BOUNDARY;DENSITY;ELASTIC;ELEMENT;ELSET;END ASSEMBLY;END INSTANCE;END PART;EQUATION;INSTANCE;MATERIAL;NODE;NSET;PART;"
+    "ASSEMBLY;BOUNDARY;DAMPING;DENSITY;ELASTIC;ELEMENT;ELSET;END ASSEMBLY;END INSTANCE;END PART;EQUATION;INSTANCE;MATERIAL;NODE;NSET;PART;"
     "END STEP;SOLID SECTION;STEP;SURFACE;SYSTEM;TIE;TRANSFORM".split(";")
 )
+#: Data of a material, which follow its *MATERIAL.
+OF_MATERIAL = {"MATERIAL", "ELASTIC", "DENSITY", "DAMPING", "CONDUCTIVITY", "EXPANSION", "PLASTIC", "RATE DEPENDENT", "SPECIFIC HEAT"}
 HELD = {"ENCASTRE": (1, 6), "PINNED": (1, 3), "XSYMM": (1, 1), "YSYMM": (2, 2), "ZSYMM": (3, 3)}
 
 
@@ -256,25 +255,52 @@ def _instance(block: Block, parts: dict[str, Scope]) -> Scope:
     scope.surfaces = {name: [(scope.name, member, face) for _, member, face in members] for name, members in scope.surfaces.items()}
     if len(block.data) > 2:
         raise block.reject(f"{len(block.data)} lines of data", "a translation, and below it a rotation,")
-    lengths = [len([cell for cell in fields if cell]) for _, fields in block.data]
-    # A rotation may stand without a translation before it.
-    translation = 0 if lengths and lengths[0] <= 3 else None
-    turn = next((k for k, length in enumerate(lengths) if length > 3), None)
-    if translation is not None:
-        scope.shift = block.numbers(translation, 3, "a translation")
-    if turn is not None:
-        values = block.numbers(turn, 7, "two points and an angle")
+    for k, (place, fields) in enumerate(block.data):
+        if any(fields[3 + 4 * k :]) or (k and not any(fields[6:])):
+            right = "two points and an angle" if k else "three numbers of a translation, and a rotation on a second line,"
+            raise Rejected(f"{place}: *INSTANCE, NAME={scope.name}: found {', '.join(fields)}; {right} would be right")
+    if block.data:
+        scope.shift = block.numbers(0, 3, "a translation")
+    if len(block.data) > 1:
+        values = block.numbers(1, 7, "two points and an angle")
         matrix, shift = rotation(values[:3], values[3:6], values[6], f"{block.place}: the axis of the instance {scope.name}")
         scope.matrix, scope.shift = matrix, matrix @ scope.shift + shift
     return scope
+
+
+def _constants(block: Block, strict: bool) -> np.ndarray:
+    """Those of *ELASTIC or *DENSITY."""
+    kind = block.options.get("TYPE", "ISOTROPIC").upper()
+    if strict and (len(block.data) != 1 or not kind.startswith("ISO")):
+        raise block.reject(
+            f"{len(block.data)} lines, TYPE={kind}", "one line of an isotropic material, which does not depend on temperature,"
+        )
+    return block.numbers(0, 2, "the constants of a material")
+
+
+def _loss_factor(block: Block, is_in_material: bool) -> np.ndarray:
+    """That of the *DAMPING of a material."""
+    if not is_in_material:
+        raise block.reject("it apart from a *MATERIAL", "it among the data directly below the *MATERIAL that it damps")
+    if set(block.options) != {"STRUCTURAL"}:
+        found = ", ".join(block.options) or "no option"
+        raise block.reject(found, "STRUCTURAL alone, and dynamics.rayleigh in the scene for ALPHA and BETA,")
+    factor = real(block.options["STRUCTURAL"], block.place, "a loss factor")
+    if factor < 0.0:
+        raise block.reject(f"STRUCTURAL={factor:g}", "a loss factor of zero or more")
+    return np.array([factor])
 
 
 def read(file: Path, files: list[Path], counts: dict[str, int], *, strict: bool) -> Model:
     """The deck; where it is `strict`, a keyword that may change the stiffness and is not read is rejected by its name."""
     model, parts = Model(), {}
     here, is_part, system, material, steps = model.scopes[""], False, Frame("R", np.zeros(3), np.eye(3)), "", 0
+    is_in_material = False
     for block in blocks(file, files):
         word = block.keyword
+        is_in_material = word == "MATERIAL" or (is_in_material and word in OF_MATERIAL)
+        if strict and word.endswith(" DAMPING"):
+            raise block.reject("damping of more than a material", "dynamics.damping_ratio or dynamics.loss_factor in the scene")
         if word not in READ and (word == "NMAP" or (strict and word not in HARMLESS and word not in LEFT_OUT)):
             raise Rejected(
                 f"{block.place}: *{word} is not read: it may make another structure of it; leave it out, or let Abaqus write the matrices"
@@ -283,6 +309,9 @@ def read(file: Path, files: list[Path], counts: dict[str, int], *, strict: bool)
             model.left_out[word] = model.left_out.get(word, 0) + 1
         if steps and not strict and word == "BOUNDARY":
             model.left_out["BOUNDARY in a step"] = 1
+            continue
+        if word == "DAMPING" and not strict:
+            model.left_out[word] = model.left_out.get(word, 0) + 1
             continue
         if word == "PART":
             name, is_part, model.is_flat = block.options.get("NAME", "").upper(), True, False
@@ -319,13 +348,11 @@ def read(file: Path, files: list[Path], counts: dict[str, int], *, strict: bool)
         elif word == "MATERIAL":
             material = block.options.get("NAME", "").upper()
             model.materials.setdefault(material, {})
-        elif word in ("ELASTIC", "DENSITY"):
-            kind = block.options.get("TYPE", "ISOTROPIC").upper()
-            if strict and (len(block.data) != 1 or not kind.startswith("ISO")):
-                raise block.reject(
-                    f"{len(block.data)} lines, TYPE={kind}", "one line of an isotropic material, which does not depend on temperature,"
-                )
-            model.materials.setdefault(material, {})[word] = block.numbers(0, 2, "the constants of a material")
+        elif word in ("ELASTIC", "DENSITY", "DAMPING"):
+            constants = model.materials.setdefault(material, {})
+            if strict and word in constants:
+                raise block.reject(f"it twice in the material {material}", "it once")
+            constants[word] = _loss_factor(block, is_in_material) if word == "DAMPING" else _constants(block, strict)
         elif word == "STEP":
             steps += 1
             if strict and block.options.get("NLGEOM", "NO").upper() != "NO":

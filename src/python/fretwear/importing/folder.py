@@ -44,6 +44,10 @@ class Structure:
     element_sets: dict[str, list[int]] = field(default_factory=dict)
     #: Young's modulus, Poisson's ratio, density.
     materials: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    #: Loss factors of materials that damp.
+    damping: dict[str, float] = field(default_factory=dict)
+    #: That of all of a mesh.
+    loss_factor: float = 0.0
     #: Set of elements, material.
     sections: list[tuple[str, str]] = field(default_factory=list)
     #: Node and direction, 1 to 3.
@@ -76,9 +80,13 @@ class Structure:
 
 
 def symmetric(matrix: Any, name: str, where: str) -> Any:
-    """A real matrix as CSR, exactly symmetric. Raises Rejected where it is not square, not finite, or not symmetric."""
+    """A real matrix as CSR, exactly symmetric, of its own precision.
+
+    Raises Rejected where it is not square, not finite, or not symmetric.
+    """
     from scipy import sparse
 
+    precision = np.float32 if matrix.dtype == np.float32 else np.float64
     matrix = sparse.csr_array(matrix).astype(float)
     if matrix.shape[0] != matrix.shape[1]:
         raise Rejected(f"{where}: {name} has {matrix.shape[0]} rows and {matrix.shape[1]} columns; a square matrix would be right")
@@ -94,7 +102,7 @@ def symmetric(matrix: Any, name: str, where: str) -> Any:
         raise Rejected(f"{where}: {name} is not symmetric: mirrored entries differ by {difference / largest:.1e} of the largest entry")
     matrix = sparse.csr_array((matrix + matrix.T) * 0.5)
     matrix.eliminate_zeros()
-    return matrix
+    return matrix.astype(precision)
 
 
 def of_entries(at: np.ndarray, values: np.ndarray, shape: Any, what: str) -> Any:
@@ -199,6 +207,8 @@ def read_pairs(structure: Structure, file: Path) -> None:
         if not all(re.fullmatch(r"\d+", cell) for cell in line[:2]) or not {int(line[0]), int(line[1])} <= known:
             raise Rejected(f"{file}: found the pair {','.join(line)}; two nodes that the structure has would be right")
         structure.pairs.append((int(line[0]), int(line[1])))
+    if len(set(structure.pairs)) < len(structure.pairs):
+        raise Rejected(f"{file}: it has a pair twice; each pair once would be right")
     if lines and len(lines[0]) > 2:
         structure.left_out.append(f"{file}: the column area; the program finds the area of each pair from the nodes.")
     structure.files.append(file)
@@ -249,6 +259,7 @@ def write(structure: Structure, folder: Path, scene: str, unit: dict[str, str] |
             "written_by": {"program": "fretwear-import", "version": _version("fretwear")},
             "libraries": libraries,
             "files": [_record(file) for file in dict.fromkeys(structure.files)],
+            "contents": {file.name: _record(file)["sha256"] for file in sorted(new.iterdir())},
             "left_out": structure.left_out,
         }
         (new / "structure.json").write_text(json.dumps(about, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")

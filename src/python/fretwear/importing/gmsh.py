@@ -194,6 +194,8 @@ def _materials(structure: Structure, options: Namespace, file: str) -> None:
             raise Rejected(
                 f"--material {text}: there is no physical group of solids of this name; the file has {known} (Mesh.SaveAll = 1 writes none)"
             )
+        if f"M_{name}" in structure.materials:
+            raise Rejected(f"--material {text}: {name} has a material already; each group once would be right")
         for label in structure.element_sets[name]:
             if having.setdefault(label, name) != name:
                 raise Rejected(f"--material: element {label} is in both {having[label]} and {name}; give each element one material")

@@ -46,7 +46,8 @@ def read_mat(file: str) -> dict[str, Any]:
                 }
             )
         elif isinstance(value, np.ndarray) and value.dtype.kind in "fiucb" and value.ndim == 2:
-            result[f"{name} dense"] = value.astype(complex if value.dtype.kind == "c" else float)
+            is_single = value.dtype in (np.float32, np.complex64)
+            result[f"{name} dense"] = value if is_single else value.astype(complex if value.dtype.kind == "c" else float)
         else:
             raise Rejected(
                 f"{file}: {name} is no matrix of numbers but {getattr(value, 'dtype', type(value).__name__)}; a dense "

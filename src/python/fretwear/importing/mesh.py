@@ -63,8 +63,8 @@ def check(structure: Structure, where: str) -> None:
         at = structure.positions[np.array([[place[node] for node in element[2]] for element in elements])]
         for a, b, c, d in CORNERS[corners]:
             volumes = np.einsum("ij,ij->i", np.cross(at[:, b] - at[:, a], at[:, c] - at[:, a]), at[:, d] - at[:, a])
-            if (volumes <= 0.0).any():
-                bad = elements[int(np.argmin(volumes))][1]
+            if (wrong := ~((volumes > 0.0) & (volumes < np.inf))).any():
+                bad = elements[int(np.argmax(wrong))][1]
                 raise Rejected(
                     f"{where}: element {bad} ({kind}) is turned inside out or flat; the order of its nodes, or their positions, are wrong"
                 )
@@ -145,6 +145,8 @@ def _deck(structure: Structure) -> Iterable[str]:
     for name, (modulus, ratio, density) in structure.materials.items():
         yield f"*MATERIAL, NAME={name}"
         yield from ("*ELASTIC", f"{_real(modulus)}, {_real(ratio)}", "*DENSITY", _real(density))
+        if name in structure.damping:
+            yield f"*DAMPING, STRUCTURAL={_real(structure.damping[name])}"
     for elements, material in structure.sections:
         yield f"*SOLID SECTION, ELSET={elements}, MATERIAL={material}"
     for options, slave, master in structure.ties:

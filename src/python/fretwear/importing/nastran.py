@@ -15,10 +15,24 @@ from fretwear.importing.folder import Structure
 from fretwear.importing.nastran_mesh import HARMLESS, READ
 
 
+#: Numbers of so few digits in a text are meant exactly; those of so few have single precision; those of so many have all digits.
+EXACT, SHORT, FULL = 4, 8, 17
+
+
 def _role(name: str) -> str | None:
     """Which matrix a name of Nastran is: K, KAA, KGG, KAAX, M3GG, K4AA, BAAX, ..."""
     match = re.fullmatch(r"(K4|K|M|B)\d?((?:AA|FF|GG|JJ|LL|NN|OO|TT|XX|ZZ)[XEPT]?)?", name.upper())
     return {"K4": "Ks", "K": "K", "M": "M", "B": "C"}[match[1]] if match else None
+
+
+def _as_written(values: np.ndarray, digits: int, is_single: bool) -> np.ndarray:
+    """Numbers in single precision, if they are of this type, or have no more digits in the file."""
+    is_short = digits <= SHORT
+    if digits <= EXACT or not (is_single or is_short):
+        return values
+    single = values.astype(np.complex64 if values.dtype.kind == "c" else np.float32)
+    # Programs of 64 bits call double precision single. Ten digits of a number are not exactly that number.
+    return single if np.allclose(single, values, rtol=1e-6 if is_short else 1e-9, atol=0.0) else values
 
 
 def read_op4(file: str) -> dict[str, Any]:
@@ -26,13 +40,19 @@ def read_op4(file: str) -> dict[str, Any]:
     from pyyeti.nastran import op4
     from scipy import sparse
 
-    names, matrices, forms, _ = op4.load(file, into="list", sparse=True)
+    names, matrices, forms, kinds = op4.load(file, into="list", sparse=True)
     result: dict[str, Any] = {"names": [str(name) for name in names], "forms": [int(form) for form in forms]}
+    with Path(file).open("rb") as opened:
+        # A format as 1P,3E23.16 has a digit before the point.
+        formats = [
+            found[1] for line in opened if (found := re.match(rb"[ \d-]{32,48}\w+ *(?:1P,)?\d+[ED]\d+\.(\d+)", line, re.IGNORECASE))
+        ]
+    digits = [1 + int(decimals) for decimals in formats] if len(formats) == len(names) else [FULL] * len(names)
     for k, matrix in enumerate(matrices):
         matrix = sparse.coo_array(matrix)
         result |= {
             f"{k} at": np.array([matrix.row, matrix.col], np.int64),
-            f"{k} values": matrix.data,
+            f"{k} values": _as_written(matrix.data, digits[k], kinds[k] in (1, 3)),
             f"{k} shape": np.array(matrix.shape),
         }
     return result
@@ -158,10 +178,11 @@ def _dmig(structure: Structure, data: Bulk, file: Path, taken: dict[str, str]) -
             continue
         rows, columns = (np.array([place[tuple(row)] for row in found[f"{name.lower()} {end}"].tolist()]) for end in ("rows", "columns"))
         i, j = found[f"{name.lower()} at"]
+        values = _as_written(found[f"{name.lower()} values"], found["digits"].get(name, FULL), heads[name].get(3) in (1, 3))
         _add(
             structure,
             name,
-            sparse.csr_array((found[f"{name.lower()} values"], (rows[i], columns[j])), shape=(len(everything),) * 2),
+            sparse.csr_array((values, (rows[i], columns[j])), shape=(len(everything),) * 2),
             file,
             taken,
         )
@@ -207,7 +228,7 @@ def _matrices(structure: Structure, data: Bulk, files: list[Path]) -> None:
         raise Rejected(
             f"the case control has {lines[0]}, which adds a matrix to that of the elements; write the matrices of the whole structure"
         )
-    held, equations, rigid = constraints.selected(data)
+    held, equations, rigid = constraints.selected(structure, data)
     held |= {(terms[0][0], terms[0][1]) for terms, _ in equations}
     held |= {(node, int(digit)) for card in rigid for node in constraints.dependents(card)[2] for digit in constraints.dependents(card)[1]}
     free = [tuple(row) for row in structure.rows.tolist() if tuple(row) in held]  # type: ignore[union-attr]

@@ -32,13 +32,27 @@ HARMLESS = re.compile(
 )
 #: Parameters that scale stiffness or mass.
 SCALES = {"CK1", "CK2", "CK3", "CM1", "CM2", "CP1", "CP2", "CB1", "CB2"}
+#: Parameters of damping that are left out.
+DAMPING = {
+    "ALPHA1": "damping by the mass, which is not imported; dynamics.rayleigh.mass of the scene is the same",
+    "ALPHA2": "damping by the stiffness, which is not imported; dynamics.rayleigh.stiffness of the scene is the same",
+    "W3": "structural damping stays hysteretic, and is not made viscous at this frequency",
+    "W4": "structural damping stays hysteretic, and is not made viscous at this frequency",
+    "GFL": "damping of fluids, which are not imported",
+}
 
 
 def parameters(structure: Structure, data: Bulk) -> float:
     """Uses or names each PARAM; returns the factor on masses of a mesh."""
     factor = 1.0
+    values: dict[str, object] = {}
     for card in data.named("PARAM"):
         name, value = str(card.get(0)).upper(), card.get(1)
+        if name in values and (name in SCALES or name in DAMPING or name in ("WTMASS", "G")):
+            if values[name] != value:
+                raise card.reject(f"{name} = {value} beside {name} = {values[name]}", "each parameter once")
+            continue
+        values[name] = value
         if name in SCALES and value not in ("", 1.0, 1):
             raise card.reject(f"{name} = {value}", "1, without scaling,")
         if name == "WTMASS" and structure.is_mesh:
@@ -46,8 +60,13 @@ def parameters(structure: Structure, data: Bulk) -> float:
         elif name == "G" and not structure.is_mesh:
             damping = structure.matrices["K"] * card.number(1)
             structure.matrices["Ks"] = structure.matrices["Ks"] + damping if "Ks" in structure.matrices else damping
-        elif name == "G" and card.number(1):
-            structure.left_out.append(f"PARAM G = {value}: a mesh has no structural damping; give dynamics.damping_ratio.")
+        elif name == "G":
+            structure.loss_factor = card.number(1)
+            if structure.loss_factor < 0.0:
+                raise card.reject(f"G = {value}", "a loss factor of zero or more")
+            structure.left_out.append(f"PARAM G = {value}: it is dynamics.loss_factor of scene.toml.")
+        elif name in DAMPING:
+            structure.left_out.append(f"PARAM {name} = {value}: {DAMPING[name]}.")
         elif name not in SCALES:
             structure.left_out.append(f"PARAM {name}: it is in the matrices, or changes no stiffness and no mass.")
     return factor
@@ -95,11 +114,11 @@ def read(structure: Structure, data: Bulk, file: Path) -> None:
         if not np.isnan(shear) and abs(modulus / (2.0 * (1.0 + ratio)) / shear - 1.0) > 1e-3:
             raise card.reject(f"G = {shear:g} beside E and NU", "a blank G, or E/2(1+NU),")
         structure.materials[f"MAT{number}"] = (modulus, ratio, card.number(4) * factor)
-        if card.number(7, 0.0):
-            structure.left_out.append(
-                f"MAT1 {number}: GE = {card.number(7):g}; a mesh has no structural damping; give dynamics.damping_ratio."
-            )
-    constraints.constrain(structure, data, *constraints.selected(data))
+        if loss_factor := card.number(7, 0.0):
+            if loss_factor < 0.0:
+                raise card.reject(f"GE = {loss_factor:g}", "a loss factor of zero or more")
+            structure.damping[f"MAT{number}"] = loss_factor
+    constraints.constrain(structure, data, *constraints.selected(structure, data))
     mesh.drop_unused(structure)
     mesh.check(structure, str(file))
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 import re
 from argparse import Namespace
+from typing import TYPE_CHECKING
 
-from fretwear.importing.folder import Structure
+if TYPE_CHECKING:
+    # It imports numpy, which need not be there yet.
+    from fretwear.importing.folder import Structure
 
 TEMPLATE = """\
 # Written by fretwear-import. Nobody gave the values that stand as "?": fill them in, and take the "#" before them away.
@@ -74,8 +77,10 @@ def write(structure: Structure, options: Namespace) -> str:
         names = ", ".join(structure.sets) or "none"
         interface = f'# interface = {{ upper = "?", lower = "?" }}  # sets of nodes; there are {names}\n'
     fixed = f"fixed = {json.dumps(options.fixed)}\n" if options.fixed and not structure.is_mesh else ""
-    has_damping = any(name in structure.matrices for name in ("C", "Ks"))
-    damping = f"# damping_ratio = ?                         # {'beside the damping matrices' if has_damping else 'of every mode'}\n"
+    has_damping = structure.damping or structure.loss_factor or any(name in structure.matrices for name in ("C", "Ks"))
+    damping = f"# damping_ratio = ?                         # {'beside the damping of the files' if has_damping else 'of every mode'}\n"
+    if structure.loss_factor:
+        damping += f"loss_factor = {structure.loss_factor!r}\n"
     return TEMPLATE.format(
         kind="mesh" if structure.is_mesh else "matrices",
         material=_material(structure, unit),
