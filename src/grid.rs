@@ -104,6 +104,23 @@ impl Patch {
         self.kept.iter().filter(|&&k| k).count()
     }
 
+    /// The kept cells that share an edge with a cell; beyond the grid there is none unless it `wraps`.
+    pub fn neighbours(&self, cell: usize, wraps: bool) -> [Option<usize>; 4] {
+        let Grid { nx, ny, .. } = self.grid;
+        let (i, j) = self.grid.cell(cell);
+        let step = |at: usize, count: usize, is_up: bool| match (is_up, wraps) {
+            (true, true) => Some((at + 1) % count),
+            (false, true) => Some((at + count - 1) % count),
+            (true, false) => Some(at + 1).filter(|&next| next < count),
+            (false, false) => at.checked_sub(1),
+        };
+        let along_x = [true, false].map(|up| Some(self.grid.index(step(i, nx, up)?, j)));
+        let along_y = [true, false].map(|up| Some(self.grid.index(i, step(j, ny, up)?)));
+        let [a, b] = along_x;
+        let [c, d] = along_y;
+        [a, b, c, d].map(|other| other.filter(|&other| self.kept[other]))
+    }
+
     /// The i and j of the cells that belong to the joint, in their order.
     pub fn indices(&self) -> (Vec<i32>, Vec<i32>) {
         let kept = (0..self.grid.len()).filter(|&cell| self.kept[cell]);

@@ -174,11 +174,11 @@ fn the_citation_has_the_version_of_the_manifest() {
     assert!(read("CITATION.cff").contains(&version));
 }
 
-/// 83 MB, most of it Polars; what is not stripped, or not optimised, adds tens of them.
+/// Below 90 MB, most of it Polars; what is not stripped, or not optimised, adds tens of them.
 #[cfg(not(debug_assertions))]
 #[test]
 fn the_program_is_small() {
-    const MOST: u64 = 90_000_000;
+    const MOST: u64 = 95_000_000;
     let program = std::fs::metadata(env!("CARGO_BIN_EXE_fretwear")).expect("the program");
     assert!(program.len() < MOST, "{} bytes", program.len());
 }

@@ -86,6 +86,8 @@ pub enum CliError {
     Structure(#[from] StructureError),
     #[error(transparent)]
     Matrices(#[from] fretwear::structure::readers::ReadError),
+    #[error(transparent)]
+    Map(#[from] fretwear::surface::readers::ReadError),
     #[error("--fixed: {0}")]
     Fixed(#[from] fretwear::structure::inspection::FixedError),
     #[error("there is no scene (*.toml) in {}", path.display())]
@@ -266,6 +268,7 @@ impl CliError {
             | CliError::Knob(_)
             | CliError::Matrices(_)
             | CliError::Fixed(_)
+            | CliError::Map(_)
             | CliError::UnknownStiffness
             | CliError::Structure(
                 StructureError::OutOfRange { .. } | StructureError::DoNotFit { .. },

@@ -37,7 +37,7 @@ const FRICTION: &str = "friction of a cycle";
 /// All figures, in the order in which they are printed. Resonance and amplitude are those with the state's own contact elements where it
 /// has such a response, as in a report; else those of the vibration that drives the wear.
 #[rustfmt::skip]
-pub const FIGURES: [Figure; 15] = [
+pub const FIGURES: [Figure; 16] = [
     figure(("resonance", quantity::FREQUENCY), JointState::resonance, |s| s.error_resonance_frequency),
     figure(("amplitude at resonance", quantity::LENGTH), |s| s.response.as_ref()?.resonance_amplitude, |s| s.error_peak_amplitude),
     figure(("amplitude at dynamics.at", quantity::LENGTH), JointState::forced_amplitude, |s| s.error_peak_amplitude),
@@ -48,6 +48,7 @@ pub const FIGURES: [Figure; 15] = [
     figure(("stiffness kn", quantity::STIFFNESS), |s| s.summary.kn, |s| s.error_kn),
     figure(("stiffness kt", quantity::STIFFNESS), |s| s.summary.kt, |s| s.error_kt),
     figure(("contact area", quantity::SHARE), |s| s.summary.contact_area_fraction, |_| None),
+    figure(("corrected area", quantity::SHARE), |s| s.summary.corrected_area_fraction, |s| s.error_corrected_area),
     figure(("loaded area", quantity::SHARE), |s| s.summary.loaded_area_fraction, |s| s.error_loaded_area),
     figure(("largest pressure", quantity::PRESSURE), |s| s.summary.max_pressure, |s| s.error_max_pressure),
     figure(("Rq", quantity::LENGTH), |s| s.summary.rq, |_| None),

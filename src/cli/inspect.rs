@@ -1,7 +1,7 @@
-//! `fretwear inspect`: what files of matrices say of their structure.
+//! `fretwear inspect`: what files of matrices say of their structure, or the file of a map of its surface.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fretwear::structure::StructureError;
@@ -12,8 +12,11 @@ use fretwear::structure::inspection::{
 };
 use fretwear::structure::matrices::{Asymmetry, Matrices, Role, Triplets};
 use fretwear::structure::readers::{self, Input};
+use fretwear::surface::readers::ReadOptions;
+use fretwear::units::{self, Dimension};
 use serde_json::{Value, json};
 
+use super::inspect_map::{inspect_map, is_map};
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
@@ -26,7 +29,7 @@ const SAME_MASS: f64 = 1e-6;
 
 #[derive(Args)]
 pub struct InspectArguments {
-    /// Files of the matrices, as `stiffness.mtx mass.mtx`, or a folder of fretwear-import; what neither a file nor its name says, as in `mass=b.mtx`
+    /// Files of the matrices, as `stiffness.mtx mass.mtx`, a folder of fretwear-import, or the map of a surface; what neither a file nor its name says, as in `mass=b.mtx`
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
     /// Hold nodes or a set before the frequencies are computed, as in `--fixed CLAMP,12-20,31.123`, `row:1-6`, `boundary`
@@ -38,9 +41,19 @@ pub struct InspectArguments {
     /// The format, where the content of the files is not to decide
     #[arg(long, value_name = "FORMAT", value_parser = clap::builder::PossibleValuesParser::new(readers::words()))]
     pub format: Option<String>,
+    /// Unit of the heights of a map whose file states none, as in `--unit um`
+    #[arg(long, value_name = "UNIT", value_parser = parse_length_unit)]
+    pub unit: Option<f64>,
+    /// Exchange x and y of a map
+    #[arg(long)]
+    pub transpose: bool,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+fn parse_length_unit(text: &str) -> Result<f64, String> {
+    units::parse_unit(text, Dimension::LENGTH).map_err(|error| error.to_string())
 }
 
 /// Each mode is a vector of all rows; more than this are no inspection.
@@ -72,6 +85,17 @@ struct Told {
 
 /// Reads the files and says what they are.
 pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, CliError> {
+    if let [file] = &arguments.files[..]
+        && arguments.format.is_none()
+        && is_map(Path::new(file))
+    {
+        let options = ReadOptions {
+            height_unit: arguments.unit,
+            transpose: arguments.transpose,
+            ..ReadOptions::default()
+        };
+        return inspect_map(Path::new(file), &options, arguments.json, out);
+    }
     let inputs: Vec<Input> = arguments.files.iter().map(|text| input(text)).collect();
     let mut matrices = readers::read(&inputs, arguments.format.as_deref())?;
     matrices.notes.extend(inner_told(&matrices));

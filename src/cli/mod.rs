@@ -18,6 +18,7 @@ mod export_reduced;
 mod export_vtu;
 mod figures;
 mod inspect;
+mod inspect_map;
 mod many;
 mod new;
 mod report;

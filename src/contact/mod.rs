@@ -1,5 +1,6 @@
 //! Contact of two elastic half spaces: kernels, convolution, normal and tangential problem, their coupling, stiffness.
 
+pub mod area;
 mod cells;
 mod coarse;
 pub mod coupled;

@@ -42,7 +42,7 @@ pub use parts::Part;
 pub use pressing::{Preload, StructureMesh, StructurePressing};
 pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};
 pub use structure::{Import, ImportFiles, JointSets, Structure, StructureSource};
-pub use surface::{Cells, Heights, HeightsFile, Surface};
+pub use surface::{Cells, Heights, HeightsFile, Mirror, SecondFace, Surface};
 pub use told::told;
 pub use wear::Wear;
 

@@ -11,6 +11,7 @@ use crate::structure::reduction::ContactPorts;
 use crate::surface::SurfaceError;
 use crate::surface::generate::{self, Generated, RandomSurface, Spectrum};
 use crate::surface::prepare::{Detrend, Fill};
+use crate::surface::readers::Correction;
 
 /// The cells of a rough joint and its unworn heights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -120,11 +121,64 @@ pub struct HeightsFile {
     pub fill: Fill,
     /// Distance of the points along x and y \[m\], in place of what the file says.
     pub spacing: Option<[f64; 2]>,
+    /// Whether x and y of the map are exchanged.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub transpose: bool,
+    /// What overrides the file.
+    #[serde(default, skip_serializing_if = "Correction::is_none")]
+    pub correct: Correction,
+    /// The second of two faces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second: Option<SecondFace>,
+}
+
+fn is_false(value: &bool) -> bool {
+    !*value
+}
+
+/// The second of two measured faces.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SecondFace {
+    /// The file, absolute; where it stands is not part of a recipe.
+    #[serde(skip)]
+    pub path: PathBuf,
+    /// Metres per unit of height, for a file that does not carry its unit.
+    pub unit: Option<f64>,
+    /// Distance of the points along x and y \[m\], in place of what the file says.
+    pub spacing: Option<[f64; 2]>,
+    /// Whether x and y of the map are exchanged.
+    pub transpose: bool,
+    /// How the map is turned over.
+    pub mirror: Mirror,
+    /// What it is moved by along x and y of the joint, after that \[m\].
+    pub shift: [f64; 2],
+    /// Hash of the file.
+    pub content: Option<String>,
+}
+
+/// How the map of a second face is turned over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mirror {
+    /// Not at all.
+    None,
+    /// Along x: h(Lx − x, y).
+    X,
+    /// Along y: h(x, Ly − y).
+    Y,
 }
 
 impl Heights {
     /// The file that the heights come from.
     pub fn file(&self) -> Option<&HeightsFile> {
+        match self {
+            Heights::File(file) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn file_mut(&mut self) -> Option<&mut HeightsFile> {
         match self {
             Heights::File(file) => Some(file),
             _ => None,

@@ -67,6 +67,7 @@ pub(super) fn on_grid(inputs: &Inputs, ratio: f64) -> Option<Inputs> {
         let options = PrepareOptions {
             detrend: Detrend::None,
             fill: Fill::Mask,
+            shift: [0.0; 2],
         };
         let prepared = prepare::onto_joint(&topography, &patch, options).ok()?;
         surface.kept = prepared.patch.cells();

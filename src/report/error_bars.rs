@@ -1,7 +1,7 @@
 //! Which error bar of the summary belongs to which figure.
 
 /// Columns of the summary with relative error bars, and the columns that they belong to.
-pub const ERROR_BARS: [(&str, &[&str]); 8] = [
+pub const ERROR_BARS: [(&str, &[&str]); 9] = [
     (
         "error_wear_volume",
         &["wear_volume", "dissipated_energy_total"],
@@ -10,6 +10,7 @@ pub const ERROR_BARS: [(&str, &[&str]); 8] = [
         "error_dissipated_energy",
         &["dissipated_energy", "wear_rate"],
     ),
+    ("error_corrected_area", &["corrected_area_fraction"]),
     ("error_loaded_area", &["loaded_area_fraction"]),
     ("error_max_pressure", &["max_pressure"]),
     ("error_kn", &["kn"]),

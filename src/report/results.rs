@@ -16,7 +16,9 @@ fn units_of(column: &str, unit: &str) -> Option<Units> {
     Some(match (column, unit) {
         ("wear_rate", _) => quantity::VOLUME_RATE,
         ("cycles" | "n_cycles", _) => quantity::CYCLES,
-        ("contact_area_fraction" | "loaded_area_fraction", _) => quantity::SHARE,
+        ("contact_area_fraction" | "corrected_area_fraction" | "loaded_area_fraction", _) => {
+            quantity::SHARE
+        }
         (_, "m") => quantity::LENGTH,
         (_, "Pa") => quantity::PRESSURE,
         (_, "N") => quantity::FORCE,

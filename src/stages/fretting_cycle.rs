@@ -6,6 +6,7 @@ use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
+use super::summary::is_periodic;
 use crate::grid::Patch;
 use crate::recipe::{Cycle, CycleFields, Part};
 use crate::tables::{TableName, typed};
@@ -13,6 +14,7 @@ use crate::wear::curves::{self, Curve};
 use crate::wear::cycle::{Instant, March};
 use crate::wear::fields::InstantFields;
 use crate::wear::implicit::EndCycle;
+use crate::wear::slip_band::SlipBand;
 
 /// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6], from the shear of the static contact on.
 pub const DECLARATION: Declaration = Declaration {
@@ -112,11 +114,18 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         outputs.put(&fields)?;
     }
     drop(of_instants);
+    let periodic = is_periodic(reads);
+    let band = SlipBand::of(&patch, periodic, &contact.pressure, &solution.energy);
+    if reads.wear_iteration == 0 {
+        tell_band(band, &mut outputs);
+    }
+    let of_solves = (solution.relative_error() + left_out).min(1.0);
     outputs.put(&typed::FrettingCycle {
         dissipated_energy: solution.dissipation,
         iterations: solution.steps as i64,
         error_tangential: solution.error,
-        error_cycle: (solution.relative_error() + left_out).min(1.0),
+        error_cycle: of_solves.max(band.relative_error()),
+        slip_band: band.cells,
         fft_pairs,
     })?;
     let fields = Fields {
@@ -130,6 +139,23 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         ..fields.table(&patch)
     })?;
     Ok(outputs)
+}
+
+/// Says so where the grid does not resolve what slips.
+fn tell_band(band: SlipBand, outputs: &mut Outputs) {
+    let error = band.relative_error();
+    if band.cells == 0.0 {
+        outputs.notice(
+            "joint.grid: no cell slips in the cycle; the joint sticks, or what slips is thinner than the grid shows: use more cells if it should slip",
+        );
+    } else if error > 0.0 {
+        outputs.notice(format!(
+            "joint.grid: the slipping rims of the contact spots are {:.2} cells wide on average, and the energy of a cycle may be off by {:.0} %, which error_cycle has; \
+             use more cells, for rims of 1.5",
+            band.cells,
+            100.0 * error
+        ));
+    }
 }
 
 /// Samples of the motion from one instant that is written to the next: those between them at which a history is marched too, to

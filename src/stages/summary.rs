@@ -8,6 +8,8 @@ use super::error_bars::{
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
+use crate::contact::Boundary;
+use crate::contact::area::ContactArea;
 use crate::recipe::Part;
 use crate::surface::statistics::roughness;
 use crate::tables::{TableName, typed};
@@ -19,7 +21,7 @@ pub(super) const LOADED: f64 = 1e-3;
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Summary,
     when: When::Always,
-    recipe: &[Part::Surface, Part::WearLaw],
+    recipe: &[Part::Surface, Part::Contact, Part::WearLaw],
     reads: &[
         TableName::Surface,
         TableName::WearField,
@@ -109,6 +111,8 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     let largest = pressure.iter().fold(0.0f64, |m, p| m.max(*p));
     let count = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64;
     let fraction = |above: f64| count(above) / patch.cells() as f64;
+    let on_grid = patch.spread(pressure);
+    let area = ContactArea::of(&patch, is_periodic(reads), |cell| on_grid[cell] > 0.0);
     let wear = reads.maybe::<typed::WearField>()?;
     let wear = super::contact_state::wear_of(&patch, wear);
     let worn: Vec<f64> = height.iter().zip(&wear).map(|(h, w)| h - w).collect();
@@ -117,6 +121,8 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     let mut summary = typed::Summary {
         contact_area: Some(count(0.0) * patch.grid.cell_area()),
         contact_area_fraction: Some(fraction(0.0)),
+        corrected_area_fraction: Some(area.corrected / patch.area()),
+        error_corrected_area: Some(area.relative_error()),
         loaded_area_fraction: Some(fraction(LOADED * largest)),
         max_pressure: Some(largest),
         normal_load: Some(contact.normal_load),
@@ -194,6 +200,11 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     };
     error_bars(wear, &sources, &mut summary);
     Ok(summary)
+}
+
+pub(super) fn is_periodic(reads: &Reads) -> bool {
+    let contact = reads.recipe.contact();
+    contact.is_some_and(|contact| contact.conditions.boundary == Boundary::Periodic)
 }
 
 #[cfg(test)]

@@ -28,6 +28,11 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
     };
     let mut outputs = Outputs::default();
     let (patch, height, notices) = heights(reads, surface)?;
+    let faces = reads.measured().and_then(|measured| measured.faces.clone());
+    let [height_first, height_second] = match faces {
+        Some(faces) => faces.map(Some),
+        None => [None, None],
+    };
     for notice in notices {
         outputs.notice(format!("[surface]: {notice}"));
     }
@@ -38,6 +43,8 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
         i,
         j,
         height,
+        height_first,
+        height_second,
         kept: patch.kept,
     })?;
     Ok(outputs)

@@ -7,7 +7,8 @@ use super::statistics::{Roughness, moments};
 /// **Axes**, the same for every file format: the first index i runs along x, the second index j along y, and the height of
 /// point (i, j) is at `i * ny + j`, as in the fields of a [`Grid`](crate::grid::Grid). Each point stands for the `dx * dy`
 /// cell around it, so a map of nx points is nx·dx long. Formats that store lines of constant y, x running fastest (X3P, SUR,
-/// SDF, AL3D), are transposed on reading; the axes of NPY and of a text matrix are taken as they are: axis 0, the lines, is x.
+/// SDF, AL3D, text below a header of Gwyddion or SPIP), are transposed on reading; the axes of NPY and of another text matrix
+/// are taken as they are: axis 0, the lines, is x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topography {
     /// Points along x.
@@ -24,6 +25,37 @@ impl Topography {
     /// Number of points without a height.
     pub fn holes(&self) -> usize {
         self.heights.iter().filter(|h| h.is_nan()).count()
+    }
+
+    /// With x and y exchanged.
+    pub fn transposed(&self) -> Topography {
+        let points = (0..self.heights.len())
+            .map(|index| self.heights[(index % self.nx) * self.ny + index / self.nx]);
+        Topography {
+            nx: self.ny,
+            ny: self.nx,
+            spacing: self.spacing.map(|[dx, dy]| [dy, dx]),
+            heights: points.collect(),
+        }
+    }
+
+    /// Turned over along x: h(Lx − x, y).
+    pub fn mirrored_along_x(&self) -> Topography {
+        let lines = self.heights.chunks_exact(self.ny).rev();
+        Topography {
+            heights: lines.flatten().copied().collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Turned over along y: h(x, Ly − y).
+    pub fn mirrored_along_y(&self) -> Topography {
+        let lines = self.heights.chunks_exact(self.ny);
+        let points = lines.flat_map(|line| line.iter().rev());
+        Topography {
+            heights: points.copied().collect(),
+            ..self.clone()
+        }
     }
 
     /// Lengths of the sides \[m\], if the spacing is known.

@@ -23,6 +23,7 @@ pub mod sampled;
 mod scheme;
 pub mod semi_implicit;
 mod sequence;
+pub mod slip_band;
 mod stiffness;
 pub mod superposition;
 

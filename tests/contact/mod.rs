@@ -1,5 +1,6 @@
 //! The contact solvers against integrals, direct sums and closed forms that share no code with them.
 
+mod area;
 mod battery;
 mod capped;
 mod cattaneo_mindlin;

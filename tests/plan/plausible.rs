@@ -440,17 +440,17 @@ fn few_points_of_a_map_are_warned_of() {
     let few =
         "surface.spacing, joint.size: the number of points of the map along a side of the joint is";
     // The joint has 4.096 x 2.304 mm.
-    let ten_times = said_of_map("spacing = [\"1 mm\", \"1 mm\"]", 12, 8);
+    let twice = said_of_map("spacing = [\"0.512 mm\", \"0.288 mm\"]", 12, 8);
     assert!(
-        ten_times[0].starts_with(&format!("{few} 4.096 × 2.304, and should be at least 4")),
-        "{ten_times:?}"
+        twice[0].starts_with(&format!("{few} 8 × 8, and should be at least 16")),
+        "{twice:?}"
     );
-    assert_eq!(ten_times.len(), 1);
-    let enough = "spacing = [\"1.024 mm\", \"0.576 mm\"]";
-    assert_eq!(said_of_map(enough, 12, 8), [""; 0]);
-    let assumed = said_of_map("", 3, 5);
+    assert_eq!(twice.len(), 1);
+    let enough = "spacing = [\"0.256 mm\", \"0.144 mm\"]";
+    assert_eq!(said_of_map(enough, 16, 16), [""; 0]);
+    let assumed = said_of_map("", 5, 4);
     assert!(
-        assumed[0].starts_with(&format!("{few} 3 × 5")),
+        assumed[0].starts_with(&format!("{few} 5 × 4")),
         "{assumed:?}"
     );
 }

@@ -53,6 +53,10 @@ fn scenes() -> Vec<(&'static str, String)> {
         ("sphere", surface("kind = \"sphere\"\nradius = \"20 mm\"\n")),
         ("file", surface("kind = \"file\"\npath = \"other.npy\"\n")),
         (
+            "two_faces",
+            surface("kind = \"file\"\npath = \"other.npy\"\nsecond = { path = \"upper.npy\" }\n"),
+        ),
+        (
             "tilting",
             after(CASE, "normal_load = \"30 kN\"\n", "rotation = \"free\"\n"),
         ),
@@ -275,6 +279,7 @@ fn every_default_is_what_an_absent_key_gives() {
                 // A key of a table makes one of what is none.
                 let tables = [
                     ("output.keep.", "pruned"),
+                    ("surface.second.", "two_faces"),
                     ("output.cycle_fields.", "fields"),
                     ("structure.interface.", "superelement"),
                 ];

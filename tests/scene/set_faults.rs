@@ -101,7 +101,7 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["surface=5"],
-        "--set surface=5: surface = 5: must be a section, [surface], with keys: kind, rq, correlation_length, hurst, rolloff_wavelength, cutoff_wavelength, seed, radius, path, unit, detrend, fill, spacing",
+        "--set surface=5: surface = 5: must be a section, [surface], with keys: kind, rq, correlation_length, hurst, rolloff_wavelength, cutoff_wavelength, seed, radius, path, unit, detrend, fill, spacing, transpose, correct, second",
     ),
     (
         &["surface.rq=5 micron"],

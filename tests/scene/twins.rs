@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 /// Types of rooms that know no recipe, and what is printed of one.
-const WITHOUT_RECIPE: [&str; 17] = [
+const WITHOUT_RECIPE: [&str; 18] = [
     "Duffing",
     "ElementParameters",
     "Imported",
@@ -14,6 +14,7 @@ const WITHOUT_RECIPE: [&str; 17] = [
     "Matrices",
     "Options<'a>",
     "Oscillator",
+    "ReadOptions",
     "Resonance",
     "RunIdentity",
     "RunRecord",

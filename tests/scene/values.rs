@@ -7,6 +7,7 @@ use fretwear::recipe::HeightsFile;
 use fretwear::scene::{
     Boundary, Detrend, Fill, Keep, Motion, Preset, Scheme, Surface, Transverse, load,
 };
+use fretwear::surface::readers::Correction;
 use fretwear::wear::cycle::March;
 
 use super::{Sections, absolute, case, case_with, displaced, edited, scene_of};
@@ -124,7 +125,10 @@ fn surfaces_of_every_kind() {
             unit: None,
             detrend: Detrend::Plane,
             fill: Fill::Interpolate,
-            spacing: None
+            spacing: None,
+            transpose: false,
+            correct: Correction::default(),
+            second: None,
         })
     );
     assert_eq!(
@@ -141,7 +145,10 @@ fn surfaces_of_every_kind() {
             unit: Some(1e-6),
             detrend: Detrend::Quadratic,
             fill: Fill::Mask,
-            spacing: Some([2e-6, 3e-6])
+            spacing: Some([2e-6, 3e-6]),
+            transpose: false,
+            correct: Correction::default(),
+            second: None,
         })
     );
     let Surface::Gaussian {

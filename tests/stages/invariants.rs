@@ -144,7 +144,7 @@ fn over_decades(stride: usize, scaled: impl Fn(f64, Case) -> Case, refused_for: 
     for load_amplitude in LOAD_AMPLITUDES {
         let of = |case: Case, name: &str| case.worn(&bench, &format!("{name}-{load_amplitude}"));
         let (volume, bar, _) = of(Case::new(load_amplitude), "one").expect("worn");
-        assert!(volume > 0.0 && bar < 0.1, "{volume:e} m3, bar {bar:e}");
+        assert!(volume > 0.0 && bar < 0.2, "{volume:e} m3, bar {bar:e}");
         let mut computed = 0;
         for decade in DECADES.step_by(stride) {
             let case = scaled(10.0f64.powi(decade), Case::new(load_amplitude));

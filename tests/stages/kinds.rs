@@ -57,8 +57,10 @@ fn assert_same_columns(root: &Path) {
     }
 }
 
-const STATIC_SUMMARY: [&str; 17] = [
+const STATIC_SUMMARY: [&str; 19] = [
     "contact_area",
+    "corrected_area_fraction",
+    "error_corrected_area",
     "normal_load",
     "contact_area_fraction",
     "loaded_area_fraction",

@@ -19,6 +19,7 @@ mod kill;
 mod kinds;
 mod laws;
 mod lost_resonance;
+mod maps;
 mod matrices;
 mod modes;
 mod orbits;

@@ -82,7 +82,8 @@ fn depths_with_holes_and_filled_lines() {
             &file("map.al3d", al3d(&tags, filled, point)).path,
             &AS_STATED,
         )
-        .unwrap();
+        .unwrap()
+        .topography;
         assert_eq!((found.nx, found.ny, found.holes()), (3, 2, 1));
         assert_eq!(found.spacing, Some([2e-6, 3e-6]));
         assert!(found.heights[2 * 2 + 1].is_nan());
@@ -100,7 +101,9 @@ fn depths_with_holes_and_filled_lines() {
             plain(i, j)
         }
     };
-    let found = read(&file("map.AL3D", al3d(&tags, true, nan)).path, &AS_STATED).unwrap();
+    let found = read(&file("map.AL3D", al3d(&tags, true, nan)).path, &AS_STATED)
+        .unwrap()
+        .topography;
     assert_eq!(found.holes(), 1);
     assert!(found.heights[0].is_nan());
 }

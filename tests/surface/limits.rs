@@ -88,7 +88,7 @@ fn headers_of_many_keys() {
         "aISO-1.0\nNumPoints = 3\nNumProfiles = 1\nXscale = 1e-6\nYscale = 1e-6\nZscale = 1e-6\nDataType = 7\n{keys}*\n1 2 3\n*\n"
     );
     let written = file("map.sdf", &text);
-    let found = in_time(|| read(&written.path, &AS_STATED).unwrap());
+    let found = in_time(|| read(&written.path, &AS_STATED).unwrap().topography);
     assert_eq!((found.nx, found.ny), (3, 1));
     let twice = text.replace("k7 =", "k8 =");
     says(
@@ -154,5 +154,6 @@ fn what_is_no_file() {
     }
     // A link to a file is one.
     symlink(&written.path, beside("link.sur")).unwrap();
-    assert_eq!(read(&beside("link.sur"), &AS_STATED).unwrap().nx, 3);
+    let linked = read(&beside("link.sur"), &AS_STATED).unwrap();
+    assert_eq!(linked.topography.nx, 3);
 }

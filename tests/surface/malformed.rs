@@ -2,6 +2,7 @@
 
 use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
+use super::foreign::sample;
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
 use super::{AS_STATED, MICROMETRES};
 
@@ -142,8 +143,22 @@ fn text_that_is_no_matrix() {
         ),
         ("# a\n\n1;2;3;4\n# b\n5;6;7\n", vec!["line 5", "3 values"]),
         ("1 2 3 4\n5 6 x 8\n", vec!["line 2, value 3", "\"x\""]),
-        // Decimal commas are not guessed at.
-        ("1,5;2,5\n", vec!["\"1,5\"", "decimal point"]),
+        (
+            "1,5;2,5;3,5;4,5\n1,5;2.5;3;4\n",
+            vec!["line 1: found a decimal comma, and a decimal point in line 2"],
+        ),
+        (
+            "1.234,56;2,5;3,5;4,5\n",
+            vec!["line 1, value 1", "\"1.234,56\"", "no mark of thousands"],
+        ),
+        (
+            "1,234,567;2\n",
+            vec!["\"1,234,567\"", "no mark of thousands"],
+        ),
+        (
+            "1,2,3,4\n\"1,5\",2,3,4\n",
+            vec!["line 2, value 1", "\"1,5\""],
+        ),
         ("# nothing\n\n", vec!["no numbers"]),
         ("1,2,3,4\na,b,c,d\n", vec!["line 2, value 1"]),
         (
@@ -163,8 +178,38 @@ fn text_that_is_no_matrix() {
     for (text, parts) in cases {
         says(&failure("map.txt", text, &MICROMETRES).0, &parts);
     }
-    let (message, _) = failure("map.csv", b"1,2\n\xff\xfe\n", &MICROMETRES);
-    says(&message, &["byte 5", "UTF-8"]);
+}
+
+#[test]
+fn bytes_that_are_no_text() {
+    let utf_16: Vec<u8> = "1,2\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, parts) in [
+        (
+            &b"1,2\n\xff\xfe,3\n"[..],
+            ["line 2, value 1", "\"\u{ff}\u{fe}\""],
+        ),
+        (
+            &utf_16[..],
+            [
+                "line 1: found the control character 0x00 in what is read as UTF-8",
+                "save it as UTF-8",
+            ],
+        ),
+        (
+            b"1,2\n3,\x81\x90\n",
+            ["line 2: found the control character 0x81", "windows-1252"],
+        ),
+        (
+            b"\xff\xfe1\0,\0\x00\xd8",
+            ["bytes that are not UTF-16LE", "save it as UTF-8"],
+        ),
+        (
+            b"\xef\xbb\xbf1,\xff\n",
+            ["bytes that are not UTF-8", "save it as UTF-8"],
+        ),
+    ] {
+        says(&failure("map.csv", bytes, &MICROMETRES).0, &parts);
+    }
 }
 
 /// Points of 4 x 3 as lines of a text, each with what stands behind it.
@@ -174,15 +219,14 @@ fn points(first: usize, behind: &str) -> String {
 }
 
 #[test]
-fn named_columns_that_are_not_x_y_z() {
-    let order = "expected x, y, z in this order and no other column";
+fn named_columns_that_are_no_points() {
+    let order = "expected x, y and z, each once and in any order";
     for (names, found) in [
-        ("y,x,z", "y, x, z"),
-        ("y [um],x [um],z [um]", "y, x, z"),
-        ("x,y,z,quality", "x, y, z, quality"),
         ("x,y", "x, y"),
         ("a,b,c,d", "a, b, c, d"),
         ("x,y,height", "x, y, height"),
+        ("x,y,z,Z", "x, y, z, Z"),
+        (",c0,c1,c2", "c0, c1, c2"),
     ] {
         let columns = names.split(',').count();
         let row = vec!["1.5"; columns].join(",");
@@ -193,6 +237,8 @@ fn named_columns_that_are_not_x_y_z() {
             &[&format!("line 2: found columns named {found};"), order],
         );
     }
+    let profile = failure("map.csv", "x,z\n0,1\n1,2\n", &MICROMETRES).0;
+    says(&profile, &["a profile (line 1: columns x and z without y)"]);
     // Three names above another number of columns.
     let text = format!("x y z\n{}", points(0, "0.9"));
     let (message, _) = failure("map.txt", text, &MICROMETRES);
@@ -259,49 +305,213 @@ fn points_with_more_columns_than_three() {
 }
 
 #[test]
-fn a_matrix_that_gwyddion_exported() {
-    let header = "# Channel: Topography\n# Width: 100.0 µm\n# Height: 60.0 µm\n# Value units: nm\n";
-    let heights = "0.5\t1.5\t2.5\t3.5\n1.5\t2.5\t3.5\t4.5\n0.5\t1.5\t0.5\t0.5\n";
-    // Its lines are lines of y, whatever the scene says.
-    for header in [header, &header.replace("# Channel: Topography\n", "")] {
-        let (message, _) = failure("map.txt", format!("{header}{heights}"), &MICROMETRES);
+fn units_in_names() {
+    let rows = "0,0,1.5\n0,2,2.5\n3,0,0.5\n3,2,1.5\n6,0,2\n6,2,3\n";
+    for (names, parts) in [
+        (
+            "x [um],y [um],z [nm]",
+            [
+                "states its heights in units of 1e-9 m",
+                "surface.unit says 1e-6 m",
+            ],
+        ),
+        ("x,y,z_nm", ["column z_nm: found another unit", "z [nm]"]),
+        (
+            "x_mm,y_um,z_um",
+            ["column x_mm: found another unit", "1e-6 m"],
+        ),
+        (
+            "x,y,z [V]",
+            ["the unit of column z [V]: found V", "m, mm, um or nm"],
+        ),
+    ] {
+        let (message, _) = failure("map.csv", format!("{names}\n{rows}"), &MICROMETRES);
+        says(&message, &parts);
+    }
+    // A unit without brackets is no statement.
+    let (_, problem) = failure("map.csv", format!("x_um,y_um,z_um\n{rows}"), &AS_STATED);
+    assert!(matches!(problem, ReadProblem::UnitMissing { .. }));
+}
+
+const HEIGHTS: &str = "0.5\t1.5\t2.5\t3.5\n1.5\t2.5\t3.5\t4.5\n0.5\t1.5\t0.5\t0.5\n";
+
+#[test]
+fn headers_that_contradict_their_matrix() {
+    let gwyddion =
+        "# Channel: Topography\n# Width: 100.0 µm\n# Height: 60.0 µm\n# Value units: nm\n";
+    let spip = "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 2000\n# y-length = 1500\n# z-unit = [nm]\n# Start of Data:\n";
+    for (header, from, to, parts) in [
+        (
+            gwyddion,
+            "units: nm",
+            "units: V",
+            [
+                "the header's Value units: found \"V\"",
+                "the channel of heights",
+            ],
+        ),
+        (
+            gwyddion,
+            "100.0 µm",
+            "100.0",
+            ["the header's Width: found \"100.0\"", "with its unit"],
+        ),
+        (
+            gwyddion,
+            "# Height: 60.0 µm\n",
+            "",
+            ["the header's Height: found nothing", "with its unit"],
+        ),
+        (
+            gwyddion,
+            "60.0 µm",
+            "0 µm",
+            ["the spacing of the points", "both must be positive"],
+        ),
+        (
+            spip,
+            "x-pixels = 4",
+            "x-pixels = 3",
+            ["3 lines of 4 values", "3 lines of 3, as the header says"],
+        ),
+        (
+            spip,
+            "[nm]",
+            "V",
+            ["the header's z-unit: found \"V\"", "a unit of length"],
+        ),
+        (
+            spip,
+            "[nm]",
+            "um\n# Bit2nm = 2",
+            ["the header's Bit2nm: found \"2\"", "1 beside a z-unit"],
+        ),
+        (
+            spip,
+            "[nm]",
+            "nm\n# voidpixels = 2",
+            ["voidpixels", "no mark of them"],
+        ),
+        (
+            spip,
+            "y-length = 1500",
+            "y-length =",
+            ["the header's y-length", "a number"],
+        ),
+    ] {
+        assert!(header.contains(from));
+        let text = format!("{}{HEIGHTS}", header.replace(from, to));
+        says(&failure("map.asc", text, &AS_STATED).0, &parts);
+    }
+    let mask = spip.replace("y-pixels = 3", "y-pixels = 3\n# voidpixels = 1");
+    let (message, _) = failure("map.asc", format!("{mask}{HEIGHTS}{HEIGHTS}"), &AS_STATED);
+    says(
+        &message,
+        &["the mask: found 0.5", "0 and 1 below the heights"],
+    );
+    let two = format!("{gwyddion}{HEIGHTS}\n{gwyddion}{HEIGHTS}");
+    let (message, _) = failure("map.txt", two, &AS_STATED);
+    says(&message, &["a text of 2 maps", "the map of heights alone"]);
+}
+
+#[test]
+fn texts_of_interferometers() {
+    let zygo = "Zygo XYZ Data File - Format 1\n0 3 0 0 \"today\"\n0 0 3 3 1 255\n#\n0 0 No Data\n0 1 2.5\n#\n";
+    let wyko =
+        "Wyko ASCII Data File Format 0\t0\t1\nX Size\t4\nY Size\t3\nRAW_DATA\t3\t48\t\n1\t2\tBad\n";
+    for (name, text, found) in [
+        ("map.xyz", zygo, "a Zygo XYZ file"),
+        (
+            "map.asc",
+            &zygo.replace("XYZ", "ASCII"),
+            "a Zygo ASCII file",
+        ),
+        ("map.asc", wyko, "a Wyko ASCII file"),
+        (
+            "map.csv",
+            "\nX Size,4\nY Size,3\nPixel_size,7,4,0.002\n",
+            "Wyko, Veeco or Bruker",
+        ),
+    ] {
+        let (message, _) = failure(name, text, &MICROMETRES);
         says(
             &message,
-            &[
-                "Gwyddion",
-                "Width: 100.0 µm, Height: 60.0 µm, Value units: nm",
-                "each of its lines is one y, and a line of a text matrix is one x here",
-                "export it as XYZ",
-                "numpy.loadtxt(FILE).T",
-                "surface.unit, surface.spacing and joint.size",
-            ],
+            &[found, "export X3P or SDF, or points x y z without a header"],
         );
     }
 }
 
 #[test]
-fn a_filler_is_no_height() {
-    for filler in ["1E+38", "-3.402823e38", "1.70141e+38"] {
-        let (message, _) = failure(
+fn positions_in_the_first_line_or_column() {
+    for (text, place) in [
+        (
+            "0,0.5,1,1.5\n0.3,0.1,0.2,0.4\n0.2,0.5,0.1,0.1\n",
+            "line 1: found 0, 0.5, 1,",
+        ),
+        (
+            ",2,4,6\n1,0.1,0.2,0.4\n2,0.5,0.1,0.1\n3,0.5,0.7,0.1\n",
+            "line 1: found 2, 4, 6,",
+        ),
+        (
+            "x\\y,2,4,6\n1,0.1,0.2,0.4\n2,0.5,0.1,0.1\n",
+            "line 1: found \"x\\y\" before numbers",
+        ),
+        (
+            "0;0,5;1,2;0,1\n1;0,7;0,2;0,1\n2;0,1;0,2;0,3\n",
+            "column 1: found 0, 1, 2,",
+        ),
+    ] {
+        let (message, _) = failure("map.csv", text, &MICROMETRES);
+        says(
+            &message,
+            &[place, "the labels of", "header=False, index=False"],
+        );
+    }
+}
+
+#[test]
+fn zip_archives_that_are_no_x3p() {
+    for (name, members, parts) in [
+        (
+            "map.npz",
+            &["arr_0.npy"][..],
+            ["a NumPy archive (.npz)", "numpy.save"],
+        ),
+        (
+            "map.csv",
+            &["[Content_Types].xml", "xl/workbook.xml"],
+            ["an Excel workbook", "as CSV"],
+        ),
+        (
             "map.txt",
-            format!("1 2 3 4\n5 6 {filler} 8\n"),
-            &MICROMETRES,
-        );
-        says(
-            &message,
-            &[
-                &format!("line 2, value 3: found \"{filler}\""),
-                "for a hole nothing or nan",
-            ],
-        );
+            &["[Content_Types].xml", "word/document.xml"],
+            ["a Word document", "plain text"],
+        ),
+        (
+            "map.plux",
+            &["index.xml", "LAYER_0.raw"],
+            ["a Sensofar file (.plux)", "X3P or SUR"],
+        ),
+        (
+            "map.x3p",
+            &["mimetype", "content.xml"],
+            ["an OpenDocument file", "as CSV"],
+        ),
+        (
+            "map.x3p",
+            &["a.txt", "b.txt"],
+            ["members a.txt, b.txt", "main.xml"],
+        ),
+        (
+            "map.x3p",
+            &["a/main.xml", "b/main.xml"],
+            ["2 members main.xml", "the folder of one map"],
+        ),
+        ("map.csv", &["main.xml"], ["looks like X3P", "rename it"]),
+    ] {
+        let members: Vec<(&str, &[u8])> = members.iter().map(|name| (*name, &b"x"[..])).collect();
+        says(&failure(name, zip(&members), &AS_STATED).0, &parts);
     }
-}
-
-#[test]
-fn a_zip_archive_that_is_no_x3p() {
-    let archive = zip(&[("arr_0.npy", b"heights")]);
-    let (message, _) = failure("map.npz", archive, &MICROMETRES);
-    says(&message, &["main.xml", ".npz", "numpy.save"]);
 }
 
 fn small_sur(points: usize) -> Vec<u8> {
@@ -341,7 +551,7 @@ fn sur_cut_short_or_of_another_kind() {
     );
     says(
         &failure("map.sur", b"DSCOMPRESSED and so on", &AS_STATED).0,
-        &["compressed", "X3P"],
+        &["22 bytes", "512"],
     );
     let with = |at: usize, value: &[u8]| {
         let mut bytes = small_sur(4);
@@ -361,6 +571,42 @@ fn sur_cut_short_or_of_another_kind() {
     says(&with(212, b"furlong"), &["unit of z", "furlong", "mm"]);
     says(&with(128, &0f32.to_le_bytes()), &["height of one step"]);
     says(&with(334, &(-1i16).to_le_bytes()), &["comment", "-1"]);
+}
+
+#[test]
+fn sur_whose_streams_are_damaged() {
+    let good = std::fs::read(sample("foreign/compressed.sur")).unwrap();
+    let with = |at: usize, value: u32| {
+        let mut bytes = good.clone();
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        failure("map.sur", bytes, &AS_STATED).0
+    };
+    // The number of streams, then the lengths of the only one: 7 x 5 points of 4 bytes.
+    says(
+        &with(512, 0),
+        &["the unpacked data has 0 bytes; 140 are needed"],
+    );
+    says(
+        &with(512, u32::MAX),
+        &["the file has 675 bytes", "stream 1"],
+    );
+    says(&with(516, 139), &["stream 1 has 140 bytes; 139 are needed"]);
+    says(
+        &with(516, u32::MAX),
+        &["stream 1 has 140 bytes; 4294967295 are needed"],
+    );
+    says(&with(520, 1 << 20), &["the file has 675 bytes", "stream 1"]);
+    says(&with(540, 0), &["stream 1", "intact data"]);
+    says(
+        &with(108, 6),
+        &["stream 1 has 121 bytes; 140 are needed for 6 x 5 points"],
+    );
+    says(&with(108, 1 << 30), &["1073741824 x 5 points; at most"]);
+    let cut = &good[..514];
+    says(
+        &failure("map.sur", cut, &AS_STATED).0,
+        &["514 bytes", "the lengths of the streams"],
+    );
 }
 
 #[test]
@@ -396,6 +642,17 @@ fn x3p_with_parts_missing_or_wrong() {
     );
     says(&edit("<SizeZ>1", "<SizeZ>3"), &["3 layers"]);
     says(&edit(" SUR ", "PRF"), &["PRF", "SUR"]);
+    says(
+        &edit(
+            "<DataLink>",
+            "<DataList><Datum>1e-6</Datum></DataList><DataLink>",
+        ),
+        &["points are text in main.xml (DataList)", "PointDataLink"],
+    );
+    says(
+        &edit("UTF-8", "klingon"),
+        &["the encoding \"klingon\"", "ISO-8859-1"],
+    );
     says(
         &edit("<CX><AxisType>I", "<CX><AxisType>A"),
         &["CX axis is of type A"],

@@ -1,7 +1,10 @@
 //! Surfaces: generated, measured, prepared, described.
 
 mod al3d;
+mod cases;
 mod correlation;
+mod damaged;
+mod foreign;
 mod generate;
 mod limits;
 mod malformed;
@@ -11,16 +14,21 @@ mod real_files;
 mod resample;
 mod sdf;
 mod statistics;
-mod writers;
+pub mod writers;
 
 use fretwear::grid::{Grid, Patch};
-use fretwear::surface::readers::ReadOptions;
+use fretwear::surface::readers::{Correction, ReadOptions};
 
 /// A file that states its units.
 const AS_STATED: ReadOptions = ReadOptions {
     height_unit: None,
     lateral_unit: None,
     spacing: None,
+    transpose: false,
+    correct: Correction {
+        unit: None,
+        spacing: None,
+    },
 };
 
 /// A file that does not, with heights in micrometres.

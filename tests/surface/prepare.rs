@@ -1,5 +1,7 @@
 use fretwear::grid::{Grid, Patch};
-use fretwear::surface::prepare::{Detrend, Fill, Notice, PrepareError, PrepareOptions, onto_joint};
+use fretwear::surface::prepare::{
+    Detrend, Fill, Notice, PrepareError, PrepareOptions, Prepared, onto_joint,
+};
 use fretwear::surface::statistics::roughness;
 use fretwear::surface::topography::Topography;
 
@@ -9,7 +11,11 @@ use super::{bored, difference, field, joint};
 const ROUNDING: f64 = 1e-12;
 
 const fn options(detrend: Detrend, fill: Fill) -> PrepareOptions {
-    PrepareOptions { detrend, fill }
+    PrepareOptions {
+        detrend,
+        fill,
+        shift: [0.0; 2],
+    }
 }
 
 const AS_IT_IS: PrepareOptions = options(Detrend::None, Fill::Mask);
@@ -144,7 +150,13 @@ fn holes_are_filled_exactly_on_a_plane_and_smoothly_elsewhere() {
         options(Detrend::None, Fill::Interpolate),
     )
     .unwrap();
-    assert_eq!(found.notices, [Notice::Filled { points: holes }]);
+    assert_eq!(
+        found.notices,
+        [Notice::Filled {
+            share: holes as f64 / 1800.0,
+            points: holes
+        }]
+    );
     assert!(difference(&found.heights, &field(&patch.grid, plane)) < 1e-11 * 1e-4);
 
     // Elsewhere: the measured points are untouched, and each filled point inside is the weighted mean of its neighbours, so no
@@ -195,6 +207,7 @@ fn holes_are_masked_out_of_the_joint() {
     assert_eq!(
         found.notices,
         [Notice::Masked {
+            share: within as f64 / patch.cells() as f64,
             points: within,
             cells
         }]
@@ -328,18 +341,144 @@ fn points_of_the_map_along_the_joint() {
             spacing,
             heights,
         };
-        onto_joint(&map, &patch, AS_IT_IS).unwrap()
+        onto_joint(&map, &patch, AS_IT_IS)
     };
-    // Cropped along x alone, to less than three points.
-    let found = on(12, 8, Some([lx / 2.5, ly / 8.0]));
+    // Cropped along x alone.
+    let found = on(12, 8, Some([lx / 5.5, ly / 8.0])).unwrap().fit;
+    assert!((found.points[0] - 5.5).abs() < ROUNDING, "{found:?}");
+    assert_eq!((found.points[1], found.is_assumed), (8.0, false));
+    // To less than three points: there is no roughness to be had.
+    let few = on(12, 8, Some([lx / 2.5, ly / 8.0])).unwrap().fit;
+    let refused = few.check().unwrap_err();
+    let said = refused.to_string();
     assert!(
-        (found.points[0] - 2.5).abs() < ROUNDING,
-        "{:?}",
-        found.points
+        said.contains("2.500 x 8.000") && said.contains("surface.spacing"),
+        "{said}"
     );
-    assert_eq!((found.points[1], found.assumed_aspect), (8.0, None));
-    let found = on(6, 16, None);
+    let found = on(6, 16, None).unwrap().fit;
     assert_eq!(found.points, [6.0, 16.0]);
     let aspect = (lx / 6.0) / (ly / 16.0);
-    assert!((found.assumed_aspect.unwrap() / aspect - 1.0).abs() < ROUNDING);
+    assert!((found.aspect / aspect - 1.0).abs() < ROUNDING && found.is_assumed);
+    assert_eq!((found.correlation, found.range), ([None; 2], 0.0));
+}
+
+/// A map with the spacing of the cells and a few points more is used as it is, whichever parity it has.
+#[test]
+fn a_window_of_whole_points_is_taken() {
+    let patch = Patch::full(joint([12, 8]));
+    let [dx, dy] = [patch.grid.dx, patch.grid.dy];
+    let of = |more: [usize; 2], off: f64, shift: [f64; 2]| {
+        let (nx, ny) = (12 + more[0], 8 + more[1]);
+        // A height says which point it is.
+        let map = Topography {
+            nx,
+            ny,
+            spacing: Some([dx * (1.0 + off), dy]),
+            heights: (0..nx * ny)
+                .map(|k| (100 * (k / ny) + k % ny) as f64 * 1e-9)
+                .collect(),
+        };
+        let options = PrepareOptions { shift, ..AS_IT_IS };
+        onto_joint(&map, &patch, options)
+    };
+    let first = |found: &Prepared| (found.heights[0] * 1e9).round() as usize;
+    let moved = |found: &Prepared| {
+        found.notices.iter().find_map(|notice| match notice {
+            Notice::Moved { offset } => Some(*offset),
+            _ => None,
+        })
+    };
+    let is_resampled = |found: &Prepared| {
+        let mut notices = found.notices.iter();
+        notices.any(|notice| matches!(notice, Notice::Resampled { .. }))
+    };
+    let even = of([4, 2], 0.0, [0.0; 2]).unwrap();
+    assert_eq!((first(&even), moved(&even)), (201, None));
+    assert!(!is_resampled(&even));
+    // Of two windows as near to the middle the lower one, which the map is moved up to.
+    let odd = of([3, 1], 0.0, [0.0; 2]).unwrap();
+    assert_eq!(first(&odd), 100);
+    let offset = moved(&odd).expect("a word on it");
+    assert!((offset[0] - 0.5 * dx).abs() < 1e-9 * dx && (offset[1] - 0.5 * dy).abs() < 1e-9 * dy);
+    assert!(!is_resampled(&odd));
+    // A thousandth of a cell over the joint is the same spacing, a tenth is not.
+    assert!(!is_resampled(&of([3, 1], 8e-5, [0.0; 2]).unwrap()));
+    assert!(is_resampled(&of([3, 1], 8e-3, [0.0; 2]).unwrap()));
+    // A shift by +x shows the points before.
+    let shifted = of([4, 2], 0.0, [2.0 * dx, -dy]).unwrap();
+    assert_eq!((first(&shifted), moved(&shifted)), (2, None));
+    let rounded = of([4, 2], 0.0, [0.8 * dx, 0.0]).unwrap();
+    assert_eq!(first(&rounded), 101);
+    let offset = moved(&rounded).expect("a word on it");
+    assert!((offset[0] - 0.2 * dx).abs() < 1e-9 * dx, "{offset:?}");
+    let refused = of([4, 2], 0.0, [3.0 * dx, 0.0]).unwrap_err();
+    assert!(matches!(refused, PrepareError::Uncovered { axis: 'x', .. }));
+}
+
+/// One asymmetric spike on each face: where it comes to stand, and that nothing else does.
+#[test]
+fn two_faces_are_added_outwards() {
+    let patch = Patch::full(joint([12, 8]));
+    let [dx, dy] = [patch.grid.dx, patch.grid.dy];
+    let spike = |nx: usize, ny: usize, at: [[usize; 2]; 2]| {
+        let mut heights = vec![0.0; nx * ny];
+        for ([i, j], height) in at.into_iter().zip([5e-6, 2e-6]) {
+            heights[i * ny + j] = height;
+        }
+        let spacing = Some([dx, dy]);
+        Topography {
+            nx,
+            ny,
+            spacing,
+            heights,
+        }
+    };
+    let first = spike(12, 8, [[1, 6], [2, 6]]);
+    let second = spike(16, 10, [[4, 2], [4, 3]]);
+    let place = |map: &Topography, shift| {
+        let options = PrepareOptions { shift, ..AS_IT_IS };
+        onto_joint(map, &patch, options).unwrap()
+    };
+    let spikes = |found: &Prepared| -> Vec<((usize, usize), f64)> {
+        let cells = found.heights.iter().enumerate();
+        cells
+            .filter(|(_, h)| **h != 0.0)
+            .map(|(cell, h)| (patch.grid.cell(cell), *h))
+            .collect()
+    };
+    let both = |map: &Topography, shift| place(&first, [0.0; 2]).composite(place(map, shift));
+    let own = [((1, 6), 5e-6), ((2, 6), 2e-6)];
+    // Its middle lies on the joint's: two points along x and one along y are cut off.
+    let plain = both(&second, [0.0; 2]);
+    assert_eq!(
+        spikes(&plain),
+        [own[0], ((2, 1), 5e-6), ((2, 2), 2e-6), own[1]]
+    );
+    // h(Lx - x, y): the line 4 of 16 becomes 11, which is 9 of the joint.
+    let mirrored = second.mirrored_along_x();
+    let over_y = both(&mirrored, [0.0; 2]);
+    assert_eq!(
+        spikes(&over_y),
+        [own[0], own[1], ((9, 1), 5e-6), ((9, 2), 2e-6)]
+    );
+    let moved = both(&mirrored, [dx, -dy]);
+    assert_eq!(
+        spikes(&moved),
+        [own[0], own[1], ((10, 0), 5e-6), ((10, 1), 2e-6)]
+    );
+    // Both spikes of a line meet: 2 of 10 becomes 7, which is 6 of the joint.
+    let over_x = both(&second.mirrored_along_y(), [0.0; 2]);
+    assert_eq!(
+        spikes(&over_x),
+        [own[0], ((2, 5), 2e-6), ((2, 6), 2e-6 + 5e-6)]
+    );
+    let faces = moved.faces.expect("both faces");
+    assert_eq!(faces[1][patch.grid.index(10, 0)], 5e-6);
+    // A hole in either is a hole in the sum.
+    let mut holed = second.clone();
+    holed.heights[5 * 10 + 4] = f64::NAN;
+    let found = place(&first, [0.0; 2]).composite(place(&holed, [0.0; 2]));
+    assert!(!found.patch.kept[patch.grid.index(3, 3)]);
+    assert_eq!(found.patch.cells(), 12 * 8 - 1);
+    assert!(found.notices[0].to_string().starts_with("second face: "));
 }

@@ -60,7 +60,7 @@ fn assert_is_it(found: &Topography, spacing: Option<[f64; 2]>, hole: bool) {
 }
 
 fn read_file(name: &str, bytes: impl AsRef<[u8]>, options: &ReadOptions) -> Topography {
-    read(&file(name, bytes).path, options).unwrap()
+    read(&file(name, bytes).path, options).unwrap().topography
 }
 
 #[test]
@@ -249,6 +249,141 @@ fn text_that_only_looks_like_another() {
     assert_eq!((found.nx, found.ny), (1, 2));
 }
 
+/// Ways to write the same 3 x 4 heights, and what a reader has to tell of each.
+#[test]
+fn text_in_every_encoding_and_with_decimal_commas() {
+    let wide = |big: bool| -> Vec<u8> {
+        let text = "\u{feff}1.5;2.5;3;4\n5;6;;8\n-1;2;3;1e-1\n".encode_utf16();
+        let bytes = text.flat_map(|c| {
+            if big {
+                c.to_be_bytes()
+            } else {
+                c.to_le_bytes()
+            }
+        });
+        bytes.collect()
+    };
+    for (bytes, remark) in [
+        (
+            &b"1,5;2,5;3;4\n5;6;;8\n-1;2;3;1e-1\n"[..],
+            "commas are read as decimal points",
+        ),
+        (
+            b"1,5\t2,5\t3\t4\n5\t6\t\t8\n-1\t2\t3\t1e-1\n",
+            "commas are read as decimal points",
+        ),
+        (
+            b"1,5 2,5 3,0 4\n5 6 Bad 8\n-1 2 3 1e-1\n",
+            "commas are read as decimal points",
+        ),
+        (
+            b"1.5, 2.5, 3, 4\n5, 6, , 8\n-1, 2, 3, 1e-1\n",
+            "3 lines of 4 values",
+        ),
+        (
+            b"\xef\xbb\xbf1.5,2.5,3,4\n5,6,n/a,8\n-1,2,3,1e-1\n",
+            "1 \"N/A\"",
+        ),
+        (
+            b"# heights in \xb5m\n1.5 2.5 3 4\n5 6 -- 8\n-1 2 3 1e-1\n",
+            "the text is read as windows-1252",
+        ),
+        (&wide(false), "the text is read as UTF-16LE"),
+        (&wide(true), "the text is read as UTF-16BE"),
+    ] {
+        let found = read(&file("map.txt", bytes).path, &MICROMETRES).unwrap();
+        let map = found.topography;
+        assert_eq!((map.nx, map.ny, map.holes()), (3, 4, 1), "{remark}");
+        for (k, value) in [(0, 1.5), (1, 2.5), (3, 4.0), (8, -1.0), (11, 0.1)] {
+            assert!((map.heights[k] - 1e-6 * value).abs() < ROUNDING, "{remark}");
+        }
+        let remarks = found.remarks.join("\n");
+        assert!(remarks.contains(remark), "{remark}: {remarks}");
+    }
+}
+
+/// The headers of programs whose lines are lines of y: 4 points along x, 3 along y.
+#[test]
+fn headers_above_a_matrix() {
+    let lines = "1\t2\t3\t4\n5\t6\t7\t8\n9\t10\t11\t12\n";
+    let mask = "1 1 1 1\n1 1 0 1\n1 1 1 1\n".replace(' ', "\t");
+    let gwyddion = "# Channel: T\n# Width: 4.0 µm\n# Height: 1.5 µm\n# Value units: nm\n";
+    let german = "# Kanal: T\n# Breite: 4,0 µm\n# Höhe: 1500 nm\n# Einheiten: nm\n";
+    let spip = "# File Format = ASCII\n# Created by SPIP\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 4000\n# y-length = 1500\n# z-unit = [nm]\n# voidpixels =0\n# Start of Data:\n";
+    let bits = &spip.replace("# z-unit = [nm]", "# Bit2nm = 0.5");
+    let voids = &spip.replace("voidpixels =0", "voidpixels =1");
+    let attocube = &spip
+        .replace(" =", ":")
+        .replace("4000", "4")
+        .replace("1500", "1.5\n# x-unit: um\n# y-unit: um");
+    for (header, below, unit, holes) in [
+        (gwyddion, "", 1e-9, 0),
+        (german, "", 1e-9, 0),
+        (spip, "", 1e-9, 0),
+        (bits, "", 0.5e-9, 0),
+        (voids, &mask[..], 1e-9, 1),
+        (attocube, "", 1e-9, 0),
+    ] {
+        let text = format!("{header}{lines}{below}");
+        let found = read(&file("map.asc", text).path, &AS_STATED).unwrap();
+        assert_eq!(found.stated_unit, Some(unit), "{header}");
+        let map = found.topography;
+        assert_eq!((map.nx, map.ny, map.holes()), (4, 3, holes), "{header}");
+        let [dx, dy] = map.spacing.unwrap();
+        assert!(
+            (dx - 1e-6).abs() < ROUNDING && (dy - 0.5e-6).abs() < ROUNDING,
+            "{header}"
+        );
+        // The second value of the third line.
+        let height = map.heights[3 + 2];
+        assert!(
+            (height - 10.0 * unit).abs() < ROUNDING,
+            "{header}: {height}"
+        );
+        assert_eq!(map.heights[2 * 3 + 1].is_nan(), holes == 1);
+    }
+    // Points, too, may have their units above them.
+    let points = "# Channel: T\n# Lateral units: mm\n# Value units: nm\n0 0 1\n0 2 2\n3 0 3\n3 2 4\n6 0 5\n6 2 6\n";
+    let found = read(&file("map.xyz", points).path, &AS_STATED).unwrap();
+    assert_eq!(found.stated_unit, Some(1e-9));
+    let map = found.topography;
+    assert_eq!((map.nx, map.ny), (3, 2));
+    assert!((map.spacing.unwrap()[0] - 3e-3).abs() < ROUNDING);
+    assert!((map.heights[5] - 6e-9).abs() < 1e-9 * ROUNDING);
+}
+
+#[test]
+fn units_in_brackets_are_those_of_their_columns() {
+    let rows = "0,0,1\n0,2,3\n3,0,4\n3,2,5\n6,0,1\n6,2,2\n";
+    for (names, [x, y], z) in [
+        ("x [mm],y (um),z [nm]", [1e-3, 1e-6], 1e-9),
+        ("x [mm],y [mm],z (nm)", [1e-3, 1e-3], 1e-9),
+        ("X Position [um],Y Position [um],Z [µm]", [1e-6, 1e-6], 1e-6),
+        // The unit of z is that of the others.
+        ("x,y,z [nm]", [1e-9, 1e-9], 1e-9),
+    ] {
+        let found = read(
+            &file("map.csv", format!("{names}\n{rows}")).path,
+            &AS_STATED,
+        )
+        .unwrap();
+        assert_eq!(found.stated_unit, Some(z), "{names}");
+        let assumed = found
+            .remarks
+            .iter()
+            .any(|r| r == "x is read in the unit of z, 1e-9 m");
+        assert_eq!(assumed, names.starts_with("x,"), "{:?}", found.remarks);
+        let map = found.topography;
+        let [dx, dy] = map.spacing.unwrap();
+        assert!((dx / (3.0 * x) - 1.0).abs() < ROUNDING, "{names}: {dx}");
+        assert!((dy / (2.0 * y) - 1.0).abs() < ROUNDING, "{names}: {dy}");
+        assert!(
+            (map.heights[3] / (5.0 * z) - 1.0).abs() < ROUNDING,
+            "{names}"
+        );
+    }
+}
+
 #[test]
 fn sur_of_both_widths() {
     // Steps of a tenth of a micrometre, 3 µm of offset; the lowest measured point is -77 - 30 steps.
@@ -310,6 +445,111 @@ fn sur_of_both_widths() {
             0
         );
     }
+}
+
+#[test]
+fn sur_of_other_kinds_and_code_pages() {
+    let about = |unit| Sur {
+        bits: 16,
+        nx: 3,
+        ny: 2,
+        lowest: 1,
+        holes: false,
+        spacing: [1.0, 2.0],
+        step: 1.0,
+        offset: 0.0,
+        units: [b"mm", b"mm", unit],
+        comment: b"",
+    };
+    let points = [1, 2, 3, 4, 5, 6];
+    for unit in [&b"\xb5m"[..], "µm".as_bytes(), b"\xe6m", b"um\0garbage"] {
+        let found = read_file("map.sur", sur(&about(unit), &points), &AS_STATED);
+        assert!((found.heights[1] - 4e-6).abs() < ROUNDING, "{unit:?}");
+    }
+    let with = |changes: &[(usize, &[u8])]| {
+        let mut bytes = sur(&about(b"um"), &points);
+        for (at, value) in changes {
+            bytes[*at..at + value.len()].copy_from_slice(value);
+        }
+        read(&file("map.sur", bytes).path, &AS_STATED).unwrap()
+    };
+    let plain = with(&[]);
+    assert_eq!(plain.remarks, [""; 0]);
+    for (changes, remark) in [
+        (&[(18, &[1u8, 0][..]), (20, b"SCRATCH")][..], None),
+        (
+            &[(18, &[16, 0])],
+            Some("the images of colours and intensity"),
+        ),
+        (&[(14, &[3, 0])], Some("the first of 3 objects")),
+        (&[(290, &[1, 0])], Some("inverted")),
+    ] {
+        let found = with(changes);
+        assert_eq!(found.topography, plain.topography);
+        let remarks = found.remarks.join("\n");
+        assert!(remarks.contains(remark.unwrap_or_default()), "{remarks}");
+        assert_eq!(remarks.is_empty(), remark.is_none());
+    }
+}
+
+#[test]
+fn x3p_in_other_encodings_and_folders() {
+    let float = "<DataType>D</DataType><Increment>1e-6</Increment>";
+    let text = x3p_description(NX, NY, [0.5e-3, 0.25e-3], float, false);
+    let text = text.replace("<Comment/>", "<Comment>in µm</Comment>");
+    let data: Vec<u8> = in_lines()
+        .iter()
+        .flat_map(|v| (1e-6 * v).to_le_bytes())
+        .collect();
+    let wide = |mark: &str, name: &str, big: bool| -> Vec<u8> {
+        let text = format!("{mark}{}", text.replace("UTF-8", name));
+        let units = text.encode_utf16();
+        units
+            .flat_map(|c| {
+                if big {
+                    c.to_be_bytes()
+                } else {
+                    c.to_le_bytes()
+                }
+            })
+            .collect()
+    };
+    let narrow = |name: &str| -> Vec<u8> {
+        let text = text.replace("UTF-8", name);
+        text.chars().map(|c| c as u8).collect()
+    };
+    for main in [
+        text.clone().into_bytes(),
+        format!("\u{feff}{text}").into_bytes(),
+        text.replace(" encoding=\"UTF-8\"", "").into_bytes(),
+        // Readable, so that it is not what it says.
+        text.replace("UTF-8", "UTF-16").into_bytes(),
+        narrow("ISO-8859-1"),
+        narrow("windows-1252"),
+        wide("\u{feff}", "UTF-16", false),
+        wide("\u{feff}", "UTF-16", true),
+        wide("", "UTF-16LE", false),
+        wide("", "UTF-16BE", true),
+    ] {
+        for folder in ["", "map/", "a/b/", "map\\"] {
+            let names = ["main.xml", "bindata/data.bin"].map(|name| format!("{folder}{name}"));
+            let members = [(&names[0][..], &main[..]), (&names[1], &data)];
+            let found = read(&file("map.x3p", zip(&members)).path, &AS_STATED).unwrap();
+            assert_is_it(&found.topography, Some([0.5e-3, 0.25e-3]), true);
+            let remark = &found.remarks[0];
+            assert!(
+                remark.contains("CZ/Increment, 1e-6, does not scale"),
+                "{remark}"
+            );
+        }
+    }
+    let broken = narrow("UTF-8");
+    let error = read(
+        &file("map.x3p", zip(&[("main.xml", &broken)])).path,
+        &AS_STATED,
+    );
+    let message = error.unwrap_err().to_string();
+    assert!(message.contains("bytes that are not UTF-8"), "{message}");
 }
 
 #[test]
@@ -569,7 +809,7 @@ fn the_users_spacing_replaces_the_files() {
 #[test]
 fn the_shipped_topography_is_as_its_readme_says() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/ground_face.x3p");
-    let found = read(&path, &AS_STATED).unwrap();
+    let found = read(&path, &AS_STATED).unwrap().topography;
     assert_eq!((found.nx, found.ny), (256, 192));
     let size = found.size().unwrap();
     assert!(
@@ -593,7 +833,7 @@ fn the_shipped_topography_has_the_statistics_of_its_readme() {
     // The README prints three decimals.
     const PRINTED: f64 = 1e-3;
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/ground_face.x3p");
-    let map = read(&path, &AS_STATED).unwrap();
+    let map = read(&path, &AS_STATED).unwrap().topography;
     assert_eq!(map.holes(), 263);
     let patch = Patch::full(Grid::over(map.size().unwrap(), [map.nx, map.ny]));
     for (detrend, rq, sk, ku) in [
@@ -604,6 +844,7 @@ fn the_shipped_topography_has_the_statistics_of_its_readme() {
         let options = PrepareOptions {
             detrend,
             fill: Fill::Mask,
+            shift: [0.0; 2],
         };
         let prepared = onto_joint(&map, &patch, options).unwrap();
         let found = roughness(&prepared.patch, &prepared.heights).unwrap();

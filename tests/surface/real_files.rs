@@ -24,6 +24,7 @@ fn levelled(map: &Topography) -> Roughness {
     let options = PrepareOptions {
         detrend: Detrend::Plane,
         fill: Fill::Mask,
+        shift: [0.0; 2],
     };
     let prepared = onto_joint(map, &patch, options).unwrap();
     roughness(&prepared.patch, &prepared.heights).unwrap()
@@ -41,7 +42,7 @@ fn a_digital_surf_map() {
     let Some(path) = real("surfaces/ST_sur-2.sur") else {
         return;
     };
-    let mut map = read(&path, &ReadOptions::default()).unwrap();
+    let mut map = read(&path, &ReadOptions::default()).unwrap().topography;
     assert_eq!((map.nx, map.ny), (563, 484));
     let size = map.size().unwrap();
     assert!(
@@ -71,7 +72,7 @@ fn an_x3p_map_with_unequal_spacings() {
     let Some(path) = real("surfaces/ST_x3p-2.x3p") else {
         return;
     };
-    let map = read(&path, &ReadOptions::default()).unwrap();
+    let map = read(&path, &ReadOptions::default()).unwrap().topography;
     assert_eq!((map.nx, map.ny, map.holes()), (650, 650, 0));
     let size = map.size().unwrap();
     assert!(
@@ -89,7 +90,7 @@ fn an_alicona_map() {
     let Some(path) = real("surfaces/ST_al3d-1.al3d") else {
         return;
     };
-    let map = read(&path, &ReadOptions::default()).unwrap();
+    let map = read(&path, &ReadOptions::default()).unwrap().topography;
     assert_eq!((map.nx, map.ny, map.holes()), (200, 296, 0));
     let size = map.size().unwrap();
     assert!(
@@ -108,7 +109,7 @@ fn the_softgauge_of_the_sdf_standard() {
     let Some(path) = real("surfaces/ST_sdf-1.sdf") else {
         return;
     };
-    let map = read(&path, &ReadOptions::default()).unwrap();
+    let map = read(&path, &ReadOptions::default()).unwrap().topography;
     assert_eq!((map.nx, map.ny, map.holes()), (7, 4, 0));
     assert_eq!(map.spacing, Some([1e-6, 1e-6]));
     // The last value of the second line and the first of the last, as they stand in the file.

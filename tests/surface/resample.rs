@@ -20,6 +20,7 @@ fn resampled(from: [usize; 2], heights: Vec<f64>, to: &Grid) -> Vec<f64> {
     let options = PrepareOptions {
         detrend: Detrend::None,
         fill: Fill::Mask,
+        shift: [0.0; 2],
     };
     onto_joint(&map, &Patch::full(*to), options)
         .unwrap()

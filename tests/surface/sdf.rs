@@ -19,7 +19,9 @@ const HEADER: &str = "aISO-1.0\r\nManufacID = Tester\r\nCreateDate = 01012026120
 const HEIGHTS: &str = "1.0 20 -3\r\n4 5\r\n6e1\r\n*\r\n<Operator>T. \u{e9}</Operator>\r\n*";
 
 fn assert_is_it(name: &str, bytes: impl AsRef<[u8]>, holes: &[(usize, usize)]) {
-    let found = read(&file(name, bytes).path, &AS_STATED).unwrap();
+    let found = read(&file(name, bytes).path, &AS_STATED)
+        .unwrap()
+        .topography;
     assert_eq!((found.nx, found.ny), (3, 2));
     assert_eq!(found.spacing, Some([2e-6, 3e-6]));
     assert_eq!(found.holes(), holes.len(), "{:?}", found.heights);
@@ -300,7 +302,7 @@ fn binary_of_every_type_with_its_hole() {
                     &file("map.sdf", binary(version, kind, &data)).path,
                     &AS_STATED,
                 );
-                assert!((found.unwrap().heights[4] - 3e-7).abs() < ROUNDING);
+                assert!((found.unwrap().topography.heights[4] - 3e-7).abs() < ROUNDING);
             } else {
                 assert_is_it("map.sdf", binary(version, kind, &data), holes);
             }

@@ -1,16 +1,19 @@
 //! `[surface]`
 
-use super::Default::{Is, Required, Rule};
+use super::Default::{Absent, Is, Required, Rule};
 use super::keys;
 use super::value::{
-    FOR_BOTH, HURST, Integer, LARGEST_INTEGER, List, POSITIVE, Quantity, XY, integer,
+    ANY, FOR_BOTH, HURST, Integer, LARGEST_INTEGER, List, POSITIVE, Quantity, XY, integer,
 };
-use super::word::{Choice, FilePath, Unit};
+use super::word::{Boolean, Choice, FilePath, Unit};
+use crate::recipe::Mirror;
 use crate::scene::{Detrend, Fill};
 use crate::units::Dimension;
 
 keys! {
     section "surface": "The heights of one composite rough surface against a flat, positive towards the other body.";
+    section "surface.correct": "What the file of the surface should have said: it overrides the file, and a warning says so.";
+    section "surface.second": "The second of two measured faces. Heights of either count outwards from its own body, and their sum is the composite surface; each has its own trend subtracted.";
 
     /// Where the heights come from.
     KIND: Choice<&'static str> = "surface.kind", Required, Choice(&[
@@ -55,6 +58,31 @@ keys! {
     /// Distances of the points along x and y, in place of what the file says.
     SPACING: List<2> = "surface.spacing", Rule("that of the file, else the map covers the joint"),
         List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
+    /// Whether x and y of the map are exchanged.
+    TRANSPOSE: Boolean = "surface.transpose", Is("false"), Boolean, of ["file"];
+    /// Unit of the heights, in place of the one that the file states.
+    CORRECT_UNIT: Unit = "surface.correct.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
+    /// Distances of the points along x and y, in place of those that the file states.
+    CORRECT_SPACING: List<2> = "surface.correct.spacing", Rule("those of the file"),
+        List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
+    /// The topography of the second face.
+    SECOND_PATH: FilePath = "surface.second.path", Absent, FilePath("upper.x3p"), of ["file"];
+    /// Unit of its heights, of a file that does not state its own.
+    SECOND_UNIT: Unit = "surface.second.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
+    /// Distances of its points along x and y, in place of what its file says.
+    SECOND_SPACING: List<2> = "surface.second.spacing", Rule("that of the file, else the map covers the joint"),
+        List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
+    /// Whether x and y of its map are exchanged, before it is turned over.
+    SECOND_TRANSPOSE: Boolean = "surface.second.transpose", Is("false"), Boolean, of ["file"];
+    /// How its map is turned over to face the first one.
+    SECOND_MIRROR: Choice<Mirror> = "surface.second.mirror", Is("none"), Choice(&[
+        ("none", Mirror::None, "not: its points lie opposite to those of the same place in the first map"),
+        ("x", Mirror::X, "along x, h(Lx - x, y), as a part that is turned over about its y axis"),
+        ("y", Mirror::Y, "along y, h(x, Ly - y), as a part that is turned over about its x axis"),
+    ]), of ["file"];
+    /// What it is moved by along x and y of the joint, after it is turned over.
+    SECOND_SHIFT: List<2> = "surface.second.shift", Rule("none: the middles of both maps face each other"),
+        List(XY, Quantity(Dimension::LENGTH, ANY, r#"["20 um", "0 um"]"#), None), of ["file"];
 }
 
 const fn length(example: &'static str) -> Quantity {

@@ -10,11 +10,11 @@ use super::PlanError;
 use super::rough::{Contents, motion_of};
 use super::structure_files::{self, StructureFileError};
 use crate::files;
-use crate::recipe::{HeightsFile, Identity, Inputs};
+use crate::recipe::{Identity, Inputs, Mirror};
 use crate::scene::record::FOLLOWING_KEYS;
 use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse};
-use crate::surface::prepare::{self, PrepareError, PrepareOptions, Prepared};
-use crate::surface::readers::{self, ReadError, ReadOptions};
+use crate::surface::prepare::{self, Notice, PrepareError, PrepareOptions, Prepared};
+use crate::surface::readers::{self, Correction, ReadError, ReadOptions, Reading};
 use crate::tables::{self, TableError, TableName, TypedTable, typed};
 use crate::wear::{Channel, Motion, mean_of};
 
@@ -33,9 +33,14 @@ pub enum InputError {
     /// The surface file cannot be read.
     #[error("surface.path: {0}")]
     Read(#[from] ReadError),
+    /// That of the second face cannot be read.
+    #[error("surface.second.path: {0}")]
+    ReadSecond(ReadError),
     /// The measured surface does not fit the joint.
-    #[error("surface.path {}: {source}", path.display())]
+    #[error("{key} {}: {source}", path.display())]
     Prepare {
+        /// surface.path or surface.second.path.
+        key: &'static str,
         /// The file.
         path: PathBuf,
         /// What is wrong.
@@ -160,13 +165,23 @@ impl Files {
         let mut contents = Contents::default();
         let mut measured = None;
         let hash = |bytes: &[u8]| blake3::hash(bytes).to_hex().to_string();
-        if let Some(HeightsFile { path, .. }) = scene.surface.as_ref().and_then(|s| s.file()) {
-            let bytes = readers::bytes(path)?;
+        if let Some(file) = scene.surface.as_mut().and_then(|s| s.file_mut()) {
+            let bytes = readers::bytes(&file.path)?;
             let content = hash(&bytes);
             canonical["surface"]["content"] = json!(content);
             contents.surface = Some(content);
+            let of_second = match &mut file.second {
+                Some(second) => {
+                    let bytes = readers::bytes(&second.path).map_err(InputError::ReadSecond)?;
+                    let content = hash(&bytes);
+                    canonical["surface"]["second"]["content"] = json!(content);
+                    second.content = Some(content);
+                    Some(bytes)
+                }
+                None => None,
+            };
             if let Some(rough) = scene.rough() {
-                measured = on_joint(&rough, bytes)?.map(Arc::new);
+                measured = on_joint(&rough, bytes, of_second)?.map(Arc::new);
             }
         }
         let motion = match (&scene.contact, &scene.motion) {
@@ -216,36 +231,64 @@ impl Files {
     }
 }
 
-/// The heights of a surface's file on the joint's cells, from the bytes of the file; none of another surface. Only they are
-/// kept: the map may be many times larger than the joint's grid.
-fn on_joint(rough: &RoughJoint, bytes: Vec<u8>) -> Result<Option<Prepared>, InputError> {
-    let Some(HeightsFile {
-        path,
-        unit,
-        detrend,
-        fill,
-        spacing,
-    }) = rough.surface.file()
-    else {
+/// The heights of a surface's file on the joint's cells, from the bytes of the file, and of the second face if there is one; none of
+/// another surface. Only they are kept: the map may be many times larger than the joint's grid.
+fn on_joint(
+    rough: &RoughJoint,
+    bytes: Vec<u8>,
+    of_second: Option<Vec<u8>>,
+) -> Result<Option<Prepared>, InputError> {
+    let Some(file) = rough.surface.file() else {
         return Ok(None);
     };
-    let options = ReadOptions {
-        height_unit: *unit,
-        lateral_unit: None,
-        spacing: *spacing,
-    };
-    let topography = readers::parse(path, &bytes, &options)?;
-    drop(bytes);
-    let options = PrepareOptions {
-        detrend: *detrend,
-        fill: *fill,
-    };
-    prepare::onto_joint(&topography, &rough.patch(), options)
-        .map(Some)
-        .map_err(|source| InputError::Prepare {
-            path: path.clone(),
+    let patch = rough.patch();
+    let prepare = |key, path: &Path, read: Reading, shift| {
+        let options = PrepareOptions {
+            detrend: file.detrend,
+            fill: file.fill,
+            shift,
+        };
+        let prepared = prepare::onto_joint(&read.topography, &patch, options)
+            .and_then(|prepared| prepared.fit.check().map(|()| prepared));
+        let mut prepared = prepared.map_err(|source| InputError::Prepare {
+            key,
+            path: path.to_owned(),
             source,
-        })
+        })?;
+        let remarks = read.remarks.into_iter().map(Notice::Remark);
+        prepared.notices.splice(0..0, remarks);
+        Ok::<_, InputError>(prepared)
+    };
+    let options = ReadOptions {
+        height_unit: file.unit,
+        lateral_unit: None,
+        spacing: file.spacing,
+        transpose: file.transpose,
+        correct: file.correct,
+    };
+    let read = readers::parse(&file.path, &bytes, &options)?;
+    drop(bytes);
+    let first = prepare("surface.path", &file.path, read, [0.0; 2])?;
+    let Some((second, bytes)) = file.second.as_ref().zip(of_second) else {
+        return Ok(Some(first));
+    };
+    let options = ReadOptions {
+        height_unit: second.unit,
+        lateral_unit: None,
+        spacing: second.spacing,
+        transpose: second.transpose,
+        correct: Correction::default(),
+    };
+    let read = readers::parse(&second.path, &bytes, &options);
+    let mut read = read.map_err(InputError::ReadSecond)?;
+    drop(bytes);
+    match second.mirror {
+        Mirror::None => {}
+        Mirror::X => read.topography = read.topography.mirrored_along_x(),
+        Mirror::Y => read.topography = read.topography.mirrored_along_y(),
+    }
+    let second = prepare("surface.second.path", &second.path, read, second.shift)?;
+    Ok(Some(first.composite(second)))
 }
 
 /// The columns of a history: time, displacement_x, and the optional displacement_y and normal_load.

@@ -1,10 +1,11 @@
 //! `[surface]`
 
 use super::{All, Result};
-use crate::recipe::HeightsFile;
+use crate::recipe::{HeightsFile, SecondFace};
 use crate::scene::Surface;
 use crate::scene::keys::{lines, surface::*};
 use crate::scene::reader::Reader;
+use crate::surface::readers::Correction;
 
 /// What a surface might begin with.
 pub(super) fn first_lines() -> String {
@@ -63,15 +64,52 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
         "sphere" => Surface::Sphere {
             radius: reader.required(&RADIUS)?,
         },
-        "file" => Surface::File(HeightsFile {
-            path: reader.needed(&PATH)?,
-            unit: reader.optional(&UNIT, None)?,
-            detrend: reader.value(&DETREND)?,
-            fill: reader.value(&FILL)?,
-            spacing: reader.optional(&SPACING, None)?,
-        }),
+        "file" => {
+            let path = reader.needed(&PATH)?;
+            let correct = Correction {
+                unit: reader.optional(&CORRECT_UNIT, None)?,
+                spacing: reader.optional(&CORRECT_SPACING, None)?,
+            };
+            if correct.unit.is_some() && reader.has(&UNIT) {
+                return Err(reader.conflict(&UNIT, ONE_UNIT));
+            }
+            if correct.spacing.is_some() && reader.has(&SPACING) {
+                return Err(reader.conflict(&SPACING, ONE_SPACING));
+            }
+            Surface::File(HeightsFile {
+                path,
+                unit: reader.optional(&UNIT, None)?,
+                detrend: reader.value(&DETREND)?,
+                fill: reader.value(&FILL)?,
+                spacing: reader.optional(&SPACING, None)?,
+                transpose: reader.value(&TRANSPOSE)?,
+                correct,
+                second: second(reader)?,
+            })
+        }
         _ => Surface::Flat,
     })
+}
+
+const ONE_UNIT: &str =
+    "surface.correct.unit is the unit of the heights already; give one or the other";
+const ONE_SPACING: &str =
+    "surface.correct.spacing is the distance of the points already; give one or the other";
+
+/// The second of two faces.
+fn second(reader: &Reader<'_>) -> Result<Option<SecondFace>> {
+    if !reader.has("surface.second") {
+        return Ok(None);
+    }
+    Ok(Some(SecondFace {
+        path: reader.needed(&SECOND_PATH)?,
+        unit: reader.optional(&SECOND_UNIT, None)?,
+        spacing: reader.optional(&SECOND_SPACING, None)?,
+        transpose: reader.value(&SECOND_TRANSPOSE)?,
+        mirror: reader.value(&SECOND_MIRROR)?,
+        shift: reader.optional(&SECOND_SHIFT, None)?.unwrap_or_default(),
+        content: None,
+    }))
 }
 
 /// What surfaces with a correlation length have.

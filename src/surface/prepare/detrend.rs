@@ -20,7 +20,7 @@ pub(super) fn terms(order: usize) -> usize {
 /// A polynomial in the coordinates of the map, each from -1 to 1: the space of planes, or of quadratics, does not depend on
 /// the spacing, and these coordinates keep the equations well conditioned.
 pub(super) struct Polynomial {
-    coefficients: [f64; MOST],
+    pub(super) coefficients: [f64; MOST],
 }
 
 impl Polynomial {

@@ -4,7 +4,7 @@
 //! multiple of eight points; a colour image may follow, which is not read.
 
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, points, stated_unit};
+use super::{Content, ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
 
 pub(super) const MAGIC: &[u8] = b"AliconaImaging\0\r\n";
@@ -22,7 +22,7 @@ const WIDTH: usize = 4;
 /// A depth this close to the value of an invalid pixel, as a share of it, is one: the tag may be printed with seven digits.
 const SAME_VALUE: f64 = 1e-6;
 
-pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     let tags = Tags::of(bytes)?;
     let version = tags.text("Version")?;
     if version != "1" {
@@ -31,7 +31,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             advice: "only version 1 is known: export it as X3P".into(),
         });
     }
-    stated_unit(options, 1.0)?;
+    let unit = stated_unit(options, 1.0)?;
     let nx = tags.count("Cols")?;
     let ny = tags.count("Rows")?;
     let spacing = [
@@ -92,15 +92,16 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         ]));
         match invalid {
             Some(hole) if (depth - hole).abs() <= SAME_VALUE * hole.abs() => f64::NAN,
-            _ => depth,
+            _ => depth * unit,
         }
     };
-    Ok(Topography {
+    let topography = Topography {
         nx,
         ny,
         spacing: Some(spacing),
         heights: from_lines(nx, ny, point),
-    })
+    };
+    Ok((topography, Some(1.0), Vec::new()))
 }
 
 /// The tags in front of the images, and the byte where they end.

@@ -84,7 +84,7 @@ pub enum ReadProblem {
     },
     /// The user's unit contradicts the file's.
     #[error(
-        "the file states its heights in units of {stated:e} m, surface.unit says {given:e} m; remove surface.unit"
+        "the file states its heights in units of {stated:e} m, surface.unit says {given:e} m; remove surface.unit, or give surface.correct.unit if the file is wrong"
     )]
     UnitConflict {
         /// The user's unit \[m\].
@@ -138,6 +138,13 @@ pub enum ReadProblem {
         /// What contradicts a regular grid.
         found: String,
     },
+}
+
+impl ReadError {
+    /// True where nothing is wrong but that nobody has said the unit of the heights.
+    pub fn is_unit_missing(&self) -> bool {
+        matches!(self.problem, ReadProblem::UnitMissing { .. })
+    }
 }
 
 impl ReadProblem {

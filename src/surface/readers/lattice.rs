@@ -96,7 +96,7 @@ pub(super) fn reject_points(columns: usize, values: &[f64]) -> Result<(), ReadPr
             found: format!(
                 "{columns} values a row, the first two of which are the positions of {nx} x {ny} points"
             ),
-            expected: "a matrix of heights, or points as a text of three columns x, y, z".into(),
+            expected: "a matrix of heights, or points as a text of three columns x, y, z, or of more below a line of their names".into(),
         }),
         None => Ok(()),
     }

@@ -1,10 +1,12 @@
-//! Files of measured topographies: bytes in, [`Topography`] out.
+//! Files of measured topographies: bytes in, [`Reading`] out.
 //!
 //! A format is one module with a function from bytes to a topography, and one row in `FORMATS`; nothing else knows which
 //! formats there are.
 
 mod al3d;
+mod encoding;
 mod error;
+mod headers;
 mod lattice;
 mod npy;
 mod parquet;
@@ -16,6 +18,7 @@ mod x3p;
 use std::path::Path;
 
 pub use error::{ReadError, ReadProblem};
+use serde::{Deserialize, Serialize};
 
 use super::topography::Topography;
 use crate::files;
@@ -35,9 +38,45 @@ pub struct ReadOptions {
     pub height_unit: Option<f64>,
     /// Length of one unit of the x and y columns of an XYZ table \[m\]; the height unit if absent.
     pub lateral_unit: Option<f64>,
-    /// Distance between points along x and y \[m\] (`surface.spacing`), instead of what the file says.
+    /// Distance between points along the joint's x and y \[m\] (`surface.spacing`), instead of what the file says.
+    pub spacing: Option<[f64; 2]>,
+    /// Swaps the axes of the map, and the spacing that the file states with them (`surface.transpose`).
+    pub transpose: bool,
+    /// Overrides what the file states (`surface.correct`).
+    pub correct: Correction,
+}
+
+/// What is true where a file states otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Correction {
+    /// Length of one unit of height \[m\]: the numbers of the file times this are the heights.
+    pub unit: Option<f64>,
+    /// Distance between points along the joint's x and y \[m\].
     pub spacing: Option<[f64; 2]>,
 }
+
+impl Correction {
+    /// True where the file is right.
+    pub fn is_none(&self) -> bool {
+        *self == Correction::default()
+    }
+}
+
+/// What a file says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// The map.
+    pub topography: Topography,
+    /// Name of the format, such as "X3P".
+    pub format: &'static str,
+    /// Length of one unit of height that the file states \[m\].
+    pub stated_unit: Option<f64>,
+    /// Sentences on what the reader decided and the user must know.
+    pub remarks: Vec<String>,
+}
+
+/// What a format's parser finds: the map, the unit of height that the file states, and the remarks.
+type Content = (Topography, Option<f64>, Vec<String>);
 
 /// A file format: what it is called, how it is recognised, who reads it.
 struct Format {
@@ -45,7 +84,7 @@ struct Format {
     extensions: &'static [&'static str],
     /// The first bytes that such a file may have; none for text.
     magics: &'static [&'static [u8]],
-    parse: fn(&[u8], &ReadOptions) -> Result<Topography, ReadProblem>,
+    parse: fn(&[u8], &ReadOptions) -> Result<Content, ReadProblem>,
 }
 
 const FORMATS: [Format; 7] = [
@@ -64,7 +103,7 @@ const FORMATS: [Format; 7] = [
     Format {
         name: "X3P",
         extensions: &["x3p"],
-        magics: &[b"PK\x03\x04"],
+        magics: &[x3p::MAGIC],
         parse: x3p::parse,
     },
     Format {
@@ -97,7 +136,7 @@ const FORMATS: [Format; 7] = [
 ///
 /// # Errors
 /// [`ReadError`] names the file, what was found, and what would be right.
-pub fn read(path: &Path, options: &ReadOptions) -> Result<Topography, ReadError> {
+pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading, ReadError> {
     parse(path, &bytes(path)?, options)
 }
 
@@ -116,14 +155,35 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadError> {
+pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Reading, ReadError> {
     recognise(path, bytes)
-        .and_then(|format| (format.parse)(bytes, options))
-        .and_then(|topography| finish(topography, options))
+        .and_then(|format| finish((format.parse)(bytes, options)?, format.name, options))
         .map_err(|problem| ReadError {
             path: path.to_owned(),
             problem,
         })
+}
+
+/// Whether a file is that of a map, and not of the matrices of a structure: by its extension, and an NPY file by what is in it, for a symmetric
+/// array of two equal axes is a matrix.
+pub fn is_of_map(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    let extension = extension.to_lowercase();
+    let is_named = |format: &Format| format.extensions.contains(&extension.as_str());
+    if !FORMATS.iter().any(is_named) {
+        return false;
+    }
+    if extension != "npy" {
+        return true;
+    }
+    let as_numbers = ReadOptions {
+        height_unit: Some(1.0),
+        ..ReadOptions::default()
+    };
+    read(path, &as_numbers).is_ok_and(|read| {
+        let map = read.topography;
+        map.nx != map.ny || map.heights != map.transposed().heights
+    })
 }
 
 fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> {
@@ -147,23 +207,36 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> 
         // A text file needs no magic, but it must not carry that of another format.
         None if named.magics.is_empty() => Ok(named),
         Some(found) if std::ptr::eq(found, named) => Ok(named),
-        found => Err(ReadProblem::WrongMagic {
-            format: named.name,
-            expected: named
-                .magics
-                .iter()
-                .map(|magic| shown(magic))
-                .collect::<Vec<_>>()
-                .join("\" or \""),
-            found: shown(&bytes[..bytes.len().min(12)]),
-            looks_like: found.map(|f| f.name),
-        }),
+        found => {
+            // Another zip archive than X3P is not to be renamed to one.
+            if bytes.starts_with(x3p::MAGIC) {
+                x3p::check(bytes)?;
+            }
+            Err(ReadProblem::WrongMagic {
+                format: named.name,
+                expected: named
+                    .magics
+                    .iter()
+                    .map(|magic| shown(magic))
+                    .collect::<Vec<_>>()
+                    .join("\" or \""),
+                found: shown(&bytes[..bytes.len().min(12)]),
+                looks_like: found.map(|f| f.name),
+            })
+        }
     }
 }
 
-/// What holds for every format: a size, heights that are numbers or holes, a sane spacing.
-fn finish(mut topography: Topography, options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    if let Some(spacing) = options.spacing {
+/// What holds for every format: the axes, a size, heights that are numbers or holes, a sane spacing.
+fn finish(
+    (mut topography, stated_unit, remarks): Content,
+    format: &'static str,
+    options: &ReadOptions,
+) -> Result<Reading, ReadProblem> {
+    if options.transpose {
+        topography = topography.transposed();
+    }
+    if let Some(spacing) = options.correct.spacing.or(options.spacing) {
         topography.spacing = Some(spacing);
     }
     if let Some([dx, dy]) = topography.spacing
@@ -185,26 +258,34 @@ fn finish(mut topography: Topography, options: &ReadOptions) -> Result<Topograph
             ny,
         });
     }
-    Ok(topography)
+    Ok(Reading {
+        topography,
+        format,
+        stated_unit,
+        remarks,
+    })
 }
 
 /// The height unit of a format that states none.
 fn required_unit(options: &ReadOptions, format: &'static str) -> Result<f64, ReadProblem> {
-    options
-        .height_unit
-        .ok_or(ReadProblem::UnitMissing { format })
+    let given = options.correct.unit.or(options.height_unit);
+    given.ok_or(ReadProblem::UnitMissing { format })
 }
 
-/// The height unit of a file that states `stated`: what the user adds may not contradict it.
+/// The height unit of a file that states `stated`: what the user adds may not contradict it, but may correct it.
 fn stated_unit(options: &ReadOptions, stated: f64) -> Result<f64, ReadProblem> {
-    // Units are powers of ten: anything but rounding is another unit.
-    const SAME: f64 = 1e-9;
-    match options.height_unit {
-        Some(given) if (given / stated - 1.0).abs() > SAME => {
+    match (options.correct.unit, options.height_unit) {
+        (Some(correct), _) => Ok(correct),
+        (None, Some(given)) if !same_unit(given, stated) => {
             Err(ReadProblem::UnitConflict { given, stated })
         }
         _ => Ok(stated),
     }
+}
+
+/// Units are powers of ten: anything but rounding is another unit.
+fn same_unit(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() <= 1e-9
 }
 
 /// The length of a unit of length \[m\], as instruments spell it.

@@ -6,7 +6,7 @@ use npyz::{DType, NpyFile, Order, TypeChar};
 
 use super::error::ReadProblem;
 use super::lattice::reject_points;
-use super::{ReadOptions, points, required_unit};
+use super::{Content, ReadOptions, points, required_unit};
 use crate::surface::topography::Topography;
 
 /// A header of numbers in two axes is some hundred bytes long.
@@ -16,7 +16,7 @@ const LONGEST_HEADER: usize = 4096;
 /// as long as the one above.
 const DEEPEST_HEADER: usize = 8;
 
-pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     let header = check_header(bytes)?;
     let file = NpyFile::new(bytes)
         .map_err(|e| ReadProblem::malformed("the header", e, "an NPY header"))?;
@@ -79,12 +79,19 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
     if ny > 2 {
         reject_points(ny, &heights)?;
     }
-    Ok(Topography {
+    let topography = Topography {
         nx,
         ny,
         spacing: None,
         heights,
-    })
+    };
+    let axis = "axis 0 of the array is x; surface.transpose = true makes it y";
+    let remarks = if options.transpose {
+        vec![]
+    } else {
+        vec![axis.into()]
+    };
+    Ok((topography, None, remarks))
 }
 
 /// The bytes of magic, version and header text, after which the data follow.

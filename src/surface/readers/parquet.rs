@@ -15,14 +15,16 @@ use parquet::file::metadata::ParquetMetaData;
 
 use super::error::ReadProblem;
 use super::lattice::from_points;
-use super::{MOST_POINTS, ReadOptions, length_unit, points, required_unit, stated_unit, too_many};
+use super::{
+    Content, MOST_POINTS, ReadOptions, length_unit, points, required_unit, stated_unit, too_many,
+};
 use crate::surface::topography::Topography;
 use crate::tables;
 
 /// Fewer rows than this share of the cells that the indices span mean that the indices are not those of a grid.
 const FILLED: f64 = 0.05;
 
-pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     tables::decoded(|| decode(bytes, options)).map_err(|e| broken(&e))?
 }
 
@@ -30,7 +32,7 @@ fn broken(found: &dyn std::fmt::Display) -> ReadProblem {
     ReadProblem::malformed("the table", found, "a readable Parquet file")
 }
 
-fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
+fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     let builder = ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes))
         .map_err(|e| broken(&e))?;
     let schema = builder.schema().clone();
@@ -53,7 +55,8 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem
     } else {
         ["x", "y", "z"]
     };
-    let height_unit = match unit_of(&schema, names[2])? {
+    let stated = unit_of(&schema, names[2])?;
+    let height_unit = match stated {
         Some(stated) => stated_unit(options, stated)?,
         None => required_unit(options, "Parquet")?,
     };
@@ -77,18 +80,21 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem
         }
     }
     if indexed {
-        return from_indices(&rows);
+        return from_indices(&rows).map(|topography| (topography, stated, Vec::new()));
     }
+    // Positions have the unit of the heights, which a correction changes for the heights alone.
+    let otherwise = stated.or(options.height_unit).unwrap_or(height_unit);
     let lateral = |name| -> Result<f64, ReadProblem> {
         let stated = unit_of(&schema, name)?;
-        Ok(stated.or(options.lateral_unit).unwrap_or(height_unit))
+        Ok(stated.or(options.lateral_unit).unwrap_or(otherwise))
     };
     let (ux, uy) = (lateral("x")?, lateral("y")?);
     for row in &mut rows {
         row[0] *= ux;
         row[1] *= uy;
     }
-    from_points(&rows)
+    let topography = from_points(&rows)?;
+    Ok((topography, stated, Vec::new()))
 }
 
 /// What the file announces, before anything of it is unpacked.

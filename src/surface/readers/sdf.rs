@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, points, stated_unit};
+use super::{Content, ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
 
 /// The versions: `a` is text, `b` binary. BCR and NIST are the older names of what became ISO 1.0; ISO 2.0 counts points with
@@ -29,21 +29,22 @@ const HOLE: &str = "BAD";
 /// Two numbers that one instrument maker's binary files of version ISO 1.0 carry after the header of the standard.
 const LONGER_HEADER: [u8; 8] = [5, 0, 0, 0, 1, 0, 0, 0];
 
-pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    stated_unit(options, 1.0)?;
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
+    let unit = stated_unit(options, 1.0)?;
     let (header, heights) = if bytes[0] == b'a' {
         text(bytes)?
     } else {
         binary(bytes)?
     };
-    Ok(Topography {
+    let topography = Topography {
         nx: header.nx,
         ny: header.ny,
         spacing: Some([header.scale[0], header.scale[1]]),
         heights: from_lines(header.nx, header.ny, |index| {
-            heights[index] * header.scale[2]
+            heights[index] * header.scale[2] * unit
         }),
-    })
+    };
+    Ok((topography, Some(1.0), Vec::new()))
 }
 
 struct Header {

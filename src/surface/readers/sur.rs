@@ -1,7 +1,13 @@
-//! Digital Surf's SUR: a header of 512 bytes, a comment, a private zone, then integers, line by line, x fastest.
+//! Digital Surf's SUR: a header of 512 bytes, a comment, a private zone, then integers, line by line, x fastest. They may be
+//! compressed: the number of streams, the lengths of each unpacked and packed, and the streams, one after the other.
+
+use std::borrow::Cow;
+use std::io::Read;
+
+use flate2::read::ZlibDecoder;
 
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, length_unit, points, stated_unit};
+use super::{Content, ReadOptions, from_lines, length_unit, points, stated_unit};
 use crate::surface::topography::Topography;
 
 pub(super) const MAGICS: &[&[u8]] = &[b"DIGITAL SURF", COMPRESSED];
@@ -11,27 +17,44 @@ const COMPRESSED: &[u8] = b"DSCOMPRESSED";
 
 const HEADER: usize = 512;
 
-/// The kind of object that is a map of heights; others are profiles, images, series and spectra.
+/// The kinds of object that are maps of heights; others are profiles, images, series and spectra.
 const SURFACE: i16 = 2;
+/// A map of heights with three images of its colours and one of its intensity behind it.
+const SURFACE_WITH_IMAGES: i16 = 16;
+/// The kind of a profile, which Gwyddion writes for a map, and the name that it gives to the object.
+const PROFILE: i16 = 1;
+const GWYDDION: &[u8] = b"SCRATCH";
 
-pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    if bytes.starts_with(COMPRESSED) {
-        return Err(ReadProblem::Unsupported {
-            found: "a compressed SUR file".into(),
-            advice: "save it without compression, or as X3P".into(),
-        });
-    }
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     let header = Header(
         bytes
             .get(..HEADER)
             .ok_or_else(|| size(bytes, HEADER, "the header"))?,
     );
-    let kind = header.i16(18);
-    if kind != SURFACE {
-        return Err(ReadProblem::Unsupported {
-            found: format!("a SUR file whose object is of type {kind}"),
-            advice: "only a surface, type 2, is a height map: export the topography layer".into(),
-        });
+    let mut remarks = Vec::new();
+    match header.i16(18) {
+        SURFACE => {}
+        PROFILE if header.0[20..].starts_with(GWYDDION) => {}
+        SURFACE_WITH_IMAGES => {
+            remarks.push("the images of colours and intensity in the file are not read".into());
+        }
+        kind => {
+            return Err(ReadProblem::Unsupported {
+                found: format!("a SUR file whose object is of type {kind}"),
+                advice:
+                    "only a surface, type 2 or 16, is a height map: export the topography layer"
+                        .into(),
+            });
+        }
+    }
+    let objects = header.i16(14);
+    if objects > 1 {
+        remarks.push(format!("the first of {objects} objects is read"));
+    }
+    if header.i16(290) != 0 {
+        remarks.push(
+            "the header says that the surface was inverted; heights are read as stored".into(),
+        );
     }
     let nx = header.count(108, "points of a line")?;
     let ny = header.count(112, "lines")?;
@@ -50,15 +73,16 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
     let comment = header.length(334, "length of the comment")?;
     let private = header.length(336, "length of the private zone")?;
     let start = HEADER + comment + private;
-    let end = nx
-        .checked_mul(ny)
-        .and_then(|n| n.checked_mul(width))
-        .and_then(|n| n.checked_add(start))
-        .unwrap_or(usize::MAX);
+    let length = nx.saturating_mul(ny).saturating_mul(width);
     let reason = format!("{nx} x {ny} points of {bits} bits from byte {start} on");
-    let data = bytes
-        .get(start..end)
-        .ok_or_else(|| size(bytes, end, &reason))?;
+    let data = if bytes.starts_with(COMPRESSED) {
+        points(nx, ny)?;
+        Cow::Owned(unpack(bytes, start, length, &reason)?)
+    } else {
+        let end = start.saturating_add(length);
+        let data = bytes.get(start..end);
+        Cow::Borrowed(data.ok_or_else(|| size(bytes, end, &reason))?)
+    };
     points(nx, ny)?;
 
     let unit = |at: usize, axis: &str| {
@@ -75,7 +99,8 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         f64::from(header.f32(120)) * unit(180, "x")?,
         f64::from(header.f32(124)) * unit(196, "y")?,
     ];
-    let height_unit = stated_unit(options, unit(212, "z")?)?;
+    let stated = unit(212, "z")?;
+    let height_unit = stated_unit(options, stated)?;
     let step = f64::from(header.f32(128));
     if !(step.is_finite() && step > 0.0) {
         return Err(ReadProblem::malformed(
@@ -106,12 +131,58 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             (raw as f64 * step + offset) * height_unit
         }
     };
-    Ok(Topography {
+    let topography = Topography {
         nx,
         ny,
         spacing: Some(spacing),
         heights: from_lines(nx, ny, point),
-    })
+    };
+    Ok((topography, Some(stated), remarks))
+}
+
+/// The `length` bytes of the compressed points from byte `start` of the file on.
+fn unpack(bytes: &[u8], start: usize, length: usize, reason: &str) -> Result<Vec<u8>, ReadProblem> {
+    let number = |at: usize| {
+        let found = bytes.get(at..at + 4);
+        let found = found.ok_or_else(|| size(bytes, at + 4, "the lengths of the streams"))?;
+        Ok(u32::from_le_bytes([found[0], found[1], found[2], found[3]]) as usize)
+    };
+    let streams = number(start)?;
+    let mut at = start + 4 + 8 * streams;
+    let mut data = Vec::new();
+    for stream in 0..streams {
+        let lengths = start + 4 + 8 * stream;
+        let (unpacked, packed) = (number(lengths)?, number(lengths + 4)?);
+        let part = format!("stream {}", stream + 1);
+        let found = bytes.get(at..at + packed);
+        let found = found.ok_or_else(|| size(bytes, at + packed, &part))?;
+        at += packed;
+        let before = data.len();
+        // One byte more shows a stream that is longer, and ends every other: its checksum is compared at its end.
+        let limit = unpacked.min(length - before) as u64 + 1;
+        ZlibDecoder::new(found)
+            .take(limit)
+            .read_to_end(&mut data)
+            .map_err(|e| ReadProblem::malformed(&part, e, "intact data"))?;
+        let there = data.len() - before;
+        if there != unpacked || data.len() > length {
+            return Err(ReadProblem::Size {
+                part,
+                found: there as u64,
+                expected: unpacked as u64,
+                reason: reason.to_owned(),
+            });
+        }
+    }
+    if data.len() != length {
+        return Err(ReadProblem::Size {
+            part: "the unpacked data".into(),
+            found: data.len() as u64,
+            expected: length as u64,
+            reason: reason.to_owned(),
+        });
+    }
+    Ok(data)
 }
 
 /// The 512 bytes before everything else; positions are bytes from the start of the file.
@@ -136,15 +207,15 @@ impl Header<'_> {
         f32::from_le_bytes(self.bytes(at))
     }
 
-    /// A text of 16 bytes in the Western code page, in which 0xB5 is µ.
+    /// A text of 16 bytes in UTF-8 or the Western code page, in which 0xB5 is µ; in that of DOS, it is 0xE6.
     fn text(&self, at: usize) -> String {
-        let bytes = self.bytes::<16>(at);
-        let text: String = bytes
-            .iter()
-            .take_while(|&&b| b != 0)
-            .map(|&b| char::from(b))
-            .collect();
-        text.trim().to_owned()
+        let bytes = &self.0[at..at + 16];
+        let bytes = bytes.split(|&b| b == 0).next().unwrap_or_default();
+        let text = match std::str::from_utf8(bytes) {
+            Ok(text) => text.to_owned(),
+            Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
+        };
+        text.trim().replace('æ', "µ")
     }
 
     fn count(&self, at: usize, what: &str) -> Result<usize, ReadProblem> {

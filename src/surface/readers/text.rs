@@ -1,194 +1,559 @@
 //! Text: a matrix of heights, or a table of x, y, z.
 //!
-//! One line per x, its values along y, as `numpy.savetxt` writes the array whose axis 0 is x. Lines of exactly three numbers
-//! are x, y, z. Separators are `;`, tab, `,` or blanks, found from the first line; `#` starts a comment; a line with the column
-//! names x, y, z may come first. An empty field or `nan` is a hole. A text that would be read wrongly is rejected.
+//! One line per x, its values along y, as `numpy.savetxt` writes the array whose axis 0 is x; below the header of Gwyddion or
+//! SPIP one line per y. Columns named x, y, z, and lines of exactly three numbers, are points. Separators are `;`, tab, `,` or
+//! blanks, found from the first lines; `#` starts a comment. A text that would be read wrongly is rejected.
 
 use csv::{ReaderBuilder, Trim};
 
+use super::encoding::{decode, reject_controls};
 use super::error::ReadProblem;
+use super::headers::{self, Header};
 use super::lattice::{from_points, reject_points};
-use super::{MOST_POINTS, ReadOptions, required_unit, too_many};
+use super::{
+    Content, MOST_POINTS, ReadOptions, from_lines, length_unit, required_unit, same_unit,
+    stated_unit, too_many,
+};
 use crate::surface::topography::Topography;
-
-/// First words of the comments that Gwyddion writes above a matrix.
-const GWYDDION: [&str; 4] = ["Channel:", "Width:", "Height:", "Value units:"];
 
 /// No height has so many of any unit: programs write such numbers where nothing was measured.
 const FILLER: f64 = 1e30;
 
-pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    let text = std::str::from_utf8(bytes).map_err(|e| ReadProblem::Malformed {
-        place: format!("byte {}", e.valid_up_to() + 1),
-        found: "bytes that are not UTF-8 text".into(),
-        expected: "numbers in plain text".into(),
-    })?;
-    let text = text.trim_start_matches('\u{feff}');
-    let Numbers {
-        columns,
-        mut values,
-        line,
-    } = numbers(text)?;
-    if columns == 0 {
+/// The values that are holes, as remarks name them. Letters may be small or large, runs of `*` and of `-` longer.
+const HOLES: [&str; 10] = [
+    "",
+    "nan",
+    "NA",
+    "N/A",
+    "null",
+    "Bad",
+    "No Data",
+    "***",
+    "---",
+    "1e30 or more",
+];
+
+/// What to write in place of labels.
+const NO_LABELS: &str =
+    "heights: save the map without labels of columns and rows (pandas: header=False, index=False)";
+
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
+    let (text, encoding) = decode(bytes, None)?;
+    reject_controls(&text, encoding)?;
+    headers::reject_instruments(&text)?;
+    let comments = headers::comments(&text);
+    let header = Header::of(&comments)?;
+    if header.is_some() {
+        headers::reject_several(&text)?;
+    }
+    let numbers = Numbers::of(&text, comments.last().copied())?;
+    if numbers.columns == 0 {
         return Err(ReadProblem::Malformed {
             place: "the text".into(),
             found: "no numbers".into(),
             expected: "a matrix of heights, or lines of x, y, z".into(),
         });
     }
-    reject_labels(columns, &values, line)?;
-    let unit = required_unit(options, "text")?;
-    if columns == 3 {
-        let lateral = options.lateral_unit.unwrap_or(unit);
-        let (rows, _) = values.as_chunks_mut::<3>();
-        for row in &mut *rows {
-            *row = [row[0] * lateral, row[1] * lateral, row[2] * unit];
+    let mut remarks = Vec::new();
+    if encoding != "UTF-8" {
+        remarks.push(format!("the text is read as {encoding}"));
+    }
+    remarks.extend(numbers.remarks());
+    let (topography, stated_unit) = match (numbers.names.is_some(), header) {
+        (false, Some(header)) => below_header(&header, numbers, options, &mut remarks)?,
+        (named, _) => {
+            if !named {
+                reject_labels(numbers.columns, &numbers.values, numbers.line)?;
+            }
+            if named || numbers.columns == 3 {
+                let units = headers::units_of_points(&comments)?;
+                points(numbers, units, options, &mut remarks)?
+            } else {
+                (matrix(numbers, options, &mut remarks)?, None)
+            }
         }
-        return from_points(rows);
-    }
-    reject_gwyddion(text)?;
+    };
+    Ok((topography, stated_unit, remarks))
+}
+
+/// A matrix of which each line is one x.
+fn matrix(
+    numbers: Numbers,
+    options: &ReadOptions,
+    remarks: &mut Vec<String>,
+) -> Result<Topography, ReadProblem> {
+    let columns = numbers.columns;
+    let unit = required_unit(options, "text")?;
     if columns > 3 {
-        reject_points(columns, &values)?;
+        reject_points(columns, &numbers.values)?;
     }
+    let nx = numbers.values.len() / columns;
+    remarks.push(format!(
+        "{nx} lines of {columns} values: {}",
+        if options.transpose {
+            "a line of the text is one y, by surface.transpose"
+        } else {
+            "a line of the text is one x; surface.transpose = true makes it one y"
+        }
+    ));
     Ok(Topography {
-        nx: values.len() / columns,
+        nx,
         ny: columns,
         spacing: None,
-        heights: values.into_iter().map(|h| h * unit).collect(),
+        heights: numbers.values.into_iter().map(|h| h * unit).collect(),
     })
 }
 
-/// Rejects a matrix below the header of Gwyddion, which contradicts how its lines are read.
-fn reject_gwyddion(text: &str) -> Result<(), ReadProblem> {
-    let comments = text.lines().map_while(|line| line.trim().strip_prefix('#'));
-    let is_of_it = |comment: &&str| GWYDDION.iter().any(|name| comment.starts_with(name));
-    let header: Vec<&str> = comments.map(str::trim).filter(is_of_it).collect();
-    if header.len() + 1 < GWYDDION.len() {
-        return Ok(());
+/// A matrix of which each line is one y, below a header that says so.
+fn below_header(
+    header: &Header,
+    mut numbers: Numbers,
+    options: &ReadOptions,
+    remarks: &mut Vec<String>,
+) -> Result<(Topography, Option<f64>), ReadProblem> {
+    let nx = numbers.columns;
+    let mut lines = numbers.values.len() / nx;
+    let masked = |[_, y]: [usize; 2]| lines.is_multiple_of(2) && lines / 2 == y;
+    if header.voids && header.points.is_some_and(masked) {
+        // The lower half is 0 for points that were not measured, 1 for others.
+        lines /= 2;
+        let (heights, mask) = numbers.values.split_at_mut(lines * nx);
+        if let Some(found) = mask.iter().find(|v| **v != 0.0 && **v != 1.0) {
+            let expected = "as many lines of 0 and 1 below the heights as the heights have, since voidpixels is not 0";
+            return Err(ReadProblem::malformed("the mask", found, expected));
+        }
+        for (height, _) in heights.iter_mut().zip(mask).filter(|(_, m)| **m == 0.0) {
+            *height = f64::NAN;
+        }
+    } else if header.voids && !numbers.values.iter().any(|h| h.is_nan()) {
+        let expected = "a mask of 0 and 1 below the heights, or values such as nan";
+        return Err(ReadProblem::malformed(
+            "the header's voidpixels",
+            "points that were not measured, and no mark of them",
+            expected,
+        ));
     }
-    Err(ReadProblem::Unsupported {
-        found: format!("a matrix that Gwyddion exported as text ({})", header.join(", ")),
-        advice: "each of its lines is one y, and a line of a text matrix is one x here: export it as XYZ, or turn it by numpy.save(\"map.npy\", numpy.loadtxt(FILE).T); then give surface.unit, surface.spacing and joint.size that agree with its header".into(),
-    })
-}
-
-/// The only names of columns.
-const XYZ: [&str; 3] = ["x", "y", "z"];
-
-/// Names of columns without their units: `X`, `x [um]` and `x_um` are x.
-fn column_names<'a>(fields: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let names = fields.into_iter().map(|field| {
-        let field = field.trim_matches(['"', '\'']);
-        let name = field.split(|c: char| !c.is_alphanumeric()).next();
-        name.unwrap_or_default().to_lowercase()
-    });
-    names.filter(|name| !name.is_empty()).collect()
-}
-
-fn require_xyz(line: u64, names: &[String]) -> Result<(), ReadProblem> {
-    if names == XYZ {
-        return Ok(());
+    if let Some([x, y]) = header.points.filter(|points| *points != [nx, lines]) {
+        return Err(ReadProblem::malformed(
+            "the matrix",
+            format!("{lines} lines of {nx} values"),
+            &format!("{y} lines of {x}, as the header says"),
+        ));
     }
-    Err(ReadProblem::Malformed {
-        place: format!("line {line}"),
-        found: format!("columns named {}", names.join(", ")),
-        expected: "x, y, z in this order and no other column; a matrix of heights has no names"
-            .into(),
-    })
-}
-
-/// Rejects a first line of numbers that are labels of the columns, as data frames are saved, also with labels of the rows.
-fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadProblem> {
-    let (first, heights) = values.split_at(columns);
-    let labels = if first[0].is_nan() {
-        &first[1..]
-    } else {
-        first
+    let unit = match header.unit {
+        Some(stated) => stated_unit(options, stated)?,
+        None => required_unit(options, "text")?,
     };
-    let counts = labels.len() > 2
-        && (labels[0] == 0.0 || labels[0] == 1.0)
-        && labels.windows(2).all(|pair| pair[1] == pair[0] + 1.0);
-    if !counts || heights.iter().all(|h| h.is_nan() || h.fract() == 0.0) {
-        return Ok(());
+    let size = header.size.as_ref();
+    remarks.push(format!(
+        "the header of {} {}: {}",
+        header.program,
+        size.map_or("states no size".into(), |(_, text)| format!("says {text}")),
+        if options.transpose {
+            "a line of the text is one x, by surface.transpose"
+        } else {
+            "a line of the text is one y; surface.transpose = true makes it one x"
+        }
+    ));
+    let topography = Topography {
+        nx,
+        ny: lines,
+        spacing: size.map(|([x, y], _)| [x / nx as f64, y / lines as f64]),
+        heights: from_lines(nx, lines, |index| numbers.values[index] * unit),
+    };
+    Ok((topography, header.unit))
+}
+
+/// Points x, y, z; `comments` has the units of positions and of heights that the comments state.
+fn points(
+    mut numbers: Numbers,
+    comments: [Option<f64>; 2],
+    options: &ReadOptions,
+    remarks: &mut Vec<String>,
+) -> Result<(Topography, Option<f64>), ReadProblem> {
+    let names = numbers.names.as_ref();
+    let name = |axis: usize| names.map_or("", |names| &names.all[names.xyz[axis]]);
+    let stated = bracketed_unit(name(2))?.or(comments[1]);
+    let unit = match stated {
+        Some(stated) => stated_unit(options, stated)?,
+        None => required_unit(options, "text")?,
+    };
+    // Positions have the unit of the heights, which a correction changes for the heights alone.
+    let given = options.lateral_unit.or(options.height_unit);
+    let mut units = [given.or(stated).unwrap_or(unit); 3];
+    for axis in 0..2 {
+        match bracketed_unit(name(axis))?.or(comments[0]) {
+            Some(own) => units[axis] = own,
+            None if stated.is_some() => remarks.push(format!(
+                "{} is read in the unit of z, {:e} m",
+                ["x", "y"][axis],
+                units[axis]
+            )),
+            None => {}
+        }
     }
-    Err(ReadProblem::Malformed {
-        place: format!("line {line}"),
-        found: format!("{}, {}, {}, …, the labels of columns", labels[0], labels[1], labels[2]),
-        expected: "heights: save the map without labels of columns and rows (pandas: header=False, index=False)".into(),
+    units[2] = unit;
+    // A correction contradicts the name of z on purpose.
+    let checked = if options.correct.unit.is_some() { 2 } else { 3 };
+    for (axis, unit) in units.into_iter().enumerate().take(checked) {
+        if ending_unit(name(axis)).is_some_and(|hint| !same_unit(hint, unit)) {
+            return Err(ReadProblem::malformed(
+                &format!("column {}", name(axis)),
+                format!("another unit in its name than surface.unit, {unit:e} m"),
+                "the same, or a unit in brackets, such as z [nm], which is read",
+            ));
+        }
+    }
+    let (rows, _) = numbers.values.as_chunks_mut::<3>();
+    for row in &mut *rows {
+        for (value, unit) in row.iter_mut().zip(units) {
+            *value *= unit;
+        }
+    }
+    from_points(rows).map(|topography| (topography, stated))
+}
+
+/// The names of all columns, and which of them are x, y and z.
+struct Names {
+    all: Vec<String>,
+    xyz: [usize; 3],
+}
+
+impl Names {
+    fn of(fields: &[&str], place: &str) -> Result<Names, ReadProblem> {
+        let mut all: Vec<String> = Vec::new();
+        for field in fields {
+            let field = field.trim_matches(['"', '\'']);
+            match all.last_mut() {
+                // Blanks separate a name from its unit, too.
+                Some(name) if field.starts_with(['[', '(']) => *name = format!("{name} {field}"),
+                _ => all.push(field.to_owned()),
+            }
+        }
+        let places = |of: fn(&str) -> &str, axis: &str| -> Vec<usize> {
+            let is_it = |&k: &usize| of(&all[k]).eq_ignore_ascii_case(axis);
+            (0..all.len()).filter(is_it).collect()
+        };
+        let found = ["x", "y", "z"].map(|axis| match places(bare, axis) {
+            none if none.is_empty() => places(first_word, axis),
+            exact => exact,
+        });
+        match found.each_ref().map(|places| &places[..]) {
+            [&[x], &[y], &[z]] => Ok(Names {
+                all,
+                xyz: [x, y, z],
+            }),
+            [&[_], &[], &[_]] => Err(ReadProblem::Unsupported {
+                found: format!("a profile ({place}: columns x and z without y)"),
+                advice: "a surface has points x, y, z, or a matrix of heights".into(),
+            }),
+            _ => {
+                all.retain(|name| !name.is_empty());
+                let expected = "x, y and z, each once and in any order, beside others; a matrix of heights has no names (pandas: header=False, index=False)";
+                let names = format!("columns named {}", all.join(", "));
+                Err(ReadProblem::malformed(place, names, expected))
+            }
+        }
+    }
+
+    fn remark(&self) -> Option<String> {
+        let unread = (0..self.all.len()).filter(|k| !self.xyz.contains(k));
+        let unread: Vec<String> = unread.map(|k| format!("\"{}\"", self.all[k])).collect();
+        let names = self.all.join(", ");
+        match unread.len() {
+            0 if self.xyz.is_sorted() => None,
+            0 => Some(format!("columns {names}, by their names")),
+            _ => Some(format!("columns {names}: not read {}", unread.join(", "))),
+        }
+    }
+}
+
+/// A name without its unit: `z` of `z [nm]` and of `z_nm`.
+fn bare(name: &str) -> &str {
+    let name = name.split(['[', '(']).next().unwrap_or_default().trim();
+    match name.rsplit_once('_') {
+        Some((plain, _)) if ending_unit(name).is_some() => plain,
+        _ => name,
+    }
+}
+
+fn first_word(name: &str) -> &str {
+    let mut words = name.split(|c: char| !c.is_alphanumeric());
+    words.next().unwrap_or_default()
+}
+
+/// The unit in brackets behind a name \[m\].
+fn bracketed_unit(name: &str) -> Result<Option<f64>, ReadProblem> {
+    let Some((_, rest)) = name.split_once(['[', '(']) else {
+        return Ok(None);
+    };
+    let text = rest.split([']', ')']).next().unwrap_or_default();
+    length_unit(text).map(Some).ok_or_else(|| {
+        let expected = "m, mm, um or nm, or no brackets";
+        ReadProblem::malformed(&format!("the unit of column {name}"), text, expected)
     })
+}
+
+/// The unit that a name seems to end in, as `z_nm` \[m\].
+fn ending_unit(name: &str) -> Option<f64> {
+    name.rsplit_once('_')
+        .and_then(|(_, unit)| length_unit(unit))
+}
+
+/// Rejects a first line of numbers that are labels or positions of the columns, as data frames are saved, and a first column
+/// that counts the lines.
+fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadProblem> {
+    let corner = usize::from(values[0].is_nan());
+    let lines = values.chunks_exact(columns);
+    let first_line = &values[corner..columns];
+    let second_line = lines.clone().nth(1).map_or(&[][..], |next| &next[corner..]);
+    let column = |k: usize| lines.clone().skip(corner).map(move |line| line[k]);
+    let (first_column, second_column): (Vec<f64>, Vec<f64>) = match columns {
+        // Points, or one value a line.
+        1 | 3 => (Vec::new(), Vec::new()),
+        _ => (column(0).collect(), column(1).collect()),
+    };
+    let along_line = steps(first_line);
+    let along_column = steps(&first_column);
+    let both = corner == 1 && along_line.is_some() && along_column.is_some();
+    let whole = |heights: &[f64]| heights.iter().all(|h| h.is_nan() || h.fract() == 0.0);
+    // Heights may count, too: all of them whole, or of a plane.
+    let counts = |labels: &[f64], found: Option<(f64, f64)>, beside: &[f64]| match found {
+        Some((start, step)) => {
+            let by_one = step == 1.0 && (start == 0.0 || start == 1.0);
+            let positions = start == 0.0 && labels.len() > 3;
+            (by_one || positions) && steps(beside).is_none_or(|(_, other)| !near(other, step, step))
+        }
+        None => false,
+    };
+    let fail = |place: String, labels: &[f64], of: &str| {
+        let [a, b, c] = [labels[0], labels[1], labels[2]];
+        Err(ReadProblem::Malformed {
+            place,
+            found: format!("{a}, {b}, {c}, …, the labels of {of}"),
+            expected: NO_LABELS.into(),
+        })
+    };
+    if both || counts(first_line, along_line, second_line) && !whole(values) {
+        return fail(format!("line {line}"), first_line, "columns");
+    }
+    let by_one = along_column.is_some_and(|(_, step)| step == 1.0);
+    if by_one && counts(&first_column, along_column, &second_column) && !whole(values) {
+        return fail("column 1".into(), &first_column, "rows");
+    }
+    Ok(())
+}
+
+/// Start and step of three or more numbers that increase in equal steps, but for the rounding of what is printed.
+fn steps(values: &[f64]) -> Option<(f64, f64)> {
+    let (&[start, ..], &[.., end]) = (values, values) else {
+        return None;
+    };
+    let step = (end - start) / (values.len() - 1) as f64;
+    let equal = || {
+        (0..)
+            .zip(values)
+            .all(|(k, &v)| near(v, start + f64::from(k) * step, step))
+    };
+    (values.len() > 2 && step > 0.0 && equal()).then_some((start, step))
+}
+
+fn near(a: f64, b: f64, step: f64) -> bool {
+    (a - b).abs() <= 0.01 * step
 }
 
 /// Lines of as many numbers each.
 struct Numbers {
-    /// 0 without any.
+    /// Numbers of a line; 0 without any.
     columns: usize,
+    /// Line by line; of named columns x, y and z in this order.
     values: Vec<f64>,
     /// The line of the first.
     line: u64,
+    names: Option<Names>,
+    /// How often each of [`HOLES`] occurs.
+    holes: [usize; HOLES.len()],
+    /// The first lines with a decimal comma and with a decimal point.
+    comma: Option<u64>,
+    point: Option<u64>,
 }
 
-fn numbers(text: &str) -> Result<Numbers, ReadProblem> {
-    let first = text
-        .lines()
-        .find(|line| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
-        .unwrap_or_default();
-    let separator = [';', '\t', ',']
-        .into_iter()
-        .find(|&s| first.trim().contains(s));
-    // A separator at the end of every line ends a field, it does not start one.
-    let mut ended = separator.is_some();
-    if ended {
-        each_line(text, separator, |_, fields| {
-            ended &= fields.len() > 1 && fields[fields.len() - 1].is_empty();
+impl Numbers {
+    /// `comment` is the last one above the numbers, which may name the columns.
+    fn of(text: &str, comment: Option<&str>) -> Result<Numbers, ReadProblem> {
+        let separator = separator(text);
+        // A separator at the end of every line ends a field, it does not start one.
+        let mut ended = separator.is_some();
+        if ended {
+            each_line(text, separator, |_, fields| {
+                ended &= fields.len() > 1 && fields[fields.len() - 1].is_empty();
+                Ok(())
+            })?;
+        }
+        let mut found = Numbers {
+            columns: 0,
+            values: Vec::new(),
+            line: 0,
+            names: None,
+            holes: [0; HOLES.len()],
+            comma: None,
+            point: None,
+        };
+        let mut is_first = true;
+        // Fields of a line.
+        let mut count = 0;
+        each_line(text, separator, |line, mut fields| {
+            if ended {
+                fields = &fields[..fields.len() - 1];
+            }
+            if std::mem::take(&mut is_first) {
+                if found.take_names(line, fields)? {
+                    return Ok(());
+                }
+                found.names = comment.and_then(|comment| {
+                    let names: Vec<&str> = match separator {
+                        Some(separator) => comment.split(separator).map(str::trim).collect(),
+                        None => comment.split_whitespace().collect(),
+                    };
+                    let names = Names::of(&names, "the comment").ok();
+                    names.filter(|names| names.all.len() == fields.len())
+                });
+            }
+            if found.columns == 0 {
+                found.line = line;
+                count = found.names.as_ref().map_or(fields.len(), |n| n.all.len());
+                found.columns = if found.names.is_some() { 3 } else { count };
+            }
+            if fields.len() != count {
+                let above = if found.names.is_some() {
+                    "names"
+                } else {
+                    "numbers"
+                };
+                return Err(ReadProblem::Malformed {
+                    place: format!("line {line}"),
+                    found: format!("{} values", fields.len()),
+                    expected: format!("{count}, as in the first line of {above}"),
+                });
+            }
+            match found.names.as_ref().map(|n| n.xyz) {
+                Some(xyz) => xyz
+                    .into_iter()
+                    .try_for_each(|k| found.take(line, k, fields[k], separator))?,
+                None => (0..)
+                    .zip(fields)
+                    .try_for_each(|(k, field)| found.take(line, k, field, separator))?,
+            }
+            // A line of three is one point.
+            let points = found.values.len() / if found.columns == 3 { 3 } else { 1 };
+            if points > MOST_POINTS {
+                return Err(too_many(format!("{points} points up to line {line}")));
+            }
             Ok(())
         })?;
+        match (found.comma, found.point) {
+            (Some(comma), Some(point)) => Err(ReadProblem::malformed(
+                &format!("line {comma}"),
+                format!("a decimal comma, and a decimal point in line {point}"),
+                "one kind of decimal mark in the whole text",
+            )),
+            _ => Ok(found),
+        }
     }
-    let mut found = Numbers {
-        columns: 0,
-        values: Vec::new(),
-        line: 0,
-    };
-    let mut is_first = true;
-    let mut names = Vec::new();
-    each_line(text, separator, |line, mut fields| {
-        if ended {
-            fields = &fields[..fields.len() - 1];
+
+    /// Whether the first line has names, in place of numbers.
+    fn take_names(&mut self, line: u64, fields: &[&str]) -> Result<bool, ReadProblem> {
+        let names = fields.iter().filter(|field| is_name(field)).count();
+        let empty = fields.iter().filter(|field| field.is_empty()).count();
+        if names == 0 || names + empty < fields.len() {
+            if fields.len() > 2 && names == 1 && is_name(fields[0]) {
+                return Err(ReadProblem::malformed(
+                    &format!("line {line}"),
+                    format!("\"{}\" before numbers, the labels of columns", fields[0]),
+                    NO_LABELS,
+                ));
+            }
+            return Ok(false);
         }
-        if std::mem::take(&mut is_first) && fields.iter().all(|field| is_name(field)) {
-            names = column_names(fields.iter().copied());
-            return require_xyz(line, &names);
-        }
-        for (column, field) in fields.iter().enumerate() {
-            let value = number(field).filter(|v| !(FILLER..f64::INFINITY).contains(&v.abs()));
-            let value = value.ok_or_else(|| ReadProblem::Malformed {
-                place: format!("line {line}, value {}", column + 1),
-                found: format!("\"{field}\""),
-                expected: "a number with a decimal point; for a hole nothing or nan, and no filler such as 1e38".into(),
-            })?;
-            found.values.push(value);
-        }
-        if found.columns == 0 {
-            (found.columns, found.line) = (fields.len(), line);
-        }
-        let (columns, above) = match names.len() {
-            0 => (found.columns, "numbers"),
-            named => (named, "names"),
+        self.names = Some(Names::of(fields, &format!("line {line}"))?);
+        Ok(true)
+    }
+
+    /// Appends the number in a field.
+    fn take(
+        &mut self,
+        line: u64,
+        column: usize,
+        field: &str,
+        separator: Option<char>,
+    ) -> Result<(), ReadProblem> {
+        let parsed = field.parse::<f64>().ok();
+        let value = match (parsed, hole(field, parsed)) {
+            (_, Some(kind)) => {
+                self.holes[kind] += 1;
+                f64::NAN
+            }
+            (Some(value), None) => {
+                if self.point.is_none() && field.contains('.') {
+                    self.point = Some(line);
+                }
+                value
+            }
+            (None, None) => {
+                let decimal = || field.replacen(',', ".", 1).parse().ok();
+                let allowed =
+                    separator != Some(',') && !field.contains('.') && !field.ends_with(',');
+                let value: Option<f64> = allowed.then(decimal).flatten();
+                self.comma = self.comma.or(Some(line));
+                value.ok_or_else(|| ReadProblem::Malformed {
+                    place: format!("line {line}, value {}", column + 1),
+                    found: format!("\"{field}\""),
+                    expected: if field.matches(['.', ',']).count() > 1 {
+                        "a number with one decimal point or one decimal comma, and no mark of thousands"
+                    } else {
+                        "a number with a decimal point; for a hole nothing, nan, NA, Bad, *** or ---"
+                    }
+                    .into(),
+                })?
+            }
         };
-        if fields.len() != columns {
-            return Err(ReadProblem::Malformed {
-                place: format!("line {line}"),
-                found: format!("{} values", fields.len()),
-                expected: format!("{columns}, as in the first line of {above}"),
-            });
-        }
-        // A line of three is one point.
-        let points = found.values.len() / if found.columns == 3 { 3 } else { 1 };
-        if points > MOST_POINTS {
-            return Err(too_many(format!("{points} points up to line {line}")));
-        }
+        self.values.push(value);
         Ok(())
-    })?;
-    Ok(found)
+    }
+
+    /// What was decided on the numbers.
+    fn remarks(&self) -> impl Iterator<Item = String> {
+        let names = self.names.as_ref().and_then(Names::remark);
+        let commas = self
+            .comma
+            .map(|_| "commas are read as decimal points".to_owned());
+        let counts = self
+            .holes
+            .iter()
+            .zip(HOLES)
+            .filter(|(count, _)| **count > 0);
+        let holes: Vec<String> = counts.map(|(n, kind)| format!("{n} \"{kind}\"")).collect();
+        let holes =
+            (!holes.is_empty()).then(|| format!("values read as holes: {}", holes.join(", ")));
+        [names, commas, holes].into_iter().flatten()
+    }
+}
+
+/// What separates values: `;`, tab or `,` if the first line has it, else blanks.
+fn separator(text: &str) -> Option<char> {
+    let lines = text.lines().map(str::trim);
+    let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let first = lines.clone().next().unwrap_or_default();
+    let found = [';', '\t', ','].into_iter().find(|&s| first.contains(s))?;
+    // Commas in numbers that blanks separate, as in "1,5 2,5", are decimal.
+    let numbers =
+        lines.find(|line| line.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c)));
+    let words = numbers.unwrap_or_default().split_whitespace();
+    let decimal = words.clone().nth(1).is_some()
+        && words
+            .clone()
+            .all(|word| !word.starts_with(',') && !word.ends_with(','));
+    (found != ',' || !decimal).then_some(found)
 }
 
 /// Hands on the number of each line in the file, and its fields.
@@ -197,6 +562,8 @@ fn each_line(
     separator: Option<char>,
     mut each: impl FnMut(u64, &[&str]) -> Result<(), ReadProblem>,
 ) -> Result<(), ReadProblem> {
+    /// The only value of two words.
+    const NO_DATA: &str = "No Data";
     let mut fields: Vec<&str> = Vec::new();
     let Some(separator) = separator else {
         for (line, number) in text.lines().zip(1..) {
@@ -204,7 +571,12 @@ fn each_line(
                 continue;
             }
             fields.clear();
-            fields.extend(line.split_whitespace());
+            for word in line.split_whitespace() {
+                match fields.last_mut() {
+                    Some(last) if word == "Data" && *last == "No" => *last = NO_DATA,
+                    _ => fields.push(word),
+                }
+            }
             each(number, &fields)?;
         }
         return Ok(());
@@ -239,14 +611,21 @@ fn each_line(
 
 /// A name, as against a number that is misspelt.
 fn is_name(field: &str) -> bool {
+    let parsed = field.parse::<f64>().ok();
     let begins_a_number = |c: char| c.is_ascii_digit() || "+-.,".contains(c);
-    number(field).is_none() && !field.starts_with(begins_a_number)
+    parsed.is_none() && hole(field, None).is_none() && !field.starts_with(begins_a_number)
 }
 
-fn number(field: &str) -> Option<f64> {
-    if field.is_empty() {
-        Some(f64::NAN)
-    } else {
-        field.parse().ok()
+/// Which of [`HOLES`] a field is, and the number in it.
+fn hole(field: &str, parsed: Option<f64>) -> Option<usize> {
+    let run_of = |c: u8| field.bytes().all(|byte| byte == c);
+    match parsed {
+        Some(value) if value.is_nan() => Some(1),
+        Some(value) => (FILLER..f64::INFINITY).contains(&value.abs()).then_some(9),
+        None if field.len() > 2 && run_of(b'*') => Some(7),
+        None if field.len() > 1 && run_of(b'-') => Some(8),
+        None => HOLES[..7]
+            .iter()
+            .position(|word| word.eq_ignore_ascii_case(field)),
     }
 }

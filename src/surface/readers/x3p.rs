@@ -1,16 +1,23 @@
 //! X3P (ISO 25178-72, formerly ISO 5436-2): a zip with `main.xml` and a binary file of points, line by line, x fastest, in
-//! metres. The zip's own checksums are verified on unpacking, so the MD5 sums that the standard adds are not.
+//! metres. The members may lie in a folder. The zip's own checksums are verified on unpacking, so the MD5 sums that the standard
+//! adds are not.
 
 use std::collections::HashMap;
 use std::io::{Cursor, Read};
 
+use encoding_rs::{Encoding, UTF_16BE, UTF_16LE};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use zip::ZipArchive;
+use zip::read::ZipFile;
 
+use super::encoding::decode;
 use super::error::ReadProblem;
-use super::{ReadOptions, from_lines, points, stated_unit};
+use super::{Content, ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
+
+/// The first bytes of a zip archive.
+pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 
 /// A description is a few kilobytes; one of more than this is none.
 const LONGEST_DESCRIPTION: u64 = 16 << 20;
@@ -19,7 +26,7 @@ const LONGEST_DESCRIPTION: u64 = 16 << 20;
 const DEEPEST_ELEMENT: usize = 64;
 
 /// The elements that are read, by their path below the root. No other text is kept.
-const ELEMENTS: [&str; 13] = [
+const ELEMENTS: [&str; 14] = [
     "Record1/FeatureType",
     "Record1/Axes/CX/AxisType",
     "Record1/Axes/CX/Increment",
@@ -33,15 +40,31 @@ const ELEMENTS: [&str; 13] = [
     "Record3/MatrixDimension/SizeZ",
     "Record3/DataLink/PointDataLink",
     "Record3/DataLink/ValidPointsLink",
+    DATA_LIST,
 ];
+
+/// Points as text, in place of a link to a member with them.
+const DATA_LIST: &str = "Record3/DataList";
 
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
-pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, ReadProblem> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes))
-        .map_err(|e| ReadProblem::malformed("the zip archive", e, "an X3P archive"))?;
-    let description = Description::of(&mut archive)?;
-    stated_unit(options, 1.0)?;
+/// Rejects zip archives of other programs.
+pub(super) fn check(bytes: &[u8]) -> Result<(), ReadProblem> {
+    main_member(&open(bytes)?).map(|_| ())
+}
+
+fn open(bytes: &[u8]) -> Result<Archive<'_>, ReadProblem> {
+    ZipArchive::new(Cursor::new(bytes))
+        .map_err(|e| ReadProblem::malformed("the zip archive", e, "an X3P archive"))
+}
+
+pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
+    let mut archive = open(bytes)?;
+    let main = main_member(&archive)?;
+    let folder = main[..main.len() - MAIN.len()].to_owned();
+    let description = Description::of(&mut archive, &main)?;
+    let unit = stated_unit(options, 1.0)?;
+    let mut remarks = Vec::new();
 
     let feature = description.text("Record1/FeatureType")?;
     if feature != "SUR" {
@@ -78,7 +101,14 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
     let increment = description.number("Record1/Axes/CZ/Increment")?;
     // Integers count increments; floating-point heights are metres already.
     let scale = match (kind, increment) {
-        ("F" | "D", _) => 1.0,
+        ("F" | "D", increment) => {
+            if let Some(other) = increment.filter(|step| *step != 1.0) {
+                remarks.push(format!(
+                    "CZ/Increment, {other:e}, does not scale the points, which are metres of type {kind}"
+                ));
+            }
+            1.0
+        }
         (_, Some(increment)) => increment,
         (_, None) => {
             return Err(ReadProblem::malformed(
@@ -89,14 +119,27 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
         }
     };
     let points = points(nx, ny)?;
+    if description.optional(DATA_LIST).is_some() {
+        return Err(ReadProblem::Unsupported {
+            found: "an X3P file whose points are text in main.xml (DataList)".into(),
+            advice: "save it with a binary member of points (PointDataLink)".into(),
+        });
+    }
     let part = description.text("Record3/DataLink/PointDataLink")?;
     let reason = format!("{nx} x {ny} points of type {kind}");
-    let data = member(&mut archive, part, (points * width) as u64, &reason)?;
+    let data = member(
+        &mut archive,
+        &folder,
+        part,
+        (points * width) as u64,
+        &reason,
+    )?;
     let valid = match description.optional("Record3/DataLink/ValidPointsLink") {
         Some(part) => {
             let reason = format!("one bit for each of {nx} x {ny} points");
             Some(member(
                 &mut archive,
+                &folder,
                 part,
                 points.div_ceil(8) as u64,
                 &reason,
@@ -121,31 +164,126 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Topography, R
             (_, &[a, b, c, d, e, f, g, h]) => f64::from_le_bytes([a, b, c, d, e, f, g, h]),
             _ => unreachable!("the width follows from the type"),
         };
-        raw * scale + offset
+        (raw * scale + offset) * unit
     };
-    Ok(Topography {
+    let topography = Topography {
         nx,
         ny,
         spacing: Some(spacing),
         heights: from_lines(nx, ny, point),
-    })
+    };
+    Ok((topography, Some(1.0), remarks))
+}
+
+/// The description's name, in the folder of all members.
+const MAIN: &str = "main.xml";
+
+/// The names of the members, with `/` between folders, which Windows programs write otherwise.
+fn names(archive: &Archive) -> impl Iterator<Item = String> {
+    let names = archive.file_names();
+    names.map(|name| name.map_or_else(|_| String::new(), |name| slashed(&name)))
+}
+
+fn slashed(name: &str) -> String {
+    name.replace('\\', "/")
+}
+
+/// The description's path: at the top, or in the one folder that has one.
+fn main_member(archive: &Archive) -> Result<String, ReadProblem> {
+    let mut found: Vec<String> = names(archive)
+        .filter(|name| name.rsplit('/').next() == Some(MAIN))
+        .collect();
+    if found.iter().any(|name| name == MAIN) {
+        return Ok(MAIN.into());
+    }
+    match (found.pop(), found.len()) {
+        (Some(name), 0) => Ok(name),
+        (Some(name), more) => Err(ReadProblem::malformed(
+            "the zip archive",
+            format!("{} members main.xml, {name} the last", more + 1),
+            "one, as X3P has it: pack the folder of one map",
+        )),
+        (None, _) => Err(another_archive(&names(archive).collect::<Vec<_>>())),
+    }
+}
+
+/// What other programs pack into zip archives: a part of a member's name, the file, and what to do.
+const OTHERS: [(&str, &str, &str); 5] = [
+    (
+        ".npy",
+        "a NumPy archive (.npz)",
+        "save one array with numpy.save",
+    ),
+    ("xl/", "an Excel workbook (.xlsx)", "save its sheet as CSV"),
+    (
+        "word/",
+        "a Word document (.docx)",
+        "save its numbers as plain text",
+    ),
+    (
+        "content.xml",
+        "an OpenDocument file (.ods)",
+        "save its sheet as CSV",
+    ),
+    (
+        "index.xml",
+        "a Sensofar file (.plux)",
+        "export the topography as X3P or SUR",
+    ),
+];
+
+fn another_archive(names: &[String]) -> ReadProblem {
+    let is_in = |part: &str| names.iter().any(|name| name.contains(part));
+    match OTHERS.into_iter().find(|(part, ..)| is_in(part)) {
+        Some((_, found, advice)) => ReadProblem::Unsupported {
+            found: found.into(),
+            advice: advice.into(),
+        },
+        None => ReadProblem::malformed(
+            "the zip archive",
+            format!("members {}, …", names[..names.len().min(2)].join(", ")),
+            "a member main.xml, as X3P has it: unpack the archive and name the file in it",
+        ),
+    }
+}
+
+/// The encoding that a description declares.
+fn declared(bytes: &[u8]) -> Result<Option<&'static Encoding>, ReadProblem> {
+    // Without a byte order mark the first character, <, shows it.
+    match bytes {
+        [b'<', 0, ..] => return Ok(Some(UTF_16LE)),
+        [0, b'<', ..] => return Ok(Some(UTF_16BE)),
+        _ => {}
+    }
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(256)]);
+    let declaration = start.split("?>").next().unwrap_or_default();
+    let Some((_, label)) = declaration.split_once("encoding") else {
+        return Ok(Some(encoding_rs::UTF_8));
+    };
+    let label = label.split(['"', '\'']).nth(1).unwrap_or_default();
+    match Encoding::for_label(label.as_bytes()) {
+        // Whatever it says, the declaration could be read.
+        Some(wide) if wide == UTF_16LE || wide == UTF_16BE => Ok(Some(encoding_rs::UTF_8)),
+        Some(encoding) => Ok(Some(encoding)),
+        None => Err(ReadProblem::malformed(
+            "main.xml",
+            format!("the encoding \"{label}\""),
+            "one that is known, such as UTF-8, UTF-16, ISO-8859-1 or windows-1252",
+        )),
+    }
 }
 
 /// The texts of [`ELEMENTS`] in `main.xml`, which may have namespace prefixes there.
 struct Description(HashMap<&'static str, String>);
 
 impl Description {
-    fn of(archive: &mut Archive) -> Result<Self, ReadProblem> {
-        let mut text = String::new();
-        archive
-            .by_name("main.xml")
-            .map_err(|e| {
-                let expected = "a member main.xml, as X3P has it; .npz, .plux and .xlsx are zip archives too and are not read: save an array with numpy.save";
-                ReadProblem::malformed("the zip archive", e, expected)
-            })?
+    fn of(archive: &mut Archive, main: &str) -> Result<Self, ReadProblem> {
+        let mut bytes = Vec::new();
+        find(archive, main)?
             .take(LONGEST_DESCRIPTION)
-            .read_to_string(&mut text)
-            .map_err(|e| ReadProblem::malformed("main.xml", e, "UTF-8 text"))?;
+            .read_to_end(&mut bytes)
+            .map_err(|e| ReadProblem::malformed("main.xml", e, "intact data"))?;
+        let (text, _) = decode(&bytes, declared(&bytes)?)?;
         let mut texts: HashMap<&'static str, String> = HashMap::new();
         // Where the reader is, and how long that was at each element above.
         let mut path = String::new();
@@ -176,6 +314,9 @@ impl Description {
                         path.push_str(tag.local_name().into_inner());
                     }
                     above.push(path.len());
+                    if path == DATA_LIST {
+                        texts.insert(DATA_LIST, String::new());
+                    }
                 }
                 Ok(Event::End(_)) => {
                     above.pop();
@@ -251,22 +392,34 @@ impl Description {
     }
 }
 
-/// A binary member of exactly `expected` bytes.
+/// A member by its path.
+fn find<'a, 'b>(
+    archive: &'a mut Archive<'b>,
+    name: &str,
+) -> Result<ZipFile<'a, Cursor<&'b [u8]>>, ReadProblem> {
+    let index = names(archive).position(|other| other == name);
+    archive.by_index(index.unwrap_or(usize::MAX)).map_err(|e| {
+        let expected = format!("the member {name} that main.xml names");
+        ReadProblem::malformed("the zip archive", e, &expected)
+    })
+}
+
+/// A binary member of exactly `expected` bytes; links count from the folder of the description.
 fn member(
     archive: &mut Archive,
-    name: &str,
+    folder: &str,
+    link: &str,
     expected: u64,
     reason: &str,
 ) -> Result<Vec<u8>, ReadProblem> {
-    let file = archive.by_name(name).map_err(|e| {
-        ReadProblem::malformed(
-            "the zip archive",
-            e,
-            &format!("the member {name} that main.xml names"),
-        )
-    })?;
+    let link = slashed(link);
+    let name = format!(
+        "{folder}{}",
+        link.trim_start_matches("./").trim_start_matches('/')
+    );
+    let file = find(archive, &name)?;
     let wrong = |found| ReadProblem::Size {
-        part: name.to_owned(),
+        part: name.clone(),
         found,
         expected,
         reason: reason.to_owned(),
@@ -279,7 +432,7 @@ fn member(
     // One byte beyond the end: the archive compares its checksum when it meets the end of the member.
     file.take(expected + 1)
         .read_to_end(&mut data)
-        .map_err(|e| ReadProblem::malformed(name, e, "intact data"))?;
+        .map_err(|e| ReadProblem::malformed(&name, e, "intact data"))?;
     if data.len() as u64 != expected {
         return Err(wrong(data.len() as u64));
     }

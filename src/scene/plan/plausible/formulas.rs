@@ -69,14 +69,25 @@ pub fn body_stiffness(setup: &Setup) -> Option<f64> {
 
 /// Points of a map along the sides of the joint.
 pub fn points(setup: &Setup) -> Option<Figure> {
-    let [x, y] = setup.map?.points.map(rounded);
+    let [x, y] = setup.map?.fit.points.map(rounded);
     let words = format!("{} × {}", short(x), short(y));
     worded(x.min(y), words)
 }
 
-/// Spacing of a map's points along x over that along y, where it follows from the sides of the joint.
+/// Spacing of a map's points along x over that along y.
 pub fn aspect(setup: &Setup) -> Option<Figure> {
-    number(rounded(setup.map?.assumed_aspect?))
+    number(rounded(setup.map?.fit.aspect))
+}
+
+/// A map that states no spacing should have cells that are nearly square; one that does may have any.
+pub fn aspect_bounds(setup: &Setup) -> Option<[f64; 2]> {
+    setup.map?.fit.is_assumed.then_some([0.5, 2.0])
+}
+
+/// What is left of the autocorrelation of a map over two of its points.
+pub fn correlation(setup: &Setup) -> Option<Figure> {
+    let both = setup.map?.fit.correlation.into_iter().flatten();
+    number(both.min_by(f64::total_cmp)?)
 }
 
 /// Sums of spacings are not exact.

@@ -11,7 +11,7 @@ mod say;
 mod setup;
 mod table;
 
-use crate::recipe::{Check, Inputs};
+use crate::recipe::{Check, Inputs, Surface};
 use say::{Figure, Unit};
 use setup::Setup;
 
@@ -53,7 +53,30 @@ enum Bounds {
 pub(super) fn checks(inputs: &Inputs, given_load: Option<f64>) -> Vec<Check> {
     let setup = Setup::of(inputs, given_load);
     let rows = table::TABLE.iter();
-    rows.filter_map(|row| row.check(&setup)).collect()
+    let correction = inputs.recipe.surface().and_then(correction);
+    rows.filter_map(|row| row.check(&setup))
+        .chain(correction)
+        .collect()
+}
+
+/// What a scene overrides in the file of its surface.
+fn correction(surface: &Surface) -> Option<Check> {
+    let correct = surface.heights.file()?.correct;
+    let unit = correct
+        .unit
+        .map(|unit| format!("heights in units of {unit:e} m"));
+    let spacing = correct.spacing;
+    let spacing = spacing.map(|[x, y]| format!("points {x:e} x {y:e} m apart"));
+    let both: Vec<String> = unit.into_iter().chain(spacing).collect();
+    let value = both.join(", ");
+    (!both.is_empty()).then(|| Check {
+        what: "correction of the map's file",
+        warning: Some(format!(
+            "surface.correct: {value}, whatever the file says; the run keeps this"
+        )),
+        value,
+        remark: None,
+    })
 }
 
 /// The beginning of a row; the methods below add its fields one by one.
@@ -134,7 +157,7 @@ impl Row {
         let remark = usual
             .and_then(beyond)
             .map(|beyond| format!("{found} mostly {beyond}: {}", self.remark));
-        (warning.is_some() || !self.only_beyond).then_some(Check {
+        (warning.is_some() || remark.is_some() || !self.only_beyond).then_some(Check {
             what: self.what,
             value,
             warning,

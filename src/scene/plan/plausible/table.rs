@@ -7,6 +7,8 @@ use super::setup::Setup;
 use super::{Row, row};
 use crate::recipe::YIELDS;
 
+/// Longest cells of a map over their width.
+const SQUARE: Bounds = Between(0.5, 2.0);
 /// Dimensions of a structure: of a gap, and of a long arm.
 const DIMENSION: Bounds = Between(6e-3, 100.0);
 /// Stiffness of a contact that hardly touches, and of one that is glued.
@@ -84,17 +86,48 @@ pub static TABLE: &[Row] = &[
     row("number of points of the map along a side of the joint")
         .of(points)
         .keys("surface.spacing, joint.size")
-        .bounds(AtLeast(4.0))
-        .hint("so few points have no roughness; um or mm?")
+        .bounds(AtLeast(16.0))
+        .hint("so few points have hardly any roughness; um or mm? surface.correct.spacing overrides a file")
+        .only_beyond(),
+    row("autocorrelation of the map over two of its points")
+        .of(correlation)
+        .keys("surface.path, surface.spacing")
+        // 1/e is that of a correlation length.
+        .bounds(AtLeast(0.36))
+        .hint("the map has less than two points in a correlation length: measure it more finely, and see whether its roughness is noise")
         .only_beyond(),
     row("spacing of the map's points along x over that along y")
         .of(aspect)
         .keys("surface.spacing, joint.size")
-        .bounds(Between(0.5, 2.0))
+        .bounds(Of(aspect_bounds))
         .hint(
             "the map states no spacing and is taken to cover the joint; \
-             are x and y exchanged? give surface.spacing",
+             are x and y exchanged (surface.transpose)? give surface.spacing",
         )
+        .mostly(SQUARE)
+        .remark("so unequal are few maps; surface.correct.spacing overrides that of a file")
+        .only_beyond(),
+    row("share of the joint that was not measured")
+        .of(|setup| number(setup.map?.fit.unmeasured))
+        .keys("surface.path, surface.fill")
+        .bounds(AtMost(0.3))
+        .hint("so much of the face is made up or taken out; measure it again, or make joint.size smaller")
+        .mostly(AtMost(0.05))
+        .remark("this part of the face is made up or taken out, as surface.fill says")
+        .only_beyond(),
+    row("longer side of the map")
+        .of(|setup| number(setup.map?.fit.side?))
+        .keys("surface.spacing")
+        .unit(MM)
+        .bounds(Between(1e-6, 1.0))
+        .hint("um, mm or m? surface.correct.spacing overrides that of a file")
+        .only_beyond(),
+    row("range of the heights of the map")
+        .of(|setup| number(setup.map?.fit.range))
+        .keys("surface.unit")
+        .unit(UM)
+        .bounds(ZeroOr(1e-9, 1e-3))
+        .hint("nm, um or mm? surface.correct.unit overrides that of a file")
         .only_beyond(),
     row("side of the joint")
         .of(side)
