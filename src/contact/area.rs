@@ -10,12 +10,15 @@ use crate::grid::Patch;
 /// Part of a cell that each edge of the rim has too much.
 const OF_EDGE: f64 = (PI - 1.0 + LN_2) / 24.0;
 
+/// Of so few cells the area may be off by twice the root of their number.
+const FEW: usize = 16;
+
 /// The area of contact of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactArea {
     /// Area without what the rim has too much \[m²\].
     pub corrected: f64,
-    /// How far the corrected area may be from that of a grid without end \[m²\]: what the correction takes away, or √n of n cells in contact.
+    /// How far the corrected area may be from that of a grid without end \[m²\]: what the correction takes away, or √n of n cells in contact, 2√n of up to 16.
     pub grid_error: f64,
 }
 
@@ -31,10 +34,11 @@ impl ContactArea {
             edges += others.filter(|&other| !touches(other)).count();
         }
         let cell_area = patch.grid.cell_area();
+        let by_chance = (cells as f64).sqrt() * if cells <= FEW { 2.0 } else { 1.0 };
         let excess = OF_EDGE * edges as f64 * cell_area;
         ContactArea {
             corrected: cells as f64 * cell_area - excess,
-            grid_error: excess.max((cells as f64).sqrt() * cell_area),
+            grid_error: excess.max(by_chance * cell_area),
         }
     }
 

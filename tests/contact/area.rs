@@ -28,7 +28,7 @@ fn edges_of_the_joint_and_of_its_holes_are_no_rim() {
     let corner = |cell: usize| cell == 0 || cell == 1;
     let area = ContactArea::of(&patch, false, corner);
     assert!((area.corrected / cell - (2.0 - 3.0 * OF_EDGE)).abs() < 1e-12);
-    assert!((area.grid_error / cell - 2f64.sqrt()).abs() < 1e-12);
+    assert!((area.grid_error / cell - 2.0 * 2f64.sqrt()).abs() < 1e-12);
     // The same cells of a periodic contact have three edges more.
     let wrapped = ContactArea::of(&patch, true, corner);
     assert!((wrapped.corrected / cell - (2.0 - 6.0 * OF_EDGE)).abs() < 1e-12);

@@ -171,7 +171,7 @@ fn text_that_is_no_matrix() {
         ),
         (
             "0 0 1\n1 7 2\n2 3 3\n3 11 4\n4 5 5\n5 2 6\n",
-            vec!["6 rows for a grid of"],
+            vec!["6 rows, less than a quarter of the points, for a grid of"],
         ),
         ("0 nan 1\n", vec!["position"]),
     ];

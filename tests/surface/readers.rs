@@ -2,7 +2,9 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, Int32Array, RecordBatch, StringArray, UInt16Array};
+use arrow_array::{
+    ArrayRef, BooleanArray, Float64Array, Int32Array, RecordBatch, StringArray, UInt16Array,
+};
 use arrow_schema::{Field, Schema};
 use fretwear::surface::readers::{ReadOptions, read};
 use fretwear::surface::topography::Topography;
@@ -13,6 +15,7 @@ use parquet::file::properties::WriterProperties;
 
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
 use super::{AS_STATED, MICROMETRES};
+use crate::support::Chance;
 
 /// A product of a unit and a number against the number written out: one rounding.
 const ROUNDING: f64 = 1e-15;
@@ -856,5 +859,94 @@ fn the_shipped_topography_has_the_statistics_of_its_readme() {
             (found.sk - sk).abs() < PRINTED && (found.ku - ku).abs() < PRINTED,
             "{detrend:?} {found:?}"
         );
+    }
+}
+
+/// What a run has taken out of its joint is no height of another one, and indices begin at 0.
+#[test]
+fn parquet_of_cells_that_a_run_has_not_kept() {
+    let cells: Vec<(usize, usize)> = (0..NX * NY).map(|k| (k / NY, k % NY)).collect();
+    let of = |first: usize| {
+        let i = UInt16Array::from_iter_values(cells.iter().map(|c| (c.0 + first) as u16));
+        let j = UInt16Array::from_iter_values(cells.iter().map(|c| (c.1 + first) as u16));
+        let there = |c: &(usize, usize)| match *c {
+            (2, 1) => 0.0,
+            (i, j) => 1e-6 * height(i, j),
+        };
+        let h = Float64Array::from_iter_values(cells.iter().map(there));
+        let kept: Vec<bool> = cells.iter().map(|c| *c != (2, 1)).collect();
+        write_table(vec![
+            ("i", Some("1"), Arc::new(i) as ArrayRef),
+            ("j", Some("1"), Arc::new(j)),
+            ("height", Some("m"), Arc::new(h)),
+            ("kept", None, Arc::new(BooleanArray::from(kept))),
+        ])
+    };
+    let found = read_file("surface.parquet", of(0), &AS_STATED);
+    assert_is_it(&found, None, true);
+    let written = file("surface.parquet", of(1));
+    let refused = read(&written.path, &AS_STATED).unwrap_err().to_string();
+    assert!(refused.contains("indices from 0"), "{refused}");
+}
+
+/// Positions that a stage reports are a little off their lines, all of them or one.
+#[test]
+fn points_may_be_off_their_lines() {
+    let mut chance = Chance::new(5);
+    let mut lines = |jitter: f64, alone: f64| -> String {
+        let mut text = String::new();
+        for k in 0..40 * 28 {
+            let mut off = || jitter * (chance.next() - 0.5);
+            let (x, y) = ((k / 28) as f64 + off(), (k % 28) as f64 + off());
+            let x = if k == 600 { x + alone } else { x };
+            text += &format!(
+                "{:.9},{:.9},{}\n",
+                2.0 * x,
+                3.0 * y,
+                (k * k % 97) as f64 * 0.01
+            );
+        }
+        text
+    };
+    for (jitter, alone) in [(0.0, 0.0), (0.0, 0.05), (1e-4, 0.0), (0.05, 0.0)] {
+        let map = read_file("points.xyz", lines(jitter, alone), &MICROMETRES);
+        assert_eq!(
+            (map.nx, map.ny, map.holes()),
+            (40, 28, 0),
+            "{jitter} {alone}"
+        );
+        let [dx, dy] = map.spacing.unwrap();
+        assert!((dx / 2e-6 - 1.0).abs() < 0.01 && (dy / 3e-6 - 1.0).abs() < 0.01);
+    }
+    let written = file("points.xyz", lines(0.0, 0.3));
+    assert!(read(&written.path, &MICROMETRES).is_err());
+}
+
+/// Positions above or beside heights are no heights, wherever they begin and whichever way they go.
+#[test]
+fn positions_beside_heights_are_labels() {
+    let heights = |i: usize, j: usize| ((7 * i + 3 * j) % 11) as f64 * 0.13 - 0.4;
+    for at in [
+        |k: usize| k as f64 * 2e-3 - 0.019,
+        |k: usize| 0.001 + k as f64 * 2e-3,
+        |k: usize| 20.5 - k as f64,
+    ] {
+        let beside: String = (0..20)
+            .map(|i| {
+                let row: Vec<String> = (0..9).map(|j| heights(i, j).to_string()).collect();
+                format!("{:.6},{}\n", at(i), row.join(","))
+            })
+            .collect();
+        let first: Vec<String> = (0..9).map(|j| format!("{:.6}", at(j))).collect();
+        let rows = (0..20).map(|i| {
+            let row: Vec<String> = (0..9).map(|j| heights(i, j).to_string()).collect();
+            row.join(",") + "\n"
+        });
+        let above = first.join(",") + "\n" + &rows.collect::<String>();
+        for text in [beside, above] {
+            let written = file("labels.csv", text);
+            let refused = read(&written.path, &MICROMETRES).unwrap_err().to_string();
+            assert!(refused.contains("labels of"), "{refused}");
+        }
     }
 }

@@ -10,6 +10,9 @@ const OFF_LINE: f64 = 0.1;
 /// Coordinates closer than this, as a share of the range, are one grid line: what printing with few digits leaves of it.
 const SAME_LINE: f64 = 1e-7;
 
+/// Gaps between lines are at least this share of the largest gap, where positions are not exact.
+const JITTER: f64 = 0.02;
+
 /// Fewer rows than this share of the grid's points mean that the points are not those of a grid.
 const FILLED: f64 = 0.25;
 
@@ -30,14 +33,20 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
             });
         }
     }
-    let x = Lines::of(rows.iter().map(|r| r[0]));
-    let y = Lines::of(rows.iter().map(|r| r[1]));
-    let filled = FILLED * x.count as f64 * y.count as f64;
-    if (rows.len() as f64) < filled {
+    let lines = |least| [0, 1].map(|axis| Lines::of(rows.iter().map(|r| r[axis]), least));
+    let is_filled =
+        |[x, y]: &[Lines; 2]| rows.len() as f64 >= FILLED * x.count as f64 * y.count as f64;
+    let exact = lines(0.0);
+    let [x, y] = match is_filled(&exact) {
+        true => exact,
+        // Positions as a stage reports them, each a little off.
+        false => lines(JITTER),
+    };
+    if !is_filled(&[x, y]) {
         return Err(ReadProblem::NotRegular {
             row: 1,
             found: format!(
-                "{} rows for a grid of {} x {} lines",
+                "{} rows, less than a quarter of the points, for a grid of {} x {} lines",
                 rows.len(),
                 x.count,
                 y.count
@@ -103,6 +112,7 @@ pub(super) fn reject_points(columns: usize, values: &[f64]) -> Result<(), ReadPr
 }
 
 /// Equally spaced grid lines.
+#[derive(Clone, Copy)]
 struct Lines {
     first: f64,
     step: f64,
@@ -110,7 +120,8 @@ struct Lines {
 }
 
 impl Lines {
-    fn of(coordinates: impl Iterator<Item = f64>) -> Lines {
+    /// Gaps below the share `least` of the largest are not between lines.
+    fn of(coordinates: impl Iterator<Item = f64>, least: f64) -> Lines {
         let mut sorted: Vec<f64> = coordinates.collect();
         sorted.sort_by(f64::total_cmp);
         let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
@@ -126,10 +137,16 @@ impl Lines {
         // Gaps are counted one by one in units of the usual gap, so that neither rounding of the coordinates adds up nor a
         // missing line shifts the others.
         let gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).collect();
-        let mut ordered = gaps.clone();
+        let largest = gaps.iter().copied().fold(0.0, f64::max);
+        let mut ordered: Vec<f64> = gaps
+            .iter()
+            .copied()
+            .filter(|gap| *gap >= least * largest)
+            .collect();
         ordered.sort_by(f64::total_cmp);
         let usual = ordered[ordered.len() / 2];
-        let steps: f64 = gaps.iter().map(|gap| (gap / usual).round().max(1.0)).sum();
+        // A gap of less than half a step is within one line.
+        let steps: f64 = gaps.iter().map(|gap| (gap / usual).round()).sum();
         Lines {
             first,
             step: range / steps,

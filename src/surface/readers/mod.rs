@@ -229,7 +229,7 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> 
 
 /// What holds for every format: the axes, a size, heights that are numbers or holes, a sane spacing.
 fn finish(
-    (mut topography, stated_unit, remarks): Content,
+    (mut topography, stated_unit, mut remarks): Content,
     format: &'static str,
     options: &ReadOptions,
 ) -> Result<Reading, ReadProblem> {
@@ -237,6 +237,14 @@ fn finish(
         topography = topography.transposed();
     }
     if let Some(spacing) = options.correct.spacing.or(options.spacing) {
+        let is_other =
+            |[x, y]: [f64; 2]| !(same_length(x, spacing[0]) && same_length(y, spacing[1]));
+        if let Some([x, y]) = topography.spacing.filter(|stated| is_other(*stated)) {
+            remarks.push(format!(
+                "points are {:e} x {:e} m apart as the scene says, in place of {x:e} x {y:e} m as the file says",
+                spacing[0], spacing[1]
+            ));
+        }
         topography.spacing = Some(spacing);
     }
     if let Some([dx, dy]) = topography.spacing
@@ -281,6 +289,11 @@ fn stated_unit(options: &ReadOptions, stated: f64) -> Result<f64, ReadProblem> {
         }
         _ => Ok(stated),
     }
+}
+
+/// As near as single precision has it.
+fn same_length(a: f64, b: f64) -> bool {
+    (a / b - 1.0).abs() <= 1e-6
 }
 
 /// Units are powers of ten: anything but rounding is another unit.

@@ -21,6 +21,9 @@ use super::{
 use crate::surface::topography::Topography;
 use crate::tables;
 
+/// The column of `surface.parquet` that is false for a cell which is not of the joint.
+const KEPT: &str = "kept";
+
 /// Fewer rows than this share of the cells that the indices span mean that the indices are not those of a grid.
 const FILLED: f64 = 0.05;
 
@@ -62,7 +65,11 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     };
     check(builder.metadata())?;
     // Other columns may be of any kind and size.
-    let places = names.iter().filter_map(|name| schema.index_of(name).ok());
+    // Cells that a run has taken out of its joint are no heights.
+    let has_kept = (schema.field_with_name(KEPT))
+        .is_ok_and(|field| indexed && field.data_type() == &DataType::Boolean);
+    let read = names.into_iter().chain(has_kept.then_some(KEPT));
+    let places = read.filter_map(|name| schema.index_of(name).ok());
     let mask = ProjectionMask::roots(builder.parquet_schema(), places);
     let builder = builder.with_projection(mask);
     let mut rows: Vec<[f64; 3]> = Vec::new();
@@ -73,7 +80,13 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
             column(&batch, names[1])?,
             column(&batch, names[2])?,
         ];
-        rows.extend((0..batch.num_rows()).map(|k| [a[k], b[k], c[k] * height_unit]));
+        let kept = batch.column_by_name(KEPT).filter(|_| has_kept);
+        let kept = kept.and_then(|kept| kept.as_boolean_opt());
+        let height = |k: usize| match kept {
+            Some(kept) if kept.is_valid(k) && !kept.value(k) => f64::NAN,
+            _ => c[k] * height_unit,
+        };
+        rows.extend((0..batch.num_rows()).map(|k| [a[k], b[k], height(k)]));
         // More than it announced.
         if rows.len() > MOST_POINTS {
             return Err(too_many(format!("{} rows or more", rows.len())));
@@ -129,6 +142,14 @@ fn from_indices(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
         }
     }
     let [nx, ny] = shape;
+    let first = [0, 1].map(|axis| rows.iter().fold(f64::INFINITY, |m, row| m.min(row[axis])));
+    if first == [1.0; 2] {
+        return Err(ReadProblem::malformed(
+            "the table",
+            "i and j that begin at 1",
+            "indices from 0",
+        ));
+    }
     if rows.is_empty() || (rows.len() as f64) < FILLED * nx as f64 * ny as f64 {
         return Err(ReadProblem::malformed(
             "the table",

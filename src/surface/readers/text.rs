@@ -46,7 +46,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
     if header.is_some() {
         headers::reject_several(&text)?;
     }
-    let numbers = Numbers::of(&text, comments.last().copied())?;
+    let numbers = Numbers::of(&text, &comments)?;
     if numbers.columns == 0 {
         return Err(ReadProblem::Malformed {
             place: "the text".into(),
@@ -321,7 +321,7 @@ fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadPr
     let counts = |labels: &[f64], found: Option<(f64, f64)>, beside: &[f64]| match found {
         Some((start, step)) => {
             let by_one = step == 1.0 && (start == 0.0 || start == 1.0);
-            let positions = start == 0.0 && labels.len() > 3;
+            let positions = labels.len() > 4 || start == 0.0 && labels.len() > 3;
             (by_one || positions) && steps(beside).is_none_or(|(_, other)| !near(other, step, step))
         }
         None => false,
@@ -337,14 +337,14 @@ fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadPr
     if both || counts(first_line, along_line, second_line) && !whole(values) {
         return fail(format!("line {line}"), first_line, "columns");
     }
-    let by_one = along_column.is_some_and(|(_, step)| step == 1.0);
-    if by_one && counts(&first_column, along_column, &second_column) && !whole(values) {
+    let numbered = along_column.is_some_and(|(_, step)| step == 1.0 || first_column.len() > 4);
+    if numbered && counts(&first_column, along_column, &second_column) && !whole(values) {
         return fail("column 1".into(), &first_column, "rows");
     }
     Ok(())
 }
 
-/// Start and step of three or more numbers that increase in equal steps, but for the rounding of what is printed.
+/// Start and step of three or more numbers in equal steps, but for the rounding of what is printed.
 fn steps(values: &[f64]) -> Option<(f64, f64)> {
     let (&[start, ..], &[.., end]) = (values, values) else {
         return None;
@@ -355,11 +355,11 @@ fn steps(values: &[f64]) -> Option<(f64, f64)> {
             .zip(values)
             .all(|(k, &v)| near(v, start + f64::from(k) * step, step))
     };
-    (values.len() > 2 && step > 0.0 && equal()).then_some((start, step))
+    (values.len() > 2 && step != 0.0 && equal()).then_some((start, step))
 }
 
 fn near(a: f64, b: f64, step: f64) -> bool {
-    (a - b).abs() <= 0.01 * step
+    (a - b).abs() <= 0.01 * step.abs()
 }
 
 /// Lines of as many numbers each.
@@ -379,8 +379,8 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// `comment` is the last one above the numbers, which may name the columns.
-    fn of(text: &str, comment: Option<&str>) -> Result<Numbers, ReadProblem> {
+    /// One of the `comments` above the numbers may name the columns.
+    fn of(text: &str, comments: &[&str]) -> Result<Numbers, ReadProblem> {
         let separator = separator(text);
         // A separator at the end of every line ends a field, it does not start one.
         let mut ended = separator.is_some();
@@ -410,7 +410,7 @@ impl Numbers {
                 if found.take_names(line, fields)? {
                     return Ok(());
                 }
-                found.names = comment.and_then(|comment| {
+                found.names = comments.iter().rev().find_map(|comment| {
                     let names: Vec<&str> = match separator {
                         Some(separator) => comment.split(separator).map(str::trim).collect(),
                         None => comment.split_whitespace().collect(),
