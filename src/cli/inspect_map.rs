@@ -171,7 +171,7 @@ impl MapFigures {
             ),
         }
         let unit = match (self.reading.stated_unit, self.is_unit_known) {
-            (Some(unit), _) => format!("{unit:e} m, by the file"),
+            (Some(unit), _) => format!("{}, by the file", unit_name(unit)),
             (None, true) => "as given".to_owned(),
             (None, false) => {
                 "not in the file: surface.unit must say it; heights below are as they stand"
@@ -225,6 +225,21 @@ impl MapFigures {
 }
 
 const LATERAL: Units = quantity::LENGTH;
+
+/// A unit of length \[m\] by its symbol.
+fn unit_name(unit: f64) -> String {
+    const SYMBOLS: [(&str, f64); 5] = [
+        ("m", 1.0),
+        ("mm", 1e-3),
+        ("µm", 1e-6),
+        ("nm", 1e-9),
+        ("pm", 1e-12),
+    ];
+    let found = SYMBOLS
+        .iter()
+        .find(|(_, size)| (unit / size - 1.0).abs() < 1e-9);
+    found.map_or_else(|| format!("{unit:e} m"), |(symbol, _)| (*symbol).to_owned())
+}
 
 fn both(values: [f64; 2], units: Units) -> String {
     let [x, y] = values.map(|value| shown(value, units));

@@ -135,3 +135,41 @@ fn what_is_doubtful_is_warned_of() {
     );
     assert_eq!(found["frequencies"], serde_json::Value::Null);
 }
+
+/// A map is told from matrices by its name, and an NPY file by what is in it.
+#[test]
+fn a_map_is_inspected_as_one() {
+    let bench = crate::support::Bench::new();
+    let mut text = "# Channel: Z\n# Width: 40 um\n# Height: 21 um\n# Value units: nm\n".to_owned();
+    for j in 0..7 {
+        let line: Vec<String> = (0..20)
+            .map(|i| match (i, j) {
+                (3, 4) => "***".to_owned(),
+                _ => format!("{}", 5.0 * f64::from(i) + f64::from((i * 7 + j * 5) % 3)),
+            })
+            .collect();
+        text += &(line.join(" ") + "\n");
+    }
+    bench.write("map.txt", text);
+    let found = bench.done(&["inspect", "map.txt", "--json"]).json();
+    assert_eq!(found["points"], serde_json::json!([20, 7]));
+    assert_eq!(found["holes"], 1);
+    assert_eq!(found["stated_unit"], 1e-9);
+    let [x, y] = [0, 1].map(|axis| found["spacing"][axis].as_f64().expect("a spacing"));
+    assert!((x / 2e-6 - 1.0).abs() < 1e-9 && (y / 3e-6 - 1.0).abs() < 1e-9);
+    // 5 nm a point, over 20 points.
+    let rise = found["rise"][0].as_f64().expect("a rise");
+    assert!((rise / 1e-7 - 1.0).abs() < 0.02, "{rise:e}");
+    let said = bench.done(&["inspect", "map.txt"]).stdout();
+    assert!(
+        said.contains("nm, by the file") && said.contains("a line of the text is one y"),
+        "{said}"
+    );
+    // Without a unit the heights are said as they stand.
+    bench.write(
+        "plain.csv",
+        "0.5,1.5,2.5,9\n1.5,2.5,3.25,4.5\n0.5,1.5,0.5,0.5\n",
+    );
+    let said = bench.done(&["inspect", "plain.csv"]).stdout();
+    assert!(said.contains("surface.unit must say it"), "{said}");
+}
