@@ -12,11 +12,11 @@ use fretwear::structure::inspection::{
 };
 use fretwear::structure::matrices::{Asymmetry, Matrices, Role, Triplets};
 use fretwear::structure::readers::{self, Input};
-use fretwear::surface::readers::ReadOptions;
+use fretwear::surface::readers::{ReadOptions, is_of_map};
 use fretwear::units::{self, Dimension};
 use serde_json::{Value, json};
 
-use super::inspect_map::{inspect_map, is_map};
+use super::inspect_map::inspect_map;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
@@ -87,7 +87,7 @@ struct Told {
 pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let [file] = &arguments.files[..]
         && arguments.format.is_none()
-        && is_map(Path::new(file))
+        && is_of_map(Path::new(file))
     {
         let options = ReadOptions {
             height_unit: arguments.unit,

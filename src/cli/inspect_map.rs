@@ -1,12 +1,11 @@
 //! `fretwear inspect MAP`: what the file of a measured surface says.
 
-use std::ops::RangeInclusive;
 use std::path::Path;
 
 use fretwear::grid::{Grid, Patch};
 use fretwear::report::quantity::{self, Units, shown};
 use fretwear::surface::correlation::autocorrelation;
-use fretwear::surface::prepare::Form;
+use fretwear::surface::prepare::{Form, HEIGHTS, SIDES};
 use fretwear::surface::readers::{self, ReadError, ReadOptions, Reading};
 use fretwear::surface::statistics::{Roughness, roughness};
 use serde_json::{Value, json};
@@ -16,11 +15,6 @@ use crate::terminal::Results;
 
 /// Points along a side of the part of a map whose autocorrelation is computed: the middle, of a larger map.
 const MOST_CORRELATED: usize = 2048;
-
-/// Sides of a map that are not doubtful \[m\].
-const SIDES: RangeInclusive<f64> = 1e-6..=1.0;
-/// Rq that is not doubtful \[m\].
-const HEIGHTS: RangeInclusive<f64> = 1e-9..=1e-3;
 
 /// All that is said of a map.
 struct MapFigures {
@@ -32,11 +26,6 @@ struct MapFigures {
     roughness: Option<Roughness>,
     /// Along x and y \[m\], or in points where the file has no spacing.
     correlation_length: [Option<f64>; 2],
-}
-
-/// Whether a file is that of a map, and not of matrices: by its name and its content.
-pub fn is_map(path: &Path) -> bool {
-    readers::is_of_map(path)
 }
 
 /// Reads a map and prints what it is.
@@ -135,13 +124,13 @@ impl MapFigures {
         let map = &self.reading.topography;
         let mut warnings = Vec::new();
         let sides = map.size().into_iter().flatten();
-        if let Some(side) = sides.into_iter().find(|side| !SIDES.contains(side)) {
+        if let Some(side) = sides.into_iter().find(|side| beyond(*side, SIDES)) {
             warnings.push(format!(
                 "a side of {side:e} m is outside of 1 um to 1 m; surface.correct.spacing overrides the file"
             ));
         }
         let rq = self.roughness.map_or(0.0, |found| found.rq);
-        if self.is_unit_known && rq > 0.0 && !HEIGHTS.contains(&rq) {
+        if self.is_unit_known && rq > 0.0 && beyond(rq, HEIGHTS) {
             warnings.push(format!(
                 "an Rq of {rq:e} m is outside of 1 nm to 1 mm; surface.correct.unit overrides the file"
             ));
@@ -161,8 +150,8 @@ impl MapFigures {
         line("points", format!("{} along x, {} along y", map.nx, map.ny));
         match map.spacing.zip(map.size()) {
             Some((spacing, size)) => {
-                line("spacing", both(spacing, LATERAL));
-                line("size", both(size, LATERAL));
+                line("spacing", both(spacing, quantity::LENGTH));
+                line("size", both(size, quantity::LENGTH));
             }
             None => line(
                 "spacing",
@@ -205,7 +194,7 @@ impl MapFigures {
             let points = self.in_points()[axis];
             match (points, map.spacing, self.correlation_length[axis]) {
                 (Some(points), Some(_), Some(length)) => {
-                    format!("{} ({points:.1} points)", shown(length, LATERAL))
+                    format!("{} ({points:.1} points)", shown(length, quantity::LENGTH))
                 }
                 (Some(points), ..) => format!("{points:.1} points"),
                 _ => "not within the map".to_owned(),
@@ -224,7 +213,9 @@ impl MapFigures {
     }
 }
 
-const LATERAL: Units = quantity::LENGTH;
+fn beyond(value: f64, [least, most]: [f64; 2]) -> bool {
+    !(least..=most).contains(&value)
+}
 
 /// A unit of length \[m\] by its symbol.
 fn unit_name(unit: f64) -> String {

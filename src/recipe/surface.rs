@@ -124,7 +124,7 @@ pub struct HeightsFile {
     /// Whether x and y of the map are exchanged.
     #[serde(default, skip_serializing_if = "is_false")]
     pub transpose: bool,
-    /// What overrides the file.
+    /// The unit and spacing that take the place of those in the file.
     #[serde(default, skip_serializing_if = "Correction::is_none")]
     pub correct: Correction,
     /// The second of two faces.
@@ -150,7 +150,7 @@ pub struct SecondFace {
     pub transpose: bool,
     /// How the map is turned over.
     pub mirror: Mirror,
-    /// What it is moved by along x and y of the joint, after that \[m\].
+    /// Its displacement along x and y of the joint, after the map is turned over \[m\].
     pub shift: [f64; 2],
     /// Hash of the file.
     pub content: Option<String>,

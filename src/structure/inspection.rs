@@ -312,7 +312,7 @@ pub fn mass_by_direction(matrices: &Matrices) -> [Option<f64>; 3] {
 pub struct Body {
     /// How many.
     pub nodes: usize,
-    /// Their mass, in the unit of the files; none without a mass.
+    /// Their mass, in the unit of the files; none without a mass matrix.
     pub mass: Option<f64>,
     /// Where it is on average, where the positions of all of its nodes are known.
     pub centre: Option<[f64; 3]>,

@@ -231,14 +231,18 @@ frequency = ["3 kHz", "20 kHz"]
 harmonics = [0, 1, 3]
 "#;
 
-/// The files of [`BLOCKS`]: their matrices in one file, and each in its own.
-fn blocks(bench: &Bench) {
+fn deck_of_blocks() -> String {
     let bodies = TwoBodies {
         edge: [10.0, 10.0, 5.0],
         counts: [2, 3, 1],
         shift: [0.0, 0.0, 5.0],
     };
-    let deck = bodies.deck(&[("CLAMP", |body, [_, _, z]| body == 0 && z == 0.0)]);
+    bodies.deck(&[("CLAMP", |body, [_, _, z]| body == 0 && z == 0.0)])
+}
+
+/// The files of [`BLOCKS`]: their matrices in one file, and each in its own.
+fn blocks(bench: &Bench) {
+    let deck = deck_of_blocks();
     let path = Path::new("blocks.inp");
     let read = readers::parse(path, deck.as_bytes(), None).expect("a deck");
     let dofs = read.dofs.as_ref().expect("freedoms");
@@ -264,6 +268,11 @@ fn blocks(bench: &Bench) {
         &[("K", &stiffness), ("M", &mass), ("C", &damping)],
     );
     write("none.npz", &[("K", &stiffness), ("M", &mass), ("C", &none)]);
+    let fed = scaled(-40.0);
+    write("fed.npz", &[("K", &stiffness), ("M", &mass), ("C", &fed)]);
+    let lower = |i: usize, j: usize| if i < j { 0.0 } else { stiffness[(i, j)] };
+    let half = Matrix::from_fn(read.size, read.size, lower);
+    write("half.npz", &[("K", &half), ("M", &mass)]);
     for (name, matrix) in [("K", &stiffness), ("M", &mass), ("C", &damping)] {
         write(&format!("{name}.npz"), &[(name, matrix)]);
     }
@@ -316,4 +325,47 @@ fn with_damping_in_the_files_no_ratio_is_added() {
     );
     bench.write("blocks.toml", own);
     assert!(!plan(&[]).contains("in every mode"));
+}
+
+/// Damping that feeds a motion, one triangle of a matrix, and units that contradict those of a folder are errors.
+#[test]
+fn matrices_of_no_structure_are_rejected() {
+    let bench = Bench::new();
+    blocks(&bench);
+    let told = |arguments: &[&str]| {
+        let did = bench.fretwear(arguments);
+        assert_ne!(did.code(), 0, "{arguments:?}");
+        did.stdout() + &did.stderr()
+    };
+    let fed = told(&["run", "blocks.toml", "--set", "structure.file=fed.npz"]);
+    assert!(
+        fed.contains("the viscous damping feeds some motion"),
+        "{fed}"
+    );
+    let half = told(&["inspect", "half.npz"]);
+    assert!(half.contains("one triangle of a matrix"), "{half}");
+    fs::create_dir(bench.path("folder")).expect("a folder");
+    let deck = readers::parse("blocks.inp".as_ref(), deck_of_blocks().as_bytes(), None);
+    let rows = deck.expect("a deck").dofs.expect("freedoms");
+    let rows: String = rows
+        .iter()
+        .map(|dof| format!("{},{}\n", dof.node, dof.direction))
+        .collect();
+    bench.write("folder/rows.csv", format!("node,direction\n{rows}"));
+    for name in ["K.npz", "M.npz"] {
+        fs::copy(bench.path(name), bench.path(&format!("folder/{name}"))).expect("copied");
+    }
+    let about = |length: &str| {
+        format!(
+            "{{\"layout\": \"fretwear-structure\", \"version\": 1, \"kind\": \"matrices\", \"unit\": {{\"length\": \"{length}\", \"mass\": \"t\", \"time\": \"s\"}}}}"
+        )
+    };
+    let check = ["check", "blocks.toml", "--set", "structure.file=folder"];
+    bench.write("folder/structure.json", about("mm"));
+    bench.done(&check);
+    for (length, part) in [("cm", "is not that of the folder"), ("mile", "mile")] {
+        bench.write("folder/structure.json", about(length));
+        let said = told(&check);
+        assert!(said.contains(part), "{said}");
+    }
 }

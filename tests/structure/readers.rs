@@ -835,6 +835,20 @@ fn a_neutral_folder_is_read() {
     );
     let unit = here().expect("a folder").unit.flatten().expect("units");
     assert_eq!([&*unit.length, &*unit.mass, &*unit.time], ["mm", "t", "s"]);
+    // By sha256sum, of the sets as they stand above.
+    let hash = "7b6dbf5b18fdcd4e003c084c91296f122975b41ea2e650fe7480140738df9c27";
+    for (hash, told) in [(hash, 0), (&hash.replace('0', "1"), 1)] {
+        let with = format!("\"contents\": {{\"sets.csv\": \"{hash}\"}}, \"files\"");
+        write(
+            "structure.json",
+            described("null").replace("\"files\"", &with).as_bytes(),
+        );
+        let notes = here().expect("a folder").notes;
+        let changed = notes
+            .iter()
+            .filter(|note| *note == "sets.csv is not as fretwear-import wrote it");
+        assert_eq!(changed.count(), told, "{notes:?}");
+    }
     let deck = std::fs::read(sample("solids/C3D8.inp")).expect("a deck");
     write("mesh.inp", &deck);
     let of_mesh = described("null").replace("\"matrices\"", "\"mesh\"");

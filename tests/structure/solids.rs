@@ -548,6 +548,9 @@ fn a_keyword_may_go_on_below() {
     assert_eq!(found.stiffness, expected.stiffness);
     let dense = plain.replacen("*DENSITY\n", "*DENSITY,\n", 1);
     assert_eq!(read(&dense).expect("a deck").mass, expected.mass);
+    // The name of a set is data.
+    let held = read(&plain.replacen("*BOUNDARY\n", "*BOUNDARY,\n", 1)).expect("a deck");
+    assert_eq!(held.size, expected.size);
     // Lines are counted as they stand.
     let (sound, _) = on.split_once("*MATERIAL").expect("a material");
     let line = sound.lines().count() + 1;

@@ -12,7 +12,7 @@ use crate::units::Dimension;
 
 keys! {
     section "surface": "The heights of one composite rough surface against a flat, positive towards the other body.";
-    section "surface.correct": "What the file of the surface should have said: it overrides the file, and a warning says so.";
+    section "surface.correct": "Unit and spacing in place of wrong ones in the file of the surface. A warning says so.";
     section "surface.second": "The second of two measured faces. Heights of either count outwards from its own body, and their sum is the composite surface; each has its own trend subtracted.";
 
     /// Where the heights come from.
@@ -80,7 +80,7 @@ keys! {
         ("x", Mirror::X, "along x, h(Lx - x, y), as a part that is turned over about its y axis"),
         ("y", Mirror::Y, "along y, h(x, Ly - y), as a part that is turned over about its x axis"),
     ]), of ["file"];
-    /// What it is moved by along x and y of the joint, after it is turned over.
+    /// Its displacement along x and y of the joint, after it is turned over.
     SECOND_SHIFT: List<2> = "surface.second.shift", Rule("none: the middles of both maps face each other"),
         List(XY, Quantity(Dimension::LENGTH, ANY, r#"["20 um", "0 um"]"#), None), of ["file"];
 }

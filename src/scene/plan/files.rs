@@ -231,8 +231,8 @@ impl Files {
     }
 }
 
-/// The heights of a surface's file on the joint's cells, from the bytes of the file, and of the second face if there is one; none of
-/// another surface. Only they are kept: the map may be many times larger than the joint's grid.
+/// The measured heights on the joint's cells: from the bytes of the surface's file, and of the second face's if it has one. None of a surface that is generated.
+/// The map itself is dropped, for it may be many times larger than the joint's grid.
 fn on_joint(
     rough: &RoughJoint,
     bytes: Vec<u8>,

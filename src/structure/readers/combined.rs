@@ -266,7 +266,6 @@ fn aligned(
     }
     let largest = parts.iter().find(|part| part.2.matrix.size == most);
     let largest = largest.map_or_else(String::new, |part| part.2.name.clone());
-    let (first_name, first_size) = (parts[0].2.name.clone(), parts[0].2.matrix.size);
     for (role, path, mut named) in parts {
         let is_short = named.is_open && named.matrix.size < size;
         if named.matrix.size != size && !is_short {
@@ -280,19 +279,8 @@ fn aligned(
                         )
                     } else {
                         format!(
-                            "the matrix {} has {} rows, but {} has {}",
-                            named.name,
-                            named.matrix.size,
-                            if named.matrix.size == first_size {
-                                &largest
-                            } else {
-                                &first_name
-                            },
-                            if named.matrix.size == first_size {
-                                most
-                            } else {
-                                first_size
-                            },
+                            "the matrix {} has {} rows, but {largest} has {most}",
+                            named.name, named.matrix.size
                         )
                     },
                     advice: "give files of one and the same computation".into(),

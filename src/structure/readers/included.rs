@@ -32,7 +32,8 @@ pub(super) fn read(path: &Path) -> Result<(Vec<u8>, Option<String>), ReadError> 
     Ok((joined(whole.bytes), Some(told)))
 }
 
-/// With the options that follow a keyword's line which ends with a comma on that line; the lines that they stood on are empty. What begins as a number is data.
+/// With the options below a keyword's line that ends with a comma moved onto it; empty lines take their places. Other lines below it are data, as the names of
+/// sets are.
 fn joined(bytes: Vec<u8>) -> Vec<u8> {
     let is_open = |line: &[u8]| {
         let line = line.trim_ascii();
@@ -47,7 +48,7 @@ fn joined(bytes: Vec<u8>) -> Vec<u8> {
     let mut open = false;
     for line in bytes.split_inclusive(|b| *b == b'\n') {
         let text = line.trim_ascii();
-        if open && text.first().is_some_and(u8::is_ascii_alphabetic) {
+        if open && is_option(text) {
             whole.truncate(whole.trim_ascii_end().len());
             whole.extend(b" ");
             whole.extend(text);
@@ -62,6 +63,14 @@ fn joined(bytes: Vec<u8>) -> Vec<u8> {
     }
     whole.extend(std::iter::repeat_n(b'\n', taken));
     whole
+}
+
+/// Whether a line is one of options: `KEY=VALUE`, or one of the words that are options by themselves.
+fn is_option(line: &[u8]) -> bool {
+    const WORDS: [&[u8]; 3] = [b"GENERATE", b"INTERNAL", b"UNSORTED"];
+    let first = line.split(|b| *b == b',').next().unwrap_or_default();
+    let first = first.trim_ascii();
+    first.contains(&b'=') || WORDS.iter().any(|word| first.eq_ignore_ascii_case(word))
 }
 
 struct Whole {

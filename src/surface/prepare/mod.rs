@@ -20,6 +20,12 @@ use crate::grid::{Grid, Patch};
 /// A map and a joint whose sizes differ by less than this share are taken as one and the same.
 pub const SIZE_TOLERANCE: f64 = 0.01;
 
+/// Sides of a map beyond which its spacing is doubtful \[m\].
+pub const SIDES: [f64; 2] = [1e-6, 1.0];
+
+/// Heights of a map beyond which its unit is doubtful \[m\].
+pub const HEIGHTS: [f64; 2] = [1e-9, 1e-3];
+
 /// A map of fewer points along a side of the joint has no roughness.
 const FEWEST_POINTS: f64 = 4.0;
 
@@ -141,7 +147,8 @@ impl Fit {
 }
 
 impl Prepared {
-    /// The composite of two faces, whose heights count outwards from their own bodies: the sum on the cells that both have.
+    /// The composite of two faces, whose heights count outwards from their own bodies: the sum on the cells that both have. Where cells are masked
+    /// its mean is not zero.
     pub fn composite(self, second: Prepared) -> Prepared {
         let mut patch = self.patch;
         for (kept, other) in patch.kept.iter_mut().zip(&second.patch.kept) {
@@ -176,7 +183,7 @@ pub enum Notice {
     #[error("{0}")]
     Remark(String),
     /// A window of whole points was taken that is not the middle of the map, or not where the shift puts it.
-    #[error("the points of the map lie on the cells of the joint when it is moved by {:.3e} x {:.3e} m: so it is, and nothing is resampled", offset[0], offset[1])]
+    #[error("the map is moved by {:.3e} x {:.3e} m, so that its points lie on the cells of the joint; nothing is resampled", offset[0], offset[1])]
     Moved {
         /// What the map is moved by \[m\].
         offset: [f64; 2],

@@ -84,7 +84,7 @@ pub fn aspect_bounds(setup: &Setup) -> Option<[f64; 2]> {
     setup.map?.fit.is_assumed.then_some([0.5, 2.0])
 }
 
-/// What is left of the autocorrelation of a map over two of its points.
+/// Autocorrelation of a map at a distance of two points, along the axis where it is smaller.
 pub fn correlation(setup: &Setup) -> Option<Figure> {
     let both = setup.map?.fit.correlation.into_iter().flatten();
     number(both.min_by(f64::total_cmp)?)

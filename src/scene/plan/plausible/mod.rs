@@ -59,7 +59,7 @@ pub(super) fn checks(inputs: &Inputs, given_load: Option<f64>) -> Vec<Check> {
         .collect()
 }
 
-/// What a scene overrides in the file of its surface.
+/// The warning that `surface.correct` overrides the file.
 fn correction(surface: &Surface) -> Option<Check> {
     let correct = surface.heights.file()?.correct;
     let unit = correct

@@ -6,6 +6,7 @@ use super::say::*;
 use super::setup::Setup;
 use super::{Row, row};
 use crate::recipe::YIELDS;
+use crate::surface::prepare::{HEIGHTS, SIDES};
 
 /// Longest cells of a map over their width.
 const SQUARE: Bounds = Between(0.5, 2.0);
@@ -89,7 +90,7 @@ pub static TABLE: &[Row] = &[
         .bounds(AtLeast(16.0))
         .hint("so few points have hardly any roughness; um or mm? surface.correct.spacing overrides a file")
         .only_beyond(),
-    row("autocorrelation of the map over two of its points")
+    row("autocorrelation of the map at a distance of two points")
         .of(correlation)
         .keys("surface.path, surface.spacing")
         // 1/e is that of a correlation length.
@@ -119,14 +120,14 @@ pub static TABLE: &[Row] = &[
         .of(|setup| number(setup.map?.fit.side?))
         .keys("surface.spacing")
         .unit(MM)
-        .bounds(Between(1e-6, 1.0))
+        .bounds(Between(SIDES[0], SIDES[1]))
         .hint("um, mm or m? surface.correct.spacing overrides that of a file")
         .only_beyond(),
     row("range of the heights of the map")
         .of(|setup| number(setup.map?.fit.range))
         .keys("surface.unit")
         .unit(UM)
-        .bounds(ZeroOr(1e-9, 1e-3))
+        .bounds(ZeroOr(HEIGHTS[0], HEIGHTS[1]))
         .hint("nm, um or mm? surface.correct.unit overrides that of a file")
         .only_beyond(),
     row("side of the joint")
