@@ -145,6 +145,22 @@ impl FrettingJoint {
         self.pressed(wear, compliance, Control::Load(load), start)
     }
 
+    /// Normal contact with a diagonal compliance, to the tolerance that `tolerance` makes of the joint's own.
+    pub(super) fn contact_to(
+        &mut self,
+        tolerance: impl FnOnce(f64) -> f64,
+        wear: &[f64],
+        compliance: &[f64],
+        load: f64,
+        start: &[f64],
+    ) -> Result<NormalSolution, WearError> {
+        let own = self.options.normal.tolerance;
+        self.options.normal.tolerance = tolerance(own);
+        let solution = self.contact(wear, Some(compliance), load, Some(start));
+        self.options.normal.tolerance = own;
+        solution
+    }
+
     /// Normal contact of the surface worn by `wear` under a load or at an approach, with an optional diagonal compliance. Bodies of a structure
     /// have loads of their own, and `control` is not asked.
     pub fn pressed(
