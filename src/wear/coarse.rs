@@ -25,7 +25,7 @@ use super::sampled::FEWEST;
 const OPPOSITE: f64 = 2.5;
 
 /// Times the tolerance of a tangential solve to which those of the coarse trajectory are solved. It is there for differences of a hundredth of
-/// the run: with 10 they changed by a tenth of themselves, with 3 by a thirtieth at most.
+/// the run: with 10 they changed by up to a sixth of themselves, with 3 by up to a sixteenth.
 const LOOSER_TANGENTIAL: f64 = 3.0;
 
 /// The run's own way over a coarse step.

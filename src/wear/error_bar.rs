@@ -9,7 +9,7 @@
 //! bar says so.
 //!
 //! Where single cells decide between sticking and wearing, wear makes large errors of small ones. Under a prescribed motion a coarse
-//! trajectory ([`super::coarse`]) is worn beside, and twice what it differs by is the least that the bar of any figure is.
+//! trajectory ([`super::coarse`]) is worn beside, and one and a half times what it differs by is the least that the bar of any figure is.
 
 use std::ops::Add;
 
