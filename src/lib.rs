@@ -91,6 +91,7 @@ pub mod structure;
 pub mod study;
 pub mod surface;
 pub mod tables;
+pub mod threads;
 pub mod units;
 pub mod vtu;
 pub mod wear;

@@ -9,7 +9,7 @@ use crate::linalg::{add_product_of_rows, add_scaled};
 /// An element of the interface: what force it has at given displacements over a cycle.
 ///
 /// Displacements and forces are `[x, y, n]` at the samples of one cycle; see the [module](super) for signs.
-pub trait InterfaceElement {
+pub trait InterfaceElement: Sync {
     /// Checks parameters; `element` is the index for the error.
     ///
     /// # Errors

@@ -162,7 +162,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let step = FREQUENCY_DIFFERENCE * omega;
         let respond = |omega: f64| -> Result<Vec<f64>, DynamicsError> {
             let harmonics = self.harmonics();
-            let cores = self.model.cores(harmonics, omega)?;
+            let cores = self.cores(omega)?;
             let model = &self.model;
             if self.has_inertial_loads() {
                 let loads = self.loads_at(omega, at.factor);

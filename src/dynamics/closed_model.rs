@@ -9,7 +9,7 @@ use crate::linalg::{RowMatrix, RowMatrix as Matrix, Scalar, add_scaled};
 const MANY: usize = 8;
 
 /// What answers at one frequency: coordinates due to forces on coordinates.
-pub trait Core {
+pub trait Core: Send + Sync {
     /// Number of coordinates.
     fn coordinates(&self) -> usize;
 
@@ -61,18 +61,6 @@ impl ClosedModel {
         self.basis
             .as_ref()
             .map_or_else(|| self.core.coordinates(), Matrix::rows)
-    }
-
-    /// Cores of every harmonic at the angular frequency `omega` of the fundamental.
-    pub(crate) fn cores(
-        &self,
-        harmonics: &Harmonics,
-        omega: f64,
-    ) -> Result<Vec<Matrix<Complex64>>, DynamicsError> {
-        let orders = harmonics.orders().iter();
-        orders
-            .map(|&order| self.core.receptance(f64::from(order) * omega))
-            .collect()
     }
 
     /// Forces on the coordinates, `coordinates × coefficients`, of rows of coefficients at `ports`.

@@ -3,15 +3,19 @@
 //! The curve that is followed is (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so far, and ω, scaled by
 //! the width of the range; it does not depend on which elements are active. It has (cosine, sine) of every harmonic that is loaded at a port
 //! too: a resonance along another axis may bend over and lift the contact off, of which the response alone shows nothing. Steps go along the secant;
-//! `predictor.rs` foretells the response there.
+//! `predictor.rs` foretells the response there. From a phase resonance the first step goes along the turn of its phase.
 
 use std::collections::VecDeque;
 
+use num_complex::Complex64;
+
 use super::aft::InterfaceElement;
+use super::effort::Effort;
 use super::forced_response::gives_energy;
-use super::newton_step::{Condition, Term};
-use super::predictor::{REMEMBERED, foretold};
+use super::newton_step::{Condition, Frame, Term};
+use super::predictor::{REMEMBERED, foretold, foretold_number};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
+use crate::journal::Journal;
 
 /// Cosine of the angle between secants beyond which a step is taken again at half its length.
 const SHARPEST: f64 = 0.85;
@@ -23,6 +27,17 @@ const EASY: usize = 4;
 const EASY_CHORDS: usize = 7;
 /// Distance of two responses at one frequency, relative to their largest coefficient, from which on they are not the same.
 const DIFFERENT: f64 = 1e-3;
+/// The first step from a phase resonance, in parts of the largest.
+const FIRST_FROM_RESONANCE: f64 = 0.85;
+/// Length of a step from a phase resonance, times the root of the curvature of the curve: monotone cubics between the points are within some
+/// 0.2 % of the peak, as the two cubes of a flank and the square of a top are.
+const BEND: f64 = 0.19;
+/// Parts of the way between the last two frequencies in which the next is looked for, how many such ways at most, and halvings of the part.
+const STRIDES: usize = 8;
+const FARTHEST: usize = 3;
+const HALVINGS: usize = 30;
+/// Most points of the branch from a phase resonance to an end of the range: one that turns in itself has no end.
+const MOST_OF_HALF: usize = 300;
 /// Points in a row at which friction gives energy, after which a branch ends: where it gives what dampers take, the amplitude grows along
 /// the branch without bound.
 const UNPHYSICAL: usize = 50;
@@ -71,6 +86,8 @@ pub struct Continuation<'a, E> {
     /// Angular frequencies that make the length 1 of the scaled curve \[rad/s\].
     width: f64,
     state: Progress,
+    /// Whether the solver of a step goes on from that of the step before.
+    keeps_frame: bool,
 }
 
 enum Progress {
@@ -89,6 +106,10 @@ struct Branch {
     points: usize,
     /// How many of the last points in a row are no motion, as friction gives energy there.
     unphysical: usize,
+    /// Where the first step goes, and the angle by which its motion is later, for a step of length 1 \[rad\]; along the frequency if none.
+    heading: Option<(Vec<f64>, f64)>,
+    /// What solved the last step.
+    frame: Option<Frame>,
 }
 
 impl<'a, E: InterfaceElement> Continuation<'a, E> {
@@ -133,6 +154,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             watched: balance.watched(settings.port)?,
             width: (settings.to - settings.from).abs(),
             state: Progress::Start,
+            keeps_frame: false,
         })
     }
 
@@ -184,8 +206,44 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             largest,
             points: 1,
             unphysical: 0,
+            heading: None,
+            frame: None,
         }));
         Ok(path)
+    }
+
+    /// The branch of [`Self::new`] from a phase resonance on, which is none of its points; it begins along the turn of the phase of the drive.
+    fn from_resonance(
+        balance: &'a HarmonicBalance<E>,
+        settings: ContinuationSettings,
+        resonance: &Response,
+    ) -> Option<Continuation<'a, E>> {
+        let mut path = Continuation::onwards(balance, settings, None, resonance).ok()?;
+        path.keeps_frame = true;
+        let place = path.driven()?;
+        let Progress::Underway(branch) = &mut path.state else {
+            return None;
+        };
+        let width = 2 * path.watched.len() + 1;
+        let n = balance.harmonics().coefficients();
+        let (port, slot) = path.watched[place];
+        let row = &resonance.displacement[port * n..];
+        let (a, b) = (row[slot], row[slot + 1]);
+        let size = a.hypot(b);
+        // The lag grows with frequency.
+        let direction = (settings.to - settings.from).signum();
+        let mut along = vec![0.0; width];
+        along[2 * place] = -direction * b / size;
+        along[2 * place + 1] = direction * a / size;
+        branch.heading = (size > 0.0).then_some((along, direction));
+        branch.heading.is_some().then_some(path)
+    }
+
+    /// Which of the pairs is that of the drive.
+    fn driven(&self) -> Option<usize> {
+        let drive = self.balance.drive()?;
+        let slot = self.balance.harmonics().slot_of(1)?;
+        self.watched.iter().position(|of| *of == (drive.port, slot))
     }
 
     /// The point of the curve, scaled: the pairs, then the frequency.
@@ -229,31 +287,39 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         sizes.map(|(size, largest)| size.max(*largest)).collect()
     }
 
-    fn advance(&self, branch: Branch) -> Result<Branch, DynamicsError> {
+    fn advance(&self, mut branch: Branch) -> Result<Branch, DynamicsError> {
         let settings = &self.settings;
         let direction = (settings.to - settings.from).signum();
         let width = self.width;
         let here = self.point(&branch.now, &branch.largest);
-        let tangent = match branch.past.back() {
-            None => {
+        let tangent = match (branch.past.back(), &branch.heading) {
+            (None, Some((along, _))) => along.clone(),
+            (None, None) => {
                 let mut along = vec![0.0; here.len()];
                 along[here.len() - 1] = direction;
                 along
             }
-            Some(before) => {
+            (Some(before), _) => {
                 let there = self.point(before, &branch.largest);
                 unit(&here, &there)
             }
         };
         let by_omega = tangent[tangent.len() - 1];
         let mut step = branch.step;
+        let mut frame = branch.frame.take();
         loop {
             let target = branch.now.omega + step * by_omega * width;
             let ends = direction * (target - settings.to) >= 0.0;
             let attempt = if ends {
-                self.balance.solve(settings.to, Some(&branch.now.start()))
+                self.at_end(&branch, None)
             } else {
-                self.correct(&branch, &here, &tangent, step)
+                self.correct(&branch, &here, &tangent, step, &mut frame)
+            };
+            let attempt = match attempt {
+                Ok(next) if self.keeps_frame && direction * (next.omega - settings.to) > 0.0 => {
+                    self.at_end(&branch, Some(&next))
+                }
+                attempt => attempt,
             };
             let last = match attempt {
                 Ok(next) => {
@@ -277,6 +343,13 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                         };
                         let easy = next.iterations <= most && straight > 0.5 * (1.0 + SHARPEST);
                         let growth = if easy { 1.4 } else { 1.0 };
+                        let mut longest = settings.largest_step;
+                        if let (true, Some(before)) = (self.keeps_frame, branch.past.back()) {
+                            let before = self.point(before, &largest);
+                            let length = distance(&there, &from) + distance(&from, &before);
+                            let curvature = 2.0 * f64::min(straight, 1.0).acos() / length;
+                            longest = longest.min(BEND / curvature.sqrt());
+                        }
                         let unphysical = match gives_energy(&next) {
                             true => branch.unphysical + 1,
                             false => 0,
@@ -289,10 +362,12 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                         return Ok(Branch {
                             now: next,
                             past,
-                            step: (step * growth).min(settings.largest_step),
+                            step: (step * growth).min(longest),
                             largest,
                             points: branch.points + 1,
                             unphysical,
+                            heading: None,
+                            frame: frame.filter(|_| self.keeps_frame),
                         });
                     }
                     None
@@ -323,6 +398,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         here: &[f64],
         tangent: &[f64],
         step: f64,
+        frame: &mut Option<Frame>,
     ) -> Result<Response, DynamicsError> {
         let width = self.width;
         let by_omega = tangent[tangent.len() - 1];
@@ -343,16 +419,148 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             by_omega: by_omega / width,
             value,
         };
-        let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
-        let places = self.lengths(&known, &branch.largest);
-        let ahead = foretold(&known, &places, places[places.len() - 1] + step);
-        let ahead = ahead.filter(|start| start.omega > 0.0);
-        let guess = ahead.unwrap_or_else(|| Start {
-            omega: branch.now.omega + step * by_omega * width,
-            ..branch.now.start()
+        let ahead = match self.keeps_frame {
+            true => self.ahead_in_plane(branch, here, tangent, step),
+            false => None,
+        };
+        let ahead = ahead.or_else(|| self.ahead(branch, step));
+        let guess = ahead.unwrap_or_else(|| {
+            let now = branch.now.start();
+            let mut guess = match &branch.heading {
+                Some((_, angle)) => now.turned(self.balance.harmonics(), angle * step, 1.0),
+                None => now,
+            };
+            guess.omega = branch.now.omega + step * by_omega * width;
+            guess
         });
         let start = self.balance.start_from(&guess, guess.omega, 1.0)?;
-        self.balance.newton(start, 1.0, &condition)
+        if !self.keeps_frame {
+            return self.balance.newton(start, 1.0, &condition);
+        }
+        let tolerance = self.balance.settings.tolerance;
+        self.balance
+            .newton_from(frame, tolerance, start, 1.0, &condition)
+    }
+
+    /// What the points so far foretell of that at a distance along the branch; none of one point.
+    fn ahead(&self, branch: &Branch, step: f64) -> Option<Start> {
+        let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
+        let places = self.lengths(&known, &branch.largest);
+        let starts: Vec<Start> = known.iter().map(|response| response.start()).collect();
+        let ahead = foretold(&starts, &places, places[places.len() - 1] + step);
+        ahead.filter(|start| start.omega > 0.0)
+    }
+
+    /// What the points so far foretell of that at the angular frequency that `find` makes of the one of the last point, a stride towards the next,
+    /// and the displacement over frequency. It is the inverse of the dynamic stiffness at the port, which over a resonance bends by little: that of
+    /// a linear one is a straight line. Displacements are seen from the phase and the amplitude there. None
+    /// where the frequency turns back, or where more than one pair of coefficients is followed.
+    fn ahead_by_stiffness(
+        &self,
+        branch: &Branch,
+        find: impl FnOnce(f64, f64, &dyn Fn(f64) -> Option<Complex64>) -> Option<f64>,
+    ) -> Option<Start> {
+        let harmonics = self.balance.harmonics();
+        let n = harmonics.coefficients();
+        let [(port, slot)] = self.watched[..] else {
+            return None;
+        };
+        let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
+        let (now, before) = (branch.now.omega, branch.past.back()?.omega);
+        let is_onwards =
+            |pair: &&[&Response]| (pair[1].omega - pair[0].omega) * (now - before) > 0.0;
+        let onwards = known.windows(2).rev().take_while(is_onwards).count();
+        let known = &known[known.len() - 1 - onwards..];
+        let omegas: Vec<f64> = known.iter().map(|response| response.omega).collect();
+        let displacement = |response: &&Response| {
+            let row = &response.displacement[port * n..];
+            Complex64::new(row[slot], row[slot + 1])
+        };
+        let displacements: Vec<Complex64> = known.iter().map(displacement).collect();
+        let stiffness: Vec<Complex64> = displacements.iter().map(Complex64::inv).collect();
+        let stiffness = foretold_number(&stiffness, &omegas)?;
+        let over_frequency = |omega: f64| Some(stiffness(omega)?.inv());
+        let omega = find(now, now - before, &over_frequency)?;
+        let seen = known.iter().zip(&displacements);
+        let seen: Vec<Start> = seen
+            .map(|(response, u)| response.start().turned(harmonics, -u.arg(), 1.0 / u.norm()))
+            .collect();
+        let u = over_frequency(omega)?;
+        let mut ahead = foretold(&seen, &omegas, omega)?;
+        ahead = ahead.turned(harmonics, u.arg(), u.norm());
+        // Friction locks means in: one that was not foretold better than it stayed stays.
+        let (last, earlier) = seen.split_last()?;
+        let told = foretold(earlier, &omegas[..earlier.len()], now);
+        let stayed = earlier.last()?;
+        for (place, row) in ahead.displacement.chunks_mut(n).enumerate() {
+            let mean = |start: &Start| start.displacement[place * n];
+            let missed = |start: &Start| (mean(start) - mean(last)).abs();
+            if told
+                .as_ref()
+                .is_none_or(|told| missed(told) >= missed(stayed))
+            {
+                row[0] = mean(last);
+            }
+        }
+        ahead.omega = omega;
+        let is_number = ahead.displacement.iter().all(|u| u.is_finite());
+        (is_number && omega > 0.0).then_some(ahead)
+    }
+
+    /// As [`Self::ahead_by_stiffness`], in the plane across `tangent` at the distance `step`.
+    fn ahead_in_plane(
+        &self,
+        branch: &Branch,
+        here: &[f64],
+        tangent: &[f64],
+        step: f64,
+    ) -> Option<Start> {
+        let (&[c, s, w], &[along_c, along_s, along_w]) = (here, tangent) else {
+            return None;
+        };
+        self.ahead_by_stiffness(branch, |now, stride, displacement| {
+            let beyond = |omega: f64| {
+                let u = displacement(omega)? / branch.largest[0];
+                let w = omega / self.width - w;
+                Some(along_c * (u.re - c) + along_s * (u.im - s) + along_w * w - step)
+            };
+            let stride = stride / STRIDES as f64;
+            let mut ends = [now, now];
+            for k in 1..=FARTHEST * STRIDES {
+                ends = [ends[1], now + k as f64 * stride];
+                if beyond(ends[1])? >= 0.0 {
+                    break;
+                }
+            }
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (ends[0] + ends[1]);
+                let place = usize::from(beyond(middle)? >= 0.0);
+                ends[place] = middle;
+            }
+            (beyond(ends[1])? >= 0.0).then_some(ends[1])
+        })
+    }
+
+    /// The point at the end of the range; `beyond` is one of the branch behind it, if there is one.
+    fn at_end(
+        &self,
+        branch: &Branch,
+        beyond: Option<&Response>,
+    ) -> Result<Response, DynamicsError> {
+        let end = self.settings.to;
+        let ahead = match beyond {
+            Some(beyond) => {
+                let starts = [branch.now.start(), beyond.start()];
+                foretold(&starts, &[branch.now.omega, beyond.omega], end)
+            }
+            None if self.keeps_frame => self.ahead_by_stiffness(branch, |_, _, _| Some(end)),
+            None => None,
+        };
+        let near = ahead.and_then(|ahead| self.balance.solve_near(end, &ahead).ok());
+        match near {
+            Some(response) => Ok(response),
+            None => self.balance.solve(end, Some(&branch.now.start())),
+        }
     }
 }
 
@@ -485,6 +693,67 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 }
 
+impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
+    /// The branch over the range of `settings` through a phase resonance, from the lower end to the upper: followed from there both ways, at
+    /// the same time where there are threads. None where one of the ways does not reach its end, or is not known to.
+    pub(super) fn through(
+        &self,
+        settings: ContinuationSettings,
+        resonance: &Response,
+    ) -> Option<Vec<Response>> {
+        let (low, high) = (
+            settings.from.min(settings.to),
+            settings.from.max(settings.to),
+        );
+        let ways = [(high, low), (low, high)].map(|(from, to)| ContinuationSettings {
+            from,
+            to,
+            step: FIRST_FROM_RESONANCE * settings.largest_step,
+            most_points: MOST_OF_HALF,
+            ..settings
+        });
+        let follow = || {
+            let parts = self.threads.map(ways, |settings| {
+                let own = HarmonicBalance {
+                    effort: Effort::default(),
+                    journal: Journal::default(),
+                    ..self.clone()
+                };
+                let part = own.from_resonance(settings, resonance);
+                (part, own.effort.spent())
+            });
+            self.effort.add(parts.iter().map(|(_, spent)| spent).sum());
+            let mut parts = parts.into_iter();
+            let mut next = || parts.next()?.0;
+            Some([next()?, next()?])
+        };
+        let by = [low, high, settings.largest_step, resonance.omega];
+        let by: Vec<f64> = by.iter().chain(&resonance.displacement).copied().collect();
+        let [mut branch, above] = self.kept_branches(&by, follow)?;
+        branch.reverse();
+        branch.push(resonance.clone());
+        branch.extend(above);
+        Some(branch)
+    }
+
+    /// The points from a phase resonance to the end of the range, if it is reached.
+    fn from_resonance(
+        &self,
+        settings: ContinuationSettings,
+        resonance: &Response,
+    ) -> Option<Vec<Response>> {
+        let path = Continuation::from_resonance(self, settings, resonance)?;
+        let mut points = Vec::new();
+        for response in path {
+            let response = response.ok()?;
+            self.gauge.add_point(response.omega);
+            points.push(response);
+        }
+        let reached = points.last().is_some_and(|last| last.omega == settings.to);
+        reached.then_some(points)
+    }
+}
+
 /// Whether two responses at one frequency are not the same.
 fn differ(a: &Response, b: &Response) -> bool {
     let [a, b] = [a, b].map(|response| &response.displacement);
@@ -519,6 +788,8 @@ impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
                     step: self.settings.step,
                     points: 1,
                     unphysical: 0,
+                    heading: None,
+                    frame: None,
                 }),
             Progress::Underway(branch) => self.advance(*branch),
         };

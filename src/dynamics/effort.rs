@@ -1,19 +1,28 @@
 //! The limit on the cost of a search, as a number of evaluations of the balance: it ends at the same place on every machine.
 
-use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A count of evaluations, with a bound.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Effort {
-    spent: Cell<u64>,
-    bound: Cell<u64>,
+    spent: AtomicU64,
+    bound: AtomicU64,
+}
+
+impl Clone for Effort {
+    fn clone(&self) -> Effort {
+        Effort {
+            spent: self.spent().into(),
+            bound: self.bound.load(Ordering::Relaxed).into(),
+        }
+    }
 }
 
 impl Default for Effort {
     fn default() -> Effort {
         Effort {
-            spent: Cell::new(0),
-            bound: Cell::new(u64::MAX),
+            spent: 0.into(),
+            bound: u64::MAX.into(),
         }
     }
 }
@@ -21,26 +30,27 @@ impl Default for Effort {
 impl Effort {
     /// So many evaluations may be made from now on.
     pub(super) fn allow(&self, evaluations: u64) {
-        self.bound.set(self.spent().saturating_add(evaluations));
+        let bound = self.spent().saturating_add(evaluations);
+        self.bound.store(bound, Ordering::Relaxed);
     }
 
     /// There is no bound from now on.
     pub(super) fn unbound(&self) {
-        self.bound.set(u64::MAX);
+        self.bound.store(u64::MAX, Ordering::Relaxed);
     }
 
     /// So many evaluations were made.
     pub(super) fn add(&self, evaluations: u64) {
-        self.spent.set(self.spent() + evaluations);
+        self.spent.fetch_add(evaluations, Ordering::Relaxed);
     }
 
     /// Evaluations so far.
     pub(super) fn spent(&self) -> u64 {
-        self.spent.get()
+        self.spent.load(Ordering::Relaxed)
     }
 
     /// Whether all that is allowed is spent.
     pub(super) fn is_spent(&self) -> bool {
-        self.spent() >= self.bound.get()
+        self.spent() >= self.bound.load(Ordering::Relaxed)
     }
 }

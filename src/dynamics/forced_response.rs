@@ -9,6 +9,7 @@ use super::truncation::{TAIL, UNKNOWN};
 use super::vibration::{ResonanceKind, Vibration};
 use super::{
     ContinuationSettings, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,
+    Start,
 };
 
 /// Newton correction that a point of a forced response is left with at most; its energies are then in balance to 1e-10.
@@ -17,6 +18,8 @@ const TOLERANCE: f64 = 1e-7;
 const DEAR_TOLERANCE: f64 = 1e-5;
 /// The largest step of their continuation: lines between points of a linear resonance are within 0.2 % of its peak.
 const DEAR_STEP: f64 = 1.0 / 12.0;
+/// That from a phase resonance, which is a point; curvature makes it shorter.
+const STEP_FROM_RESONANCE: f64 = 0.17;
 /// Newton correction of the finer response that tells the error of a point: an error has two digits.
 const ERROR_TOLERANCE: f64 = 1e-5;
 /// Newton iterations to it: what takes more is not near.
@@ -143,7 +146,16 @@ impl Vibration {
                 Err(_) => self.harmonics.clone(),
             };
             let balance = self.balance_of(elements.clone(), harmonics.clone())?;
-            let points = match self.forced_response(&balance) {
+            let phase = known
+                .as_ref()
+                .ok()
+                .and_then(|of| of.resonance.phase.as_ref());
+            // As it is read back from a table of its frequency.
+            let phase = phase.map(|phase| Start {
+                omega: TAU * phase.frequency(),
+                ..phase.start()
+            });
+            let points = match self.forced_response_through(&balance, phase.as_ref()) {
                 Ok(mut points) => {
                     self.estimate_errors(&balance, &mut points);
                     points
@@ -231,6 +243,19 @@ impl Vibration {
         &self,
         balance: &HarmonicBalance<ContactElement>,
     ) -> Result<Vec<ForcedPoint>, DynamicsError> {
+        self.forced_response_through(balance, None)
+    }
+
+    /// As [`Self::forced_response`]; where responses are dear and continuation places the points, from a phase resonance to both ends of the
+    /// range, if it is known and leads there.
+    ///
+    /// # Errors
+    /// As [`Self::forced_response`].
+    pub fn forced_response_through(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        resonance: Option<&Start>,
+    ) -> Result<Vec<ForcedPoint>, DynamicsError> {
         let enough = match balance.is_costly {
             true => DEAR_TOLERANCE,
             false => TOLERANCE,
@@ -242,7 +267,7 @@ impl Vibration {
         roughly.settings.tolerance = balance.settings.tolerance.max(enough);
         let found = match self.omegas() {
             Some(omegas) => self.at_points(&roughly, &omegas),
-            None => self.of_branches(&roughly),
+            None => self.of_branches(&roughly, resonance),
         };
         balance.effort.add(roughly.effort.spent());
         let (points, failure) = found?;
@@ -276,6 +301,7 @@ impl Vibration {
     fn of_branches(
         &self,
         balance: &HarmonicBalance<ContactElement>,
+        resonance: Option<&Start>,
     ) -> Result<(Vec<ForcedPoint>, Option<DynamicsError>), DynamicsError> {
         let mut settings =
             ContinuationSettings::over(self.range.0, self.range.1, self.response_port);
@@ -283,7 +309,10 @@ impl Vibration {
             settings.largest_step = DEAR_STEP;
         }
         let easily = |omega| self.by_easing(balance, omega);
-        let (branches, failure) = balance.parts(settings, &easily)?;
+        let (branches, failure) = match self.through_resonance(balance, settings, resonance) {
+            Some(branch) => (vec![branch], None),
+            None => balance.parts(settings, &easily)?,
+        };
         let (from, to) = self.range;
         let range = from * (1.0 - ROUNDING)..=to * (1.0 + ROUNDING);
         let mut points = Vec::new();
@@ -315,6 +344,22 @@ impl Vibration {
             });
         }
         Ok((points, failure))
+    }
+
+    /// The branch through the phase resonance at `start`, where responses are dear and it leads to both ends of the range.
+    fn through_resonance(
+        &self,
+        balance: &HarmonicBalance<ContactElement>,
+        settings: ContinuationSettings,
+        start: Option<&Start>,
+    ) -> Option<Vec<Response>> {
+        let start = start.filter(|_| balance.is_costly)?;
+        let resonance = balance.phase_resonance_near(self.range, start).ok()?;
+        let settings = ContinuationSettings {
+            largest_step: STEP_FROM_RESONANCE,
+            ..settings
+        };
+        balance.through(settings, &resonance)
     }
 
     fn point(

@@ -5,7 +5,7 @@
 //! the others, the *active* ones, have unknowns; the displacement of the rest follows, and is checked over the whole cycle at
 //! the same samples. The result is that of all elements active, to rounding.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use super::aft::{InterfaceElement, Sampling};
 use super::closed_model::ClosedModel;
@@ -17,6 +17,7 @@ use super::{DynamicsError, Harmonics};
 use crate::gauge::Gauge;
 use crate::journal::Journal;
 use crate::linalg::add_scaled;
+use crate::threads::Threads;
 
 /// Least increment of the load on the way to a state that Newton's method does not reach at once.
 const LEAST_INCREMENT: f64 = 1e-4;
@@ -94,7 +95,7 @@ impl Default for Settings {
 /// A structure, its contact elements and its loads.
 #[derive(Clone)]
 pub struct HarmonicBalance<E> {
-    pub(super) model: Rc<ClosedModel>,
+    pub(super) model: Arc<ClosedModel>,
     pub(super) reference: Vec<[f64; 3]>,
     pub(super) elements: Vec<E>,
     pub(super) sampling: Sampling,
@@ -113,6 +114,8 @@ pub struct HarmonicBalance<E> {
     pub gauge: Gauge,
     /// What an earlier start has solved, and a place for what this one solves.
     pub journal: Journal,
+    /// The threads that share its work.
+    pub threads: Threads,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
@@ -139,7 +142,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         let springs = elements.iter().flat_map(E::reference_stiffness);
         let closed = model.close(&springs.collect::<Vec<f64>>())?;
-        Self::of_closed(Rc::new(closed), elements, harmonics, loads, settings)
+        Self::of_closed(Arc::new(closed), elements, harmonics, loads, settings)
     }
 
     /// Joins a structure that is closed by the reference stiffness of its elements already.
@@ -147,7 +150,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// # Errors
     /// As [`Self::new`].
     pub(super) fn of_closed(
-        model: Rc<ClosedModel>,
+        model: Arc<ClosedModel>,
         elements: Vec<E>,
         harmonics: Harmonics,
         loads: Vec<Load>,
@@ -208,6 +211,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             effort: Effort::default(),
             gauge: Gauge::default(),
             journal: Journal::default(),
+            threads: Threads::default(),
         })
     }
 
@@ -405,7 +409,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// The linear response of the reference state as a start.
     pub(super) fn linear_start(&self, omega: f64, factor: f64) -> Result<State, DynamicsError> {
-        let cores = self.model.cores(self.harmonics(), omega)?;
+        let cores = self.cores(omega)?;
         let rows = self.loads_at(omega, factor);
         let mut all = self
             .model

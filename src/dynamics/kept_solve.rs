@@ -1,7 +1,7 @@
 //! A solve of the harmonic balance that an interrupted start may have made: what Newton's method led to, as it is kept.
 
 use super::aft::InterfaceElement;
-use super::newton_step::{Condition, State};
+use super::newton_step::{Condition, Frame, State};
 use super::{DynamicsError, Energy, HarmonicBalance, Response};
 use crate::journal::{Inputs, Reader, Writer};
 
@@ -32,19 +32,81 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Response, DynamicsError> {
         let tolerance = tolerance.max(self.settings.tolerance);
         if !self.journal.is_open() {
-            return self.converge(state, factor, condition, tolerance);
+            return self.newton_from(&mut None, tolerance, state, factor, condition);
         }
         let inputs = self.inputs(&state, factor, condition, tolerance);
         if let Some(kept) = self.journal.take(&inputs) {
             // What is not read is refused again, and stands there already.
             let read = self.read(&kept);
-            return read.unwrap_or_else(|| self.converge(state, factor, condition, tolerance));
+            return read.unwrap_or_else(|| {
+                self.newton_from(&mut None, tolerance, state, factor, condition)
+            });
         }
         let before = self.effort.spent();
-        let result = self.converge(state, factor, condition, tolerance);
+        let result = self.newton_from(&mut None, tolerance, state, factor, condition);
         let spent = self.effort.spent() - before;
         self.journal.add(&inputs, &written(&result, spent));
         result
+    }
+
+    /// Converges `state` with the frame of an earlier solve nearby, which is not kept in a journal.
+    pub(super) fn newton_from(
+        &self,
+        frame: &mut Option<Frame>,
+        tolerance: f64,
+        state: State,
+        factor: f64,
+        condition: &Condition,
+    ) -> Result<Response, DynamicsError> {
+        let converge = || self.converge(state, factor, condition, tolerance, frame);
+        self.threads.within(converge)
+    }
+
+    /// The two branches that `work` leads to, unless an earlier start has followed them; `by` are the numbers that they depend on.
+    pub(super) fn kept_branches(
+        &self,
+        by: &[f64],
+        work: impl FnOnce() -> Option<[Vec<Response>; 2]>,
+    ) -> Option<[Vec<Response>; 2]> {
+        if !self.journal.is_open() {
+            return work();
+        }
+        let inputs = Inputs::default().numbers(by).numbers(&self.load_rows);
+        if let Some(kept) = self.journal.take(&inputs)
+            && let Some(read) = self.read_branches(&kept)
+        {
+            return read;
+        }
+        let before = self.effort.spent();
+        let found = work();
+        let mut out = Writer::default();
+        out.count(self.effort.spent() - before);
+        for branch in found.iter().flatten() {
+            out.count(branch.len() as u64);
+            branch.iter().for_each(|response| write(&mut out, response));
+        }
+        self.journal.add(&inputs, &out.0);
+        found
+    }
+
+    /// None of what was not written for this balance; none within of what is not found.
+    fn read_branches(&self, kept: &[u8]) -> Option<Option<[Vec<Response>; 2]>> {
+        let mut reader = Reader(kept);
+        let spent = reader.count()?;
+        let mut found = None;
+        if !reader.0.is_empty() {
+            let mut branch = || {
+                let count = reader.count()?;
+                let responses = (0..count).map(|_| self.read_response(&mut reader));
+                responses.collect::<Option<Vec<_>>>()
+            };
+            found = Some([branch()?, branch()?]);
+        }
+        if !reader.0.is_empty() {
+            return None;
+        }
+        self.effort.add(spent);
+        Some(found)
     }
 
     fn inputs(&self, state: &State, factor: f64, condition: &Condition, tolerance: f64) -> Inputs {
@@ -119,27 +181,31 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 }
 
+fn write(out: &mut Writer, response: &Response) {
+    out.numbers(&[response.omega, response.load_factor]);
+    out.count(response.iterations as u64);
+    let energy = &response.energy;
+    out.numbers(&[response.correction, response.closure]);
+    let Energy {
+        input,
+        friction,
+        viscous,
+        hysteretic,
+    } = *energy;
+    out.numbers(&[input, friction, viscous, hysteretic]);
+    out.numbers(&response.displacement);
+    out.numbers(&response.force);
+    let active = response.active.iter();
+    active.for_each(|active| out.count(u64::from(*active)));
+}
+
 fn written(result: &Result<Response, DynamicsError>, spent: u64) -> Vec<u8> {
     let mut out = Writer::default();
     match result {
         Ok(response) => {
             out.count(FOUND);
             out.count(spent);
-            out.numbers(&[response.omega, response.load_factor]);
-            out.count(response.iterations as u64);
-            let energy = &response.energy;
-            out.numbers(&[response.correction, response.closure]);
-            let Energy {
-                input,
-                friction,
-                viscous,
-                hysteretic,
-            } = *energy;
-            out.numbers(&[input, friction, viscous, hysteretic]);
-            out.numbers(&response.displacement);
-            out.numbers(&response.force);
-            let active = response.active.iter();
-            active.for_each(|active| out.count(u64::from(*active)));
+            write(&mut out, response);
         }
         Err(DynamicsError::NotConverged {
             frequency,

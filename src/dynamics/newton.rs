@@ -22,6 +22,8 @@ const NEARLY: f64 = 1e-4;
 const NEAR: f64 = 2e-3;
 const DEAR: usize = 25;
 const CHORD: f64 = 0.1;
+/// Correction over the tolerance from which two steps with a Jacobian that is kept mostly converge.
+const FEW_CHORDS: f64 = 1e3;
 /// Where an iteration is dear: the largest relative tolerance of a step.
 const LOOSE: f64 = 1e-2;
 /// There, a step that is so many times what the preconditioner makes of it is measured by solving for it, to that relative tolerance.
@@ -49,13 +51,15 @@ const AWAY: f64 = 0.1;
 pub(super) const FREQUENCY_WEIGHT: f64 = 100.0;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Converges `state` at the load `factor`, until the correction is within `tolerance`.
+    /// Converges `state` at the load `factor`, until the correction is within `tolerance`. A `frame` of an earlier solve saves its making, and
+    /// stands there for a later one.
     pub(super) fn converge(
         &self,
         mut state: State,
         factor: f64,
         condition: &Condition,
         tolerance: f64,
+        frame: &mut Option<Frame>,
     ) -> Result<Response, DynamicsError> {
         let first_omega = state.omega;
         // A single evaluation of many samples is no little where hundreds of searches end here.
@@ -66,7 +70,6 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         let mut grip = MOST_GRIP;
         let mut at = self.evaluate(&state, factor, condition, Some(grip))?;
-        let mut frame: Option<Frame> = None;
         let mut failures = 0;
         let mut correction = f64::INFINITY;
         // The last one measured, for the error, and that of the state at hand.
@@ -170,14 +173,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
             if reach.size(&step) <= tolerance && before <= tolerance {
                 correction = reach.size(&step);
-                frame = Some(now);
+                *frame = Some(now);
                 continue;
             }
             let near = match effort {
                 0..=DEAR if self.is_costly => NEAR,
                 _ => NEARLY,
             };
-            let near = f64::max(near, tolerance / CHORD);
+            let roughly = f64::min(FEW_CHORDS * tolerance, LOOSE);
+            let near = near.max(tolerance / CHORD).max(roughly);
             let mut is_refused = false;
             let mut best: Option<(f64, f64, State, Evaluation)> = None;
             let mut full: Option<(State, Evaluation)> = None;
@@ -210,7 +214,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
             if is_refused {
                 at = self.evaluate(&state, factor, condition, Some(grip))?;
-                (correction, is_old, frame) = (f64::INFINITY, false, Some(now));
+                (correction, is_old) = (f64::INFINITY, false);
+                *frame = Some(now);
                 continue;
             }
             let Some((left, length, trial, there)) = best else {
@@ -253,7 +258,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if effort > if self.is_costly { LOST } else { STALE } {
                 now.forget();
             }
-            frame = Some(now);
+            *frame = Some(now);
         }
         if standing <= ACCEPTED && !self.is_costly {
             return self.response(state, factor, at, spent, standing);

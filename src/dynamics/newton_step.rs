@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use num_complex::Complex64;
 
-use super::aft::{Closure, InterfaceElement};
+use super::aft::{Closure, InterfaceElement, Workspace};
 use super::closed_model::{Among, Precision};
 use super::krylov::{self, Learned};
 use super::preconditioner::{ElementPart, Preconditioner};
@@ -19,6 +19,8 @@ pub(super) const STEP_TOLERANCE: f64 = 1e-4;
 pub(super) const LEAST_GRIP: f64 = 1e-6;
 /// Unknowns up to which a step that Krylov iterations do not find is found by elimination: half a gigabyte.
 const MOST_DENSE: usize = 6000;
+/// Elements that a thread evaluates at once.
+const AT_ONCE: usize = 8;
 /// Share of the largest square that regularises a step whose matrix is singular.
 const REGULARISATION: f64 = 1e-13;
 
@@ -100,6 +102,14 @@ pub(super) struct Evaluation {
     pub(super) condition: f64,
 }
 
+/// What an element adds to an evaluation.
+struct OfElement {
+    /// Beyond the reference with the sign of a load.
+    force: Vec<f64>,
+    beyond: Option<Matrix>,
+    contact: (Vec<f64>, Closure),
+}
+
 impl Evaluation {
     /// Whether it was asked for with Jacobians.
     pub(super) fn has_jacobians(&self) -> bool {
@@ -169,6 +179,13 @@ pub(super) struct Change {
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// Receptances of the coordinates at every harmonic of the angular frequency `omega`.
+    pub(super) fn cores(&self, omega: f64) -> Result<Vec<Matrix<Complex64>>, DynamicsError> {
+        let orders = self.harmonics().orders();
+        let receptance = |order: &u32| self.model.core.receptance(f64::from(*order) * omega);
+        self.threads.map(orders, receptance).into_iter().collect()
+    }
+
     /// Unknowns per element.
     pub(super) fn width(&self) -> usize {
         3 * self.harmonics().coefficients()
@@ -185,38 +202,24 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
         let width = self.width();
-        let cores = self.model.cores(harmonics, state.omega)?;
+        let cores = self.cores(state.omega)?;
         let elements: Vec<usize> = (0..self.elements.len())
             .filter(|e| state.active[*e])
             .collect();
         self.effort.add(1);
-        let mut work = self.sampling.workspace();
         let mut ports: Vec<usize> = elements.iter().flat_map(|e| 3 * e..3 * e + 3).collect();
-        let mut forces = vec![0.0; elements.len() * width];
+        let mut forces = Vec::with_capacity(elements.len() * width);
         let mut beyond = Vec::new();
         let mut contact = Vec::with_capacity(elements.len());
-        for (&element, g) in elements.iter().zip(forces.chunks_mut(width)) {
-            let u = &state.contact[element * width..][..width];
-            let law = &self.elements[element];
-            let mut jacobian = grip.map(|_| Matrix::zeros(width, width));
-            let values = jacobian.as_mut().map(Matrix::values_mut);
-            let closure = self.sampling.evaluate(law, u, g, values, &mut work);
-            contact.push((g.to_vec(), closure));
-            for d in 0..3 {
-                let stiffness = self.reference[element][d];
-                for i in d * n..(d + 1) * n {
-                    g[i] = stiffness * u[i] - g[i];
-                    if let Some(jacobian) = &mut jacobian {
-                        jacobian.row_mut(i)[i] -= stiffness;
-                    }
-                }
-                if let (Some(jacobian), Some(grip)) = (&mut jacobian, grip)
-                    && d < 2
-                {
-                    jacobian.row_mut(d * n)[d * n] += grip * stiffness;
-                }
-            }
-            beyond.extend(jacobian);
+        let parts = self.threads.map(elements.chunks(AT_ONCE), |part| {
+            let mut work = self.sampling.workspace();
+            let own = |element: &usize| self.evaluate_element(*element, state, grip, &mut work);
+            part.iter().map(own).collect::<Vec<_>>()
+        });
+        for own in parts.into_iter().flatten() {
+            forces.extend(own.force);
+            beyond.extend(own.beyond);
+            contact.push(own.contact);
         }
         ports.extend(&self.load_ports);
         forces.extend(self.loads_at(state.omega, factor));
@@ -249,6 +252,44 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
+    /// One element of [`Self::evaluate`].
+    fn evaluate_element(
+        &self,
+        element: usize,
+        state: &State,
+        grip: Option<f64>,
+        work: &mut Workspace,
+    ) -> OfElement {
+        let n = self.harmonics().coefficients();
+        let width = self.width();
+        let u = &state.contact[element * width..][..width];
+        let law = &self.elements[element];
+        let mut g = vec![0.0; width];
+        let mut jacobian = grip.map(|_| Matrix::zeros(width, width));
+        let values = jacobian.as_mut().map(Matrix::values_mut);
+        let closure = self.sampling.evaluate(law, u, &mut g, values, work);
+        let contact = (g.clone(), closure);
+        for d in 0..3 {
+            let stiffness = self.reference[element][d];
+            for i in d * n..(d + 1) * n {
+                g[i] = stiffness * u[i] - g[i];
+                if let Some(jacobian) = &mut jacobian {
+                    jacobian.row_mut(i)[i] -= stiffness;
+                }
+            }
+            if let (Some(jacobian), Some(grip)) = (&mut jacobian, grip)
+                && d < 2
+            {
+                jacobian.row_mut(d * n)[d * n] += grip * stiffness;
+            }
+        }
+        OfElement {
+            force: g,
+            beyond: jacobian,
+            contact,
+        }
+    }
+
     /// The frame of the active elements of `at`: the one at hand if it is theirs.
     pub(super) fn frame(
         &self,
@@ -279,7 +320,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         ) {
             let harmonics = self.harmonics();
             let (model, elements) = (&self.model, &at.elements);
-            let part = ElementPart::new(model, basis, harmonics, elements, &at.beyond)?;
+            let part =
+                ElementPart::new(&self.threads, model, basis, harmonics, elements, &at.beyond)?;
             frame.part = Some(part);
         }
         Ok(frame)
@@ -302,7 +344,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let harmonics = self.harmonics();
             return Ok(Solver::Krylov {
                 beyond: Blocks::new(self.width(), at.beyond.iter()),
-                preconditioner: Preconditioner::new(part, harmonics, &at.cores)?,
+                preconditioner: Preconditioner::new(&self.threads, part, harmonics, &at.cores)?,
             });
         }
         self.dense(at, frame)

@@ -5,6 +5,10 @@ use num_complex::Complex64;
 use super::closed_model::ClosedModel;
 use super::{DynamicsError, Harmonics};
 use crate::linalg::{Blocks, Factors, RowMatrix as Matrix, add_scaled};
+use crate::threads::Threads;
+
+/// Elements whose blocks a thread inverts at once.
+const AT_ONCE: usize = 32;
 
 /// What does not depend on frequency in the inverse of `1 + (D + B Z Bᵀ) G`, where B and Z have the leading coordinates only, D keeps
 /// of the residual and the static answer of the other coordinates the 3×3 blocks of the elements, and G is the contact Jacobian beyond the reference: per element `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
@@ -24,6 +28,7 @@ pub(super) struct ElementPart {
 impl ElementPart {
     /// For the elements `active` of a model with this `basis`, with Jacobians `beyond` (each `3n × 3n`).
     pub(super) fn new(
+        threads: &Threads,
         model: &ClosedModel,
         basis: &Matrix,
         harmonics: &Harmonics,
@@ -34,8 +39,13 @@ impl ElementPart {
         let m = model.leading;
         let width = 3 * n;
         let mut shapes = Matrix::zeros(3 * active.len(), m);
-        let (mut inverses, mut transfers) = (Vec::new(), Vec::new());
-        for (place, (&element, jacobian)) in active.iter().zip(beyond).enumerate() {
+        for (place, &element) in active.iter().enumerate() {
+            for d in 0..3 {
+                let row = shapes.row_mut(3 * place + d);
+                row.copy_from_slice(&basis.row(3 * element + d)[..m]);
+            }
+        }
+        let own = |(&element, jacobian): (&usize, &Matrix)| {
             let mut local = Matrix::identity(width);
             if let Some(blocks) = &model.local {
                 for d in 0..3 {
@@ -50,17 +60,25 @@ impl ElementPart {
             }
             let of_matrix = DynamicsError::of_matrix("element with its own flexibility");
             let inverse = local.factorize().map_err(of_matrix)?.inverse();
-            for d in 0..3 {
-                let row = shapes.row_mut(3 * place + d);
-                row.copy_from_slice(&basis.row(3 * element + d)[..m]);
+            let transfer = jacobian.times(&inverse);
+            Ok((inverse, transfer))
+        };
+        let chunks = active.chunks(AT_ONCE).zip(beyond.chunks(AT_ONCE));
+        let parts = threads.map(chunks, |(active, beyond)| {
+            let elements = active.iter().zip(beyond);
+            elements.map(own).collect::<Result<Vec<_>, DynamicsError>>()
+        });
+        let (mut inverses, mut transfers) = (Vec::new(), Vec::new());
+        for part in parts {
+            for (inverse, transfer) in part? {
+                inverses.push(inverse);
+                transfers.push(transfer);
             }
-            transfers.push(jacobian.times(&inverse));
-            inverses.push(inverse);
         }
         let transposed_shapes = shapes.transposed();
         // For every pair of coefficients a product over all elements.
-        let mut coupling = Matrix::zeros(m * n, m * n);
-        for c in 0..n {
+        let rows = threads.map(0..n, |c| {
+            let mut rows = Matrix::zeros(m, m * n);
             for f in 0..n {
                 let mut moved = Matrix::zeros(3 * active.len(), m);
                 for (place, transfer) in transfers.iter().enumerate() {
@@ -74,9 +92,14 @@ impl ElementPart {
                 }
                 let product = transposed_shapes.times(&moved);
                 for a in 0..m {
-                    coupling.row_mut(c * m + a)[f * m..][..m].copy_from_slice(product.row(a));
+                    rows.row_mut(a)[f * m..][..m].copy_from_slice(product.row(a));
                 }
             }
+            rows
+        });
+        let mut coupling = Matrix::zeros(m * n, m * n);
+        for (target, rows) in coupling.values_mut().chunks_mut(m * m * n).zip(&rows) {
+            target.copy_from_slice(rows.values());
         }
         Ok(ElementPart {
             inverses: Blocks::new(width, inverses.iter()),
@@ -100,6 +123,7 @@ pub(super) struct Preconditioner<'a> {
 
 impl<'a> Preconditioner<'a> {
     pub(super) fn new(
+        threads: &Threads,
         part: &'a ElementPart,
         harmonics: &'a Harmonics,
         cores: &[Matrix<Complex64>],
@@ -114,23 +138,36 @@ impl<'a> Preconditioner<'a> {
             out
         };
         let cores: Vec<Matrix<Complex64>> = cores.iter().map(leading).collect();
-        let mut receptance = Matrix::zeros(order, order);
-        for (index, core) in cores.iter().enumerate() {
-            let slot = harmonics.slot(index);
+        // Z has a block for each harmonic, and W Z the columns of that block.
+        let products = threads.map(cores.iter().enumerate(), |(index, core)| {
+            let slots = if index == 0 { 1 } else { 2 };
+            let first = harmonics.slot(index) * m;
+            let mut columns = Matrix::zeros(order, slots * m);
+            for i in 0..order {
+                let source = &part.coupling.row(i)[first..][..slots * m];
+                columns.row_mut(i).copy_from_slice(source);
+            }
+            let mut block = Matrix::zeros(slots * m, slots * m);
             for a in 0..m {
                 for b in 0..m {
                     let value = core.at(a, b);
-                    receptance.set(slot * m + a, slot * m + b, value.re);
+                    block.set(a, b, value.re);
                     if index > 0 {
-                        receptance.set(slot * m + a, (slot + 1) * m + b, value.im);
-                        receptance.set((slot + 1) * m + a, slot * m + b, -value.im);
-                        receptance.set((slot + 1) * m + a, (slot + 1) * m + b, value.re);
+                        block.set(a, m + b, value.im);
+                        block.set(m + a, b, -value.im);
+                        block.set(m + a, m + b, value.re);
                     }
                 }
             }
-        }
+            (first, columns.times(&block))
+        });
         let mut modal = Matrix::identity(order);
-        modal.add_product(&part.coupling, &receptance);
+        for (first, product) in &products {
+            for i in 0..order {
+                let target = &mut modal.row_mut(i)[*first..][..product.columns()];
+                add_scaled(target, 1.0, product.row(i));
+            }
+        }
         let of_matrix = DynamicsError::of_matrix("modal part of the preconditioner");
         Ok(Preconditioner {
             part,

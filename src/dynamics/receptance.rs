@@ -20,7 +20,7 @@ pub struct Receptance<F> {
 
 impl<F> LinearModel for Receptance<F>
 where
-    F: Fn(f64) -> Matrix<Complex64> + Clone + 'static,
+    F: Fn(f64) -> Matrix<Complex64> + Clone + Send + Sync + 'static,
 {
     fn contact_dofs(&self) -> usize {
         self.contact_dofs
@@ -59,7 +59,7 @@ struct ReceptanceCore<F> {
     springs: Vec<f64>,
 }
 
-impl<F: Fn(f64) -> Matrix<Complex64>> Core for ReceptanceCore<F> {
+impl<F: Fn(f64) -> Matrix<Complex64> + Send + Sync> Core for ReceptanceCore<F> {
     fn coordinates(&self) -> usize {
         self.ports
     }

@@ -93,6 +93,23 @@ impl Start {
         }
     }
 
+    /// The same motion in these harmonics, by an angle of its fundamental later \[rad\] and so many times as large, but for its means.
+    pub(super) fn turned(&self, harmonics: &Harmonics, angle: f64, size: f64) -> Start {
+        let turns = harmonics.orders()[1..].iter();
+        let turns: Vec<(f64, f64)> = turns
+            .map(|order| (f64::from(*order) * angle).sin_cos())
+            .map(|(sine, cosine)| (size * sine, size * cosine))
+            .collect();
+        let mut out = self.clone();
+        for row in out.displacement.chunks_exact_mut(harmonics.coefficients()) {
+            for (pair, (sine, cosine)) in row[1..].chunks_exact_mut(2).zip(&turns) {
+                let (a, b) = (pair[0], pair[1]);
+                (pair[0], pair[1]) = (a * cosine - b * sine, a * sine + b * cosine);
+            }
+        }
+        out
+    }
+
     /// Whether a response is that of the same resonance, of which this is the start: not one of another frequency.
     ///
     /// # Errors
@@ -239,10 +256,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
         }
         self.check_support(&ports, &rows, factor)?;
-        let cores = self.model.cores(harmonics, state.omega)?;
         let generalised = self.model.generalised(harmonics, &ports, &rows);
         let (mut viscous, mut hysteretic) = (0.0, 0.0);
-        for (index, core) in cores.iter().enumerate().skip(1) {
+        for (index, core) in at.cores.iter().enumerate().skip(1) {
             let (amplitude, force) = ClosedModel::amplitudes(harmonics, index, core, &generalised);
             // As many of its cycles are in one of the fundamental.
             let order = f64::from(harmonics.orders()[index]);

@@ -41,8 +41,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let start = self.start_from(start, omega, 1.0).ok()?;
             self.newton(start, 1.0, &Condition::Frequency).ok()
         };
-        let known: Vec<&Response> = responses.iter().rev().take(REMEMBERED).rev().collect();
-        let omegas: Vec<f64> = known.iter().map(|response| response.omega).collect();
+        let first = responses.len().saturating_sub(REMEMBERED);
+        let known: Vec<Start> = responses[first..].iter().map(Response::start).collect();
+        let omegas: Vec<f64> = known.iter().map(|start| start.omega).collect();
         let ahead = foretold(&known, &omegas, omega).and_then(|start| at(&start));
         if ahead.is_some() {
             return ahead;

@@ -4,6 +4,7 @@ use super::contact_element::ContactElement;
 use super::newton::FREQUENCY_WEIGHT;
 use super::vibration::{Resonance, ResonanceKind, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
+use crate::journal::Journal;
 
 /// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: these leave out at least a third of it
 /// too, as what friction leaves out falls about like the square of the first missing order.
@@ -152,7 +153,23 @@ impl Vibration {
             vibration: self,
             is_open: false,
         };
-        while let Some((finer, resonance)) = resolved.estimate() {
+        // Without a tolerance both errors are of this resonance, and are found at the same time.
+        let mut of_samples = None;
+        let mut estimate = match tolerance {
+            Some(_) => resolved.estimate(),
+            None => {
+                let threads = &resolved.balance.threads;
+                let (estimate, errors) =
+                    threads.both(|| resolved.estimate(), || resolved.errors_of_samples());
+                of_samples = Some(errors);
+                estimate
+            }
+        };
+        while let Some((truncation, found)) = estimate {
+            resolved.truncation = truncation;
+            let Some((finer, resonance)) = found else {
+                break;
+            };
             let within = |tolerance| resolved.truncation.largest() <= tolerance;
             if tolerance.is_none_or(within) || finer.highest() > HIGHEST {
                 break;
@@ -175,9 +192,11 @@ impl Vibration {
                 ..resonance
             };
             resolved.balance = balance;
+            estimate = resolved.estimate();
         }
         let tolerance = resolved.balance.settings.tolerance;
-        let all = resolved.truncation.and(resolved.errors_of_samples());
+        let of_samples = of_samples.unwrap_or_else(|| resolved.errors_of_samples());
+        let all = resolved.truncation.and(of_samples);
         resolved.truncation = all.bounded(&resolved.resonance, tolerance);
         Ok(resolved)
     }
@@ -224,19 +243,18 @@ impl Resolved<'_> {
         self.vibration.extended(self.balance, resonance, None)
     }
 
-    /// Estimates the errors by harmonics left out, from the resonance with the harmonics [`Harmonics::beyond`]; those harmonics and that resonance.
-    /// None where the response is linear, as harmonics other than those of the loads stay 0, or where none is found; the errors are then those known
-    /// before.
-    fn estimate(&mut self) -> Option<(Harmonics, Resonance)> {
+    /// The errors by harmonics left out, from the resonance with the harmonics [`Harmonics::beyond`]; those harmonics and that resonance, but where
+    /// the response is linear, as harmonics other than those of the loads stay 0. None where no resonance is found; the errors are then those
+    /// known before.
+    #[allow(clippy::type_complexity)]
+    fn estimate(&self) -> Option<(Truncation, Option<(Harmonics, Resonance)>)> {
         if self.is_linear() {
-            self.truncation = Truncation::default();
-            return None;
+            return Some((Truncation::default(), None));
         }
         let harmonics = self.balance.harmonics().beyond();
         let finer = self.vibration.finer(&self.balance, harmonics.clone(), 1);
         let (truncation, resonance) = self.errors_by(finer.ok()?)?;
-        self.truncation = truncation;
-        Some((harmonics, resonance))
+        Some((truncation, Some((harmonics, resonance))))
     }
 
     /// Errors by samples that are too few, from the resonance with twice as many. They are apart from those by harmonics, which may cancel them.
@@ -246,6 +264,11 @@ impl Resolved<'_> {
         }
         let harmonics = self.balance.harmonics().clone();
         let twice = self.vibration.finer(&self.balance, harmonics, 2);
+        // It may go on beside another solve, so that its own are not kept in an order.
+        let twice = twice.map(|twice| HarmonicBalance {
+            journal: Journal::default(),
+            ..twice
+        });
         let found = twice.ok().and_then(|twice| self.errors_by(twice));
         let mut errors = found.map_or(Truncation::UNKNOWN, |(errors, _)| errors);
         let in_work = self.balance.work_error(self.resonance.in_force());

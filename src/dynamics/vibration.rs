@@ -6,6 +6,7 @@ use super::{
 };
 use crate::gauge::Gauge;
 use crate::journal::Journal;
+use crate::threads::Threads;
 
 /// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
 #[derive(Debug, Clone)]
@@ -32,6 +33,8 @@ pub struct Vibration {
     pub gauge: Gauge,
     /// What an earlier start has solved, and a place for what this one solves.
     pub journal: Journal,
+    /// The threads that share its work.
+    pub threads: Threads,
 }
 
 /// Which response a peak, or the one that moves the joint, is.
@@ -154,6 +157,7 @@ impl Vibration {
         Ok(HarmonicBalance {
             gauge: self.gauge.clone(),
             journal: self.journal.clone(),
+            threads: self.threads.clone(),
             ..balance.driven_at(self.response_port)
         })
     }

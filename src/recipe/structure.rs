@@ -23,6 +23,7 @@ use crate::structure::matrices::Role;
 use crate::structure::outline::Outline;
 use crate::structure::reduction::{ContactPorts, Reduced};
 use crate::structure::resonator::Resonator;
+use crate::threads::Threads;
 
 /// What vibrates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -525,6 +526,7 @@ impl Structure {
             points: response.points,
             gauge: Gauge::default(),
             journal: Journal::default(),
+            threads: Threads::default(),
             model,
         })
     }

@@ -12,7 +12,8 @@ use super::stage::{Stage, When};
 use super::told::tell_missed;
 use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
 use crate::dynamics::{
-    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resonance, Response, Vibration,
+    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resonance, Response, Start,
+    Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Part;
@@ -58,7 +59,8 @@ pub const DECLARATION: Declaration = Declaration {
 fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let vibration = solvers.vibration(reads)?;
-    let balance = match reads.maybe::<typed::ModelUpdate>()? {
+    // The phase resonance of these elements, if it is known.
+    let (balance, resonance) = match reads.maybe::<typed::ModelUpdate>()? {
         Some(update) => {
             let parameters = match update.updated {
                 true => parameters_of(&reads.table()?, reads.maybe()?),
@@ -69,18 +71,23 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         None => {
             let elements = contact_elements(reads, &given(reads));
             let response = reads.maybe::<typed::Response>()?;
-            let harmonics = match response {
-                Some(response) => harmonics_of(&response)?.0,
+            let harmonics = match &response {
+                Some(response) => harmonics_of(response)?.0,
                 None => vibration.harmonics.clone(),
             };
             let balance = vibration.balance_of(elements, harmonics);
-            balance.map_err(|source| failed(reads, source))?
+            let balance = balance.map_err(|source| failed(reads, source))?;
+            let row = reads.maybe::<typed::DynamicResponse>()?;
+            let phase = response.zip(row.filter(|row| row.resonance_frequency.is_some()));
+            let phase = phase.map(|(response, row)| start_of(&response, &row));
+            (balance, phase.transpose()?.map(|(_, start)| start))
         }
     };
     let kept = solvers.forced_response.take();
     let response = reads.recipe.response.as_ref();
     if response.is_some_and(|response| response.frequency.is_some()) {
-        forced_response(reads, &vibration, balance, kept, &mut outputs)?;
+        let resonance = resonance.as_ref();
+        forced_response(reads, &vibration, balance, resonance, kept, &mut outputs)?;
     }
     Ok(outputs)
 }
@@ -91,7 +98,7 @@ fn worn(
     vibration: &Vibration,
     parameters: &ElementParameters,
     outputs: &mut Outputs,
-) -> Result<HarmonicBalance<ContactElement>, RunError> {
+) -> Result<(HarmonicBalance<ContactElement>, Option<Start>), RunError> {
     let (harmonics, start) = start_of(&reads.table()?, &reads.table()?)?;
     let elements = contact_elements(reads, parameters);
     let tolerance = harmonic_tolerance(&reads.recipe);
@@ -117,7 +124,8 @@ fn worn(
         Err(lost) => outputs.notice(format!("the worn joint: {lost}")),
         Ok(()) => outputs.put(&row(&resonance))?,
     }
-    Ok(balance)
+    let phase = resonance.phase.as_ref().map(Response::start);
+    Ok((balance, phase))
 }
 
 fn row(resonance: &Resonance) -> typed::WornResponse {
@@ -140,6 +148,7 @@ fn forced_response(
     reads: &Reads,
     vibration: &Vibration,
     balance: HarmonicBalance<ContactElement>,
+    resonance: Option<&Start>,
     kept: Option<(Harmonics, Vec<ForcedPoint>)>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
@@ -150,7 +159,7 @@ fn forced_response(
     let kept = kept.filter(|(of, _)| *of == harmonics);
     let mut points = match kept {
         Some((_, points)) => Ok(points),
-        None => points_of(reads, vibration, &balance),
+        None => points_of(reads, vibration, &balance, resonance),
     };
     let has_branch = match &points {
         Ok(points) => points.iter().any(|p| p.found_by == FoundBy::Balance),
@@ -182,8 +191,9 @@ fn points_of(
     reads: &Reads,
     vibration: &Vibration,
     balance: &HarmonicBalance<ContactElement>,
+    resonance: Option<&Start>,
 ) -> Result<Vec<ForcedPoint>, DynamicsError> {
-    let mut points = vibration.forced_response(balance)?;
+    let mut points = vibration.forced_response_through(balance, resonance)?;
     if reads.recipe.surface().is_none() {
         vibration.estimate_errors(balance, &mut points);
     }

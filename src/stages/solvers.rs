@@ -15,6 +15,7 @@ use crate::journal::Journal;
 use crate::model_update::{Compliance, ContactElements, ElementParameters};
 use crate::recipe::Layout;
 use crate::tables::typed;
+use crate::threads::Threads;
 use crate::wear::cycle::March;
 use crate::wear::implicit::EndCycle;
 use crate::wear::{FrettingJoint, Motion};
@@ -212,6 +213,7 @@ impl Solvers {
                 structure.vibration(response, has_contact, reduced.as_ref(), &unworn)?;
             vibration.gauge = self.gauge.clone();
             vibration.journal = self.journal.clone();
+            vibration.threads = Threads::new(self.threads);
             self.vibration = Some(Rc::new(vibration));
         }
         Ok(self.vibration.clone().expect("it was built"))

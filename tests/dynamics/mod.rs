@@ -20,6 +20,7 @@ mod pseudo_modes;
 mod resonance;
 mod resonator;
 mod spring;
+mod through_resonance;
 mod time_integration;
 mod truncation;
 mod unreduced;
@@ -134,6 +135,7 @@ pub fn vibration(
         points: None,
         gauge: Default::default(),
         journal: Default::default(),
+        threads: Default::default(),
         inertial_loads: Vec::new(),
     }
 }
