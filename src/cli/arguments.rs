@@ -206,9 +206,9 @@ pub struct Execution {
     /// Stop after this time, as in `--max-wall "8 h"`: at the end of the iteration if it comes within 2 s, else within its stage
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub max_wall: Option<f64>,
-    /// Threads for the contact solvers' transforms, worth it from some 128 x 128 cells; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
-    pub threads: usize,
+    /// Threads of a run; results do not depend on it [default: as many as the machine has cores, one for each of several runs at once]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub threads: Option<usize>,
     /// No progress
     #[arg(long, short)]
     pub quiet: bool,
@@ -255,9 +255,9 @@ pub struct StageArguments {
     /// Write the tables into this folder, outside of runs; no file is replaced
     #[arg(long, short, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
-    /// Threads for the contact solvers' transforms; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
-    pub threads: usize,
+    /// Threads; results do not depend on it [default: as many as the machine has cores]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    pub threads: Option<usize>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -416,8 +416,14 @@ fn parse_time(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Threads for one matrix of rows; beyond a few hundred each has nothing to do.
+/// Most threads; beyond a few hundred each has nothing to do.
 const MAX_THREADS: usize = 256;
+
+/// The threads that were asked for, else as many as the machine has cores for this program.
+pub fn threads_or_cores(asked: Option<usize>) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    asked.unwrap_or_else(|| cores().min(MAX_THREADS))
+}
 
 pub fn parse_threads(text: &str) -> Result<usize, String> {
     match text.parse() {

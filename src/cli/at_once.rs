@@ -33,6 +33,8 @@ pub fn run_at_once(
     let stopping =
         Stopping::listen(None, i32::from(Exit::Stopped.code())).map_err(CliError::Signals)?;
     let program = std::env::current_exe().map_err(CliError::Processes)?;
+    // Runs at the same time share the cores.
+    let threads = execution.threads.unwrap_or(1);
     let mut running: Vec<(usize, Instant, Child)> = Vec::new();
     let mut waiting = (0..commands.len()).peekable();
     let mut asked: Option<Instant> = None;
@@ -57,12 +59,7 @@ pub fn run_at_once(
             }
             let mut child = process::Command::new(&program);
             child.arg("run").args(&command.arguments);
-            child.args([
-                "--attached",
-                "--quiet",
-                "--threads",
-                &execution.threads.to_string(),
-            ]);
+            child.args(["--attached", "--quiet", "--threads", &threads.to_string()]);
             if let Some(left) = left {
                 child.args(["--max-wall", &format!("{left:.3} s")]);
             }

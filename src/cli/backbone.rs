@@ -16,7 +16,7 @@ use fretwear::tables::{Provenance, TypedTable, to_parquet, typed};
 use fretwear::units::{self, Amount, Dimension};
 use serde_json::{Value, json};
 
-use super::arguments::parse_threads;
+use super::arguments::{parse_threads, threads_or_cores};
 use super::run::{cache_folder, parse_source, scene_of_run};
 use super::{CliError, Exit};
 use crate::progress::{Asked, Watcher, grouped};
@@ -50,9 +50,9 @@ pub struct BackboneArguments {
     /// Draw all of them in one picture: frequency and damping ratio over amplitude, amplitude over force
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// Threads for the contact solvers' transforms; results do not depend on it
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_threads)]
-    threads: usize,
+    /// Threads; results do not depend on it [default: as many as the machine has cores]
+    #[arg(long, value_name = "N", value_parser = parse_threads)]
+    threads: Option<usize>,
     /// No progress
     #[arg(long, short)]
     quiet: bool,
@@ -246,7 +246,8 @@ fn of_scene(arguments: &BackboneArguments, path: &Path) -> Result<Found, CliErro
     let cache = cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder));
     let watcher = Watcher::new(&inputs.recipe, path, arguments.quiet || arguments.json);
     let cache = cache.as_ref();
-    let backbone = stages::backbone_of_scene(&inputs, cache, levels, arguments.threads, &watcher);
+    let threads = threads_or_cores(arguments.threads);
+    let backbone = stages::backbone_of_scene(&inputs, cache, levels, threads, &watcher);
     watcher.finish();
     Ok(found(&inputs, 0, 0, backbone?))
 }
@@ -311,7 +312,7 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     };
     let cache = cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder));
     let watcher = Watcher::new(&first.recipe, path, arguments.quiet || arguments.json);
-    let (cache, threads) = (cache.as_ref(), arguments.threads);
+    let (cache, threads) = (cache.as_ref(), threads_or_cores(arguments.threads));
     let backbone = stages::resonance_of_scenes(inputs_at, cache, levels, threads, &watcher);
     watcher.finish();
     let told = |error| match error {
@@ -342,7 +343,7 @@ fn of_run(arguments: &BackboneArguments, source: &Source) -> Result<Found, CliEr
     let levels = levels(arguments, &inputs.recipe, run)?;
     let summary: typed::Summary = reader.typed(wear_iteration)?;
     let watcher = Watcher::new(&inputs.recipe, run, arguments.quiet || arguments.json);
-    let threads = arguments.threads;
+    let threads = threads_or_cores(arguments.threads);
     let backbone =
         stages::backbone_of_run(&reader, &inputs, wear_iteration, levels, threads, &watcher);
     watcher.finish();

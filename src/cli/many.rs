@@ -7,7 +7,7 @@ use fretwear::recipe::Inputs;
 use fretwear::stages::{self, Ending, RunError, RunOptions};
 use fretwear::store::{Cache, EntryKind, FileSystem, RealFileSystem, RunReader, StoreError};
 
-use super::arguments::Execution;
+use super::arguments::{Execution, threads_or_cores};
 use super::run::cache_folder;
 use super::{CliError, Exit};
 use crate::progress::{Stopping, Watcher};
@@ -78,7 +78,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, C
             root: root.clone(),
             source: None,
             until: None,
-            threads: execution.threads,
+            threads: threads_or_cores(execution.threads),
             cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
             file_system: Arc::new(RealFileSystem),
             stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),

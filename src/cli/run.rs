@@ -8,7 +8,7 @@ use fretwear::scene::{self, Plan, Scene, SceneError};
 use fretwear::stages::{self, Ending, RunOptions, Source};
 use fretwear::store::{Cache, Layout, RealFileSystem, RunReader, SceneOfRun, StoreError};
 
-use super::arguments::RunArguments;
+use super::arguments::{RunArguments, threads_or_cores};
 use super::report::Form;
 use super::{CliError, Exit, cost, report};
 use crate::progress::{Stopping, Watcher, stop_with_parent};
@@ -66,7 +66,7 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         root: root.clone(),
         source: arguments.from.clone(),
         until: arguments.until,
-        threads: arguments.execution.threads,
+        threads: threads_or_cores(arguments.execution.threads),
         cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: Arc::new(RealFileSystem),
         // A start makes an iteration in any case, so that one with little time after another gets through.

@@ -12,7 +12,7 @@ use fretwear::store::{Layout, RealFileSystem, RunReader, StoreError};
 use fretwear::tables::{Provenance, to_parquet};
 use serde_json::json;
 
-use super::arguments::StageArguments;
+use super::arguments::{StageArguments, threads_or_cores};
 use super::run::scene_of_run;
 use super::{CliError, Exit};
 use crate::progress::Watcher;
@@ -42,7 +42,7 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
     let watcher = Watcher::new(&inputs.recipe, run, arguments.json);
     let begin = Instant::now();
     let stage = arguments.name;
-    let threads = arguments.threads;
+    let threads = threads_or_cores(arguments.threads);
     let result = recompute(&reader, &inputs, stage, wear_iteration, threads, &watcher);
     watcher.finish();
     let recomputed = result?;

@@ -719,7 +719,7 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
                     journal: Journal::default(),
                     ..self.clone()
                 };
-                let part = own.from_resonance(settings, resonance);
+                let part = own.half(settings, resonance);
                 (part, own.effort.spent())
             });
             self.effort.add(parts.iter().map(|(_, spent)| spent).sum());
@@ -737,11 +737,7 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
     }
 
     /// The points from a phase resonance to the end of the range, if it is reached.
-    fn from_resonance(
-        &self,
-        settings: ContinuationSettings,
-        resonance: &Response,
-    ) -> Option<Vec<Response>> {
+    fn half(&self, settings: ContinuationSettings, resonance: &Response) -> Option<Vec<Response>> {
         let path = Continuation::from_resonance(self, settings, resonance)?;
         let mut points = Vec::new();
         for response in path {

@@ -186,7 +186,7 @@ fn start(arguments: &RunArguments, index: usize, left: Option<f64>) -> Result<Ch
         .arg("--dir")
         .arg(&arguments.dir)
         .arg("--threads")
-        .arg(arguments.execution.threads.to_string())
+        .arg(arguments.execution.threads.unwrap_or(1).to_string())
         .arg("--resumable-exit")
         .arg(arguments.resumable_exit.to_string())
         .stdin(Stdio::null())

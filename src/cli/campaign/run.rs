@@ -354,7 +354,8 @@ fn compute(
         root: root.clone(),
         source: None,
         until: None,
-        threads: arguments.execution.threads,
+        // Rows share the cores.
+        threads: arguments.execution.threads.unwrap_or(1),
         cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: files.clone(),
         stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),

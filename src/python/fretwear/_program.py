@@ -163,7 +163,7 @@ def run(
     - `scene`: path of the scene. Without it, `run` goes on with the scene that it keeps.
     - `run`: folder of the run; without it `runs/NAME` in the working directory, with the name of the scene's file.
     - `set`: keys of the scene to change, as `{"contact.normal_load": "20 kN", "joint.grid": [64, 48], "wear.cycles": 10**6}`.
-    - `threads`: threads of the contact solvers' transforms; the results are the same bits.
+    - `threads`: threads of the run, all cores by default; the results are the same bits.
     - `max_wall`: time after which to stop, in s or as "8 h"; within a stage if its iteration takes 2 s longer.
     - `quiet`: False shows the progress on stderr.
 
