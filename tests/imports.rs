@@ -81,7 +81,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 30] = [
+    const MODULES: [&str; 31] = [
         "campaign",
         "cli",
         "contact",
@@ -109,6 +109,7 @@ fn modules(source: &Source) -> Vec<String> {
         "surface",
         "tables",
         "terminal",
+        "threads",
         "units",
         "vtu",
         "wear",
@@ -172,6 +173,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("journal.rs", &[]),
     ("json.rs", &[]),
     ("material.rs", &[]),
+    ("threads.rs", &[]),
     ("units.rs", &[]),
     ("units/", &[]),
     ("fft/", &["gauge", "fft"]),
@@ -181,7 +183,14 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("structure/", &["linalg", "material", "structure"]),
     (
         "dynamics/",
-        &["gauge", "journal", "linalg", "structure", "dynamics"],
+        &[
+            "gauge",
+            "journal",
+            "linalg",
+            "structure",
+            "threads",
+            "dynamics",
+        ],
     ),
     ("model_update/", &["grid", "contact", "model_update"]),
     (
@@ -209,6 +218,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "recipe",
             "structure",
             "surface",
+            "threads",
             "wear",
         ],
     ),
@@ -274,6 +284,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
         &[
             "gauge",
             "grid",
+            "threads",
             "journal",
             "linalg",
             "recipe",
@@ -341,7 +352,8 @@ fn outside_of_its_room_and_the_command_line_nothing_reads_a_scene() {
 
 /// Where a library, or a part of the standard one, may be named.
 const NAMED_IN: &[(&[&str], &[&str])] = &[
-    (&["rayon", "rustfft"], &["fft/"]),
+    (&["rayon"], &["fft/", "threads.rs"]),
+    (&["rustfft"], &["fft/"]),
     (&["faer", "pulp"], &["linalg/"]),
     // A foreign table of heights has no schema of ours, so that `tables` cannot read it.
     (

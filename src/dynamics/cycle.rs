@@ -1,6 +1,7 @@
 //! Loads, moments and relative displacements over the cycle of a converged response: per element and in total.
 
 pub use super::line::Line;
+use crate::threads::Threads;
 
 use super::contact_element::{ContactElement, ElementCycle, ElementState};
 use super::{DynamicsError, HarmonicBalance, Response, Sampling};
@@ -258,6 +259,29 @@ pub fn joint_cycle(
     sampling: &Sampling,
     positions: &[[f64; 2]],
 ) -> Result<JointCycle, DynamicsError> {
+    joint_cycle_on(
+        &Threads::default(),
+        elements,
+        displacement,
+        sampling,
+        positions,
+    )
+}
+
+/// Elements whose cycles a thread takes at a time.
+const AT_ONCE: usize = 16;
+
+/// The cycle of [`joint_cycle`], found on threads.
+///
+/// # Errors
+/// As there.
+pub fn joint_cycle_on(
+    threads: &Threads,
+    elements: &[ContactElement],
+    displacement: &[f64],
+    sampling: &Sampling,
+    positions: &[[f64; 2]],
+) -> Result<JointCycle, DynamicsError> {
     if positions.len() != elements.len() {
         return Err(DynamicsError::Length {
             what: "list of positions of the elements",
@@ -276,12 +300,23 @@ pub fn joint_cycle(
         force_along: vec![0.0; samples],
         line,
     };
-    let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
-    let elements = elements.iter().zip(shares);
-    for (k, (((element, weight), row), [x, y])) in elements.zip(rows).zip(positions).enumerate() {
+    let width = 3 * sampling.harmonics().coefficients();
+    let some = elements
+        .chunks(AT_ONCE)
+        .zip(displacement.chunks(width * AT_ONCE));
+    let cycles = threads.map(some, |(elements, rows)| -> Vec<_> {
+        let pairs = elements.iter().zip(rows.chunks(width));
+        pairs
+            .map(|(element, row)| {
+                let displacement = sampling.synthesise(row);
+                let cycle = element.cycle(&displacement);
+                (displacement, cycle)
+            })
+            .collect()
+    });
+    let cycles = cycles.into_iter().flatten().zip(shares).zip(positions);
+    for (k, (((displacement, cycle), weight), [x, y])) in cycles.enumerate() {
         let [along_x, along_y] = joint.line.direction[k];
-        let displacement = sampling.synthesise(row);
-        let cycle = element.cycle(&displacement);
         joint.dissipated_energy.push(cycle.dissipated_energy);
         for j in 0..samples {
             let [tx, ty, n] = cycle.force[j];

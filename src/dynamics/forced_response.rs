@@ -189,7 +189,7 @@ impl Vibration {
             let is_end = is_end(&points, highest);
             let mut resonance = self.resonance_at(&balance, top, is_end, phase)?;
             resonance.branch = points[highest].branch;
-            let resolved = self.extended(balance, resonance, tolerance)?;
+            let resolved = self.extended(balance, resonance, tolerance, None)?;
             if *resolved.balance.harmonics() == harmonics {
                 return Ok(OverRange {
                     resolved,

@@ -102,5 +102,5 @@ pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
 pub use slider::{FrictionLaw, Slider};
 pub use spring::Spring;
-pub use truncation::{Resolved, Truncation};
+pub use truncation::{Correction, Extension, Resolved, Taken, Truncation};
 pub use vibration::{Resonance, ResonanceKind, Vibration};

@@ -2,13 +2,22 @@
 
 use super::contact_element::ContactElement;
 use super::newton::FREQUENCY_WEIGHT;
+use super::response::Energy;
 use super::vibration::{Resonance, ResonanceKind, Vibration};
 use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 use crate::journal::Journal;
+use crate::linalg::add_scaled;
 
 /// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: these leave out at least a third of it
 /// too, as what friction leaves out falls about like the square of the first missing order.
 pub(super) const TAIL: f64 = 2.0;
+/// The same where the response with about twice as many harmonics is what is taken: what that leaves out itself. By a tail like the inverse square of
+/// the order it is a quarter.
+const LEFT_OUT: f64 = 1.0 / 3.0;
+/// The correction that is left to a response that is taken.
+const TAKEN: f64 = 1e-3;
+/// Part of the error that more harmonics have to leave at most to be worth another doubling.
+const GAIN: f64 = 0.7;
 /// Where a response is dear, the correction that is left to that with more harmonics, and counts as an error: few harmonics leave out several times
 /// as much. Banks that lift off and land again may leave Newton's method no less.
 const ESTIMATED: f64 = 1e-2;
@@ -69,6 +78,14 @@ impl Truncation {
         }
     }
 
+    fn scaled(self, factor: f64) -> Truncation {
+        Truncation {
+            frequency: factor * self.frequency,
+            amplitude: factor * self.amplitude,
+            friction_energy: factor * self.friction_energy,
+        }
+    }
+
     /// The larger of the errors of amplitude and dissipation, to which harmonics are extended.
     pub fn largest(&self) -> f64 {
         self.amplitude.max(self.friction_energy)
@@ -83,6 +100,128 @@ pub struct Resolved<'a> {
     pub(super) vibration: &'a Vibration,
     /// Whether its peak and its errors are still to be found.
     is_open: bool,
+    /// What the response with more harmonics has otherwise, where that was wanted.
+    pub correction: Option<Correction>,
+    /// The responses with more harmonics that were solved, one after the other.
+    pub extensions: Vec<Extension>,
+}
+
+/// That the response with more harmonics is taken for a response.
+#[derive(Debug, Clone, Copy)]
+pub struct Taken<'a> {
+    /// What it had otherwise in a response near it, where that is known: it begins from there.
+    pub near: Option<&'a Correction>,
+}
+
+/// A response with more harmonics, and what it took.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extension {
+    /// The highest order.
+    pub highest: u32,
+    /// The larger of the errors of amplitude and dissipation that are known with it.
+    pub error: f64,
+    /// Newton iterations to it.
+    pub iterations: usize,
+    /// Coefficients of the contact displacements.
+    pub unknowns: usize,
+}
+
+/// What a response with about twice as many harmonics has otherwise. It changes little from one response to a next one near it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correction {
+    /// The harmonics.
+    pub harmonics: Harmonics,
+    /// Change of the displacement of the ports, `ports × coefficients` \[m\].
+    pub displacement: Vec<f64>,
+    /// Relative change of the frequency.
+    pub frequency: f64,
+    /// Relative change of the energies: input, friction, viscous and hysteretic damping.
+    pub energy: [f64; 4],
+}
+
+impl Correction {
+    /// That of a response which is taken as it is.
+    fn none(of: &HarmonicBalance<ContactElement>, response: &Response) -> Correction {
+        Correction {
+            harmonics: of.harmonics().clone(),
+            displacement: vec![0.0; response.displacement.len()],
+            frequency: 0.0,
+            energy: [0.0; 4],
+        }
+    }
+
+    /// From the response of a balance to that of a finer one.
+    fn between(
+        of: &HarmonicBalance<ContactElement>,
+        response: &Response,
+        finer: &HarmonicBalance<ContactElement>,
+        fine: &Response,
+    ) -> Correction {
+        let from = of
+            .harmonics()
+            .transfer(&response.displacement, finer.harmonics());
+        let change = |from: f64, to: f64| if from == 0.0 { 0.0 } else { to / from - 1.0 };
+        let pairs = energies(response).into_iter().zip(energies(fine));
+        let mut energy = [0.0; 4];
+        energy
+            .iter_mut()
+            .zip(pairs)
+            .for_each(|(e, (from, to))| *e = change(from, to));
+        Correction {
+            harmonics: finer.harmonics().clone(),
+            displacement: fine
+                .displacement
+                .iter()
+                .zip(&from)
+                .map(|(to, from)| to - from)
+                .collect(),
+            frequency: change(response.omega, fine.omega),
+            energy,
+        }
+    }
+
+    /// A response of a balance as `finer`, which has the harmonics of the correction, would have it.
+    fn applied(
+        &self,
+        of: &HarmonicBalance<ContactElement>,
+        response: &Response,
+        finer: &HarmonicBalance<ContactElement>,
+    ) -> Response {
+        let mut displacement = of
+            .harmonics()
+            .transfer(&response.displacement, &self.harmonics);
+        add_scaled(&mut displacement, 1.0, &self.displacement);
+        let [input, friction, viscous, hysteretic] = {
+            let mut energies = energies(response);
+            energies
+                .iter_mut()
+                .zip(self.energy)
+                .for_each(|(e, change)| *e *= 1.0 + change);
+            energies
+        };
+        Response {
+            omega: response.omega * (1.0 + self.frequency),
+            force: finer.forces(&displacement),
+            displacement,
+            energy: Energy {
+                input,
+                friction,
+                viscous,
+                hysteretic,
+            },
+            ..response.clone()
+        }
+    }
+}
+
+fn energies(response: &Response) -> [f64; 4] {
+    let energy = response.energy;
+    [
+        energy.input,
+        energy.friction,
+        energy.viscous,
+        energy.hysteretic,
+    ]
 }
 
 impl Vibration {
@@ -98,12 +237,12 @@ impl Vibration {
         start: Option<(&Harmonics, &Start)>,
         tolerance: Option<f64>,
     ) -> Result<Resolved<'_>, DynamicsError> {
-        self.resolve_in_force(elements, start, tolerance)?
-            .completed()
+        self.resolve_in_force(elements, start)?
+            .completed(tolerance, None)
     }
 
-    /// The resonance of [`Vibration::resolve`], but for the peak and the errors where the response in force is known without them: for whoever
-    /// may look for another response with other elements before [`Resolved::completed`].
+    /// The resonance of [`Vibration::resolve`], but for the peak, the errors and the harmonics that these ask for: for whoever may look for another
+    /// response with other elements before [`Resolved::completed`].
     ///
     /// # Errors
     /// Those of [`Vibration::resonance`].
@@ -111,7 +250,6 @@ impl Vibration {
         &self,
         elements: Vec<ContactElement>,
         start: Option<(&Harmonics, &Start)>,
-        tolerance: Option<f64>,
     ) -> Result<Resolved<'_>, DynamicsError> {
         let harmonics = match start {
             Some((of_start, _)) if of_start.highest() > self.harmonics.highest() => of_start,
@@ -122,10 +260,6 @@ impl Vibration {
             Some((of_start, start)) => Some(start.transferred(of_start, harmonics)),
             None => self.start_in_few(&balance),
         };
-        if tolerance.is_some() {
-            let resonance = self.resonance(&balance, start.as_ref())?;
-            return self.extended(balance, resonance, tolerance);
-        }
         let response = self.response_in_force(&balance, start.as_ref())?;
         Ok(Resolved {
             resonance: self.without_peak(&balance, response)?,
@@ -133,10 +267,13 @@ impl Vibration {
             truncation: Truncation::UNKNOWN,
             vibration: self,
             is_open: true,
+            correction: None,
+            extensions: Vec::new(),
         })
     }
 
-    /// A resonance with its errors. With a `tolerance` its harmonics are extended until these are within it.
+    /// A resonance with its errors. With a `tolerance` its harmonics are extended until these are within it. Where the response with more harmonics is
+    /// `taken`, from what it had otherwise before if that is known, the errors are those of that one, and they are extended only as long as they gain by it.
     ///
     /// # Errors
     /// Those of [`HarmonicBalance::new`].
@@ -145,6 +282,7 @@ impl Vibration {
         balance: HarmonicBalance<ContactElement>,
         resonance: Resonance,
         tolerance: Option<f64>,
+        taken: Option<Taken>,
     ) -> Result<Resolved<'_>, DynamicsError> {
         let mut resolved = Resolved {
             resonance,
@@ -152,15 +290,18 @@ impl Vibration {
             truncation: Truncation::UNKNOWN,
             vibration: self,
             is_open: false,
+            correction: None,
+            extensions: Vec::new(),
         };
+        let mut before = f64::INFINITY;
         // Without a tolerance both errors are of this resonance, and are found at the same time.
         let mut of_samples = None;
         let mut estimate = match tolerance {
-            Some(_) => resolved.estimate(),
+            Some(_) => resolved.estimate(taken),
             None => {
                 let threads = &resolved.balance.threads;
                 let (estimate, errors) =
-                    threads.both(|| resolved.estimate(), || resolved.errors_of_samples());
+                    threads.both(|| resolved.estimate(taken), || resolved.errors_of_samples());
                 of_samples = Some(errors);
                 estimate
             }
@@ -170,10 +311,29 @@ impl Vibration {
             let Some((finer, resonance)) = found else {
                 break;
             };
-            let within = |tolerance| resolved.truncation.largest() <= tolerance;
-            if tolerance.is_none_or(within) || finer.highest() > HIGHEST {
+            let left = resolved.truncation.largest();
+            let gains = taken.is_none() || left <= GAIN * before;
+            let enough = tolerance.is_none_or(|tolerance| left <= tolerance);
+            let coefficients = finer.harmonics().coefficients();
+            resolved.extensions.push(Extension {
+                highest: finer.harmonics().highest(),
+                error: left,
+                iterations: resonance.in_force().iterations,
+                unknowns: 3 * finer.elements().len() * coefficients,
+            });
+            if taken.is_some() {
+                resolved.correction = Some(Correction::between(
+                    &resolved.balance,
+                    resolved.resonance.in_force(),
+                    &finer,
+                    resonance.in_force(),
+                ));
+            }
+            let finer = finer.harmonics().clone();
+            if enough || !gains || finer.highest() > HIGHEST {
                 break;
             }
+            before = left;
             let balance = self.balance_of(resolved.balance.elements().to_vec(), finer)?;
             // A peak that more harmonics move out of the range leaves what there is.
             let phase = resonance.phase.as_ref().map(Response::start);
@@ -192,7 +352,8 @@ impl Vibration {
                 ..resonance
             };
             resolved.balance = balance;
-            estimate = resolved.estimate();
+            resolved.correction = None;
+            estimate = resolved.estimate(taken);
         }
         let tolerance = resolved.balance.settings.tolerance;
         let of_samples = of_samples.unwrap_or_else(|| resolved.errors_of_samples());
@@ -232,29 +393,107 @@ impl Resolved<'_> {
     ///
     /// # Errors
     /// Those of [`Vibration::resonance`].
-    pub fn completed(self) -> Result<Self, DynamicsError> {
-        if !self.is_open {
-            return Ok(self);
+    pub fn completed(
+        mut self,
+        tolerance: Option<f64>,
+        taken: Option<Taken>,
+    ) -> Result<Self, DynamicsError> {
+        self = self.with_peak()?;
+        let mut extended =
+            self.vibration
+                .extended(self.balance, self.resonance, tolerance, taken)?;
+        if taken.is_some() && extended.correction.is_none() {
+            let (balance, response) = (&extended.balance, extended.resonance.in_force());
+            extended.correction = Some(Correction::none(balance, response));
         }
-        let resonance = match &self.resonance.phase {
-            Some(phase) => self.vibration.beside(&self.balance, phase.clone())?,
-            None => self.resonance,
-        };
-        self.vibration.extended(self.balance, resonance, None)
+        Ok(extended)
     }
 
-    /// The errors by harmonics left out, from the resonance with the harmonics [`Harmonics::beyond`]; those harmonics and that resonance, but where
-    /// the response is linear, as harmonics other than those of the loads stay 0. None where no resonance is found; the errors are then those
-    /// known before.
+    /// With the peak, and errors and a correction that are those of a response near it.
+    ///
+    /// # Errors
+    /// Those of [`Vibration::resonance`].
+    pub fn completed_as(
+        self,
+        truncation: Truncation,
+        correction: Correction,
+    ) -> Result<Self, DynamicsError> {
+        Ok(Resolved {
+            truncation,
+            correction: Some(correction),
+            is_open: false,
+            ..self.with_peak()?
+        })
+    }
+
+    /// With the peak.
+    ///
+    /// # Errors
+    /// Those of [`Vibration::resonance`].
+    pub fn with_peak(mut self) -> Result<Self, DynamicsError> {
+        if let Some(phase) = self.resonance.phase.take_if(|_| self.is_open) {
+            self.resonance = self.vibration.beside(&self.balance, phase)?;
+        }
+        Ok(self)
+    }
+
+    /// As its correction makes it, where it has one: the response with more harmonics.
+    ///
+    /// # Errors
+    /// Those of [`HarmonicBalance::new`].
+    pub fn corrected(&self) -> Result<Self, DynamicsError> {
+        let as_it_is = Resolved {
+            balance: self.balance.clone(),
+            resonance: self.resonance.clone(),
+            correction: self.correction.clone(),
+            extensions: self.extensions.clone(),
+            ..*self
+        };
+        let Some(correction) = &self.correction else {
+            return Ok(as_it_is);
+        };
+        let vibration = self.vibration;
+        let finer = vibration.finer(&self.balance, correction.harmonics.clone(), 1)?;
+        let of = |response: &Response| correction.applied(&self.balance, response, &finer);
+        let before = &self.resonance;
+        let phase = before.phase.as_ref().map(of);
+        let resonance =
+            vibration.resonance_of(&finer, phase, of(&before.peak), before.iterations)?;
+        let resonance = Resonance {
+            peak_kind: before.peak_kind,
+            is_beside: before.is_beside,
+            branch: before.branch,
+            ..resonance
+        };
+        Ok(Resolved {
+            balance: finer,
+            resonance,
+            ..as_it_is
+        })
+    }
+
+    /// The errors by harmonics left out, from the resonance with the harmonics [`Harmonics::beyond`], which may be `taken` for it; its balance and that
+    /// resonance, but where the response is linear, as harmonics other than those of the loads stay 0. None where no resonance is found; the errors are then
+    /// those known before.
     #[allow(clippy::type_complexity)]
-    fn estimate(&self) -> Option<(Truncation, Option<(Harmonics, Resonance)>)> {
+    fn estimate(
+        &self,
+        taken: Option<Taken>,
+    ) -> Option<(
+        Truncation,
+        Option<(HarmonicBalance<ContactElement>, Resonance)>,
+    )> {
         if self.is_linear() {
             return Some((Truncation::default(), None));
         }
         let harmonics = self.balance.harmonics().beyond();
-        let finer = self.vibration.finer(&self.balance, harmonics.clone(), 1);
-        let (truncation, resonance) = self.errors_by(finer.ok()?)?;
-        Some((truncation, Some((harmonics, resonance))))
+        let finer = self.vibration.finer(&self.balance, harmonics, 1).ok()?;
+        let (truncation, resonance) = self.errors_by(&finer, taken)?;
+        let truncation = match taken {
+            Some(_) => truncation.scaled(LEFT_OUT / TAIL),
+            None => truncation,
+        };
+        Some((truncation, Some((finer, resonance))))
     }
 
     /// Errors by samples that are too few, from the resonance with twice as many. They are apart from those by harmonics, which may cancel them.
@@ -269,7 +508,7 @@ impl Resolved<'_> {
             journal: Journal::default(),
             ..twice
         });
-        let found = twice.ok().and_then(|twice| self.errors_by(twice));
+        let found = twice.ok().and_then(|twice| self.errors_by(&twice, None));
         let mut errors = found.map_or(Truncation::UNKNOWN, |(errors, _)| errors);
         let in_work = self.balance.work_error(self.resonance.in_force());
         errors.friction_energy = errors.friction_energy.max(in_work);
@@ -289,14 +528,20 @@ impl Resolved<'_> {
     /// changes of all elements.
     fn errors_by(
         &self,
-        mut finer: HarmonicBalance<ContactElement>,
+        finer: &HarmonicBalance<ContactElement>,
+        taken: Option<Taken>,
     ) -> Option<(Truncation, Resonance)> {
         let coarse = self.resonance.in_force();
         let harmonics = self.balance.harmonics();
         let Resonance {
             phase, is_beside, ..
         } = &self.resonance;
-        let enough = if finer.is_costly { ESTIMATED } else { ROUGHLY };
+        let mut finer = finer.clone();
+        let enough = match finer.is_costly {
+            true if taken.is_some() => TAKEN,
+            true => ESTIMATED,
+            false => ROUGHLY,
+        };
         finer.settings.tolerance = finer.settings.tolerance.max(enough);
         let solve = || -> Result<_, DynamicsError> {
             let to_finer = |response: &Response| {
@@ -304,18 +549,29 @@ impl Resolved<'_> {
                 start.transferred(harmonics, finer.harmonics())
             };
             let start = to_finer(coarse);
+            let near = taken.and_then(|taken| taken.near);
+            let near = near.filter(|near| near.harmonics == *finer.harmonics());
+            let nearer = |start: &Start| {
+                let mut start = start.clone();
+                if let Some(near) = near {
+                    add_scaled(&mut start.displacement, 1.0, &near.displacement);
+                    start.omega *= 1.0 + near.frequency;
+                }
+                start
+            };
             let fine = match is_beside {
                 // That peak follows the phase resonance, and is not looked for again.
                 true => {
                     let range = self.vibration.range;
-                    let phase = finer.phase_resonance_near(range, &start)?;
+                    let phase = finer.phase_resonance_near(range, &nearer(&start))?;
                     self.vibration
                         .resonance_of(&finer, Some(phase.clone()), phase, 0)?
                 }
                 false => {
-                    let peak = to_finer(&self.resonance.peak);
-                    let phase = phase.as_ref().map(|_| &start);
-                    self.vibration.resonance_near(&finer, phase, &peak)?
+                    let peak = nearer(&to_finer(&self.resonance.peak));
+                    let phase = phase.as_ref().map(|_| nearer(&start));
+                    self.vibration
+                        .resonance_near(&finer, phase.as_ref(), &peak)?
                 }
             };
             Ok((start, fine))
@@ -370,6 +626,19 @@ impl Resolved<'_> {
 }
 
 impl HarmonicBalance<ContactElement> {
+    /// Contact forces of all elements at the displacements of a response, `contact_dofs × coefficients` \[N\].
+    fn forces(&self, displacement: &[f64]) -> Vec<f64> {
+        let width = 3 * self.harmonics().coefficients();
+        let mut force = vec![0.0; self.elements().len() * width];
+        let mut work = self.sampling().workspace();
+        let rows = force.chunks_mut(width).zip(displacement.chunks(width));
+        for (element, (force, row)) in self.elements().iter().zip(rows) {
+            self.sampling()
+                .evaluate(element, row, force, None, &mut work);
+        }
+        force
+    }
+
     /// Energy that the sliders of each element dissipate in a cycle \[J\].
     fn dissipated_energies(&self, response: &Response) -> Vec<f64> {
         let cycles = self.element_cycles(response, self.sampling());

@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{Compliance, ModelUpdateError};
 
+/// How far the growth of the volume may pass its limit, in parts of it.
+const PASSED: f64 = 0.15;
+
 /// What makes an update due, measured from the last update.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -11,9 +14,15 @@ pub enum Criterion {
     /// Nothing.
     #[default]
     Never,
-    /// kn or kt of the joint has changed by this part, |k/k_ref − 1| ≥ v; so have force or energy of a cycle, where elements have
-    /// these of the rough contact ([`super::Laws`]).
-    StiffnessChange(f64),
+    /// kn or kt of the joint has changed by the part `change`, |k/k_ref − 1| ≥ v; so have force or energy of a cycle against those of the elements
+    /// under the same motion, where elements have these of the rough contact ([`super::Laws`]). Also where the worn volume has grown by the part
+    /// `volume_growth`, once the joint has run in.
+    StiffnessChange {
+        /// Of kn, kt, force or energy.
+        change: f64,
+        /// Of the worn volume; none: it does not count.
+        volume_growth: Option<f64>,
+    },
     /// So many wear iterations.
     Iterations(u64),
     /// So much worn volume \[m³\].
@@ -29,11 +38,14 @@ pub struct UpdateState {
     pub compliance: Compliance,
     /// Cumulative worn volume \[m³\].
     pub wear_volume: f64,
+    /// Worn volume up to which the joint runs in \[m³\]: growth counts from there.
+    pub running_in: f64,
     /// A cycle of the fine contact under the elements in force, where it counts.
     pub cycle: Option<CycleFigures>,
 }
 
-/// What a cycle of the fine contact does under a given vibration: the stiffness and damping that the structure has of it.
+/// What a cycle of the fine contact does under a given vibration: the stiffness and damping that the structure has of it. Where the motion follows
+/// the wear, in parts of what the elements do under the same motion, times what they do in the response in force.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CycleFigures {
     /// Half range of the force along the motion \[N\].
@@ -43,6 +55,22 @@ pub struct CycleFigures {
 }
 
 impl CycleFigures {
+    /// Those of a cycle in parts of itself.
+    pub const SAME: CycleFigures = CycleFigures {
+        force: 1.0,
+        energy: 1.0,
+    };
+
+    /// In parts of another cycle; 1 of what that has nothing of.
+    #[must_use]
+    pub fn over(self, other: CycleFigures) -> CycleFigures {
+        let part = |value: f64, of: f64| if of > 0.0 { value / of } else { 1.0 };
+        CycleFigures {
+            force: part(self.force, other.force),
+            energy: part(self.energy, other.energy),
+        }
+    }
+
     /// At the end of a step, from its beginning (`self`) and its middle.
     #[must_use]
     pub fn at_end(self, middle: CycleFigures) -> CycleFigures {
@@ -70,6 +98,8 @@ pub enum DueTo {
     Iterations,
     /// Worn volume.
     WearVolume,
+    /// Growth of the worn volume.
+    VolumeGrowth,
 }
 
 /// An update that is due, to be recorded with it.
@@ -89,10 +119,17 @@ impl Criterion {
     pub fn told(&self) -> String {
         match self {
             Criterion::Never => "never".to_owned(),
-            Criterion::StiffnessChange(change) => {
+            Criterion::StiffnessChange {
+                change,
+                volume_growth,
+            } => {
+                let growth = match volume_growth {
+                    Some(growth) => format!("; where the worn volume has grown by {growth}"),
+                    None => String::new(),
+                };
                 format!(
                     "after static_contact: where kn or kt has changed by {change} since the last, and with sliders force or energy of a \
-                     cycle"
+                     cycle{growth}"
                 )
             }
             Criterion::Iterations(every) => format!("every {every} wear iterations"),
@@ -104,7 +141,7 @@ impl Criterion {
     pub fn key(&self) -> Option<&'static str> {
         match self {
             Criterion::Never => None,
-            Criterion::StiffnessChange(_) => Some("update.stiffness_change"),
+            Criterion::StiffnessChange { .. } => Some("update.stiffness_change"),
             Criterion::Iterations(_) => Some("update.iterations"),
             Criterion::WearVolume(_) => Some("update.wear_volume"),
         }
@@ -117,9 +154,21 @@ impl Criterion {
     pub fn check(&self) -> Result<(), ModelUpdateError> {
         let (name, value, expected) = match *self {
             Criterion::Never => return Ok(()),
-            Criterion::StiffnessChange(v) => {
-                ("update.stiffness_change", v, "positive, a part of k: 0.10")
-            }
+            Criterion::StiffnessChange {
+                change,
+                volume_growth,
+            } => match volume_growth {
+                Some(growth) if !(growth > 0.0 && growth.is_finite()) => (
+                    "update.volume_growth",
+                    growth,
+                    "positive, a part of the volume: 0.5",
+                ),
+                _ => (
+                    "update.stiffness_change",
+                    change,
+                    "positive, a part of k: 0.10",
+                ),
+            },
             Criterion::Iterations(n) => ("update.iterations", n as f64, "at least 1"),
             Criterion::WearVolume(v) => ("update.wear_volume", v, "positive"),
         };
@@ -139,16 +188,36 @@ impl Criterion {
         (change.value.abs() >= change.limit).then_some(change)
     }
 
-    /// How far a state is on its way from the last update to the next, which is due at 1; 0 if none ever is.
+    /// How far a state is on its way from the last update to the next, which is due at 1; 0 if none ever is. The growth of the volume has come there as long as
+    /// it has not passed it by more than a little: it is no event, but keeps updates from being too far apart.
     pub fn progress(&self, reference: &UpdateState, now: &UpdateState) -> f64 {
-        self.change(reference, now)
-            .map_or(0.0, |change| change.value.abs() / change.limit)
+        self.change(reference, now).map_or(0.0, |change| {
+            let progress = change.value.abs() / change.limit;
+            match change.to {
+                DueTo::VolumeGrowth if progress > 1.0 => (progress - PASSED).max(1.0),
+                _ => progress,
+            }
+        })
+    }
+
+    /// Volume at which an update is due for its growth \[m³\]; none where that does not count.
+    pub fn due_volume(&self, reference: &UpdateState, running_in: f64) -> Option<f64> {
+        match *self {
+            Criterion::StiffnessChange {
+                volume_growth: Some(growth),
+                ..
+            } => Some(reference.wear_volume.max(running_in) * (1.0 + growth)),
+            _ => None,
+        }
     }
 
     fn change(&self, reference: &UpdateState, now: &UpdateState) -> Option<Due> {
         let (to, value, limit) = match *self {
             Criterion::Never => return None,
-            Criterion::StiffnessChange(limit) => {
+            Criterion::StiffnessChange {
+                change: limit,
+                volume_growth,
+            } => {
                 let (old, new) = (reference.compliance, now.compliance);
                 let mut most = (DueTo::Kn, change(old.normal, new.normal));
                 let mut also = |to, value: f64| {
@@ -161,7 +230,14 @@ impl Criterion {
                     also(DueTo::Force, change(new.force, old.force));
                     also(DueTo::Energy, change(new.energy, old.energy));
                 }
-                (most.0, most.1, limit)
+                let growth = volume_growth.map(|limit| (grown(reference, now), limit));
+                // Each in parts of its own limit.
+                match growth {
+                    Some((grown, of)) if grown / of > most.1.abs() / limit => {
+                        (DueTo::VolumeGrowth, grown, of)
+                    }
+                    _ => (most.0, most.1, limit),
+                }
             }
             Criterion::Iterations(limit) => {
                 let passed = now.iteration.saturating_sub(reference.iteration);
@@ -180,6 +256,13 @@ impl Criterion {
     pub fn is_due(&self, reference: &UpdateState, now: &UpdateState) -> bool {
         self.due(reference, now).is_some()
     }
+}
+
+/// What the worn volume has grown by since the last update, or since the joint has run in.
+fn grown(reference: &UpdateState, now: &UpdateState) -> f64 {
+    let from = reference.wear_volume.max(now.running_in);
+    let grown = now.wear_volume / from - 1.0;
+    if grown > 0.0 { grown } else { 0.0 }
 }
 
 /// k/k_ref − 1 = c_ref/c − 1 of compliances `reference` and `now`. A joint that was rigid and is, or open and is, has not changed.

@@ -14,6 +14,7 @@ mod joint_motion;
 mod motion_energy;
 pub mod sliders;
 mod stiffness;
+mod trend;
 
 pub use bolt::{Approach, Bolt, PRELOAD_TOLERANCE, Preload, preload};
 pub use criterion::{Criterion, CycleFigures, Due, DueTo, UpdateState};
@@ -27,3 +28,4 @@ pub use stiffness::{
     Compliance, Distribution, ElementParameters, Linearisation, SMALLEST_COMPLIANCE, Springs,
     StiffnessKind, fine_displacement,
 };
+pub use trend::{Trend, is_steady};

@@ -139,6 +139,7 @@ impl Contact {
             friction_coefficient: self.friction_coefficient.unwrap_or(0.0),
             rotation: self.conditions.rotation,
             motion: Motion::none(self.conditions.normal_load),
+            course: None,
             march: March::Reversal,
             options: FrettingOptions {
                 normal: NormalOptions {

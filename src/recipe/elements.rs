@@ -19,9 +19,18 @@ pub struct Elements {
     /// What they get as load and stiffness.
     pub stiffness: ElementStiffness,
     /// When they are renewed.
-    pub update: Criterion,
+    pub update: Updates,
     /// The reasons.
     pub why: Reasons,
+}
+
+/// When contact elements are renewed, and what they do in between.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Updates {
+    /// What makes an update due.
+    pub criterion: Criterion,
+    /// Whether their motion goes on to change from one update to the next as it has since the one before.
+    pub extrapolates: bool,
 }
 
 /// What contact elements get as load and stiffness.
@@ -182,7 +191,13 @@ impl Elements {
         }
         let update = match wears {
             false => "none".to_owned(),
-            true => self.update.told(),
+            true if self.update.extrapolates => {
+                format!(
+                    "{}; the motion goes on in between",
+                    self.update.criterion.told()
+                )
+            }
+            true => self.update.criterion.told(),
         };
         told.add("model update", update, self.why.of("update"));
     }

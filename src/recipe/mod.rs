@@ -35,7 +35,7 @@ pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS};
 pub use cycle_fields::CycleFields;
 pub use decision::Decision;
-pub use elements::{ElementStiffness, Elements, Layout};
+pub use elements::{ElementStiffness, Elements, Layout, Updates};
 pub use inputs::{Identity, Inputs};
 pub use kept::KeptPlan;
 pub use parts::Part;

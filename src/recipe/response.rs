@@ -104,6 +104,8 @@ pub struct Response {
     pub harmonics: Vec<u32>,
     /// Relative error by harmonics left out, up to which they are extended; none: they are not.
     pub harmonic_tolerance: Option<f64>,
+    /// Whether the response with about twice as many drives the wear.
+    pub harmonic_correction: bool,
     /// Samples of a vibration cycle at which contact elements are evaluated.
     pub samples: usize,
     /// Modal damping ratio.

@@ -47,7 +47,7 @@ pub use crate::dynamics::{FrictionLaw, Rayleigh};
 pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
 pub use crate::recipe::{
     Base, BaseMotion, Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Output,
-    Port, StructureSource as Structure, Wear,
+    Port, StructureSource as Structure, Updates, Wear,
 };
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};
@@ -78,7 +78,7 @@ pub struct Scene {
     /// Friction in the plane of the contact elements.
     pub friction_law: FrictionLaw,
     /// When the worn contact changes the contact elements of the structure.
-    pub update: Update,
+    pub update: Updates,
     /// Accuracy against cost.
     pub fidelity: Fidelity,
     canonical: serde_json::Value,

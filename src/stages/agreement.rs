@@ -3,18 +3,14 @@
 //! cycles are stepped, over the whole of it.
 
 use super::RunError;
-use super::contact_state::{
-    ElementMotion, Fields, let_move, let_move_between_ends, on_axes, reach_of, solution_of, wear_of,
-};
-use super::dynamic_response::{
-    contact_elements, failed, harmonic_tolerance, resolved_in_force, response_table,
-};
+use super::computed_motion::{ElementMotion, let_move, let_move_between_ends};
+use super::contact_state::{AtRest, reach_of};
+use super::dynamic_response::{contact_elements, failed, resolved_in_force, response_table};
 use super::reads::Reads;
 use super::solvers::{Solvers, layout};
-use crate::contact::normal::{NormalOptions, NormalSolution};
+use crate::contact::normal::NormalOptions;
 use crate::dynamics::cycle::{element_cycles, half_range, joint_cycle};
 use crate::dynamics::{Resolved, Sampling, Vibration};
-use crate::grid::ByAxis;
 use crate::model_update::{ContactElements, ElementParameters, EndLoads, Loading, with_energy_of};
 use crate::tables::TableName;
 use crate::wear::cycle::March;
@@ -155,8 +151,7 @@ fn resolved_again<'a>(
     let elements = contact_elements(reads, &parameters);
     let harmonics = last.resolved.balance.harmonics().clone();
     let start = last.resolved.resonance.in_force().start();
-    let tolerance = harmonic_tolerance(&reads.recipe);
-    match resolved_in_force(vibration, elements, Some((&harmonics, &start)), tolerance) {
+    match resolved_in_force(vibration, elements, Some((&harmonics, &start))) {
         Ok(resolved) => Ok(Some(Agreed {
             resolved,
             parameters,
@@ -232,7 +227,7 @@ fn stepped(
         .map_err(|error| failed(reads, error))?;
     let response = response_table(&reads.recipe, &of.resolved.balance, &of.resolved.resonance);
     let moved = ElementMotion::new(response, of.parameters.clone());
-    let_move(reads, solvers, at_rest.contact.load, Some(&moved))?;
+    let_move(reads, solvers, at_rest.contact.load, Some(&moved), None)?;
     let joint = solvers.joint(reads)?;
     if joint.march != March::Stepped || joint.motion.own.is_none() {
         return Ok(None);
@@ -317,31 +312,6 @@ fn extreme_loads(
         }
     }
     Ok(ends)
-}
-
-/// The fine contact at rest.
-struct AtRest {
-    wear: Vec<f64>,
-    contact: NormalSolution,
-    /// Shear that is there already; of no axis if there is none \[Pa\].
-    start: ByAxis<Vec<f64>>,
-}
-
-impl AtRest {
-    fn of(reads: &Reads, solvers: &mut Solvers) -> Result<AtRest, RunError> {
-        let patch = solvers.joint(reads)?.patch.clone();
-        let mut fields = Fields::of(&patch, &reads.table()?);
-        let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
-        Ok(AtRest {
-            wear: wear_of(&patch, reads.maybe()?),
-            contact: solution_of(&reads.table()?, fields),
-            start,
-        })
-    }
-
-    fn start(&self) -> Option<&ByAxis<Vec<f64>>> {
-        (!self.start.is_empty()).then_some(&self.start)
-    }
 }
 
 impl Compared for BetweenEnds {

@@ -1,7 +1,8 @@
 //! The coarse trajectory beside the run's own.
 
 use super::RunError;
-use super::contact_state::{contact_of, let_move, worn_state};
+use super::computed_motion::let_move;
+use super::contact_state::{contact_of, worn_state};
 use super::declaration::Declaration;
 use super::reads::{Outputs, Reads};
 use super::solvers::Solvers;
@@ -78,7 +79,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let [from, begin] = states_of(reads, &patch, field, &last)?;
     let own = own(reads, &patch)?;
     let contact: typed::StaticContact = reads.table()?;
-    let_move(reads, solvers, contact.normal_load, None)?;
+    let_move(reads, solvers, contact.normal_load, None, None)?;
     let Some(wear) = &reads.recipe.wear else {
         unreachable!("a run with a coarse trajectory wears");
     };

@@ -2,23 +2,17 @@
 
 use super::RunError;
 use super::reads::Reads;
-use super::solvers::{Solvers, layout, smooth};
+use super::solvers::Solvers;
 use crate::contact::Shear;
 use crate::contact::normal::NormalSolution;
-use crate::dynamics::cycle::{WorkBetweenEnds, joint_cycle};
-use crate::dynamics::{Harmonics, Sampling};
+use crate::dynamics::Harmonics;
 use crate::grid::{ByAxis, Patch};
-use crate::model_update::{
-    Compliance, ContactElements, ElementParameters, Nodes, Sliders, fine_displacement,
-};
+use crate::model_update::{Compliance, ContactElements, ElementParameters, Sliders};
 use crate::recipe::{Contact, Recipe};
 use crate::tables::{TableError, TableName, typed};
-use crate::wear::cycle::{CycleSolution, March};
+use crate::wear::Motion;
+use crate::wear::cycle::CycleSolution;
 use crate::wear::joint::WornState;
-use crate::wear::{Channel, Motion, OwnMotion, mean_of};
-
-/// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
-const FINE_SAMPLES: usize = 512;
 
 /// The fields of a contact on all cells of the grid.
 pub struct Fields {
@@ -108,6 +102,11 @@ pub fn compliance_of(row: &typed::StaticContact) -> Result<Compliance, TableErro
     Ok(Compliance::of(*kn, *kt))
 }
 
+/// Tangential compliance of a static contact \[m/N\]; none where it was not asked for.
+pub fn tangential_compliance(row: &typed::StaticContact) -> Option<f64> {
+    row.kt.map(f64::recip)
+}
+
 /// A column that every state of wear has.
 pub fn there<'a, T>(
     table: TableName,
@@ -143,7 +142,7 @@ pub fn on_axes(recipe: &Recipe, patch: &Patch, mut shear: ByAxis<Vec<f64>>) -> B
     shear
 }
 
-fn axes(recipe: &Recipe) -> usize {
+pub fn axes(recipe: &Recipe) -> usize {
     match contact_of(recipe).shear {
         Shear::AlongX => 1,
         Shear::InPlane => 2,
@@ -170,222 +169,56 @@ pub fn parameters_of(
     }
 }
 
-/// The response of a vibrating joint, with the contact elements that it is of.
-pub struct ElementMotion {
-    response: typed::Response,
-    parameters: ElementParameters,
+/// The fine contact at rest.
+pub struct AtRest {
+    /// Wear depth \[m\].
+    pub wear: Vec<f64>,
+    /// Under its load.
+    pub contact: NormalSolution,
+    /// Shear that is there already; of no axis if there is none \[Pa\].
+    pub start: ByAxis<Vec<f64>>,
 }
 
-impl ElementMotion {
-    /// That of an iteration; none where no structure moves the joint.
-    pub fn of(reads: &Reads) -> Result<Option<ElementMotion>, RunError> {
-        let tables = (reads.maybe()?, reads.maybe()?, reads.maybe()?);
-        Ok(Self::from(tables))
-    }
-
-    /// That of the iteration before.
-    pub fn before(reads: &Reads) -> Result<Option<ElementMotion>, RunError> {
-        let tables = (
-            reads.maybe_before()?,
-            reads.maybe_before()?,
-            reads.maybe_before()?,
-        );
-        Ok(Self::from(tables))
-    }
-
-    /// That of a response that is in no table yet.
-    pub fn new(response: typed::Response, parameters: ElementParameters) -> ElementMotion {
-        ElementMotion {
-            response,
-            parameters,
-        }
-    }
-
-    fn from(
-        (response, elements, sliders): (
-            Option<typed::Response>,
-            Option<typed::ContactElement>,
-            Option<typed::ContactSlider>,
-        ),
-    ) -> Option<ElementMotion> {
-        Some(ElementMotion {
-            response: response?,
-            parameters: parameters_of(&elements?, sliders),
+impl AtRest {
+    /// That of an iteration.
+    pub fn of(reads: &Reads, solvers: &mut Solvers) -> Result<AtRest, RunError> {
+        let patch = solvers.joint(reads)?.patch.clone();
+        let mut fields = Fields::of(&patch, &reads.table()?);
+        let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
+        Ok(AtRest {
+            wear: wear_of(&patch, reads.maybe()?),
+            contact: solution_of(&reads.table()?, fields),
+            start,
         })
     }
+
+    /// The shear that is there already; none if there is none.
+    pub fn start(&self) -> Option<&ByAxis<Vec<f64>>> {
+        (!self.start.is_empty()).then_some(&self.start)
+    }
+}
+
+/// Coefficients in the order of a [`Harmonics`], those of cosine and sine one after the other; of the mean there is a cosine alone.
+pub fn coefficients_of(orders: &[i32], cosine: &[f64], sine: &[f64]) -> Vec<f64> {
+    let mut coefficients = Vec::with_capacity(2 * orders.len());
+    for (order, (cosine, sine)) in orders.iter().zip(cosine.iter().zip(sine)) {
+        coefficients.push(*cosine);
+        if *order > 0 {
+            coefficients.push(*sine);
+        }
+    }
+    coefficients
 }
 
 /// Harmonics of a response, and its coefficients, ports slow.
 pub fn harmonics_of(response: &typed::Response) -> Result<(Harmonics, Vec<f64>), RunError> {
     let orders = &response.harmonic;
-    let mut displacement = Vec::with_capacity(2 * orders.len());
-    let of_order = response
-        .displacement_cosine
-        .iter()
-        .zip(&response.displacement_sine);
-    for (order, (cosine, sine)) in orders.iter().zip(of_order) {
-        displacement.push(*cosine);
-        if *order > 0 {
-            displacement.push(*sine);
-        }
-    }
+    let (cosine, sine) = (&response.displacement_cosine, &response.displacement_sine);
+    let displacement = coefficients_of(orders, cosine, sine);
     let mut of_a_port: Vec<u32> = orders.iter().map(|order| *order as u32).collect();
     of_a_port.sort_unstable();
     of_a_port.dedup();
     Ok((Harmonics::new(&of_a_port)?, displacement))
-}
-
-/// Lets the joint move under a static `load`: as is prescribed, or as a response to its contact elements says. What is left out of the
-/// work of friction by marching a computed motion between its reversals, relative to it.
-pub fn let_move(
-    reads: &Reads,
-    solvers: &mut Solvers,
-    load: f64,
-    moved: Option<&ElementMotion>,
-) -> Result<f64, RunError> {
-    let recipe = &reads.recipe;
-    let Some(cycle) = recipe.cycle() else {
-        unreachable!("a stage that moves the joint declares its cycle");
-    };
-    let mut left_out = 0.0;
-    let (motion, march) = match moved {
-        Some(moved) => {
-            let (fine, work) = computed(reads, solvers, load, moved)?;
-            let (motion, march, without) = cycle.of_computed(&fine, work.as_ref())?;
-            left_out = without;
-            (motion, march)
-        }
-        None => {
-            let mut motion = reads.motion().clone();
-            // Always from the motion of the scene: shifted again and again it would hang on how often that was.
-            if contact_of(recipe).conditions.bolt_stiffness.is_some() {
-                motion = motion.with_mean_load(load);
-            }
-            let march = cycle.march.unwrap_or(March::Reversal);
-            (motion, march)
-        }
-    };
-    let joint = solvers.joint(reads)?;
-    joint.motion = motion;
-    joint.march = march;
-    joint.options.extrapolate = cycle.extrapolate;
-    Ok(left_out)
-}
-
-/// Lets the joint move to and fro between the ends of a response to its elements under the loads at rest, whatever the recipe says of cycles, and
-/// says what these do there; none if elements have no laws of their own. Of an orbit the ends are those of its longest line.
-pub fn let_move_between_ends(
-    reads: &Reads,
-    solvers: &mut Solvers,
-    load: f64,
-    moved: &ElementMotion,
-) -> Result<Option<WorkBetweenEnds>, RunError> {
-    let (fine, work) = computed(reads, solvers, load, moved)?;
-    if let Some(work) = &work {
-        let joint = solvers.joint(reads)?;
-        joint.motion = fine.between_ends(work.line.ends);
-        joint
-            .motion
-            .own
-            .iter_mut()
-            .for_each(OwnMotion::under_loads_at_rest);
-        joint.march = March::Reversal;
-    }
-    Ok(work)
-}
-
-/// The motion that a response gives the fine contact, at many samples: the mean of the elements' displacement over the area, and what
-/// the load of the joint varies by. The mean of that variation is left out: under prescribed displacement it is the bolt that bears
-/// the load.
-fn computed(
-    reads: &Reads,
-    solvers: &mut Solvers,
-    load: f64,
-    moved: &ElementMotion,
-) -> Result<(Motion, Option<WorkBetweenEnds>), RunError> {
-    let recipe = &reads.recipe;
-    let steps = recipe.cycle().map_or(1, |cycle| cycle.steps);
-    let samples = steps * FINE_SAMPLES.div_ceil(steps);
-    let (harmonics, displacement) = harmonics_of(&moved.response)?;
-    let sampling = Sampling::new(harmonics, samples)?;
-    let layout = layout(reads);
-    let elements = recipe.elements();
-    let elements = elements.map(|elements| elements.with(&layout, &moved.parameters));
-    let elements = elements.unwrap_or_default();
-    let cycle = joint_cycle(&elements, &displacement, &sampling, &layout.centres)?;
-    let axes = axes(recipe);
-    let series = |of: &[[f64; 3]]| -> Vec<Vec<f64>> {
-        let axis = |d: usize| of.iter().map(|v| v[d]).collect();
-        (0..axes).map(axis).collect()
-    };
-    let mean = &cycle.displacement;
-    let has_laws = moved.parameters.sliders.is_some();
-    let work = has_laws.then(|| WorkBetweenEnds::of(&elements, &displacement, &sampling, &cycle));
-    let mut own = None;
-    if let Some(work) = &work {
-        let elements = solvers.elements(reads)?;
-        let nodes = elements.nodes();
-        own = nodes.map(|nodes| own_motion(nodes, axes, &displacement, &sampling, mean, work));
-    }
-    let mut displacement = series(&cycle.displacement);
-    if let Some(smooth) = smooth(reads)? {
-        displacement = fine_displacement(&displacement, &series(&cycle.force), smooth.tangential);
-    }
-    let normal_load: Vec<f64> = cycle.force.iter().map(|f| f[2]).collect();
-    let motion = Motion {
-        time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
-        by_order: false,
-        drive: displacement
-            .into_iter()
-            .map(Channel::Displacement)
-            .collect(),
-        rotation: None,
-        mean_load: mean_of(&normal_load),
-        normal_load,
-        own,
-    };
-    Ok((motion.with_mean_load(load), work))
-}
-
-/// What the nodes of contact elements move against the `mean` of all, sample by sample.
-fn own_motion(
-    nodes: &Nodes,
-    axes: usize,
-    displacement: &[f64],
-    sampling: &Sampling,
-    mean: &[[f64; 3]],
-    work: &WorkBetweenEnds,
-) -> OwnMotion {
-    let count = nodes.interpolation.nodes();
-    let mut own = vec![vec![0.0; axes * count]; mean.len()];
-    let mut approach = vec![vec![0.0; count]; mean.len()];
-    let mut part = vec![1.0; count];
-    let mut direction = vec![0.0; axes * count];
-    for (&node, along) in nodes.numbers.iter().zip(&work.line.direction) {
-        for axis in 0..axes {
-            direction[axis * count + node] = along[axis];
-        }
-    }
-    let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
-    for ((&node, row), of_element) in nodes.numbers.iter().zip(rows).zip(&work.part) {
-        part[node] = *of_element;
-        let samples = own.iter_mut().zip(&mut approach);
-        for (((own, approach), u), mean) in samples.zip(sampling.synthesise(row)).zip(mean) {
-            for axis in 0..axes {
-                own[axis * count + node] = u[axis] - mean[axis];
-            }
-            approach[node] = u[2];
-        }
-    }
-    OwnMotion {
-        interpolation: nodes.interpolation.clone(),
-        displacement: own,
-        approach,
-        work: part,
-        work_part: work.work_part,
-        force_part: work.force_part,
-        direction,
-    }
 }
 
 /// Displacement of each element at the end of a straight motion, along x and y \[m\].

@@ -1,23 +1,27 @@
 //! The steady response of the structure to the contact elements in force.
 
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::RunError;
 use super::agreement::{self, Agreed, agreed};
 use super::contact_elements::{element_table, slider_table};
-use super::contact_state::{harmonics_of, parameters_of};
+use super::contact_state::{coefficients_of, harmonics_of, parameters_of};
 use super::declaration::{Declaration, joined};
+use super::model_update::extrapolates;
 use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given, layout};
 use super::stage::{Stage, When};
-use super::told::{tell_leap, tell_missed, tell_open, tell_reduction, tell_resonance};
+use super::told::{
+    tell_extensions, tell_leap, tell_missed, tell_open, tell_reduction, tell_resonance,
+};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
-    ContactElement, DynamicsError, ElementState, HarmonicBalance, Harmonics, OverRange, Resolved,
-    Resonance, ResonanceKind, Response, Start, Vibration,
+    ContactElement, Correction, DynamicsError, ElementState, HarmonicBalance, Harmonics, OverRange,
+    Resolved, Resonance, ResonanceKind, Response, Start, Taken, Truncation, Vibration,
 };
-use crate::model_update::ElementParameters;
+use crate::model_update::{ElementParameters, is_steady};
 use crate::recipe::Layout;
 use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
@@ -91,7 +95,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let vibration = solvers.vibration(reads)?;
     let elements = contact_elements(reads, &parameters);
     let tolerance = harmonic_tolerance(&reads.recipe);
-    let resolved = resolved_in_force(&vibration, elements, start, tolerance);
+    let resolved = resolved_in_force(&vibration, elements, start);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     let begin = Agreed {
         resolved,
@@ -102,7 +106,17 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         parameters,
     } = agreed(reads, solvers, &vibration, begin)?;
     // Of no response but the one in force are peak and error bars wanted, which cost as much as it.
-    let resolved = resolved.completed();
+    let corrects = harmonic_correction(&reads.recipe);
+    let known = match before.as_ref() {
+        Some((response, row)) => correction_of(response, row)?,
+        None => None,
+    };
+    let near = known.as_ref().map(|(_, correction)| correction);
+    let resolved = resolved.completed(tolerance, corrects.then_some(Taken { near }));
+    let resolved = resolved.map_err(|source| failed(reads, source))?;
+    tell_extensions(&mut outputs, &resolved.extensions);
+    let solved = Solved::of(&resolved);
+    let resolved = resolved.corrected();
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     tell_missed(&mut outputs, tolerance, &resolved);
     tell_resonance(&mut outputs, &vibration, &resolved.resonance);
@@ -110,7 +124,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     if let Some((_, row)) = &before {
         tell_leap(reads, &mut outputs, row, &resolved.resonance);
     }
-    in_force(reads, &resolved, &parameters, &mut outputs)?;
+    let before = before.as_ref().map(|(response, _)| response);
+    in_force(reads, &resolved, &parameters, solved, before, &mut outputs)?;
     if let Some(sliders) = slider_table(&parameters) {
         outputs.put(&sliders)?;
     }
@@ -122,9 +137,8 @@ pub fn resolved_in_force<'a>(
     vibration: &'a Vibration,
     elements: Vec<ContactElement>,
     start: Option<(&Harmonics, &Start)>,
-    tolerance: Option<f64>,
 ) -> Result<Resolved<'a>, DynamicsError> {
-    let resolved = vibration.resolve_in_force(elements, start, tolerance)?;
+    let resolved = vibration.resolve_in_force(elements, start)?;
     if let (Some((_, start)), None) = (start, vibration.at_omega) {
         start.require_same_resonance(resolved.resonance.in_force())?;
     }
@@ -145,7 +159,7 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
             solvers.forced_response = points.map(|points| (harmonics, points));
             tell_missed(outputs, tolerance, &resolved);
             tell_resonance(outputs, &vibration, &resolved.resonance);
-            in_force(reads, &resolved, &parameters, outputs)
+            in_force(reads, &resolved, &parameters, None, None, outputs)
         }
         // The forced response has an answer all the same, or says why it has none.
         Err(error) if error.is_not_converged() => {
@@ -195,19 +209,31 @@ pub fn start_of(
     row: &typed::DynamicResponse,
 ) -> Result<(Harmonics, Start), RunError> {
     let (harmonics, displacement) = harmonics_of(response)?;
-    let start = Start {
-        omega: row.resonance_frequency.unwrap_or(row.peak_frequency) * TAU,
+    let frequency = row.resonance_frequency.unwrap_or(row.peak_frequency);
+    let start = |displacement| Start {
+        omega: frequency / (1.0 + row.correction_frequency.unwrap_or(0.0)) * TAU,
         load_factor: 1.0,
         displacement,
     };
-    Ok((harmonics, start))
+    let Some((highest, solved)) = row.solved_harmonic.zip(solved_of(response)) else {
+        return Ok((harmonics, start(displacement)));
+    };
+    let orders = harmonics.orders().iter().copied();
+    let orders: Vec<u32> = orders
+        .filter(|order| i64::from(*order) <= highest)
+        .collect();
+    let own = Harmonics::new(&orders)?;
+    let start = start(solved).transferred(&harmonics, &own);
+    Ok((own, start))
 }
 
-/// Adds the tables of a resonance; those of its contact where it has one.
+/// Adds the tables of a resonance, of which the response in force was `before`; those of its contact where it has one.
 fn in_force(
     reads: &Reads,
     resolved: &Resolved,
     parameters: &ElementParameters,
+    solved: Option<Solved>,
+    before: Option<&typed::Response>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
     let Resolved {
@@ -232,9 +258,28 @@ fn in_force(
         tell_open(outputs, balance.elements(), &cycle);
     }
     let summary = balance.joint_summary(resonance.in_force());
-    outputs.put(&response_table(&reads.recipe, balance, resonance))?;
+    let mut response = response_table(&reads.recipe, balance, resonance);
+    if let Some(solved) = &solved {
+        solved.add_to(&mut response);
+    }
+    let (response, is_steady) = match extrapolates(reads) {
+        true => with_change(response, before),
+        false => (response, None),
+    };
+    outputs.put(&response)?;
     outputs.put(&resonance_table(balance, resonance))?;
-    outputs.put(&row(&layout, resolved, &cycle, &summary))?;
+    let correction = resolved.correction.as_ref().filter(|_| solved.is_some());
+    let of = |value: fn(&Correction) -> f64| correction.map(value);
+    outputs.put(&typed::DynamicResponse {
+        is_steady,
+        solved_harmonic: solved.map(|solved| i64::from(solved.harmonics.highest())),
+        correction_frequency: of(|c| c.frequency),
+        correction_input_energy: of(|c| c.energy[0]),
+        correction_friction_energy: of(|c| c.energy[1]),
+        correction_viscous_energy: of(|c| c.energy[2]),
+        correction_hysteretic_energy: of(|c| c.energy[3]),
+        ..row(&layout, resolved, &cycle, &summary)
+    })?;
     if has_contact {
         outputs.put(&cycle_table(&cycle))?;
         outputs.put(&element_table(&layout, parameters, Some(&summary.states)))?;
@@ -293,7 +338,141 @@ fn row(
         element_load_variation: summary.largest_normal_load,
         moment_variation: about_x.max(about_y),
         torsion_variation: about_n,
+        ..typed::DynamicResponse::default()
     }
+}
+
+/// The response that is solved at every update, where one with more harmonics stands in the tables.
+struct Solved {
+    harmonics: Harmonics,
+    /// Coefficients of the displacement, ports slow \[m\].
+    displacement: Vec<f64>,
+}
+
+impl Solved {
+    fn of(resolved: &Resolved) -> Option<Solved> {
+        resolved.correction.as_ref()?;
+        Some(Solved {
+            harmonics: resolved.balance.harmonics().clone(),
+            displacement: resolved.resonance.in_force().displacement.clone(),
+        })
+    }
+
+    fn add_to(&self, response: &mut typed::Response) {
+        let n = self.harmonics.coefficients();
+        let mut port = None;
+        let (mut cosines, mut sines) = (Vec::new(), Vec::new());
+        for &order in &response.harmonic {
+            // The orders of a port ascend from 0.
+            if order == 0 {
+                port = Some(port.map_or(0, |port| port + 1));
+            }
+            let row = &self.displacement[port.unwrap_or(0) * n..][..n];
+            let slot = self.harmonics.slot_of(order as u32);
+            cosines.push(slot.map_or(0.0, |slot| row[slot]));
+            sines.push(slot.filter(|_| order > 0).map_or(0.0, |slot| row[slot + 1]));
+        }
+        response.solved_cosine = Some(cosines);
+        response.solved_sine = Some(sines);
+    }
+}
+
+/// Whether the response with more harmonics drives the wear.
+pub fn harmonic_correction(recipe: &Recipe) -> bool {
+    let response = recipe.response.as_ref();
+    response.is_some_and(|response| response.harmonic_correction)
+}
+
+/// What the response with more harmonics has otherwise, and the errors that it leaves, as tables have them.
+pub fn correction_of(
+    response: &typed::Response,
+    row: &typed::DynamicResponse,
+) -> Result<Option<(Truncation, Correction)>, RunError> {
+    let (Some(frequency), Some(solved)) = (row.correction_frequency, solved_of(response)) else {
+        return Ok(None);
+    };
+    let (harmonics, displacement) = harmonics_of(response)?;
+    let pairs = displacement.iter().zip(&solved);
+    let energy = [
+        row.correction_input_energy,
+        row.correction_friction_energy,
+        row.correction_viscous_energy,
+        row.correction_hysteretic_energy,
+    ];
+    let truncation = Truncation {
+        frequency: row.error_resonance_frequency.unwrap_or(0.0),
+        amplitude: row.error_peak_amplitude,
+        friction_energy: row.error_friction_energy,
+    };
+    let correction = Correction {
+        harmonics,
+        displacement: pairs.map(|(all, solved)| all - solved).collect(),
+        frequency,
+        energy: energy.map(|change| change.unwrap_or(0.0)),
+    };
+    Ok(Some((truncation, correction)))
+}
+
+/// The coefficients that are solved at every update, in the order of [`harmonics_of`]; none where those of the table are.
+fn solved_of(response: &typed::Response) -> Option<Vec<f64>> {
+    coefficients_of(
+        &response.harmonic,
+        response.solved_cosine.as_ref()?,
+        response.solved_sine.as_ref()?,
+    )
+    .into()
+}
+
+/// A response with what it has changed by since the one `before`, harmonics that this did not have left out, and whether that is to be carried on. What
+/// another solution with more harmonics changes is no trend.
+fn with_change(
+    mut response: typed::Response,
+    before: Option<&typed::Response>,
+) -> (typed::Response, Option<bool>) {
+    type Place<'a> = (i32, &'a str, &'a str, i32);
+    fn place(of: &typed::Response, row: usize) -> Place<'_> {
+        let (point, axis) = (of.point[row].as_str(), of.axis[row].as_str());
+        (of.element[row], point, axis, of.harmonic[row])
+    }
+    fn cosines(of: &typed::Response) -> &[f64] {
+        of.solved_cosine.as_ref().unwrap_or(&of.displacement_cosine)
+    }
+    fn sines(of: &typed::Response) -> &[f64] {
+        of.solved_sine.as_ref().unwrap_or(&of.displacement_sine)
+    }
+    let rows = response.harmonic.len();
+    let mut change = [vec![0.0; rows], vec![0.0; rows]];
+    let mut of_contact = [Vec::new(), Vec::new(), Vec::new()];
+    if let Some(before) = before {
+        let places = (0..before.harmonic.len()).map(|row| (place(before, row), row));
+        let places: BTreeMap<Place, usize> = places.collect();
+        for row in 0..rows {
+            let Some(&old) = places.get(&place(&response, row)) else {
+                continue;
+            };
+            let pairs = [
+                (cosines(&response), cosines(before), &before.change_cosine),
+                (sines(&response), sines(before), &before.change_sine),
+            ];
+            for (change, (now, then, change_then)) in change.iter_mut().zip(pairs) {
+                change[row] = now[row] - then[old];
+                if response.element[row] >= 0 {
+                    let then = change_then.as_ref().map_or(0.0, |change| change[old]);
+                    let values = [now[row], change[row], then];
+                    of_contact
+                        .iter_mut()
+                        .zip(values)
+                        .for_each(|(of, value)| of.push(value));
+                }
+            }
+        }
+    }
+    let [last, now, then] = &of_contact;
+    let is_steady = before.is_some() && is_steady(last, now, then);
+    let [cosine, sine] = change;
+    response.change_cosine = Some(cosine);
+    response.change_sine = Some(sine);
+    (response, Some(is_steady))
 }
 
 /// The phase resonance and the peak, the stronger first, or the response at the given frequency.

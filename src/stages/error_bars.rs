@@ -43,6 +43,7 @@ pub struct PreviousIteration {
     /// Energy per area of its cycle \[J/m²\].
     dissipation: Vec<f64>,
     in_force: Option<InForce>,
+    cycle: Option<typed::FrettingCycle>,
     summary: Summary,
 }
 
@@ -60,6 +61,7 @@ impl PreviousIteration {
         // A motion that is prescribed has neither.
         let harmonics = summary.error_harmonics.unwrap_or(0.0);
         let closure = summary.error_closure.unwrap_or(0.0);
+        let cycles = summary.error_cycles.unwrap_or(0.0);
         let whole = of(summary.error_wear_volume, "error_wear_volume")?;
         let propagation = summary.error_propagation.unwrap_or(0.0);
         let dissipation = there(TableName::ContactField, &fields.dissipation, "dissipation")?;
@@ -69,7 +71,8 @@ impl PreviousIteration {
             energy: of(summary.dissipated_energy_total, "dissipated_energy_total")?,
             error: of(summary.error_wear, "error_wear")? * volume,
             bar: VolumeError {
-                steps: (whole - propagation - harmonics - closure) * volume,
+                steps: (whole - propagation - harmonics - closure - cycles) * volume,
+                cycles: cycles * volume,
                 // That of an iteration follows from the coarse trajectory as it is then.
                 propagation: 0.0,
                 harmonics: harmonics * volume,
@@ -77,6 +80,7 @@ impl PreviousIteration {
             },
             dissipation: dissipation.clone(),
             in_force: InForce::of(reads.maybe_before()?, reads.maybe_before()?),
+            cycle: reads.maybe_before()?,
             summary,
         }))
     }
@@ -92,6 +96,8 @@ pub struct Sources<'a> {
     pub in_force: Option<&'a InForce>,
     /// The cycle.
     pub cycle: &'a typed::FrettingCycle,
+    /// The response of the worn joint, where it is asked for.
+    pub worn: Option<&'a typed::WornResponse>,
     /// The coarse trajectory; none where there is none.
     pub coarse: Option<&'a typed::CoarseStep>,
     /// Cells that are loaded, that touch, and that are not known to.
@@ -133,17 +139,21 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     // The vibration that the step was worn under is that of the iteration before.
     let last = before.and_then(|b| b.in_force.as_ref());
     let wrong = |of: fn(&typed::DynamicResponse) -> f64| last.map_or(0.0, |l| of(&l.response));
-    let of_step = error_bar::of_step(estimate, step.volume, cycle.error_cycle, coarse.is_some());
+    let of_step = error_bar::of_step(estimate, coarse.is_some());
     let mut bar = before.map_or(VolumeError::default(), |b| b.bar)
         + VolumeError {
             steps: of_step,
+            cycles: step.volume * cycle.error_cycle,
             propagation: 0.0,
             harmonics: step.volume * wrong(|row| row.error_friction_energy),
-            closure: last.map_or(0.0, |last| gap(wear, step, &last.response)),
+            closure: 0.0,
         };
+    bar.closure = closure_of(sources);
+    let earlier = before.map_or(0.0, |before| before.bar.cycles);
+    bar.cycles += (found_of_cycles(sources) - 1.0) * earlier;
     let spread = |of: fn(&typed::CoarseStep) -> f64| coarse.map_or(0.0, |c| SPREAD * of(c));
     let field = spread(|c| c.difference_wear_field).max(bar.total());
-    bar.propagation = (spread(|c| c.difference_wear_volume) - bar.steps).max(0.0);
+    bar.propagation = (spread(|c| c.difference_wear_volume) - bar.of_contact()).max(0.0);
     let bar = bar;
     // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
     // figure changed, and by an error that is in it by itself, not through wear.
@@ -156,7 +166,9 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     // That of a figure of the contact alone: by the coarse trajectory, or as above.
     let of_contact =
         |figure: fn(&Summary) -> Option<f64>, difference: Option<f64>, own: f64| match difference {
-            Some(difference) => Some(relative(error_bar::LEAST * bar.steps) + difference + own),
+            Some(difference) => {
+                Some(relative(error_bar::LEAST * bar.of_contact()) + difference + own)
+            }
             None => followed(figure, step.volume, own),
         };
     let part = |count: f64, of: f64| if of > 0.0 { (count / of).min(ALL) } else { 0.0 };
@@ -186,7 +198,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         ];
     }
     let energy = |s: &Summary| s.dissipated_energy;
-    let least = relative(error_bar::LEAST_OF_ENERGY * bar.steps) + own;
+    let least = relative(error_bar::LEAST_OF_ENERGY * bar.of_contact()) + own;
     let of_energy = match (before.and_then(|b| energy(&b.summary)), energy(summary)) {
         (Some(before), Some(0.0)) if before > 0.0 => ALL,
         _ => followed(energy, meanwhile, own)
@@ -219,6 +231,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         }),
         error_resonance_frequency: of_vibration[0],
         error_peak_amplitude: of_vibration[1],
+        error_cycles: Some(relative(bar.cycles)),
         error_harmonics: in_force.map(|_| relative(bar.harmonics)),
         error_closure: in_force.map(|_| relative(bar.closure)),
         error_wear: Some(relative(before.map_or(0.0, |b| b.error) + estimate)),
@@ -254,11 +267,81 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
     }
 }
 
-/// What a step has worn more or less than the friction of the contact elements under whose vibration it was made would have \[m³\]: the
-/// fine contact has no other energy than theirs, which is the exciter's.
-fn gap(wear: &Wear, step: &typed::WearStep, response: &typed::DynamicResponse) -> f64 {
-    let by_elements = wear.law().over(step.n_cycles as u64) * friction(response);
-    (step.volume - by_elements).abs()
+/// What the vibration has worn more or less than one that is found anew on every surface would have \[m³\]. At each update, and at the end, the whole
+/// difference between the energies of a cycle under the motion before and under the one found counts for all that was worn since the last update,
+/// although that motion was true at its beginning; so does what the update leaves between both scales. What is worn since the last update is
+/// taken to be wrong by as much as what was worn before that, or by what the fine contact differs from the elements under the same motion.
+fn closure_of(sources: &Sources) -> f64 {
+    let &Sources {
+        before,
+        in_force: Some(now),
+        cycle,
+        worn,
+        volume,
+        ..
+    } = sources
+    else {
+        return 0.0;
+    };
+    let Some(before) = before else {
+        return 0.0;
+    };
+    let pending = |cycle: &typed::FrettingCycle, since: f64| since * not_yet_known(cycle);
+    let at_update = |of: &InForce| of.update.wear_volume;
+    let (Some(last), Some(cycle_before)) = (&before.in_force, &before.cycle) else {
+        return before.bar.closure;
+    };
+    // What an iteration is inherited with counts as worn before its update.
+    let settled = before.bar.closure - pending(cycle_before, before.volume - at_update(last));
+    let since = volume - at_update(last);
+    let of_worn = worn.and_then(|worn| worn.fine_energy);
+    let open = match of_worn {
+        _ if now.update.updated => since * of_update(cycle),
+        Some(energy) => {
+            let jump = relative_difference(energy, cycle.dissipated_energy);
+            since * (jump + cycle.update_gap.unwrap_or(0.0).abs())
+        }
+        None => pending(cycle, since),
+    };
+    settled.max(0.0) + open
+}
+
+/// What an update has changed the energy of a cycle by, and leaves between both scales, relative to it.
+fn of_update(cycle: &typed::FrettingCycle) -> f64 {
+    [cycle.update_jump, cycle.update_gap]
+        .map(|part| part.unwrap_or(0.0).abs())
+        .iter()
+        .sum()
+}
+
+/// By how much the errors of all cycles so far were estimated wrong, where this iteration has found what cycles between two ends miss: once it is known of
+/// any it only grows.
+fn found_of_cycles(sources: &Sources) -> f64 {
+    let before = sources.before.and_then(|before| before.cycle.as_ref());
+    let known = |cycle: &typed::FrettingCycle| cycle.error_between_ends.unwrap_or(0.0);
+    let now = sources.cycle;
+    match before {
+        Some(before) if known(now) != known(before) && before.error_cycle > 0.0 => {
+            let ratio = now.error_cycle / before.error_cycle;
+            if known(before) > 0.0 {
+                ratio.max(1.0)
+            } else {
+                ratio
+            }
+        }
+        _ => 1.0,
+    }
+}
+
+/// Relative error of the wear since the last update, of which the next one will say more.
+fn not_yet_known(cycle: &typed::FrettingCycle) -> f64 {
+    let of_elements = cycle.elements_energy.unwrap_or(cycle.dissipated_energy);
+    of_update(cycle).max(relative_difference(of_elements, cycle.dissipated_energy))
+}
+
+/// How far an energy is off another one, relative to this; nothing where both are nothing.
+fn relative_difference(energy: f64, of: f64) -> f64 {
+    closure((energy - of).abs(), of)
 }
 
 /// What friction takes in the elements \[J\]; nothing where that is rounding of what the exciter supplies.

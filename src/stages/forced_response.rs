@@ -1,10 +1,13 @@
 //! The response over the frequency range, without feeding it back: of the worn joint, where it is asked for.
 
 use super::RunError;
+use super::computed_motion::{ElementMotion, let_move};
 use super::contact_elements::parameters;
-use super::contact_state::{harmonics_of, parameters_of};
+use super::contact_state::{AtRest, harmonics_of, parameters_of};
 use super::declaration::{Declaration, joined};
-use super::dynamic_response::{contact_elements, failed, harmonic_tolerance, start_of};
+use super::dynamic_response::{
+    contact_elements, correction_of, failed, harmonic_tolerance, response_table, start_of,
+};
 use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, given};
@@ -12,8 +15,8 @@ use super::stage::{Stage, When};
 use super::told::tell_missed;
 use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
 use crate::dynamics::{
-    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resonance, Response, Start,
-    Vibration,
+    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,
+    Start, Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Part;
@@ -27,10 +30,12 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Structure,
         Part::Surface,
         Part::Contact,
+        Part::Cycle,
         Part::Elements,
         Part::Response,
+        Part::WearLaw,
     ],
-    reads: &joined::<15>(&[
+    reads: &joined::<16>(&[
         &reduced::TABLES,
         &[
             TableName::Surface,
@@ -43,6 +48,7 @@ pub const DECLARATION: Declaration = Declaration {
             TableName::ContactSlider,
             TableName::Response,
             TableName::DynamicResponse,
+            TableName::WearField,
         ],
     ]),
     before: &[],
@@ -66,7 +72,15 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
                 true => parameters_of(&reads.table()?, reads.maybe()?),
                 false => parameters(reads, solvers, &reads.table()?, &reads.table()?)?.0,
             };
-            worn(reads, &vibration, &parameters, &mut outputs)?
+            let is_in_force = update.updated;
+            worn(
+                reads,
+                solvers,
+                &vibration,
+                &parameters,
+                is_in_force,
+                &mut outputs,
+            )?
         }
         None => {
             let elements = contact_elements(reads, &given(reads));
@@ -95,37 +109,99 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 /// The worn joint, and its resonance, from the response in force, as a table: of a resonance that is lost there is none.
 fn worn(
     reads: &Reads,
+    solvers: &mut Solvers,
     vibration: &Vibration,
     parameters: &ElementParameters,
+    is_in_force: bool,
     outputs: &mut Outputs,
 ) -> Result<(HarmonicBalance<ContactElement>, Option<Start>), RunError> {
-    let (harmonics, start) = start_of(&reads.table()?, &reads.table()?)?;
+    let failed = |source| failed(reads, source);
+    let (response, in_force): (typed::Response, typed::DynamicResponse) =
+        (reads.table()?, reads.table()?);
+    let (harmonics, start) = start_of(&response, &in_force)?;
     let elements = contact_elements(reads, parameters);
+    let wears = reads.recipe.wear.is_some();
+    if is_in_force {
+        outputs.put(&typed::WornResponse {
+            fine_energy: wears.then_some(in_force.friction_energy),
+            ..of_response(&in_force)
+        })?;
+        let balance = vibration.balance_of(elements, harmonics).map_err(failed)?;
+        let is_phase = in_force.resonance_frequency.is_some();
+        return Ok((balance, is_phase.then_some(start)));
+    }
+    let resolved = vibration.resolve_in_force(elements, Some((&harmonics, &start)));
+    let resolved = resolved.map_err(failed)?;
     let tolerance = harmonic_tolerance(&reads.recipe);
-    let found = match tolerance {
-        Some(_) => vibration
-            .resolve(elements, Some((&harmonics, &start)), tolerance)
-            .map(|resolved| {
-                tell_missed(outputs, tolerance, &resolved);
-                (resolved.balance, resolved.resonance)
-            }),
-        // Their errors are in no table.
-        None => vibration.balance(elements).and_then(|balance| {
-            let resonance = vibration.resonance(&balance, Some(&start))?;
-            Ok((balance, resonance))
-        }),
+    let resolved = match (correction_of(&response, &in_force)?, tolerance) {
+        (Some((truncation, correction)), _) => resolved.completed_as(truncation, correction),
+        (None, Some(_)) => resolved.completed(tolerance, None),
+        // Its errors are in no table.
+        (None, None) => resolved.with_peak(),
     };
-    let (balance, resonance) = found.map_err(|source| failed(reads, source))?;
+    let resolved = resolved.map_err(failed)?;
+    tell_missed(outputs, tolerance, &resolved);
     let same = match vibration.at_omega {
         Some(_) => Ok(()),
-        None => start.require_same_resonance(resonance.in_force()),
+        None => start.require_same_resonance(resolved.resonance.in_force()),
     };
     match same {
         Err(lost) => outputs.notice(format!("the worn joint: {lost}")),
-        Ok(()) => outputs.put(&row(&resonance))?,
+        Ok(()) => {
+            let corrected = resolved.corrected().map_err(failed)?;
+            let of_elements = corrected.resonance.in_force().energy.friction;
+            let fine_energy = match wears {
+                true => {
+                    let fine = fine_energy(reads, solvers, &corrected, parameters)?;
+                    Some(fine.unwrap_or(of_elements))
+                }
+                false => None,
+            };
+            outputs.put(&typed::WornResponse {
+                fine_energy,
+                ..row(&corrected.resonance)
+            })?;
+        }
     }
-    let phase = resonance.phase.as_ref().map(Response::start);
-    Ok((balance, phase))
+    let phase = resolved.resonance.phase.as_ref().map(Response::start);
+    Ok((resolved.balance, phase))
+}
+
+/// The row of a response that is in force.
+fn of_response(row: &typed::DynamicResponse) -> typed::WornResponse {
+    typed::WornResponse {
+        resonance_frequency: row.resonance_frequency,
+        resonance_amplitude: row.resonance_amplitude,
+        peak_frequency: row.peak_frequency,
+        peak_amplitude: row.peak_amplitude,
+        input_energy: row.input_energy,
+        friction_energy: row.friction_energy,
+        viscous_energy: row.viscous_energy,
+        hysteretic_energy: row.hysteretic_energy,
+        fine_energy: None,
+    }
+}
+
+/// What the fine contact dissipates in a cycle under the response of a worn joint \[J\]; none where that would open the joint.
+fn fine_energy(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    resolved: &Resolved,
+    parameters: &ElementParameters,
+) -> Result<Option<f64>, RunError> {
+    let at_rest = AtRest::of(reads, solvers)?;
+    let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
+    let moved = ElementMotion::new(response, parameters.clone());
+    match let_move(reads, solvers, at_rest.contact.load, Some(&moved), None) {
+        Ok(_) => {
+            let (cycle, _) = solvers.work(reads, None, |joint| {
+                Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
+            })?;
+            Ok(Some(cycle.dissipation))
+        }
+        Err(RunError::Cycle(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 fn row(resonance: &Resonance) -> typed::WornResponse {
@@ -140,6 +216,7 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
         friction_energy: energy.friction,
         viscous_energy: energy.viscous,
         hysteretic_energy: energy.hysteretic,
+        fine_energy: None,
     }
 }
 

@@ -1,13 +1,19 @@
 //! The steady fretting cycle of an iteration.
 
 use super::RunError;
-use super::contact_state::{ElementMotion, Fields, let_move, on_axes, solution_of, wear_of};
-use super::declaration::Declaration;
+use super::computed_motion::{ComputedMotion, ElementFigures, ElementMotion, Moved, let_move};
+use super::contact_state::{AtRest, Fields, tangential_compliance};
+use super::cycle_check::error_between_ends;
+use super::declaration::{Declaration, joined};
+use super::error_bars::ALL;
 use super::reads::{Outputs, Reads};
+use super::reduced;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use super::summary::is_periodic;
+use crate::dynamics::cycle::half_range;
 use crate::grid::Patch;
+use crate::model_update::CycleFigures;
 use crate::recipe::{Cycle, CycleFields, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::curves::{self, Curve};
@@ -28,18 +34,33 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Elements,
         Part::Curves,
         Part::CycleFields,
+        Part::WearLaw,
+        Part::End,
     ],
-    reads: &[
-        TableName::Surface,
-        TableName::Reference,
-        TableName::WearField,
-        TableName::StaticContact,
-        TableName::ContactField,
+    reads: &joined::<16>(&[
+        &reduced::TABLES,
+        &[
+            TableName::Surface,
+            TableName::Reference,
+            TableName::WearField,
+            TableName::StaticContact,
+            TableName::ContactField,
+            TableName::ContactElement,
+            TableName::ContactSlider,
+            TableName::Response,
+            TableName::DynamicResponse,
+            TableName::JointCycle,
+            TableName::ModelUpdate,
+        ],
+    ]),
+    before: &[
         TableName::ContactElement,
         TableName::ContactSlider,
         TableName::Response,
+        TableName::DynamicResponse,
+        TableName::ModelUpdate,
+        TableName::FrettingCycle,
     ],
-    before: &[],
     writes: &[
         TableName::FrettingCycle,
         TableName::ContactField,
@@ -54,17 +75,20 @@ pub const DECLARATION: Declaration = Declaration {
 
 fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let patch = solvers.joint(reads)?.patch.clone();
-    let wear = wear_of(&patch, reads.maybe()?);
-    let static_contact: typed::StaticContact = reads.table()?;
-    let mut fields = Fields::of(&patch, &reads.table()?);
-    let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
-    let start = (!start.is_empty()).then_some(&start);
-    let contact = solution_of(&static_contact, fields);
+    let at_rest = AtRest::of(reads, solvers)?;
+    let AtRest { wear, contact, .. } = &at_rest;
+    let start = at_rest.start();
     let moved = ElementMotion::of(reads)?;
     let by_structure = moved.is_some();
-    let left_out = let_move(reads, solvers, static_contact.normal_load, moved.as_ref())?;
+    let compliance = tangential_compliance(&reads.table()?);
+    let load = contact.load;
+    let Moved { left_out, computed } = let_move(reads, solvers, load, moved.as_ref(), compliance)?;
+    let elements = match &computed {
+        Some(computed) => Some(elements_of(reads, computed, compliance)?),
+        None => None,
+    };
     // The loop is that of force over displacement along x, if anything drives the joint there.
-    let drive = match moved {
+    let drive = match &moved {
         Some(_) => None,
         None => reads.motion().drive.first(),
     };
@@ -82,7 +106,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let ((solution, of_instants, curve), fft_pairs) = solvers.work(reads, None, |joint| {
         let is_same = |end: &EndCycle| {
             end.motion == joint.motion
-                && end.wear == wear
+                && end.wear == *wear
                 && end.pressure == contact.pressure
                 && Some(&end.start).filter(|start| !start.is_empty()) == start
         };
@@ -91,13 +115,31 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
                 joint.half_space.count_pairs(known.fft_pairs);
                 (known.cycle, Vec::new())
             }
-            None => joint.cycle_with_fields(&wear, &contact, start, &wanted)?,
+            None => joint.cycle_with_fields(wear, contact, start, &wanted)?,
         };
         let curve = curve_due
-            .then(|| curves::hysteresis(joint, &contact, &solution))
+            .then(|| curves::hysteresis(joint, contact, &solution))
             .transpose()?;
         Ok((solution, of_instants, curve))
     })?;
+    let march = solvers.joint(reads)?.march;
+    let between_ends = match &moved {
+        Some(moved) if reads.recipe.wear.is_some() => {
+            Some(between_ends(reads, solvers, &at_rest.wear, moved, march)?)
+        }
+        _ => None,
+    };
+    let energy = solution.dissipation;
+    let update = match &elements {
+        Some(elements) => Some(at_update(
+            reads,
+            solvers,
+            &at_rest,
+            energy,
+            elements.cycle.energy,
+        )?),
+        None => None,
+    };
     let mut outputs = Outputs::default();
     if let Some(Curve { load, displacement }) = curve {
         outputs.put(&typed::Hysteresis { load, displacement })?;
@@ -119,7 +161,12 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     if reads.wear_iteration == 0 {
         tell_band(band, &mut outputs);
     }
-    let of_solves = (solution.relative_error() + left_out).min(1.0);
+    let of_solves = match between_ends {
+        // What it is held against has the whole of it.
+        Some(known) if known > 0.0 => solution.error + known,
+        _ => solution.relative_error() + left_out,
+    };
+    let of_solves = of_solves.min(1.0);
     outputs.put(&typed::FrettingCycle {
         dissipated_energy: solution.dissipation,
         iterations: solution.steps as i64,
@@ -127,10 +174,17 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         error_cycle: of_solves.max(band.relative_error()),
         slip_band: band.cells,
         fft_pairs,
+        error_between_ends: between_ends,
+        update_jump: update.map(|update| update[0]),
+        update_gap: update.map(|update| update[1]),
+        elements_energy: elements.map(|elements| elements.cycle.energy),
+        elements_force: elements.map(|elements| elements.cycle.force),
+        elements_total_force: elements.map(|elements| elements.total_force),
+        elements_displacement: elements.map(|elements| elements.displacement),
     })?;
     let fields = Fields {
-        gap: contact.gap,
-        pressure: contact.pressure,
+        gap: at_rest.contact.gap,
+        pressure: at_rest.contact.pressure,
         shear: solution.shear,
     };
     outputs.put(&typed::ContactField {
@@ -139,6 +193,80 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         ..fields.table(&patch)
     })?;
     Ok(outputs)
+}
+
+/// What cycles between two ends are known to miss: found anew in the middle and at the end of a run, and 0 before.
+fn between_ends(
+    reads: &Reads,
+    solvers: &Solvers,
+    wear: &[f64],
+    moved: &ElementMotion,
+    march: March,
+) -> Result<f64, RunError> {
+    let before = reads.maybe_before::<typed::FrettingCycle>()?;
+    let before = before.and_then(|row| row.error_between_ends).unwrap_or(0.0);
+    let is_due = (reads.ends || reads.is_middle) && march == March::Reversal && moved.has_laws();
+    let found = match is_due {
+        true => error_between_ends(reads, solvers.threads().count(), wear, moved)?,
+        false => None,
+    };
+    Ok(found.unwrap_or(before))
+}
+
+/// What the contact elements do under the motion of this iteration: what they do in the response in force, by what its motion has gone on to.
+fn elements_of(
+    reads: &Reads,
+    computed: &ComputedMotion,
+    compliance: Option<f64>,
+) -> Result<ElementFigures, RunError> {
+    let joint: typed::JointCycle = reads.table()?;
+    let response: typed::DynamicResponse = reads.table()?;
+    let range = |values: &[f64]| half_range(values.iter().copied());
+    let part = computed.figures_at(compliance)?;
+    Ok(ElementFigures {
+        displacement: range(&joint.displacement_x) * part.displacement,
+        total_force: range(&joint.force_x).hypot(range(&joint.force_y)) * part.total_force,
+        cycle: CycleFigures {
+            force: range(&joint.force_along) * part.cycle.force,
+            energy: response.friction_energy * part.cycle.energy,
+        },
+    })
+}
+
+/// What the last update has changed the energy of a cycle by on the same surface, and what it leaves between both scales, each in parts of it:
+/// `energy` is that of the cycle of this iteration, `of_elements` that of its contact elements.
+fn at_update(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    at_rest: &AtRest,
+    energy: f64,
+    of_elements: f64,
+) -> Result<[f64; 2], RunError> {
+    let update: typed::ModelUpdate = reads.table()?;
+    let before = reads.maybe_before::<typed::FrettingCycle>()?;
+    if !update.updated {
+        let before = before.unwrap_or_default();
+        return Ok([before.update_jump, before.update_gap].map(|value| value.unwrap_or(0.0)));
+    }
+    let over = |value: f64, of: f64| if of > 0.0 { value / of - 1.0 } else { 0.0 };
+    let gap = over(energy, of_elements);
+    let Some(moved) = ElementMotion::before(reads)?.filter(|_| reads.recipe.wear.is_some()) else {
+        return Ok([0.0, gap]);
+    };
+    let compliance = tangential_compliance(&reads.table()?);
+    let load = at_rest.contact.load;
+    let predicted = match let_move(reads, solvers, load, Some(&moved), compliance) {
+        Ok(_) => {
+            let solved = solvers.work(reads, None, |joint| {
+                Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
+            })?;
+            solved.0.dissipation
+        }
+        // The motion before would open the joint as it is now.
+        Err(RunError::Cycle(_)) => return Ok([ALL, gap]),
+        Err(error) => return Err(error),
+    };
+    Ok([over(energy, predicted), gap])
 }
 
 /// Says so where the grid does not resolve what slips.

@@ -31,7 +31,8 @@ const TOTAL_FORCE: &str = "total_force [N]";
 pub struct Drift {
     /// In the iteration of the last update.
     pub at_update: CycleFigures,
-    /// In that of the ledger.
+    /// In that of the ledger, under the motion of the last update: where it has gone on to change, over that of the elements under the same
+    /// motion, times theirs at the update.
     pub now: CycleFigures,
 }
 
@@ -48,9 +49,10 @@ impl Drift {
                 energy: of(ENERGY)?,
             })
         };
+        let elements = figures(ledger.dynamic_at_update.as_ref()?)?;
         Some(Drift {
             at_update: figures(ledger.fine_at_update.as_ref()?)?,
-            now: figures(&ledger.fine)?,
+            now: figures(&ledger.fine)?.over(figures(&ledger.dynamic)?.over(elements)),
         })
     }
 }
@@ -113,24 +115,28 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let force_along = there(TableName::Cycle, &cycle.force_along, "force_along")?;
     // Both half ranges as one: exact along a line.
     let total = |x: &[f64], y: &[f64]| half_range(x).hypot(half_range(y));
+    let of_elements = |value: &Option<f64>, column: &str| -> Result<f64, RunError> {
+        Ok(*there(TableName::FrettingCycle, value, column)?)
+    };
+    let energy = of_elements(&of_cycle.elements_energy, "elements_energy")?;
     let rows = [
         ("normal_load [N]", load, mean(&joint.normal_load)),
         (
             FORCE,
             half_range(force_along),
-            half_range(&joint.force_along),
+            of_elements(&of_cycle.elements_force, "elements_force")?,
         ),
         (
             TOTAL_FORCE,
             total(&cycle.force_x, cycle.force_y.as_deref().unwrap_or_default()),
-            total(&joint.force_x, &joint.force_y),
+            of_elements(&of_cycle.elements_total_force, "elements_total_force")?,
         ),
         (
             "displacement_x [m]",
             half_range(&cycle.displacement_x),
-            half_range(&joint.displacement_x),
+            of_elements(&of_cycle.elements_displacement, "elements_displacement")?,
         ),
-        (ENERGY, of_cycle.dissipated_energy, response.friction_energy),
+        (ENERGY, of_cycle.dissipated_energy, energy),
         (
             // What friction takes is what the exciter supplies beyond what damping takes.
             "work_of_the_loads_less_damping [J]",
@@ -180,12 +186,15 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         }
     }
     let fine: Vec<f64> = rows.iter().map(|r| r.1).collect();
-    let at_update = before.and_then(|ledger| ledger.fine_at_update);
+    let dynamic: Vec<f64> = rows.iter().map(|r| r.2).collect();
+    let at_update = before.map(|ledger| (ledger.fine_at_update, ledger.dynamic_at_update));
+    let (fine_at_update, dynamic_at_update) = at_update.unwrap_or_default();
     outputs.put(&typed::Ledger {
         quantity: rows.iter().map(|r| r.0.to_owned()).collect(),
-        fine_at_update: has_laws.then(|| at_update.unwrap_or_else(|| fine.clone())),
+        fine_at_update: has_laws.then(|| fine_at_update.unwrap_or_else(|| fine.clone())),
+        dynamic_at_update: has_laws.then(|| dynamic_at_update.unwrap_or_else(|| dynamic.clone())),
         fine,
-        dynamic: rows.iter().map(|r| r.2).collect(),
+        dynamic,
     })?;
     Ok(outputs)
 }

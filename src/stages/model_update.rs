@@ -13,7 +13,7 @@ use crate::model_update::{Compliance, Criterion, CycleFigures, DueTo, UpdateStat
 use crate::recipe::{Contact, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
-use crate::wear::implicit::Step;
+use crate::wear::implicit::{MiddleCycle, Step};
 
 /// The contact elements in force: renewed where the update criterion says so, [A §2e, §4d(i)].
 pub const DECLARATION: Declaration = Declaration {
@@ -24,6 +24,7 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Surface,
         Part::Contact,
         Part::Elements,
+        Part::Wear,
     ],
     reads: &[
         TableName::Surface,
@@ -51,14 +52,15 @@ pub const DECLARATION: Declaration = Declaration {
 
 fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let contact: typed::StaticContact = reads.table()?;
-    let summary = reads.maybe_before::<typed::Summary>()?;
-    let volume_before = summary.and_then(|summary| summary.wear_volume);
+    let summary = reads.maybe_before::<typed::Summary>()?.unwrap_or_default();
+    let volume_before = summary.wear_volume;
     let step = reads.maybe::<typed::WearStep>()?.unwrap_or_default();
     let smooth = smooth(reads)?;
     let now = UpdateState {
         iteration: reads.wear_iteration,
         compliance: beyond(compliance_of(&contact)?, smooth),
         wear_volume: volume_before.unwrap_or(0.0) + step.volume,
+        running_in: running_in(reads, &summary),
         cycle: end_of(&step),
     };
     let drift = drift(reads)?;
@@ -94,18 +96,28 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             DueTo::Energy => "dissipated_energy",
             DueTo::Iterations => "iterations",
             DueTo::WearVolume => "wear_volume",
+            DueTo::VolumeGrowth => "volume_growth",
         },
+    };
+    let fine = match extrapolates(reads) {
+        true => Some(compliance_of(&contact)?.tangential),
+        false => None,
     };
     let (found, law_remainder) = parameters(reads, solvers, &contact, &reads.table()?)?;
     outputs.put(&typed::ModelUpdate {
         updated: true,
         reason: reason.to_owned(),
-        updates: before.map_or(0, |(row, _)| row.updates + 1),
+        updates: before.as_ref().map_or(0, |(row, _)| row.updates + 1),
         update_iteration: now.iteration as i64,
         compliance_normal: now.compliance.normal,
         compliance_tangential: now.compliance.tangential,
         wear_volume: now.wear_volume,
         law_remainder,
+        fine_compliance: fine,
+        previous_fine_compliance: before
+            .and_then(|(row, _)| row.fine_compliance)
+            .or(fine)
+            .filter(|_| extrapolates(reads)),
     })?;
     outputs.put(&element_table(&layout(reads), &found, None))?;
     if let Some(sliders) = slider_table(&found) {
@@ -135,14 +147,41 @@ fn reference_of(row: &typed::ModelUpdate, drift: Option<Drift>) -> UpdateState {
             tangential: row.compliance_tangential,
         },
         wear_volume: row.wear_volume,
+        running_in: 0.0,
         cycle: drift.map(|drift| drift.at_update),
     }
+}
+
+/// Part of the whole worn volume up to which a joint runs in: its contact then changes more within a step than between two updates by growth.
+const RUNNING_IN: f64 = 0.03;
+
+/// The worn volume up to which it runs in, of a run that wears on as in the iteration of this `summary` \[m³\].
+fn running_in(reads: &Reads, summary: &typed::Summary) -> f64 {
+    let end = reads.recipe.wear.as_ref().map_or(0.0, |wear| {
+        let left = wear.cycles.map_or(f64::INFINITY, |cycles| {
+            cycles.saturating_sub(summary.cycles.unwrap_or(0) as u64) as f64
+        });
+        let by_cycles =
+            summary.wear_volume.unwrap_or(0.0) + left * summary.wear_rate.unwrap_or(0.0);
+        by_cycles.min(wear.volume.unwrap_or(f64::INFINITY))
+    });
+    if end.is_finite() {
+        RUNNING_IN * end
+    } else {
+        0.0
+    }
+}
+
+/// Whether the motion goes on to change between updates.
+pub fn extrapolates(reads: &Reads) -> bool {
+    let elements = reads.recipe.elements();
+    elements.is_some_and(|elements| elements.update.extrapolates)
 }
 
 /// When the contact elements are due.
 fn criterion(reads: &Reads) -> Criterion {
     let elements = reads.recipe.elements();
-    elements.map_or(Criterion::Never, |elements| elements.update)
+    elements.map_or(Criterion::Never, |elements| elements.update.criterion)
 }
 
 /// Compliance of the springs of a joint of this compliance together.
@@ -153,15 +192,30 @@ fn beyond(total: Compliance, smooth: Option<Compliance>) -> Compliance {
     }
 }
 
+/// What the fine contact does in the middle of a step in parts of what elements do, `moved` as they are there, times what they do in the response.
+pub fn figures_of(
+    middle: &MiddleCycle,
+    moved: &dyn Fn(Option<f64>) -> CycleFigures,
+) -> CycleFigures {
+    let fine = CycleFigures {
+        force: middle.force,
+        energy: middle.dissipation,
+    };
+    fine.over(moved(middle.compliance))
+}
+
 /// The next update, seen from the beginning of a step that may pass it.
 pub struct NextUpdate {
     smooth: Option<Compliance>,
     criterion: Criterion,
     reference: UpdateState,
+    running_in: f64,
     /// The cycle at the beginning.
     cycle: Option<CycleFigures>,
     /// How far on its way the beginning of the step is.
     pub begin: f64,
+    /// Volume at which it is due for the growth of it \[m³\]; none where that does not count.
+    pub due_volume: Option<f64>,
 }
 
 impl NextUpdate {
@@ -180,9 +234,12 @@ impl NextUpdate {
             smooth: smooth(reads)?,
             criterion,
             reference: reference_of(&row, drift),
+            running_in: running_in(reads, &summary),
             cycle: drift.map(|drift| drift.now),
             begin: 0.0,
+            due_volume: None,
         };
+        next.due_volume = criterion.due_volume(&next.reference, next.running_in);
         let stiffness = |k: Option<f64>| k.unwrap_or(f64::INFINITY);
         let volume = summary.wear_volume.unwrap_or(0.0);
         let [kn, kt] = [summary.kn, summary.kt].map(stiffness);
@@ -195,28 +252,30 @@ impl NextUpdate {
             iteration: self.reference.iteration,
             compliance: beyond(Compliance::of(kn, kt), self.smooth),
             wear_volume,
+            running_in: self.running_in,
             cycle,
         };
         self.criterion.progress(&self.reference, &now)
     }
 
-    /// How far on its way a joint is after a step, with so much volume worn away in all: 1 where the update is due.
+    /// How far on its way a joint is after a step, with so much volume worn away in all: 1 where the update is due. `moved` says what elements do at a
+    /// compliance of the fine contact in parts of what they do in the response.
     pub fn reached(
         &self,
         joint: &mut FrettingJoint,
         contact: &Contact,
         step: &Step,
         wear_volume: f64,
+        moved: &dyn Fn(Option<f64>) -> CycleFigures,
     ) -> Result<f64, NumericsError> {
         let pressure = &step.contact.pressure;
         let (kn, kt) = match self.criterion {
-            Criterion::StiffnessChange(_) => {
+            Criterion::StiffnessChange { .. } => {
                 joint.stiffness(pressure, contact.shear, contact.coupling)?
             }
             _ => (f64::INFINITY, f64::INFINITY),
         };
-        let [energy, force] = step.middle;
-        let middle = CycleFigures { force, energy };
+        let middle = figures_of(&step.middle, moved);
         let cycle = self.cycle.map(|begin| begin.at_end(middle));
         Ok(self.at(kn, kt, wear_volume, cycle))
     }

@@ -13,6 +13,8 @@ pub struct Due {
     pub cycle_fields: bool,
     /// What the end of the run alone has.
     pub end: bool,
+    /// What the iteration that passes the middle of the run has.
+    pub middle: bool,
 }
 
 /// Where an iteration stands in its run.
@@ -55,6 +57,9 @@ impl Moment {
         let wear = recipe.wear.as_ref();
         let is_last = wear.is_none_or(|wear| wear.is_reached(cycles, volume));
         let is_due = |every: u64| every > 0 && (is_last || wear_iteration.is_multiple_of(every));
+        let part = |cycles, volume| wear.map_or(0.0, |wear| wear.part(cycles, volume));
+        let begin = part(cycles_before.unwrap_or(0), volume_before.unwrap_or(0.0));
+        let passes_middle = begin < 0.5 && part(cycles, volume) >= 0.5;
         let output = &recipe.output;
         let fields_every = output
             .cycle_fields
@@ -72,6 +77,7 @@ impl Moment {
                 curves: is_due(output.curves_every),
                 cycle_fields: is_due(fields_every),
                 end: is_last,
+                middle: cycles_before.is_some() && !is_last && passes_middle,
             },
             response_due: is_last || cycles_before.is_none_or(passes),
         })

@@ -20,9 +20,11 @@ pub struct Reads<'a> {
     pub curves_due: bool,
     /// Whether the run ends with this iteration.
     pub ends: bool,
+    /// Whether it passes the middle of the run.
+    pub is_middle: bool,
     declared: Declared,
     inputs: &'a Inputs,
-    tables: [&'a Tables; 2],
+    tables: Vec<&'a Tables>,
     before: &'a Tables,
 }
 
@@ -81,10 +83,20 @@ impl<'a> Reads<'a> {
             wear_iteration,
             curves_due: due.curves && declared.recipe.contains(&Part::Curves),
             ends: due.end && declared.recipe.contains(&Part::End),
+            is_middle: due.middle && declared.recipe.contains(&Part::End),
             declared,
             inputs,
-            tables,
+            tables: tables.to_vec(),
             before,
+        }
+    }
+
+    /// The same of another recipe, with `tables` in place of its own.
+    pub fn with<'b>(&'b self, recipe: &Recipe, tables: &'b Tables) -> Reads<'b> {
+        Reads {
+            recipe: recipe.clone(),
+            tables: [&[tables], &self.tables[..]].concat(),
+            ..*self
         }
     }
 

@@ -272,7 +272,10 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
     } = inputs.recipe.output.keep
     {
         let mut also = BTreeSet::new();
-        let criterion = inputs.recipe.elements().map(|elements| elements.update);
+        let criterion = inputs
+            .recipe
+            .elements()
+            .map(|elements| elements.update.criterion);
         if updates && criterion.is_some_and(|criterion| criterion != Criterion::Never) {
             for wear_iteration in store.reader().iterations() {
                 if store.typed::<typed::ModelUpdate>(wear_iteration)?.updated {

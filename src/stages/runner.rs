@@ -111,6 +111,7 @@ impl<'a> Runner<'a> {
         }
         if stage.recipe.contains(&Part::End) {
             parameters.insert(Part::End.name().to_owned(), due.end.into());
+            parameters.insert("is_middle".to_owned(), due.middle.into());
         }
         let reads_fields = stage.recipe.contains(&Part::CycleFields);
         let fields = recipe.output.cycle_fields.as_ref();

@@ -33,7 +33,7 @@ pub struct PartCost {
 
 /// The solvers of a run.
 pub struct Solvers {
-    threads: usize,
+    threads: Threads,
     joint: Option<FrettingJoint>,
     elements: Option<Rc<ContactElements>>,
     vibration: Option<Rc<Vibration>>,
@@ -53,7 +53,7 @@ impl Solvers {
     /// gauge, for who watches.
     pub fn new(threads: usize, gauge: Gauge) -> Solvers {
         Solvers {
-            threads,
+            threads: Threads::new(threads),
             joint: None,
             elements: None,
             vibration: None,
@@ -65,6 +65,11 @@ impl Solvers {
         }
     }
 
+    /// Threads that share work.
+    pub fn threads(&self) -> &Threads {
+        &self.threads
+    }
+
     /// Begins a stage: the joint rests, and nothing has cost anything.
     pub fn begin(&mut self) {
         self.costs.clear();
@@ -72,6 +77,7 @@ impl Solvers {
         if let Some(joint) = &mut self.joint {
             joint.half_space.take_pairs();
             joint.motion = Motion::none(0.0);
+            joint.course = None;
             joint.march = March::Reversal;
             joint.options.extrapolate = false;
         }
@@ -112,7 +118,7 @@ impl Solvers {
             };
             let (patch, height) = patch_and_height(reads)?;
             let mut joint = contact.joint(patch, height, elements.as_deref())?;
-            joint.half_space.set_threads(self.threads);
+            joint.half_space.set_threads(self.threads.count());
             joint.half_space.set_gauge(self.gauge.clone());
             self.joint = Some(joint);
         }
@@ -213,7 +219,7 @@ impl Solvers {
                 structure.vibration(response, has_contact, reduced.as_ref(), &unworn)?;
             vibration.gauge = self.gauge.clone();
             vibration.journal = self.journal.clone();
-            vibration.threads = Threads::new(self.threads);
+            vibration.threads = self.threads.clone();
             self.vibration = Some(Rc::new(vibration));
         }
         Ok(self.vibration.clone().expect("it was built"))

@@ -34,12 +34,14 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ContactElement,
         TableName::DynamicResponse,
         TableName::Frf,
+        TableName::WornResponse,
     ],
     before: &[
         TableName::Summary,
         TableName::ContactField,
         TableName::ModelUpdate,
         TableName::DynamicResponse,
+        TableName::FrettingCycle,
     ],
     writes: &[TableName::Summary],
     is_due: |_| true,
@@ -182,6 +184,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     summary.dissipated_energy_total = Some(energy);
     let coarse = reads.maybe::<typed::CoarseStep>()?;
     summary.fft_pairs += coarse.as_ref().map_or(0.0, |coarse| coarse.fft_pairs);
+    let worn = reads.maybe::<typed::WornResponse>()?;
     let cells = Cells {
         loaded: count(LOADED * largest),
         touching: count(0.0),
@@ -192,6 +195,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         step: &step,
         in_force: in_force.as_ref(),
         cycle: &cycle,
+        worn: worn.as_ref(),
         coarse: coarse.as_ref(),
         cells,
         dissipation: fields.dissipation.as_deref().unwrap_or_default(),

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use super::RunError;
 use super::reads::{Outputs, Reads};
 use crate::dynamics::cycle::JointCycle;
-use crate::dynamics::{ContactElement, Resolved, Resonance, ResonanceKind, Vibration};
+use crate::dynamics::{ContactElement, Extension, Resolved, Resonance, ResonanceKind, Vibration};
 use crate::tables::typed;
 
 /// The harmonic of the drive that friction has most of beside the first.
@@ -49,6 +49,27 @@ pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Res
             left.join(", and ")
         ));
     }
+}
+
+/// Says what each extension of the harmonics has left of an error, and what it took, where there were several.
+pub fn tell_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
+    if extensions.len() < 2 {
+        return;
+    }
+    let steps = extensions.iter().map(|of| {
+        format!(
+            "up to {} ({} Newton iterations of {} unknowns): {:.2} %",
+            of.highest,
+            of.iterations,
+            of.unknowns,
+            100.0 * of.error
+        )
+    });
+    let steps: Vec<String> = steps.collect();
+    outputs.notice(format!(
+        "harmonics were extended, and leave of amplitude or dissipation {}",
+        steps.join(", ")
+    ));
 }
 
 /// Says so, once, where the reduced structure may be off at the harmonics that friction has most of.

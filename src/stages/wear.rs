@@ -1,11 +1,12 @@
 //! The wear step from one committed iteration to the next.
 
 use super::RunError;
-use super::contact_state::{ElementMotion, Fields, contact_of, let_move, there, worn_state};
+use super::computed_motion::{ElementMotion, let_move};
+use super::contact_state::{Fields, contact_of, tangential_compliance, there, worn_state};
 use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
 use super::ledger::Drift;
-use super::model_update::NextUpdate;
+use super::model_update::{NextUpdate, figures_of};
 use super::reads::{Outputs, Reads};
 use super::reduced;
 use super::solvers::{Solvers, patch_and_height};
@@ -25,6 +26,9 @@ const LONGEST_PROPOSAL: f64 = 1e18;
 /// A step shorter than what is left of the volume by this factor does not pass the volume asked for, since the rate of
 /// wear may still grow in running-in.
 const VOLUME_MARGIN: f64 = 0.98;
+
+/// A step up to an update by the growth of the volume is longer by this than its rate says, which falls by a little in it.
+const GROWTH_MARGIN: f64 = 1.08;
 
 /// No wear yet.
 pub const UNWORN: Declaration = Declaration {
@@ -67,6 +71,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::ContactElement,
         TableName::ContactSlider,
         TableName::Response,
+        TableName::DynamicResponse,
         TableName::Ledger,
     ],
     writes: &[
@@ -135,7 +140,14 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let before = PreviousState::of(reads, &patch)?;
     let of_contact: typed::StaticContact = reads.before()?;
     let moved = ElementMotion::before(reads)?;
-    let_move(reads, solvers, of_contact.normal_load, moved.as_ref())?;
+    let compliance = tangential_compliance(&of_contact);
+    let load = of_contact.normal_load;
+    let computed = let_move(reads, solvers, load, moved.as_ref(), compliance)?.computed;
+    let moved = |compliance: Option<f64>| {
+        let computed = computed.as_ref();
+        let figures = computed.and_then(|computed| computed.figures_at(compliance).ok());
+        figures.map_or(CycleFigures::SAME, |figures| figures.cycle)
+    };
     solvers.pressed_joint(reads, of_contact.preload.unwrap_or(0.0))?;
     let volume_left = wear
         .volume
@@ -157,17 +169,24 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         remaining,
     };
     let next_update = NextUpdate::of(reads)?;
+    let due_volume = next_update.as_ref().and_then(|next| next.due_volume);
+    let until_growth = due_volume.map_or(f64::INFINITY, |due| {
+        ((due - before.volume).max(0.0) / rate * GROWTH_MARGIN)
+            .ceil()
+            .max(1.0)
+    });
     let state = &before.state;
     // An implicit step ends where the contact elements fall due.
     let implicit = |joint: &mut FrettingJoint| -> Result<Step, NumericsError> {
         let first = || implicit::first_proposal(joint, state, law);
-        let proposal = before.proposal.unwrap_or_else(first).min(until_volume);
+        let proposal = before.proposal.unwrap_or_else(first);
+        let proposal = proposal.min(until_volume).min(until_growth);
         let Some(next) = &next_update else {
             return Ok(implicit::advance(joint, state, law, proposal, limits)?);
         };
         let reached = |joint: &mut FrettingJoint, step: &Step| {
             let volume = joint.volume(&step.wear);
-            next.reached(joint, contact, step, volume)
+            next.reached(joint, contact, step, volume, &moved)
         };
         let landing = Landing::new(next.begin, wear.tolerance);
         landing.advance(joint, state, law, proposal, limits, reached)
@@ -186,14 +205,19 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let drift = reads.maybe_before::<typed::Ledger>()?;
     let drift = drift.as_ref().and_then(Drift::of);
     let end = drift.map(|Drift { now, .. }| match step.middle {
-        Some([energy, force]) => now.at_end(CycleFigures { force, energy }),
+        Some(middle) => now.at_end(figures_of(&middle, &moved)),
         None => now,
     });
     let row = typed::WearStep {
         n_cycles: step.cycles as i64,
         volume: joint.volume(&step.wear) - joint.volume(&state.wear),
         error: step.error,
-        next_n_cycles: step.proposal.min(LONGEST_PROPOSAL),
+        // A step that was cut for an update says nothing of the next one.
+        next_n_cycles: match before.proposal {
+            Some(proposal) if until_growth < proposal => step.proposal.max(proposal),
+            _ => step.proposal,
+        }
+        .min(LONGEST_PROPOSAL),
         rejected: step.rejected as i64,
         fft_pairs,
         end_energy: end.map(|end| end.energy),

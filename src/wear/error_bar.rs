@@ -18,8 +18,10 @@ use super::WearLaw;
 /// Error of a worn volume, by source \[m³\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VolumeError {
-    /// Wear steps and contact solves, each by itself.
+    /// Wear steps, each by itself.
     pub steps: f64,
+    /// Cycles: their solves, samples and ends.
+    pub cycles: f64,
     /// What wear has made of them, beyond that.
     pub propagation: f64,
     /// Harmonics left out of the vibration.
@@ -29,9 +31,14 @@ pub struct VolumeError {
 }
 
 impl VolumeError {
+    /// By the contact alone: wear steps and cycles.
+    pub fn of_contact(self) -> f64 {
+        self.steps + self.cycles
+    }
+
     /// Errors need not cancel.
     pub fn total(self) -> f64 {
-        self.steps + self.propagation + self.harmonics + self.closure
+        self.of_contact() + self.propagation + self.harmonics + self.closure
     }
 }
 
@@ -41,6 +48,7 @@ impl Add for VolumeError {
     fn add(self, other: VolumeError) -> VolumeError {
         VolumeError {
             steps: self.steps + other.steps,
+            cycles: self.cycles + other.cycles,
             propagation: self.propagation + other.propagation,
             harmonics: self.harmonics + other.harmonics,
             closure: self.closure + other.closure,
@@ -62,14 +70,13 @@ pub const LEAST: f64 = 0.125;
 /// Part of the volume's relative error that the energy of a cycle has at least: its errors are nearly as large where the force is given.
 pub const LEAST_OF_ENERGY: f64 = 0.4;
 
-/// Error of the volume worn in a step of `volume` \[m³\], the step's own estimate being `estimate` \[m³\] and `cycle` the relative
-/// error of the energy that its cycle dissipates; with a coarse trajectory beside it or without.
-pub fn of_step(estimate: f64, volume: f64, cycle: f64, beside_coarse: bool) -> f64 {
+/// Error of the volume worn in a step, its own estimate being `estimate`, with a coarse trajectory beside it or without \[m³\].
+pub fn of_step(estimate: f64, beside_coarse: bool) -> f64 {
     let safety = match beside_coarse {
         true => SAFETY_BESIDE_COARSE,
         false => SAFETY,
     };
-    safety * estimate + cycle * volume
+    safety * estimate
 }
 
 /// Relative error of a figure that changed from `before` to `after` while `volume` was worn, under an `error` of the volume worn in
@@ -78,11 +85,11 @@ pub fn of_figure([before, after]: [f64; 2], error: VolumeError, volume: f64, all
     if volume <= 0.0 || all <= 0.0 {
         return 0.0;
     }
-    let least = LEAST * error.steps / all;
+    let least = LEAST * error.of_contact() / all;
     let change = ((after - before) / after).abs();
     if change.is_finite() {
         let by_vibration = change * (error.harmonics + error.closure) / volume;
-        least.max(change * error.steps / volume) + by_vibration
+        least.max(change * error.of_contact() / volume) + by_vibration
     } else {
         least
     }

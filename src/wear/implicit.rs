@@ -15,6 +15,8 @@
 //! slip *and* of pressure, and is of third order as the step's own error is. Where cycles are stepped a few cells may decide whether the joint
 //! slides, so that a step is held against Simpson's rule over the energies of three cycles too, that of its end among them, which is the
 //! cycle of the next state and costs nothing more.
+//!
+//! Where the motion changes as the joint wears, each of these cycles has that of its own contact.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -77,8 +79,8 @@ pub struct Step {
     pub contact: NormalSolution,
     /// Shear at t = 0 in its middle, to start the next cycle from \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
-    /// Energy dissipated in the cycle of its middle \[J\], and the half range of the force along the motion \[N\] there.
-    pub middle: [f64; 2],
+    /// The cycle of its middle.
+    pub middle: MiddleCycle,
     /// Estimated error of the worn volume in this step (L1 of the wear field) \[m³\].
     pub error: f64,
     /// Cycles that the error would allow to the next step.
@@ -87,6 +89,17 @@ pub struct Step {
     pub rejected: usize,
     /// The cycle at its end, where cycles are stepped.
     pub end: Option<EndCycle>,
+}
+
+/// The steady cycle in the middle of a step, in few numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MiddleCycle {
+    /// Energy dissipated \[J\].
+    pub dissipation: f64,
+    /// Half range of the force along the motion \[N\].
+    pub force: f64,
+    /// Tangential compliance of the contact there \[m/N\]; none where the motion stays.
+    pub compliance: Option<f64>,
 }
 
 /// The steady cycle at the end of a step, with all that it hangs on: who asks for it there need not march it again.
@@ -134,6 +147,7 @@ pub fn advance(
     limits: Limits,
 ) -> Result<Step, WearError> {
     check_cycle(proposal)?;
+    joint.follow_from_begin();
     let begin = begin(joint, state)?;
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let by_depth = limits.depth_step.map_or(f64::INFINITY, |d| d / deepest);
@@ -206,6 +220,7 @@ pub(super) fn attempt(
         rate: begin,
         pressure,
     } = begin;
+    joint.follow_from_begin();
     let load = joint.motion.largest_load();
     let reach = law.over(cycles);
     let add = |wear: &[f64], parts: &[(f64, &[f64])]| -> Vec<f64> {
@@ -230,19 +245,20 @@ pub(super) fn attempt(
     };
 
     let base = add(&state.wear, &[(0.5 * reach, &begin.rest)]);
-    let compliance = scaled(0.5 * reach, &begin.proportion);
-    let half = joint.contact_to(looser, &base, &compliance, load, pressure)?;
+    let of_wear = scaled(0.5 * reach, &begin.proportion);
+    let half = joint.contact_to(looser, &base, &of_wear, load, pressure)?;
     let half_wear = add(&base, &[(0.5 * reach, &worn(begin, &half.pressure))]);
     let shear = Some(&state.cycle.shear);
-    let cycle = if joint.motion.constant_load() {
-        joint.cycle(&half_wear, &half, shear)?
-    } else {
-        let at_rest = joint.static_contact(&half_wear, Some(&half.pressure))?;
-        joint.cycle(&half_wear, &at_rest, shear)?
+    let at_rest = match joint.motion.constant_load() {
+        true => None,
+        false => Some(joint.static_contact(&half_wear, Some(&half.pressure))?),
     };
+    let at_rest = at_rest.as_ref().unwrap_or(&half);
+    let compliance = joint.follow(&at_rest.pressure)?;
+    let cycle = joint.cycle(&half_wear, at_rest, shear)?;
     let middle = split(joint, &half.pressure, &cycle.slip_path, &cycle.energy);
 
-    let compliance = scaled(GAMMA * reach, &middle.proportion);
+    let of_wear = scaled(GAMMA * reach, &middle.proportion);
     let base = add(&state.wear, &[(GAMMA * reach, &middle.rest)]);
     // On the line through the pressures of the beginning and the middle, at a part of the step.
     let on_line = |part: f64| -> Vec<f64> {
@@ -251,13 +267,13 @@ pub(super) fn attempt(
             .map(|(begin, half)| (begin + 2.0 * part * (half - begin)).max(0.0))
             .collect()
     };
-    let first = joint.contact_to(looser, &base, &compliance, load, &on_line(GAMMA))?;
+    let first = joint.contact_to(looser, &base, &of_wear, load, &on_line(GAMMA))?;
     let first_worn = worn(&middle, &first.pressure);
     let base = add(
         &state.wear,
         &[((1.0 - GAMMA) * reach, &first_worn), (reach, &middle.rest)],
     );
-    let second = joint.contact(&base, Some(&compliance), load, Some(&on_line(1.0)))?;
+    let second = joint.contact(&base, Some(&of_wear), load, Some(&on_line(1.0)))?;
     let second_worn = worn(&middle, &second.pressure);
     let wear = add(&base, &[(GAMMA * reach, &second_worn)]);
 
@@ -275,7 +291,11 @@ pub(super) fn attempt(
         cycles,
         wear,
         contact: second,
-        middle: [cycle.dissipation, cycle.force_along()],
+        middle: MiddleCycle {
+            dissipation: cycle.dissipation,
+            force: cycle.force_along(),
+            compliance,
+        },
         shear: cycle.shear,
         error,
         proposal: 0.0,
@@ -287,6 +307,7 @@ pub(super) fn attempt(
 /// The cycle at the end of a step.
 fn end_cycle(joint: &mut FrettingJoint, step: &Step) -> Result<EndCycle, WearError> {
     let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure))?;
+    joint.follow(&contact.pressure)?;
     let before = joint.half_space.take_pairs();
     let cycle = joint.cycle(&step.wear, &contact, Some(&step.shear))?;
     let fft_pairs = joint.half_space.take_pairs();
@@ -313,7 +334,7 @@ fn in_retrospect(
 ) -> f64 {
     let energies = [
         begin.cycle.dissipation,
-        step.middle[0],
+        step.middle.dissipation,
         end.cycle.dissipation,
     ];
     let [first, middle, last] = energies;

@@ -1,5 +1,7 @@
 //! A rough joint that frets: what the wear steps ask for contact and cycle.
 
+use std::rc::Rc;
+
 use super::cycle::{CycleSolution, March};
 use super::motion::Motion;
 use super::pressing::Pressing;
@@ -7,7 +9,7 @@ use crate::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
 };
 use crate::contact::tangential::TangentialOptions;
-use crate::contact::{ContactError, HalfSpace};
+use crate::contact::{ContactError, Coupling, HalfSpace, Shear};
 use crate::grid::Patch;
 
 /// What can go wrong in a fretting cycle or a wear step.
@@ -98,6 +100,19 @@ impl FrettingOptions {
     }
 }
 
+/// A motion that changes as the joint wears: by the tangential compliance of the fine contact \[m/N\].
+#[derive(Clone)]
+pub struct Course {
+    /// The motion at a compliance.
+    pub motion: Rc<dyn Fn(f64) -> Motion>,
+    /// The compliance at the beginning of a step.
+    pub begin: f64,
+    /// How the compliance is found.
+    pub shear: Shear,
+    /// Whether normal and tangential displacements are coupled in it.
+    pub coupling: Coupling,
+}
+
 /// A joint, its unworn surface and its motion.
 pub struct FrettingJoint {
     /// The two half spaces.
@@ -116,6 +131,8 @@ pub struct FrettingJoint {
     pub friction_coefficient: f64,
     /// The motion.
     pub motion: Motion,
+    /// What the motion goes on to as the joint wears; none: it stays as it is.
+    pub course: Option<Course>,
     /// How a cycle is marched.
     pub march: March,
     /// Tolerances.
@@ -206,6 +223,24 @@ impl FrettingJoint {
         start: Option<&[f64]>,
     ) -> Result<NormalSolution, WearError> {
         self.contact(wear, None, self.motion.mean_load, start)
+    }
+
+    /// Moves as at the beginning of a step.
+    pub(super) fn follow_from_begin(&mut self) {
+        if let Some(course) = &self.course {
+            self.motion = (course.motion)(course.begin);
+        }
+    }
+
+    /// Moves as the joint does under these pressures, and says its tangential compliance \[m/N\]; none where its motion stays.
+    pub(super) fn follow(&mut self, pressure: &[f64]) -> Result<Option<f64>, WearError> {
+        let Some(course) = self.course.clone() else {
+            return Ok(None);
+        };
+        let (_, kt) = self.stiffness(pressure, course.shear, course.coupling)?;
+        let compliance = kt.recip();
+        self.motion = (course.motion)(compliance);
+        Ok(Some(compliance))
     }
 
     /// Worn volume of a wear field \[m³\].

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::implicit::{EndCycle, Limits, Step, first_proposal};
+use super::implicit::{EndCycle, Limits, MiddleCycle, Step, first_proposal};
 use super::joint::{FrettingJoint, WearError, WornState};
 use super::{WearLaw, explicit, semi_implicit};
 use crate::grid::ByAxis;
@@ -38,8 +38,8 @@ pub struct StepOutcome {
     pub pressure: Vec<f64>,
     /// Shear \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
-    /// Energy \[J\] and force \[N\] of the cycle in its middle; none of a scheme that keeps the cycle of its beginning.
-    pub middle: Option<[f64; 2]>,
+    /// The cycle in its middle; none of a scheme that keeps the cycle of its beginning.
+    pub middle: Option<MiddleCycle>,
     /// The cycle at its end, if that was marched.
     pub end: Option<EndCycle>,
 }

@@ -152,9 +152,14 @@ fn repeated_draws_are_no_more_samples() {
             tolerance["share"].as_f64().expect("a number") < 0.5,
             "{tolerance}"
         );
-        // Of one value there is nothing to tell.
+        // Of one value there is nothing to tell; of several equal figures their mean may be off by rounding.
         let expected = (rows == "12-35").then_some(0.0);
-        assert_eq!(inert["share"].as_f64(), expected, "{inert}");
+        let share = inert["share"].as_f64();
+        assert_eq!(
+            share.map(|share| (share * 1e20).round()),
+            expected,
+            "{inert}"
+        );
     }
 }
 

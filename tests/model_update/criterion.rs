@@ -2,11 +2,19 @@ use fretwear::model_update::{
     Compliance, Criterion, CycleFigures, DueTo, ModelUpdateError, UpdateState,
 };
 
+fn of_stiffness(change: f64) -> Criterion {
+    Criterion::StiffnessChange {
+        change,
+        volume_growth: None,
+    }
+}
+
 fn state(iteration: u64, kn: f64, kt: f64, wear_volume: f64) -> UpdateState {
     UpdateState {
         iteration,
         compliance: Compliance::of(kn, kt),
         wear_volume,
+        running_in: 0.0,
         cycle: None,
     }
 }
@@ -16,7 +24,7 @@ fn what_makes_an_update_due() {
     const RIGID: f64 = f64::INFINITY;
     // The last update: iteration 7, kn 4e9 and kt 3e9 N/m, 2e-12 m³.
     let reference = state(7, 4e9, 3e9, 2e-12);
-    let change = Criterion::StiffnessChange;
+    let change = of_stiffness;
     let cases = [
         (Criterion::Never, state(999, RIGID, RIGID, 1.0), None),
         (change(0.1), state(8, 4.39e9, 3.29e9, 1.0), None),
@@ -86,7 +94,7 @@ fn what_makes_an_update_due() {
 
 #[test]
 fn a_rigid_joint_that_stays_rigid_has_not_changed() {
-    let criterion = Criterion::StiffnessChange(0.05);
+    let criterion = of_stiffness(0.05);
     let rigid = state(0, f64::INFINITY, f64::INFINITY, 0.0);
     assert!(!criterion.is_due(&rigid, &rigid));
     assert!(criterion.is_due(&rigid, &state(1, 4e9, f64::INFINITY, 0.0)));
@@ -99,18 +107,15 @@ fn a_rigid_joint_that_stays_rigid_has_not_changed() {
 fn limits_that_are_none_are_refused() {
     for right in [
         Criterion::Never,
-        Criterion::StiffnessChange(0.05),
+        of_stiffness(0.05),
         Criterion::Iterations(1),
         Criterion::WearVolume(1e-15),
     ] {
         assert_eq!(right.check(), Ok(()));
     }
     for (wrong, key) in [
-        (Criterion::StiffnessChange(0.0), "update.stiffness_change"),
-        (
-            Criterion::StiffnessChange(f64::NAN),
-            "update.stiffness_change",
-        ),
+        (of_stiffness(0.0), "update.stiffness_change"),
+        (of_stiffness(f64::NAN), "update.stiffness_change"),
         (Criterion::Iterations(0), "update.iterations"),
         (Criterion::WearVolume(-1e-12), "update.wear_volume"),
     ] {
@@ -129,7 +134,7 @@ fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
         cycle: Some(CycleFigures { force, energy }),
         ..state(0, 2.0, 1.0, 0.0)
     };
-    let criterion = Criterion::StiffnessChange(0.1);
+    let criterion = of_stiffness(0.1);
     let before = with(100.0, 0.2);
     for (now, to) in [
         (with(89.0, 0.21), Some(DueTo::Force)),
@@ -152,4 +157,55 @@ fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
     };
     let [begin, end] = [before.cycle, with(90.0, 0.2).cycle];
     assert_eq!(begin.map(|begin| begin.at_end(middle)), end);
+}
+
+/// The growth counts from the last update, or from where the joint has run in; a little more of it is as good.
+#[test]
+fn a_grown_volume_makes_an_update_due() {
+    let criterion = Criterion::StiffnessChange {
+        change: 0.1,
+        volume_growth: Some(0.5),
+    };
+    let reference = state(3, 4e9, 3e9, 2e-12);
+    let grown = |wear_volume, running_in| UpdateState {
+        running_in,
+        ..state(9, 4e9, 3e9, wear_volume)
+    };
+    assert!(!criterion.is_due(&reference, &grown(2.99e-12, 0.0)));
+    let due = criterion
+        .due(&reference, &grown(3.2e-12, 0.0))
+        .expect("due");
+    assert_eq!((due.to, due.limit), (DueTo::VolumeGrowth, 0.5));
+    assert!((due.value - 0.6).abs() < 1e-12, "{due:?}");
+    // Up to 5e-12 m3 it runs in: from there to 7.5e-12.
+    assert!(!criterion.is_due(&reference, &grown(7.4e-12, 5e-12)));
+    assert!(criterion.is_due(&reference, &grown(7.6e-12, 5e-12)));
+    assert_eq!(criterion.due_volume(&reference, 5e-12), Some(7.5e-12));
+    assert_eq!(of_stiffness(0.1).due_volume(&reference, 0.0), None);
+    // Another quantity that has gone further on its way is the reason.
+    let stiffer = UpdateState {
+        wear_volume: 3.2e-12,
+        ..state(9, 4.8e9, 3e9, 0.0)
+    };
+    assert_eq!(
+        criterion.due(&reference, &stiffer).map(|due| due.to),
+        Some(DueTo::Kn)
+    );
+    assert_eq!(criterion.progress(&reference, &grown(3.05e-12, 0.0)), 1.0);
+    assert!(criterion.progress(&reference, &grown(3.5e-12, 0.0)) > 1.2);
+    let wrong = Criterion::StiffnessChange {
+        change: 0.1,
+        volume_growth: Some(0.0),
+    };
+    let found = wrong.check();
+    assert!(
+        matches!(
+            found,
+            Err(ModelUpdateError::OutOfRange {
+                name: "update.volume_growth",
+                ..
+            })
+        ),
+        "{found:?}"
+    );
 }

@@ -8,6 +8,7 @@ mod motion_energy;
 mod parameters;
 mod sliders;
 mod stiffness;
+mod trend;
 
 use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::Grid;

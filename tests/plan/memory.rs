@@ -87,7 +87,19 @@ fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
             .collect()
     };
     let planned = planned(&bench.path(scene), sets, cost);
-    let measured = measured(bench, &with(&["run", scene, "--json", "--run", "run"]));
+    let measured = measured(
+        bench,
+        &with(&[
+            "run",
+            scene,
+            "--json",
+            "--run",
+            "run",
+            // Each thread has memory of its own at hand, of which it may use little.
+            "--threads",
+            "1",
+        ]),
+    );
     fs::remove_dir_all(bench.path("run")).expect("removed");
     assert!(
         (planned / measured - 1.0).abs() < OFF,

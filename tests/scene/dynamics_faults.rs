@@ -284,7 +284,7 @@ iterations = 5",
     (
         "stiffness_change = 0.10",
         "change = 0.1",
-        "case.toml, line 25: update.change = 0.1: there is no such key; known here: stiffness_change, iterations, wear_volume",
+        "case.toml, line 25: update.change = 0.1: there is no such key; known here: stiffness_change, volume_growth, extrapolate, iterations, wear_volume",
     ),
     (
         r#"[wear]

@@ -245,7 +245,10 @@ type OfScene = fn(&Scene) -> bool;
 
 /// Keys that are not what the preset says in scenes of a kind: an oscillator has more samples, a joint that vibrates longer wear steps, and a history
 /// more steps a cycle.
-const OTHER_THAN_THE_PRESET: [(&str, OfScene); 3] = [
+const OTHER_THAN_THE_PRESET: [(&str, OfScene); 4] = [
+    ("fidelity.harmonic_tolerance", |scene| {
+        scene.recipe.wear.is_some()
+    }),
     ("fidelity.aft_samples", |scene| scene.joint.is_none()),
     ("fidelity.wear_tolerance", |scene| {
         scene.recipe.response.is_some()

@@ -7,7 +7,7 @@ use std::path::Path;
 use fretwear::recipe::ElementStiffness;
 use fretwear::scene::{
     Contact, Motion, PressedBy, Resonator, Scene, Stiffness, Structure, Surface, Transverse,
-    Update, Wear, load,
+    Update, Updates, Wear, load,
 };
 
 use super::Sections;
@@ -109,7 +109,14 @@ fn the_published_case() {
     assert_eq!(dynamics.harmonics, [0, 1, 2, 3]);
     let structure = scene.recipe.structure.as_ref().expect("a structure");
     assert_eq!(structure.modes, 30);
-    assert_eq!(scene.update, Update::StiffnessChange(0.1));
+    let updates = Updates {
+        criterion: Update::StiffnessChange {
+            change: 0.1,
+            volume_growth: Some(0.35),
+        },
+        extrapolates: true,
+    };
+    assert_eq!(scene.update, updates);
 }
 
 #[test]
@@ -121,7 +128,14 @@ fn variants_differ_in_what_they_say() {
         ("lap_joint_plastic.toml", &["contact.pressure_cap"]),
         ("lap_joint_update05.toml", &["update.stiffness_change"]),
         ("lap_joint_update20.toml", &["update.stiffness_change"]),
-        ("lap_joint_no_update.toml", &["update.stiffness_change"]),
+        (
+            "lap_joint_no_update.toml",
+            &[
+                "update.extrapolate",
+                "update.stiffness_change",
+                "update.volume_growth",
+            ],
+        ),
         ("lap_joint.toml", &[]),
     ];
     let case = shipped("lap_joint.toml").canonical();
@@ -142,7 +156,10 @@ fn variants_differ_in_what_they_say() {
     ]
     .map(rq);
     assert_eq!(found, [0.5e-6, 1e-6, 10e-6]);
-    assert_eq!(shipped("lap_joint_no_update.toml").update, Update::Never);
+    assert_eq!(
+        shipped("lap_joint_no_update.toml").update.criterion,
+        Update::Never
+    );
     let plastic = shipped("lap_joint_plastic.toml");
     assert_eq!(plastic.the_conditions().pressure_cap, Some(6e8));
 }

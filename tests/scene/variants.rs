@@ -161,7 +161,7 @@ fn knobs_are_those_of_the_scene() {
     assert_eq!(of(&grown, "harmonics"), [""; 0]);
     assert_eq!(
         of(&grown, "harmonic_tolerance"),
-        ["5e-2", "1.5e-2", "1.5e-3"]
+        ["1.5e-1", "4.5e-2", "4.5e-3"]
     );
     let oscillator = variants_of(&pipeline("oscillator.toml"), &[], &["harmonics", "preset"]);
     assert_eq!(of(&oscillator, "harmonics")[1], "[0, 1, 3]");

@@ -6,7 +6,7 @@ use fretwear::json::differences;
 use fretwear::recipe::{ElementStiffness, Reasons, Response};
 use fretwear::scene::{
     Base, BaseMotion, DampingBasis, Distribution, Force, FrictionLaw, Port, Rayleigh, Resonator,
-    Scene, Stiffness, Structure, Update,
+    Scene, Stiffness, Structure, Update, Updates,
 };
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with, message_of, scene_of};
@@ -95,7 +95,8 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         base: None,
         at: port("far_wall", 0),
         harmonics: vec![0, 1, 2, 3],
-        harmonic_tolerance: Some(0.005),
+        harmonic_tolerance: Some(0.015),
+        harmonic_correction: true,
         samples: 64,
         damping_ratio: 0.002,
         loss_factor: 0.0,
@@ -111,7 +112,14 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
         (modes(&scene), scene.friction_law),
         (Some(30), FrictionLaw::Cone)
     );
-    assert_eq!(scene.update, Update::StiffnessChange(0.1));
+    let updates = Updates {
+        criterion: Update::StiffnessChange {
+            change: 0.1,
+            volume_growth: Some(0.35),
+        },
+        extrapolates: true,
+    };
+    assert_eq!(scene.update, updates);
     assert_eq!(scene.recipe.output.response_at, [0_u64; 0]);
     assert!(scene.motion.is_none() && scene.recipe.wear.is_some());
 }
@@ -561,13 +569,25 @@ fn what_else_a_response_may_be() {
 
 #[test]
 fn updates_and_their_alternatives() {
-    let update = |sets: &[&str]| scene_of(ROUGH, sets).update;
+    let update = |sets: &[&str]| scene_of(ROUGH, sets).update.criterion;
     assert_eq!(update(&["update.iterations=5"]), Update::Iterations(5));
     assert_eq!(
         update(&["update.wear_volume=0.5 mm^3"]),
         Update::WearVolume(5e-10)
     );
     assert_eq!(update(&["update=never"]), Update::Never);
+    let growth = |set: &str| match update(&[set]) {
+        Update::StiffnessChange { volume_growth, .. } => volume_growth,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(growth("update.volume_growth=0.7"), Some(0.7));
+    assert_eq!(growth("update.volume_growth=never"), None);
+    assert_eq!(growth("fidelity.preset=paper"), None);
+    let carries_on = |sets: &[&str]| scene_of(ROUGH, sets).update.extrapolates;
+    assert!(carries_on(&["update.iterations=5"]));
+    assert!(!carries_on(&["update=never"]));
+    assert!(!carries_on(&["update.extrapolate=false"]));
+    assert!(!carries_on(&["fidelity.preset=paper"]));
     let folder = Folder::new()
         .with("case.toml", ROUGH)
         .with("never.toml", "base = \"case.toml\"\nupdate = \"never\"\n")
@@ -575,9 +595,12 @@ fn updates_and_their_alternatives() {
             "again.toml",
             "base = \"never.toml\"\n[update]\niterations = 3\n",
         );
-    assert_eq!(folder.scene("never.toml", &[]).update, Update::Never);
     assert_eq!(
-        folder.scene("again.toml", &[]).update,
+        folder.scene("never.toml", &[]).update.criterion,
+        Update::Never
+    );
+    assert_eq!(
+        folder.scene("again.toml", &[]).update.criterion,
         Update::Iterations(3)
     );
 }
@@ -605,8 +628,8 @@ fn harmonics_that_are_not_given_are_extended() {
     let tolerance = |sets: &[&str]| dynamics(&scene_of(ROUGH, sets)).harmonic_tolerance;
     for (preset, expected) in [
         ("paper", None),
-        ("fast", Some(0.025)),
-        ("balanced", Some(0.005)),
+        ("fast", Some(0.05)),
+        ("balanced", Some(0.015)),
         ("reference", Some(0.002)),
     ] {
         let set = format!("fidelity.preset={preset}");

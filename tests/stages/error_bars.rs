@@ -9,9 +9,6 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, RESONATOR, SMALL, assert_same, content, latest, summary, table};
 
-/// Wear coefficient of the small resonator [m^3/J].
-const COEFFICIENT: f64 = 2e-13;
-
 /// Figures and their bars.
 const FIGURES: [(&str, &str); 6] = [
     ("wear_volume", "error_wear_volume"),
@@ -197,15 +194,38 @@ fn what_the_vibration_makes_wrong_adds_up() {
         let volume = figure("wear_volume");
         let worn = volume - summary(&root, k - 1, "wear_volume");
         harmonics += worn * of("error_friction_energy");
-        let cycles = table(&root, k, TableName::Summary)
-            .i64("n_cycles")
-            .expect("cycles")[0];
-        // What the fine contact wears is more or less than the friction of the elements would.
-        closure += (worn - COEFFICIENT * cycles as f64 * of("friction_energy")).abs();
+        let update = table(&root, k - 1, TableName::ModelUpdate);
+        let last = update.f64("wear_volume").expect("a volume")[0];
+        let of_cycle = |k: u64, column: &str| {
+            let cycle = table(&root, k, TableName::FrettingCycle);
+            cycle.f64(column).expect("a number")[0]
+        };
+        let at_update = |k: u64| of_cycle(k, "update_jump").abs() + of_cycle(k, "update_gap").abs();
+        let between_scales = |k: u64| {
+            let energy = of_cycle(k, "dissipated_energy");
+            (of_cycle(k, "elements_energy") / energy - 1.0).abs()
+        };
+        let pending = |k: u64| at_update(k).max(between_scales(k));
+        // What is worn since the last update is wrong by as much as an update has changed, or by what both scales differ by.
+        closure -= pending(k - 1) * (summary(&root, k - 1, "wear_volume") - last);
+        let updated = table(&root, k, TableName::Summary);
+        let updated = updated.bool("updated").expect("a flag")[0];
+        let worn_response = (k == latest(&root) && !updated).then(|| {
+            let fine = table(&root, k, TableName::WornResponse);
+            let fine = fine.f64("fine_energy").expect("an energy")[0];
+            let jump = (fine / of_cycle(k, "dissipated_energy") - 1.0).abs();
+            jump + of_cycle(k, "update_gap").abs()
+        });
+        let rate = match worn_response {
+            Some(rate) => rate,
+            None if updated => at_update(k),
+            None => pending(k),
+        };
+        closure = closure.max(0.0) + rate * (volume - last);
         for (column, expected) in [("error_harmonics", harmonics), ("error_closure", closure)] {
             let found = figure(column) * volume;
             assert!(
-                (found - expected).abs() <= 1e-9 * expected,
+                (found - expected).abs() <= 1e-6 * expected,
                 "{column} of {k}: {found:e} m^3 instead of {expected:e} m^3"
             );
         }

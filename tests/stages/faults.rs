@@ -122,7 +122,7 @@ const SHAKEN: [&str; 4] = [
 fn renewed_every(iterations: u64) -> Bench {
     let bench = Bench::new();
     let every = format!("iterations = {iterations}");
-    let text = RESONATOR.replace("stiffness_change = 0.01", &every);
+    let text = RESONATOR.replace("stiffness_change = 0.01\nvolume_growth = \"never\"", &every);
     bench.write("resonator.toml", text);
     bench
 }

@@ -42,7 +42,8 @@ fn it_wears_the_joint_without_a_resonance() {
             (response.error_resonance_frequency, response.peak_frequency),
             (None, 20.0)
         );
-        assert!(response.error_energy < 1e-9 && response.friction_energy > 0.0);
+        // More harmonics are solved to a thousandth.
+        assert!(response.error_energy < 1e-3 && response.friction_energy > 0.0);
         let resonance: typed::Resonance = reader.typed(k).expect("a table");
         assert_eq!(
             (resonance.kind, resonance.frequency),

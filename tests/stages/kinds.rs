@@ -86,12 +86,13 @@ const CYCLE_SUMMARY: [&str; 6] = [
     "tangential_iterations",
     "error_tangential",
 ];
-const WEAR_SUMMARY: [&str; 13] = [
+const WEAR_SUMMARY: [&str; 14] = [
     "cycles",
     "n_cycles",
     "wear_volume",
     "wear_rate",
     "dissipated_energy_total",
+    "error_cycles",
     "error_wear",
     "error_wear_volume",
     "error_wear_field",

@@ -21,7 +21,10 @@ const ROUNDING: f64 = 1e-12;
 
 /// Runs the resonator with this line in place of its criterion.
 fn run(bench: &Bench, criterion: &str, sets: &[&str]) -> PathBuf {
-    let text = RESONATOR.replace("stiffness_change = 0.01", criterion);
+    let text = RESONATOR.replace(
+        "stiffness_change = 0.01\nvolume_growth = \"never\"",
+        criterion,
+    );
     bench.write("criterion.toml", text);
     let root = bench.path("run");
     Start::new(bench.scene("criterion.toml", sets), &root).done();
@@ -120,7 +123,11 @@ fn check(root: &Path, due: impl Fn(u64, u64) -> bool) -> Vec<u64> {
 fn a_change_of_stiffness() {
     const CHANGE: f64 = 0.01;
     let bench = Bench::new();
-    let root = run(&bench, "stiffness_change = 0.01", &[]);
+    let root = run(
+        &bench,
+        "stiffness_change = 0.01\nvolume_growth = \"never\"",
+        &[],
+    );
     let changed = |from, k, column| summary(&root, k, column) / summary(&root, from, column) - 1.0;
     let renewed = check(&root, |from, k| {
         ["kn", "kt"]
@@ -212,7 +219,10 @@ fn updates_come_when_the_joint_has_changed_and_not_when_a_step_ends() {
 #[test]
 fn never() {
     let bench = Bench::new();
-    let text = RESONATOR.replace("[update]\nstiffness_change = 0.01\n", "");
+    let text = RESONATOR.replace(
+        "[update]\nstiffness_change = 0.01\nvolume_growth = \"never\"\nextrapolate = false\n",
+        "",
+    );
     bench.write("never.toml", text);
     let root = bench.path("never");
     Start::new(bench.scene("never.toml", &[]), &root).done();
@@ -251,7 +261,10 @@ fn never() {
 fn the_wear_rate_jumps_at_updates_only() {
     let bench = Bench::new();
     let stiff = bench.path("stiff");
-    let text = RESONATOR.replace("[update]\nstiffness_change = 0.01\n", "");
+    let text = RESONATOR.replace(
+        "[update]\nstiffness_change = 0.01\nvolume_growth = \"never\"\nextrapolate = false\n",
+        "",
+    );
     bench.write("never.toml", text);
     let never = bench.path("never");
     let sets = ["wear.cycles=300_000"];

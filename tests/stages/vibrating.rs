@@ -447,3 +447,31 @@ fn a_step_into_sliding_from_just_inside_the_limits_is_solved() {
     let error = summary(&run, 0, "error_tangential");
     assert!(error <= 1e-4, "{error}");
 }
+
+/// Where the motion goes on between updates, and more harmonics drive the wear, all of that is in tables: starts one after the other find the same bits.
+#[test]
+fn a_motion_that_is_carried_on_goes_on_after_an_interruption() {
+    let bench = Bench::new();
+    let sets = [
+        SHORT,
+        "update.extrapolate=true",
+        "update.volume_growth=0.3",
+        "fidelity.harmonic_correction=true",
+    ];
+    let scene = bench.scene("resonator.toml", &sets);
+    let (whole, parts) = (bench.path("whole"), bench.path("parts"));
+    Start::new(scene.clone(), &whole).done();
+    let is_carried_on = |k: u64| {
+        let flag = |name, column| table(&whole, k, name).bool(column).expect("a flag")[0];
+        flag(TableName::DynamicResponse, "is_steady") && !flag(TableName::Summary, "updated")
+    };
+    assert!((0..=latest(&whole)).any(is_carried_on));
+    for stage in [Stage::Summary, Stage::Summary, Stage::Summary, Stage::Wear]
+        .into_iter()
+        .chain([Stage::FrettingCycle, Stage::Summary, Stage::DynamicResponse])
+    {
+        Start::new(scene.clone(), &parts).until(stage).done();
+    }
+    Start::new(scene, &parts).done();
+    assert_same(&content(&parts), &content(&whole), "interrupted");
+}

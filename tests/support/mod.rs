@@ -89,8 +89,11 @@ cycles = 500_000
 tolerance = 0.05
 [update]
 stiffness_change = 0.01
+volume_growth = "never"
+extrapolate = false
 [fidelity]
 aft_samples = 32
+harmonic_correction = false
 [output]
 curves_every = 0
 "#;

@@ -31,6 +31,7 @@ fn joint(height: Vec<f64>, load: f64) -> FrettingJoint {
         pressure_cap: None,
         friction_coefficient: 0.5,
         motion: Motion::none(load),
+        course: None,
         march: March::Reversal,
         options: FrettingOptions {
             normal: NormalOptions {

@@ -63,6 +63,7 @@ fn a_sphere_frets_as_cattaneo_and_mindlin_have_it() {
             pressure_cap: None,
             friction_coefficient: FRICTION,
             motion: Motion::none(exact.load),
+            course: None,
             march: March::Superposition,
             options: EXACT,
         };

@@ -6,7 +6,7 @@ use super::value::{
     ANY, CHANGE, FOR_BOTH, FOR_X, Integer, List, NOT_NEGATIVE, POSITIVE, Quantity, TOLERANCE, XY,
     integer,
 };
-use super::word::{Choice, FilePath, WordOrTable};
+use super::word::{Boolean, Choice, FilePath, PartOrNever, WordOrTable};
 use crate::scene::Scheme;
 use crate::units::Dimension;
 
@@ -65,6 +65,11 @@ keys! {
     /// Relative change of kn or kt of the contact since the last update, at which the next is due. With contact.stiffness = "sliders"
     /// that of the force or energy of a cycle counts too.
     STIFFNESS_CHANGE: Quantity = "update.stiffness_change", Absent, Quantity(Dimension::NONE, CHANGE, "0.10");
+    /// Growth of the worn volume since the last update, at which the next is due too. It counts from 3 % of the whole volume on. Beside
+    /// stiffness_change alone.
+    VOLUME_GROWTH: PartOrNever = "update.volume_growth", ByPreset(["never", "0.5", "0.35", "0.25"]), PartOrNever("0.5");
+    /// Whether the motion of the contact elements goes on to change between updates. It changes as it has since the update before.
+    EXTRAPOLATE: Boolean = "update.extrapolate", ByPreset(["false", "true", "true", "true"]), Boolean;
     /// Wear iterations between two updates.
     UPDATE_ITERATIONS: Integer = "update.iterations", Absent, integer(1, MOST_ITERATIONS, "5");
     /// Worn volume between two updates.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 use toml::Value as Toml;
 
-use super::value::{Form, Given, List, Value, as_toml};
+use super::value::{Form, Given, List, POSITIVE, Quantity, Value, as_toml};
 use crate::scene::document::{Content, Node};
 use crate::scene::error::{Problem, SceneError};
 use crate::units::{self, Dimension};
@@ -151,6 +151,39 @@ impl Value for WordOrTable {
         }
         let expected = format!("\"{}\" or a table such as {}", self.0, self.1);
         Err(given.out_of_range(expected))
+    }
+}
+
+/// A part of something, or never; a part as an example.
+pub struct PartOrNever(pub &'static str);
+
+/// The word that stands in place of a part.
+const NEVER: &str = "never";
+
+impl PartOrNever {
+    fn part(&self) -> Quantity {
+        Quantity(Dimension::NONE, POSITIVE, self.0)
+    }
+}
+
+impl Value for PartOrNever {
+    type Read = Option<f64>;
+
+    fn form(&self) -> Form {
+        let part = self.part().form();
+        let schema = json!({ "anyOf": [part.schema, { "const": NEVER }] });
+        Form::new(self.0, format!("{}, or \"{NEVER}\"", part.words), schema)
+    }
+
+    fn read(&self, given: &Given<'_>) -> Result<Option<f64>> {
+        if given.value().and_then(Toml::as_str) == Some(NEVER) {
+            return Ok(None);
+        }
+        self.part().read(given).map(Some)
+    }
+
+    fn noted(&self, read: &Option<f64>) -> Json {
+        read.map_or_else(|| json!(NEVER), |part| json!(part))
     }
 }
 

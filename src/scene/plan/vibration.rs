@@ -67,7 +67,7 @@ pub(super) fn elements(scene: &Scene) -> Option<recipe::Elements> {
     why.add("stiffness", why_stiffness(contact));
     why.add(
         "update",
-        match (&scene.recipe.wear, scene.update.key()) {
+        match (&scene.recipe.wear, scene.update.criterion.key()) {
             (None, _) => "no [wear]",
             (Some(_), None) => "no [update]: the joint keeps moving as the unworn one",
             (Some(_), Some(key)) => key,

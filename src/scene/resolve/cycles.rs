@@ -3,7 +3,9 @@
 use super::{All, Body, Result, fidelity};
 use crate::scene::keys::{contact::KN, cycles::*, fidelity::WEAR_TOLERANCE};
 use crate::scene::reader::Reader;
-use crate::scene::{Boundary, Contact, Fidelity, Motion, Preset, Transverse, Update, Wear};
+use crate::scene::{
+    Boundary, Contact, Fidelity, Motion, Preset, Transverse, Update, Updates, Wear,
+};
 use crate::units::has_force;
 use crate::wear::{Harmonic, HarmonicMotion};
 
@@ -243,7 +245,37 @@ pub(super) fn wear(
     }))
 }
 
-pub(super) fn update(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -> Result<Update> {
+/// When the contact elements are renewed, and whether their motion is carried on in between.
+pub(super) fn update(
+    reader: &Reader<'_>,
+    wear: Option<&Wear>,
+    vibrates: bool,
+    preset: Preset,
+) -> Result<Updates> {
+    let criterion = criterion(reader, wear, vibrates, preset)?;
+    if criterion == Update::Never {
+        for key in [EXTRAPOLATE.name, VOLUME_GROWTH.name] {
+            if reader.has(key) {
+                return Err(reader.conflict(
+                    key,
+                    "without an update nothing is carried on; give update.stiffness_change too",
+                ));
+            }
+        }
+        return Ok(Updates::default());
+    }
+    Ok(Updates {
+        criterion,
+        extrapolates: reader.value_or(&EXTRAPOLATE, None, preset)?,
+    })
+}
+
+fn criterion(
+    reader: &Reader<'_>,
+    wear: Option<&Wear>,
+    vibrates: bool,
+    preset: Preset,
+) -> Result<Update> {
     if !reader.has(&UPDATE) {
         return Ok(Update::Never);
     }
@@ -276,11 +308,24 @@ pub(super) fn update(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -
         let reason = "it changes the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
         return Err(reader.misplaced("update", reason));
     }
-    let change = reader.get(&STIFFNESS_CHANGE)?;
+    let change = match reader.get(&STIFFNESS_CHANGE)? {
+        Some(change) => Some(Update::StiffnessChange {
+            change,
+            volume_growth: reader.value_or(&VOLUME_GROWTH, None, preset)?,
+        }),
+        None if reader.has(&VOLUME_GROWTH) => {
+            return Err(reader.conflict(
+                &VOLUME_GROWTH,
+                format!(
+                    "it is beside update.stiffness_change; {first} decides already when to update"
+                ),
+            ));
+        }
+        None => None,
+    };
     let iterations = reader.get(&UPDATE_ITERATIONS)?;
     let volume = reader.get(&UPDATE_WEAR_VOLUME)?;
     Ok(change
-        .map(Update::StiffnessChange)
         .or(iterations.map(Update::Iterations))
         .or(volume.map(Update::WearVolume))
         .unwrap_or_default())

@@ -106,6 +106,7 @@ pub(super) fn response(
         frequency: frequency(reader, structure, contact, drive.axis, at_frequency)?,
         points: reader.optional(&POINTS, None)?,
         harmonic_tolerance: fidelity::harmonic_tolerance(reader, fidelity, is_nonlinear)?,
+        harmonic_correction: fidelity::harmonic_correction(reader, fidelity, is_nonlinear)?,
         samples: fidelity::samples(reader, fidelity, structure, highest)?,
         harmonics,
         forces,

@@ -103,8 +103,10 @@ pub(super) fn check_without_vibration(reader: &Reader<'_>) -> Result<()> {
     if reader.look(&HARMONIC_TOLERANCE)?.is_some() {
         return Err(reader.conflict(&HARMONIC_TOLERANCE, WITHOUT_DYNAMICS));
     }
-    if reader.has(&AFT_SAMPLES) {
-        return Err(reader.conflict(&AFT_SAMPLES, WITHOUT_DYNAMICS));
+    for key in [AFT_SAMPLES.name, HARMONIC_CORRECTION.name] {
+        if reader.has(key) {
+            return Err(reader.conflict(key, WITHOUT_DYNAMICS));
+        }
     }
     Ok(())
 }
@@ -130,8 +132,27 @@ pub(super) fn harmonic_tolerance(
     }
     let asked = fidelity.tolerance.map(|error| OF_HARMONICS * error);
     let of_preset = reader.default_of(&HARMONIC_TOLERANCE, fidelity.preset)?;
-    let tolerance = given.or(asked).or(of_preset);
+    let with_wear = harmonic_tolerance_with_wear(fidelity.preset).filter(|_| reader.has("wear"));
+    let tolerance = given.or(asked).or(with_wear).or(of_preset);
     Ok(tolerance.map(|tolerance| reader.note(&HARMONIC_TOLERANCE, tolerance)))
+}
+
+/// Whether the response with more harmonics drives the wear.
+pub(super) fn harmonic_correction(
+    reader: &Reader<'_>,
+    fidelity: &Fidelity,
+    is_nonlinear: bool,
+) -> Result<bool> {
+    if is_nonlinear && reader.has("wear") {
+        return reader.value_or(&HARMONIC_CORRECTION, None, fidelity.preset);
+    }
+    if reader.look(&HARMONIC_CORRECTION)? == Some(true) {
+        return Err(reader.conflict(
+            &HARMONIC_CORRECTION,
+            "it is about the wear of a vibrating joint, and there is none; leave it out",
+        ));
+    }
+    Ok(false)
 }
 
 /// Samples of a vibration cycle, of which its highest harmonic needs some.

@@ -103,7 +103,12 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         }
     };
     let wear = wear?;
-    let update = faults.keep(cycles::update(reader, wear.as_ref(), vibrates));
+    let update = faults.keep(cycles::update(
+        reader,
+        wear.as_ref(),
+        vibrates,
+        beside.preset,
+    ));
     let output = faults.keep(output::output(reader, wear.as_ref(), vibrates));
     let fidelity = fidelity?;
     let scene = Scene {

@@ -87,8 +87,8 @@ impl Setting {
                 Value::Null => "never".to_owned(),
                 update => update.to_string(),
             },
-            stiffness_change: elements.and_then(|elements| match elements.update {
-                Criterion::StiffnessChange(change) => Some(change),
+            stiffness_change: elements.and_then(|elements| match elements.update.criterion {
+                Criterion::StiffnessChange { change, .. } => Some(change),
                 _ => None,
             }),
             vibrates: recipe.structure.is_some(),

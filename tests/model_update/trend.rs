@@ -1,0 +1,46 @@
+//! The motion that is carried on from one update to the next.
+
+use fretwear::model_update::{Trend, is_steady};
+
+/// A joint whose motion is linear in the compliance is met at every compliance; no farther than twice the change it is followed.
+#[test]
+fn what_is_linear_in_the_compliance_is_met() {
+    let at = |c: f64| [1.0 - 2.0 * c, 0.3 + c, 5.0];
+    let [before, last] = [0.5, 0.4];
+    let pairs = at(last).into_iter().zip(at(before));
+    let trend = Trend {
+        compliance: [before, last],
+        change: pairs.map(|(now, then)| now - then).collect(),
+    };
+    for c in [0.4, 0.37, 0.33, 0.25, 0.2] {
+        let found = trend.at(&at(last), c);
+        for (found, expected) in found.iter().zip(at(c)) {
+            assert!((found - expected).abs() < 1e-14, "{c}: {found} {expected}");
+        }
+    }
+    assert_eq!(trend.times(0.4), 0.0);
+    assert_eq!(trend.at(&at(last), 0.1), trend.at(&at(last), 0.2));
+    // Back to where it came from it does not go.
+    assert_eq!(trend.times(0.45), 0.0);
+}
+
+/// Without a change of compliance, and of a rigid or open joint, nothing is known to be carried on.
+#[test]
+fn a_joint_that_has_not_changed_stays() {
+    for compliance in [[0.4, 0.4], [f64::INFINITY, f64::INFINITY], [0.0, 0.0]] {
+        let trend = Trend {
+            compliance,
+            change: vec![1.0],
+        };
+        assert_eq!(trend.times(0.3), 0.0, "{compliance:?}");
+    }
+}
+
+#[test]
+fn a_large_change_or_one_that_turns_back_is_none_to_carry_on() {
+    let last = [3.0, 4.0];
+    assert!(is_steady(&last, &[0.7, 1.0], &[0.0, 0.0]));
+    assert!(!is_steady(&last, &[0.8, 1.0], &[0.0, 0.0]));
+    assert!(is_steady(&last, &[0.3, 0.4], &[0.4, -0.3]));
+    assert!(!is_steady(&last, &[0.3, 0.4], &[0.4, -0.31]));
+}
