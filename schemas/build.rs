@@ -10,10 +10,11 @@ use std::process::Command;
 use std::{env, fs};
 
 /// The tables in the order in which they are told: as a run writes them, then those beside runs.
-const TABLES: [&str; 40] = [
+const TABLES: [&str; 41] = [
     "surface",
     "reference",
     "reference_element",
+    "grid_twin",
     "contact_field",
     "static_contact",
     "wear_field",

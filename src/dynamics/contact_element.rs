@@ -65,6 +65,13 @@ pub struct ElementCycle {
 }
 
 impl ContactElement {
+    /// Multiplies the friction of all sliders, and their stiffness along the joint: they slip as they did, and dissipate so many times as much.
+    pub fn multiply_friction(&mut self, factor: f64) {
+        self.friction_coefficient *= factor;
+        let sliders = self.sliders.iter_mut();
+        sliders.for_each(|slider| slider.tangential_stiffness *= factor);
+    }
+
     /// Normal load at u = 0 \[N\].
     pub fn normal_load(&self) -> f64 {
         self.sum(|slider| slider.normal_load)

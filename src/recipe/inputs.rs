@@ -21,8 +21,19 @@ pub struct Inputs {
     pub measured: Option<Arc<Prepared>>,
     /// The matrices of a structure that comes from files; none of another. They are those of the very bytes whose hash is in the recipe.
     pub imported: Option<Arc<Imported>>,
+    /// What the same scene on half the grid has worn; none where that is not asked for, or not run yet.
+    pub grid_twin: Option<Arc<GridTwin>>,
     /// What the run is known by.
     pub identity: Identity,
+}
+
+/// The wear of a scene on half the grid, iteration by iteration.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GridTwin {
+    /// Cycles behind each.
+    pub cycles: Vec<i64>,
+    /// Volume worn away \[m³\].
+    pub volume: Vec<f64>,
 }
 
 /// What a run is known by: the scene, as the store compares and keeps it.

@@ -36,13 +36,13 @@ pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS}
 pub use cycle_fields::CycleFields;
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout, Updates};
-pub use inputs::{Identity, Inputs};
+pub use inputs::{GridTwin, Identity, Inputs};
 pub use kept::KeptPlan;
 pub use parts::Part;
 pub use pressing::{Preload, StructureMesh, StructurePressing};
 pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};
 pub use structure::{Import, ImportFiles, JointSets, Structure, StructureSource};
-pub use surface::{Cells, Heights, HeightsFile, Mirror, SecondFace, Surface};
+pub use surface::{Cells, FEWEST_CELLS, Heights, HeightsFile, Mirror, SecondFace, Surface};
 pub use told::told;
 pub use wear::Wear;
 
@@ -63,6 +63,8 @@ pub struct Recipe {
     pub output: Output,
     /// Bound that is asked for on the error bar of the worn volume; none: that of the other tolerances.
     pub asked_error: Option<f64>,
+    /// Whether the scene is run on half the grid too.
+    pub grid_check: bool,
     /// Why the numbers of its parts that a preset has a say in are what they are, by their keys in a scene.
     pub why: Reasons,
 }

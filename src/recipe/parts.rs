@@ -31,6 +31,8 @@ pub enum Part {
     End,
     /// The cycles at which a response is wanted.
     ResponseAt,
+    /// Whether the scene is run on half the grid too.
+    GridCheck,
 }
 
 impl Part {
@@ -49,6 +51,7 @@ impl Part {
             Part::CycleFields => "output.cycle_fields",
             Part::End => "end",
             Part::ResponseAt => "output.response_at",
+            Part::GridCheck => "grid_check",
         }
     }
 }
@@ -94,6 +97,7 @@ impl Recipe {
                 durability: Durability::default(),
             },
             asked_error: None,
+            grid_check: self.grid_check && has(Part::GridCheck),
             why: Reasons::default(),
         }
     }
@@ -111,6 +115,7 @@ impl Recipe {
                 Part::Elements => serde_json::to_value(joint.map(|joint| &joint.elements)),
                 Part::Response => serde_json::to_value(&only.response),
                 Part::Wear | Part::WearLaw => serde_json::to_value(&only.wear),
+                Part::GridCheck => serde_json::to_value(only.grid_check),
                 Part::ResponseAt => serde_json::to_value(&only.output.response_at),
                 Part::Curves | Part::CycleFields | Part::End => {
                     unreachable!("who reads it says whether they are due")

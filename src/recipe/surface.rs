@@ -39,6 +39,9 @@ impl Surface {
     }
 }
 
+/// Fewer cells a side than this resolve no roughness: a joint has no half of its grid with fewer.
+pub const FEWEST_CELLS: usize = 32;
+
 /// Which cells of a grid belong to a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]

@@ -182,6 +182,8 @@ pub struct Fidelity {
     pub cycle_extrapolation: bool,
     /// Steps in which the load rises on bodies that slip under it, since they differ elastically.
     pub load_steps: usize,
+    /// Whether the scene is run on half the grid too.
+    pub grid_check: bool,
 }
 
 /// A set of defaults.

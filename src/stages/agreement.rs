@@ -22,7 +22,7 @@ const AGREED: f64 = 0.01;
 /// friction. What loads vary by is a tenth of them or two, and counts in the second place: it makes of the work of friction what varies, not all.
 const AGREED_LOADS: f64 = 0.02;
 /// Part of a difference that a round leaves at most, if another one is to follow.
-const LEFT: f64 = 0.8;
+const LEFT: f64 = 0.7;
 /// Relative error of the loads at the ends of a motion, of which a hundredth is asked.
 const LOADS: NormalOptions = NormalOptions {
     tolerance: 1e-4,
@@ -53,6 +53,8 @@ pub struct Agreed<'a> {
     pub resolved: Resolved<'a>,
     /// Parameters of its elements.
     pub parameters: ElementParameters,
+    /// Energy of stepped cycles over that between two ends, which its elements are to have.
+    pub stepped_part: f64,
 }
 
 /// What the fine contact does between the ends of a response, under the loads at rest, and what these vary by.
@@ -86,6 +88,29 @@ pub fn agreed<'a>(
         solvers.end = Some(stepped.cycle);
     }
     Ok(best)
+}
+
+/// The laws of elements of these `parameters` under the motion that the response before had, carried on to a `compliance` of the fine contact: the next one
+/// is near it, and finds them all but in agreement. Stepped cycles are to have this part of the energy of one between two ends. As they are where the fine contact
+/// has no cycle of that motion.
+///
+/// # Errors
+/// Those of the contact solves.
+pub fn foreseen(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    before: ElementMotion,
+    compliance: Option<f64>,
+    parameters: ElementParameters,
+    stepped_part: f64,
+) -> Result<ElementParameters, RunError> {
+    let moved = before.of_elements(parameters.clone(), stepped_part);
+    match between_ends(reads, solvers, &moved, compliance, true) {
+        Ok(Some(fine)) => fine.laws_from(reads, solvers, &parameters),
+        Ok(None) | Err(RunError::Cycle(_)) => Ok(parameters),
+        Err(error) if error.is_not_converged() => Ok(parameters),
+        Err(error) => Err(error),
+    }
 }
 
 /// What the fine contact does under a response, held against its elements.
@@ -148,13 +173,14 @@ fn resolved_again<'a>(
     last: &Agreed<'a>,
     parameters: ElementParameters,
 ) -> Result<Option<Agreed<'a>>, RunError> {
-    let elements = contact_elements(reads, &parameters);
+    let elements = contact_elements(reads, &parameters, last.stepped_part);
     let harmonics = last.resolved.balance.harmonics().clone();
     let start = last.resolved.resonance.in_force().start();
     match resolved_in_force(vibration, elements, Some((&harmonics, &start))) {
         Ok(resolved) => Ok(Some(Agreed {
             resolved,
             parameters,
+            stepped_part: last.stepped_part,
         })),
         Err(error) if error.is_not_converged() => Ok(None),
         Err(error) => Err(failed(reads, error)),
@@ -191,7 +217,7 @@ impl Compared for Stepped {
     ) -> Result<ElementParameters, RunError> {
         let displacement = &of.resolved.resonance.in_force().displacement;
         let dissipated = |parameters: &ElementParameters| -> Vec<f64> {
-            let elements = contact_elements(reads, parameters);
+            let elements = contact_elements(reads, parameters, of.stepped_part);
             let cycles = element_cycles(&elements, displacement, &self.sampling);
             cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
         };
@@ -216,7 +242,7 @@ fn stepped(
 ) -> Result<Option<Stepped>, RunError> {
     let at_rest = AtRest::of(reads, solvers)?;
     let displacement = &of.resolved.resonance.in_force().displacement;
-    let elements = contact_elements(reads, &of.parameters);
+    let elements = contact_elements(reads, &of.parameters, of.stepped_part);
     let harmonics = of.resolved.balance.harmonics().clone();
     let sampling = Sampling::new(
         harmonics,
@@ -226,7 +252,7 @@ fn stepped(
     let own = joint_cycle(&elements, displacement, &sampling, &layout(reads).centres)
         .map_err(|error| failed(reads, error))?;
     let response = response_table(&reads.recipe, &of.resolved.balance, &of.resolved.resonance);
-    let moved = ElementMotion::new(response, of.parameters.clone());
+    let moved = ElementMotion::new(response, of.parameters.clone(), of.stepped_part);
     let_move(reads, solvers, at_rest.contact.load, Some(&moved), None)?;
     let joint = solvers.joint(reads)?;
     if joint.march != March::Stepped || joint.motion.own.is_none() {
@@ -236,9 +262,6 @@ fn stepped(
     let (cycle, fft_pairs) = solvers.work(reads, None, |joint| {
         Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
     })?;
-    let off = |fine: f64, elements: f64| {
-        (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
-    };
     let force = half_range(own.force_along.iter().copied());
     let mut gap = off(cycle.force_along(), force);
     // The balance has its elements' friction in closed form, which samples miss a little of.
@@ -316,7 +339,16 @@ fn extreme_loads(
 
 impl Compared for BetweenEnds {
     fn of(reads: &Reads, solvers: &mut Solvers, of: &Agreed<'_>) -> Result<Option<Self>, RunError> {
-        between_ends(reads, solvers, of)
+        let Agreed {
+            resolved,
+            parameters,
+            stepped_part,
+        } = of;
+        let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
+        let moved = ElementMotion::new(response, parameters.clone(), *stepped_part);
+        let energy = resolved.resonance.in_force().energy;
+        let dissipates = energy.friction > LEAST_FRICTION * energy.input;
+        between_ends(reads, solvers, &moved, None, dissipates)
     }
 
     fn gap(&self) -> f64 {
@@ -329,49 +361,54 @@ impl Compared for BetweenEnds {
         solvers: &mut Solvers,
         of: &Agreed<'_>,
     ) -> Result<ElementParameters, RunError> {
-        let mut parameters = of.parameters.clone();
-        if let Some(loading) = &self.loading {
-            let mu = solvers.joint(reads)?.friction_coefficient;
-            parameters = loading.laws(&parameters, mu);
-        }
-        if let Some(loads) = &self.loads {
-            parameters = loads.laws(&parameters);
-        }
-        Ok(parameters)
+        self.laws_from(reads, solvers, &of.parameters)
     }
 }
 
-/// The fine contact between the ends of the response; none where elements have no laws of their own.
+impl BetweenEnds {
+    /// The laws by which elements of these `parameters` would agree under the same motion.
+    fn laws_from(
+        &self,
+        reads: &Reads,
+        solvers: &mut Solvers,
+        parameters: &ElementParameters,
+    ) -> Result<ElementParameters, RunError> {
+        let mu = solvers.joint(reads)?.friction_coefficient;
+        let loading = self.loading.as_ref();
+        let parameters = loading.map_or(parameters.clone(), |of| of.laws(parameters, mu));
+        Ok(match &self.loads {
+            Some(loads) => loads.laws(&parameters),
+            None => parameters,
+        })
+    }
+}
+
+/// The fine contact between the ends of a response, as it is at a `compliance` of the fine contact; none where elements have no laws of their own.
 fn between_ends(
     reads: &Reads,
     solvers: &mut Solvers,
-    of: &Agreed<'_>,
+    moved: &ElementMotion,
+    compliance: Option<f64>,
+    dissipates: bool,
 ) -> Result<Option<BetweenEnds>, RunError> {
-    let Agreed {
-        resolved,
-        parameters,
-    } = of;
     let at_rest = AtRest::of(reads, solvers)?;
-    let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
-    let moved = ElementMotion::new(response, parameters.clone());
-    let work = let_move_between_ends(reads, solvers, at_rest.contact.load, &moved)?;
+    let load = at_rest.contact.load;
+    let work = let_move_between_ends(reads, solvers, load, moved, compliance)?;
     let Some(work) = work else {
         return Ok(None);
     };
+    let parameters = moved.parameters();
     let (wear, contact, start) = (&at_rest.wear, &at_rest.contact, at_rest.start());
     let elements = solvers.elements(reads)?;
     let fields = work.approach.each_ref();
     let fields = fields.map(|of_elements| of_cells(&elements, of_elements));
     // Both under the loads at rest: what the variation of loads makes of force and work is no matter of the laws along the joint.
-    let energy = resolved.resonance.in_force().energy;
     let (fine, _) = solvers.work(reads, None, |joint| {
         let cycle = joint.cycle(wear, contact, start)?;
-        let off = |fine: f64, elements: f64| {
-            (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
-        };
-        let mut gap = off(cycle.force_along(), work.force_along);
-        if energy.friction > LEAST_FRICTION * energy.input {
-            gap = gap.max(off(cycle.dissipation, work.energy.iter().sum()));
+        let part = moved.stepped_part();
+        let mut gap = off(part * cycle.force_along(), work.force_along);
+        if dissipates {
+            gap = gap.max(off(part * cycle.dissipation, work.energy.iter().sum()));
         }
         let loading = match gap > AGREED {
             true => {
@@ -396,6 +433,11 @@ fn between_ends(
         })
     })?;
     Ok(Some(fine))
+}
+
+/// What a figure of the fine contact is off that of the elements, in parts of the larger.
+fn off(fine: f64, elements: f64) -> f64 {
+    (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
 }
 
 /// What the elements do on the cells between their nodes; nothing where elements are faces.

@@ -1,8 +1,7 @@
 //! The backbone of a joint: unworn in memory, or of a committed iteration from its tables. It is no stage of a run, and no run is changed.
 
 use super::RunError;
-use super::contact_elements::parameters;
-use super::contact_state::{harmonics_of, parameters_of};
+use super::contact_state::harmonics_of;
 use super::dynamic_response::{contact_elements, failed, harmonic_tolerance};
 use super::forced_response;
 use super::observer::Observer;
@@ -155,16 +154,17 @@ fn balance(
 ) -> Result<(Rc<Vibration>, Balance), RunError> {
     let vibration = solvers.vibration(reads)?;
     let parameters = match reads.maybe::<typed::ModelUpdate>()? {
-        Some(update) if update.updated => parameters_of(&reads.table()?, reads.maybe()?),
-        Some(_) => parameters(reads, solvers, &reads.table()?, &reads.table()?)?.0,
+        Some(update) => forced_response::worn_elements(reads, solvers, &update)?,
         None => given(reads),
     };
+    let in_force = reads.maybe::<typed::DynamicResponse>()?;
+    let stepped_part = in_force.and_then(|row| row.stepped_part).unwrap_or(1.0);
     let harmonics = match (harmonics, reads.maybe::<typed::Response>()?) {
         (Some(harmonics), _) => harmonics.clone(),
         (None, Some(response)) => harmonics_of(&response)?.0,
         (None, None) => vibration.harmonics.clone(),
     };
-    let elements = contact_elements(reads, &parameters);
+    let elements = contact_elements(reads, &parameters, stepped_part);
     let balance = vibration.balance_of(elements, harmonics);
     let balance = balance.map_err(|source| failed(reads, source))?;
     Ok((vibration, balance))

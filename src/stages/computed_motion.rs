@@ -29,6 +29,8 @@ pub struct ElementMotion {
     parameters: ElementParameters,
     /// What it has changed by since the one before; none where it stays as it is.
     trend: Option<Trend>,
+    /// Energy of stepped cycles over that between two ends, which its elements and the fine contact are taken to have.
+    stepped_part: f64,
 }
 
 impl ElementMotion {
@@ -49,17 +51,48 @@ impl ElementMotion {
         Ok(Self::from(tables, row, update))
     }
 
+    /// Energy of stepped cycles over that between two ends, which its elements and the fine contact are taken to have.
+    pub fn stepped_part(&self) -> f64 {
+        self.stepped_part
+    }
+
+    /// Parameters of its elements.
+    pub fn parameters(&self) -> &ElementParameters {
+        &self.parameters
+    }
+
+    /// The same motion of elements with other parameters, and with another part of the energy between two ends.
+    pub fn of_elements(self, parameters: ElementParameters, stepped_part: f64) -> ElementMotion {
+        ElementMotion {
+            parameters,
+            stepped_part,
+            ..self
+        }
+    }
+
+    /// What the coefficients change by from the last response to a `compliance` of the fine contact, in the order of [`harmonics_of`]; none where they stay.
+    pub fn carried_on(&self, compliance: Option<f64>) -> Option<Vec<f64>> {
+        let (trend, compliance) = self.trend.as_ref().zip(compliance)?;
+        let times = trend.times(compliance);
+        Some(trend.change.iter().map(|change| times * change).collect())
+    }
+
     /// Whether elements have laws of their own.
     pub fn has_laws(&self) -> bool {
         self.parameters.sliders.is_some()
     }
 
-    /// That of a response that is in no table yet.
-    pub fn new(response: typed::Response, parameters: ElementParameters) -> ElementMotion {
+    /// That of a response that is in no table yet, with this energy of stepped cycles over that between two ends.
+    pub fn new(
+        response: typed::Response,
+        parameters: ElementParameters,
+        stepped_part: f64,
+    ) -> ElementMotion {
         ElementMotion {
             response,
             parameters,
             trend: None,
+            stepped_part,
         }
     }
 
@@ -73,6 +106,7 @@ impl ElementMotion {
         update: Option<typed::ModelUpdate>,
     ) -> Option<ElementMotion> {
         let response = response?;
+        let stepped_part = row.as_ref().and_then(|row| row.stepped_part);
         let trend = row.zip(update).and_then(|(row, update)| {
             let change = change_of(&response).filter(|_| row.is_steady == Some(true))?;
             let compliance = [update.previous_fine_compliance?, update.fine_compliance?];
@@ -82,6 +116,7 @@ impl ElementMotion {
             response,
             parameters: parameters_of(&elements?, sliders),
             trend,
+            stepped_part: stepped_part.unwrap_or(1.0),
         })
     }
 }
@@ -105,6 +140,7 @@ pub struct ComputedMotion {
     sampling: Sampling,
     displacement: Vec<f64>,
     trend: Option<Trend>,
+    stepped_part: f64,
     smooth: Option<Compliance>,
     has_laws: bool,
     cycle: Cycle,
@@ -178,10 +214,14 @@ impl ComputedMotion {
         let (harmonics, displacement) = harmonics_of(&moved.response)?;
         let layout = layout(reads);
         let elements = recipe.elements();
-        let elements = elements.map(|elements| elements.with(&layout, &moved.parameters));
+        let mut elements = elements
+            .map(|elements| elements.with(&layout, &moved.parameters))
+            .unwrap_or_default();
+        let all = elements.iter_mut();
+        all.for_each(|element| element.multiply_friction(moved.stepped_part));
         let has_laws = moved.parameters.sliders.is_some();
         Ok(ComputedMotion {
-            elements: elements.unwrap_or_default(),
+            elements,
             nodes: match has_laws {
                 true => Some(solvers.elements(reads)?),
                 false => None,
@@ -191,6 +231,7 @@ impl ComputedMotion {
             sampling: Sampling::new(harmonics, samples)?,
             displacement,
             trend: moved.trend.clone(),
+            stepped_part: moved.stepped_part,
             smooth: smooth(reads)?,
             has_laws,
             cycle: cycle.clone(),
@@ -252,10 +293,11 @@ impl ComputedMotion {
             .has_laws
             .then(|| WorkBetweenEnds::of(&self.elements, coefficients, sampling, &cycle));
         let nodes = self.nodes.as_ref().and_then(|elements| elements.nodes());
-        let own = work
-            .as_ref()
-            .zip(nodes)
-            .map(|(work, nodes)| own_motion(nodes, self.axes, coefficients, sampling, mean, work));
+        let own = work.as_ref().zip(nodes).map(|(work, nodes)| OwnMotion {
+            work_part: self.stepped_part * work.work_part,
+            force_part: self.stepped_part * work.force_part,
+            ..own_motion(nodes, self.axes, coefficients, sampling, mean, work)
+        });
         let mut displacement = series(&cycle.displacement);
         if let Some(smooth) = self.smooth {
             displacement =
@@ -404,16 +446,18 @@ pub fn let_move(
     })
 }
 
-/// Lets the joint move to and fro between the ends of a response to its elements under the loads at rest, whatever the recipe says of cycles, and
-/// says what these do there; none if elements have no laws of their own. Of an orbit the ends are those of its longest line.
+/// Lets the joint move to and fro between the ends of a response to its elements, as it is at a `compliance` of the fine contact, under the loads at rest,
+/// whatever the recipe says of cycles, and says what these do there; none if elements have no laws of their own. Of an orbit the ends are those of its longest line.
 pub fn let_move_between_ends(
     reads: &Reads,
     solvers: &mut Solvers,
     load: f64,
     moved: &ElementMotion,
+    compliance: Option<f64>,
 ) -> Result<Option<WorkBetweenEnds>, RunError> {
     let computed = ComputedMotion::of(reads, solvers, load, moved)?;
-    let (fine, work, _) = computed.fine(&computed.displacement)?;
+    let compliance = compliance.unwrap_or(computed.last_compliance());
+    let (fine, work, _) = computed.fine(&computed.displacement_at(compliance))?;
     if let Some(work) = &work {
         let joint = solvers.joint(reads)?;
         joint.motion = fine.between_ends(work.line.ends);

@@ -98,6 +98,7 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
             is_mesh || structure.is_some_and(|s| s.source.resonator().is_some())
         }
         TableName::Surface | TableName::ContactField | TableName::StaticContact => rough,
+        TableName::GridTwin => recipe.grid_check,
         TableName::Reference => rough && (vibrates || bolted),
         TableName::WearField | TableName::WearStep => recipe.wear.is_some(),
         TableName::CoarseField | TableName::CoarseStep => {

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::RunError;
-use super::agreement::{self, Agreed, agreed};
+use super::agreement::{self, Agreed, agreed, foreseen};
+use super::computed_motion::ElementMotion;
 use super::contact_elements::{element_table, slider_table};
 use super::contact_state::{coefficients_of, harmonics_of, parameters_of};
 use super::declaration::{Declaration, joined};
@@ -49,7 +50,10 @@ pub const DECLARATION: Declaration = Declaration {
             TableName::ContactSlider,
         ],
     ]),
-    before: &IN_FORCE,
+    before: &joined::<8>(&[
+        &IN_FORCE,
+        &[TableName::ModelUpdate, TableName::FrettingCycle],
+    ]),
     writes: &IN_FORCE,
     is_due: |_| true,
     shared: false,
@@ -87,23 +91,40 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         }
         return Ok(outputs);
     }
-    let parameters = parameters_of(&reads.table()?, reads.maybe()?);
+    let mut parameters = parameters_of(&reads.table()?, reads.maybe()?);
+    let checked = reads.maybe_before::<typed::FrettingCycle>()?;
+    let stepped_part = checked.and_then(|cycle| cycle.stepped_part);
+    let in_force = stepped_part.unwrap_or(1.0);
     let start = before.as_ref();
     let start = start.map(|(response, row)| start_of(response, row));
-    let start = start.transpose()?;
+    let mut start = start.transpose()?;
+    if let Some(motion) = ElementMotion::before(reads)?.filter(ElementMotion::has_laws) {
+        let compliance = update.fine_compliance;
+        if let (Some(change), Some((harmonics, start)), Some((response, _))) =
+            (motion.carried_on(compliance), &mut start, &before)
+        {
+            let (of_response, _) = harmonics_of(response)?;
+            let change = of_response.transfer(&change, harmonics);
+            let pairs = start.displacement.iter_mut().zip(change);
+            pairs.for_each(|(u, change)| *u += change);
+        }
+        parameters = foreseen(reads, solvers, motion, compliance, parameters, in_force)?;
+    }
     let start = start.as_ref().map(|(harmonics, start)| (harmonics, start));
     let vibration = solvers.vibration(reads)?;
-    let elements = contact_elements(reads, &parameters);
+    let elements = contact_elements(reads, &parameters, in_force);
     let tolerance = harmonic_tolerance(&reads.recipe);
     let resolved = resolved_in_force(&vibration, elements, start);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     let begin = Agreed {
         resolved,
         parameters,
+        stepped_part: in_force,
     };
     let Agreed {
         resolved,
         parameters,
+        ..
     } = agreed(reads, solvers, &vibration, begin)?;
     // Of no response but the one in force are peak and error bars wanted, which cost as much as it.
     let corrects = harmonic_correction(&reads.recipe);
@@ -125,7 +146,14 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         tell_leap(reads, &mut outputs, row, &resolved.resonance);
     }
     let before = before.as_ref().map(|(response, _)| response);
-    in_force(reads, &resolved, &parameters, solved, before, &mut outputs)?;
+    put_in_force(
+        reads,
+        &resolved,
+        &parameters,
+        (solved, Some(in_force)),
+        before,
+        &mut outputs,
+    )?;
     if let Some(sliders) = slider_table(&parameters) {
         outputs.put(&sliders)?;
     }
@@ -151,7 +179,7 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
     let parameters = given(reads);
     let has_contact = reads.recipe.elements().is_some();
     let vibration = solvers.vibration(reads)?;
-    let elements = contact_elements(reads, &parameters);
+    let elements = contact_elements(reads, &parameters, 1.0);
     let tolerance = harmonic_tolerance(&reads.recipe);
     match vibration.resolve_over_range(elements, tolerance) {
         Ok(OverRange { resolved, points }) => {
@@ -159,7 +187,7 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
             solvers.forced_response = points.map(|points| (harmonics, points));
             tell_missed(outputs, tolerance, &resolved);
             tell_resonance(outputs, &vibration, &resolved.resonance);
-            in_force(reads, &resolved, &parameters, None, None, outputs)
+            put_in_force(reads, &resolved, &parameters, (None, None), None, outputs)
         }
         // The forced response has an answer all the same, or says why it has none.
         Err(error) if error.is_not_converged() => {
@@ -177,12 +205,18 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
     }
 }
 
-/// The contact elements with these parameters; none where there is no contact.
-pub fn contact_elements(reads: &Reads, parameters: &ElementParameters) -> Vec<ContactElement> {
+/// The contact elements with these parameters, their friction times the `stepped_part` of its energy; none where there is no contact.
+pub fn contact_elements(
+    reads: &Reads,
+    parameters: &ElementParameters,
+    stepped_part: f64,
+) -> Vec<ContactElement> {
     let elements = reads.recipe.elements();
     let mut elements = elements.map_or_else(Vec::new, |elements| {
         elements.with(&layout(reads), parameters)
     });
+    let all = elements.iter_mut();
+    all.for_each(|element| element.multiply_friction(stepped_part));
     if let Some(structure) = &reads.recipe.structure {
         structure.add_springs(&mut elements);
     }
@@ -228,11 +262,11 @@ pub fn start_of(
 }
 
 /// Adds the tables of a resonance, of which the response in force was `before`; those of its contact where it has one.
-fn in_force(
+fn put_in_force(
     reads: &Reads,
     resolved: &Resolved,
     parameters: &ElementParameters,
-    solved: Option<Solved>,
+    (solved, stepped_part): (Option<Solved>, Option<f64>),
     before: Option<&typed::Response>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
@@ -272,6 +306,7 @@ fn in_force(
     let of = |value: fn(&Correction) -> f64| correction.map(value);
     outputs.put(&typed::DynamicResponse {
         is_steady,
+        stepped_part,
         solved_harmonic: solved.map(|solved| i64::from(solved.harmonics.highest())),
         correction_frequency: of(|c| c.frequency),
         correction_input_energy: of(|c| c.energy[0]),
@@ -423,8 +458,7 @@ fn solved_of(response: &typed::Response) -> Option<Vec<f64>> {
     .into()
 }
 
-/// A response with what it has changed by since the one `before`, harmonics that this did not have left out, and whether that is to be carried on. What
-/// another solution with more harmonics changes is no trend.
+/// A response with what it has changed by since the one `before`, harmonics that this did not have left out, and whether that is to be carried on.
 fn with_change(
     mut response: typed::Response,
     before: Option<&typed::Response>,
@@ -433,12 +467,6 @@ fn with_change(
     fn place(of: &typed::Response, row: usize) -> Place<'_> {
         let (point, axis) = (of.point[row].as_str(), of.axis[row].as_str());
         (of.element[row], point, axis, of.harmonic[row])
-    }
-    fn cosines(of: &typed::Response) -> &[f64] {
-        of.solved_cosine.as_ref().unwrap_or(&of.displacement_cosine)
-    }
-    fn sines(of: &typed::Response) -> &[f64] {
-        of.solved_sine.as_ref().unwrap_or(&of.displacement_sine)
     }
     let rows = response.harmonic.len();
     let mut change = [vec![0.0; rows], vec![0.0; rows]];
@@ -451,8 +479,16 @@ fn with_change(
                 continue;
             };
             let pairs = [
-                (cosines(&response), cosines(before), &before.change_cosine),
-                (sines(&response), sines(before), &before.change_sine),
+                (
+                    &response.displacement_cosine,
+                    &before.displacement_cosine,
+                    &before.change_cosine,
+                ),
+                (
+                    &response.displacement_sine,
+                    &before.displacement_sine,
+                    &before.change_sine,
+                ),
             ];
             for (change, (now, then, change_then)) in change.iter_mut().zip(pairs) {
                 change[row] = now[row] - then[old];

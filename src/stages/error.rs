@@ -119,6 +119,17 @@ pub enum RunError {
         /// What is wrong.
         source: DynamicsError,
     },
+    /// The run cannot be compared with one on half the grid.
+    #[error("`fidelity.grid_check`: {reason}; leave it out")]
+    GridCheck {
+        /// Why not.
+        reason: &'static str,
+    },
+    /// The same scene on half the grid has not been run.
+    #[error(
+        "`fidelity.grid_check`: the same scene on half the grid is run before this one, by `fretwear run`, and is no stage to compute alone"
+    )]
+    NoGridTwin,
     /// The worn volume asked for is out of reach.
     #[error(
         "`wear.volume` = {volume:.6e} m³ is never reached: the joint stopped wearing at {reached:.6e} m³; give `wear.cycles` too, or a larger motion"

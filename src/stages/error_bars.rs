@@ -2,6 +2,7 @@
 
 use super::RunError;
 use super::contact_state::there;
+use super::grid_twin::error_of_grid;
 use super::reads::Reads;
 use crate::recipe::Wear;
 use crate::tables::TableName;
@@ -64,6 +65,7 @@ impl PreviousIteration {
         let cycles = summary.error_cycles.unwrap_or(0.0);
         let whole = of(summary.error_wear_volume, "error_wear_volume")?;
         let propagation = summary.error_propagation.unwrap_or(0.0);
+        let grid = summary.error_grid.unwrap_or(0.0);
         let dissipation = there(TableName::ContactField, &fields.dissipation, "dissipation")?;
         Ok(Some(PreviousIteration {
             cycles: *there(TableName::Summary, &summary.cycles, "cycles")?,
@@ -71,12 +73,14 @@ impl PreviousIteration {
             energy: of(summary.dissipated_energy_total, "dissipated_energy_total")?,
             error: of(summary.error_wear, "error_wear")? * volume,
             bar: VolumeError {
-                steps: (whole - propagation - harmonics - closure - cycles) * volume,
+                steps: (whole - propagation - harmonics - closure - cycles - grid) * volume,
                 cycles: cycles * volume,
                 // That of an iteration follows from the coarse trajectory as it is then.
                 propagation: 0.0,
                 harmonics: harmonics * volume,
                 closure: closure * volume,
+                // That of an iteration follows from the twin.
+                grid: 0.0,
             },
             dissipation: dissipation.clone(),
             in_force: InForce::of(reads.maybe_before()?, reads.maybe_before()?),
@@ -100,6 +104,8 @@ pub struct Sources<'a> {
     pub worn: Option<&'a typed::WornResponse>,
     /// The coarse trajectory; none where there is none.
     pub coarse: Option<&'a typed::CoarseStep>,
+    /// The same scene on half the grid; none where it is not run.
+    pub twin: Option<&'a typed::GridTwin>,
     /// Cells that are loaded, that touch, and that are not known to.
     pub cells: Cells,
     /// Energy per area of the cycle \[J/m²\].
@@ -143,14 +149,19 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let mut bar = before.map_or(VolumeError::default(), |b| b.bar)
         + VolumeError {
             steps: of_step,
-            cycles: step.volume * cycle.error_cycle,
+            cycles: 0.0,
             propagation: 0.0,
             harmonics: step.volume * wrong(|row| row.error_friction_energy),
             closure: 0.0,
+            grid: 0.0,
         };
     bar.closure = closure_of(sources);
-    let earlier = before.map_or(0.0, |before| before.bar.cycles);
-    bar.cycles += (found_of_cycles(sources) - 1.0) * earlier;
+    bar.cycles = of_cycles(sources);
+    let of_grid = sources.twin.map(|twin| {
+        let cycles = before.map_or(0, |before| before.cycles) + step.n_cycles;
+        error_of_grid(twin, cycles, volume)
+    });
+    bar.grid = of_grid.unwrap_or(0.0) * volume;
     let spread = |of: fn(&typed::CoarseStep) -> f64| coarse.map_or(0.0, |c| SPREAD * of(c));
     let field = spread(|c| c.difference_wear_field).max(bar.total());
     bar.propagation = (spread(|c| c.difference_wear_volume) - bar.of_contact()).max(0.0);
@@ -233,6 +244,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         error_peak_amplitude: of_vibration[1],
         error_cycles: Some(relative(bar.cycles)),
         error_harmonics: in_force.map(|_| relative(bar.harmonics)),
+        error_grid: of_grid,
         error_closure: in_force.map(|_| relative(bar.closure)),
         error_wear: Some(relative(before.map_or(0.0, |b| b.error) + estimate)),
         error_wear_volume: Some(relative(bar.total())),
@@ -314,22 +326,21 @@ fn of_update(cycle: &typed::FrettingCycle) -> f64 {
         .sum()
 }
 
-/// By how much the errors of all cycles so far were estimated wrong, where this iteration has found what cycles between two ends miss: once it is known of
-/// any it only grows.
-fn found_of_cycles(sources: &Sources) -> f64 {
-    let before = sources.before.and_then(|before| before.cycle.as_ref());
-    let known = |cycle: &typed::FrettingCycle| cycle.error_between_ends.unwrap_or(0.0);
+/// What the energy of cycles has worn more or less than that of exact ones would have \[m³\]. Where this iteration has found what cycles between two ends miss,
+/// all that was worn since this was last found is wrong by it.
+fn of_cycles(sources: &Sources) -> f64 {
     let now = sources.cycle;
-    match before {
-        Some(before) if known(now) != known(before) && before.error_cycle > 0.0 => {
-            let ratio = now.error_cycle / before.error_cycle;
-            if known(before) > 0.0 {
-                ratio.max(1.0)
-            } else {
-                ratio
-            }
+    let Some(before) = sources.before else {
+        return sources.step.volume * now.error_cycle;
+    };
+    let found_at = |cycle: &typed::FrettingCycle| cycle.check_volume.unwrap_or(0.0);
+    match &before.cycle {
+        Some(cycle) if found_at(now) != found_at(cycle) => {
+            let unknown = (before.volume - found_at(cycle)) * cycle.error_cycle;
+            let settled = (before.bar.cycles - unknown).max(0.0);
+            settled + (sources.volume - found_at(cycle)) * now.error_cycle
         }
-        _ => 1.0,
+        _ => before.bar.cycles + sources.step.volume * now.error_cycle,
     }
 }
 

@@ -1,9 +1,10 @@
 //! The response over the frequency range, without feeding it back: of the worn joint, where it is asked for.
 
 use super::RunError;
+use super::agreement::foreseen;
 use super::computed_motion::{ElementMotion, let_move};
 use super::contact_elements::parameters;
-use super::contact_state::{AtRest, harmonics_of, parameters_of};
+use super::contact_state::{AtRest, harmonics_of, parameters_of, tangential_compliance};
 use super::declaration::{Declaration, joined};
 use super::dynamic_response::{
     contact_elements, correction_of, failed, harmonic_tolerance, response_table, start_of,
@@ -68,10 +69,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     // The phase resonance of these elements, if it is known.
     let (balance, resonance) = match reads.maybe::<typed::ModelUpdate>()? {
         Some(update) => {
-            let parameters = match update.updated {
-                true => parameters_of(&reads.table()?, reads.maybe()?),
-                false => parameters(reads, solvers, &reads.table()?, &reads.table()?)?.0,
-            };
+            let parameters = worn_elements(reads, solvers, &update)?;
             let is_in_force = update.updated;
             worn(
                 reads,
@@ -83,7 +81,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             )?
         }
         None => {
-            let elements = contact_elements(reads, &given(reads));
+            let elements = contact_elements(reads, &given(reads), 1.0);
             let response = reads.maybe::<typed::Response>()?;
             let harmonics = match &response {
                 Some(response) => harmonics_of(response)?.0,
@@ -106,6 +104,28 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
+/// The contact elements of a worn joint: those in force where it has been updated, else those that its fine contact asks for under the motion in force.
+pub fn worn_elements(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    update: &typed::ModelUpdate,
+) -> Result<ElementParameters, RunError> {
+    if update.updated {
+        return Ok(parameters_of(&reads.table()?, reads.maybe()?));
+    }
+    let contact: typed::StaticContact = reads.table()?;
+    let (found, _) = parameters(reads, solvers, &contact, &reads.table()?)?;
+    match ElementMotion::of(reads)?.filter(ElementMotion::has_laws) {
+        Some(motion) => {
+            let compliance = tangential_compliance(&contact);
+            let compliance = compliance.filter(|_| update.fine_compliance.is_some());
+            let part = motion.stepped_part();
+            foreseen(reads, solvers, motion, compliance, found, part)
+        }
+        None => Ok(found),
+    }
+}
+
 /// The worn joint, and its resonance, from the response in force, as a table: of a resonance that is lost there is none.
 fn worn(
     reads: &Reads,
@@ -119,7 +139,8 @@ fn worn(
     let (response, in_force): (typed::Response, typed::DynamicResponse) =
         (reads.table()?, reads.table()?);
     let (harmonics, start) = start_of(&response, &in_force)?;
-    let elements = contact_elements(reads, parameters);
+    let stepped_part = in_force.stepped_part.unwrap_or(1.0);
+    let elements = contact_elements(reads, parameters, stepped_part);
     let wears = reads.recipe.wear.is_some();
     if is_in_force {
         outputs.put(&typed::WornResponse {
@@ -191,7 +212,9 @@ fn fine_energy(
 ) -> Result<Option<f64>, RunError> {
     let at_rest = AtRest::of(reads, solvers)?;
     let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
-    let moved = ElementMotion::new(response, parameters.clone());
+    let in_force: typed::DynamicResponse = reads.table()?;
+    let stepped_part = in_force.stepped_part.unwrap_or(1.0);
+    let moved = ElementMotion::new(response, parameters.clone(), stepped_part);
     match let_move(reads, solvers, at_rest.contact.load, Some(&moved), None) {
         Ok(_) => {
             let (cycle, _) = solvers.work(reads, None, |joint| {

@@ -3,7 +3,7 @@
 use super::RunError;
 use super::computed_motion::{ComputedMotion, ElementFigures, ElementMotion, Moved, let_move};
 use super::contact_state::{AtRest, Fields, tangential_compliance};
-use super::cycle_check::error_between_ends;
+use super::cycle_check::{LEFT, stepped_part};
 use super::declaration::{Declaration, joined};
 use super::error_bars::ALL;
 use super::reads::{Outputs, Reads};
@@ -123,9 +123,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         Ok((solution, of_instants, curve))
     })?;
     let march = solvers.joint(reads)?.march;
-    let between_ends = match &moved {
+    let check = match &moved {
         Some(moved) if reads.recipe.wear.is_some() => {
-            Some(between_ends(reads, solvers, &at_rest.wear, moved, march)?)
+            Some(Check::of(reads, solvers, &at_rest.wear, moved, march)?)
         }
         _ => None,
     };
@@ -161,9 +161,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     if reads.wear_iteration == 0 {
         tell_band(band, &mut outputs);
     }
-    let of_solves = match between_ends {
+    let of_solves = match check.as_ref().and_then(|check| check.error) {
         // What it is held against has the whole of it.
-        Some(known) if known > 0.0 => solution.error + known,
+        Some(known) if march == March::Reversal => solution.error + known,
         _ => solution.relative_error() + left_out,
     };
     let of_solves = of_solves.min(1.0);
@@ -174,7 +174,9 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         error_cycle: of_solves.max(band.relative_error()),
         slip_band: band.cells,
         fft_pairs,
-        error_between_ends: between_ends,
+        stepped_part: check.as_ref().map(|check| check.stepped_part),
+        check_volume: check.as_ref().map(|check| check.volume),
+        error_between_ends: check.map(|check| check.error.unwrap_or(0.0)),
         update_jump: update.map(|update| update[0]),
         update_gap: update.map(|update| update[1]),
         elements_energy: elements.map(|elements| elements.cycle.energy),
@@ -195,22 +197,46 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// What cycles between two ends are known to miss: found anew in the middle and at the end of a run, and 0 before.
-fn between_ends(
-    reads: &Reads,
-    solvers: &Solvers,
-    wear: &[f64],
-    moved: &ElementMotion,
-    march: March,
-) -> Result<f64, RunError> {
-    let before = reads.maybe_before::<typed::FrettingCycle>()?;
-    let before = before.and_then(|row| row.error_between_ends).unwrap_or(0.0);
-    let is_due = (reads.ends || reads.is_middle) && march == March::Reversal && moved.has_laws();
-    let found = match is_due {
-        true => error_between_ends(reads, solvers.threads().count(), wear, moved)?,
-        false => None,
-    };
-    Ok(found.unwrap_or(before))
+/// What is known of cycles between two ends: found anew at parts of the run, and at its end.
+struct Check {
+    /// Energy of a stepped cycle over that between two ends as it is; 1 before any is found.
+    stepped_part: f64,
+    /// Worn volume at the last check \[m³\].
+    volume: f64,
+    /// Relative error of the energy of the cycle, which the response in force has a part of it in; none before any is found.
+    error: Option<f64>,
+}
+
+impl Check {
+    fn of(
+        reads: &Reads,
+        solvers: &mut Solvers,
+        wear: &[f64],
+        moved: &ElementMotion,
+        march: March,
+    ) -> Result<Check, RunError> {
+        let before = reads.maybe_before::<typed::FrettingCycle>()?;
+        let before = before.unwrap_or_default();
+        let known = before.error_between_ends.is_some_and(|error| error > 0.0);
+        let in_force = moved.stepped_part();
+        let is_due = reads.cycle_check_due && march == March::Reversal && moved.has_laws();
+        let found = match is_due {
+            true => stepped_part(reads, solvers.threads().count(), wear, moved)?,
+            false => None,
+        };
+        let (part, volume) = match found {
+            Some(found) => (in_force * found, solvers.joint(reads)?.volume(wear)),
+            None => (
+                before.stepped_part.unwrap_or(1.0),
+                before.check_volume.unwrap_or(0.0),
+            ),
+        };
+        Ok(Check {
+            stepped_part: part,
+            volume,
+            error: (known || found.is_some()).then(|| (in_force / part - 1.0).abs() + LEFT),
+        })
+    }
 }
 
 /// What the contact elements do under the motion of this iteration: what they do in the response in force, by what its motion has gone on to.

@@ -2,16 +2,17 @@
 
 use super::declaration::Declaration;
 use super::{
-    coarse_trajectory, dynamic_response, forced_response, fretting_cycle, ledger, model_update,
-    reference, static_contact, structure, summary, surface, wear,
+    coarse_trajectory, dynamic_response, forced_response, fretting_cycle, grid_twin, ledger,
+    model_update, reference, static_contact, structure, summary, surface, wear,
 };
 use crate::recipe::Recipe;
 
 /// All stages, in the order in which they are passed through.
-pub const STAGES: [&Declaration; 13] = [
+pub const STAGES: [&Declaration; 14] = [
     &structure::DECLARATION,
     &surface::DECLARATION,
     &reference::DECLARATION,
+    &grid_twin::DECLARATION,
     &wear::UNWORN,
     &wear::DECLARATION,
     &static_contact::DECLARATION,

@@ -22,6 +22,8 @@ mod error_bars;
 mod forced_response;
 mod fretting_cycle;
 mod graph;
+mod grid_twin;
+mod half_grid;
 mod joint_state;
 mod judged;
 mod ledger;

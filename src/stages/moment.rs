@@ -4,6 +4,9 @@ use super::RunError;
 use crate::recipe::Recipe;
 use crate::tables::{TableName, Tables, TypedTable, typed};
 
+/// Parts of the run at which cycles between two ends are held against stepped ones, beside its end.
+const CHECKED: [f64; 2] = [0.25, 0.5];
+
 /// What is written of some iterations only: every so many, and the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Due {
@@ -13,8 +16,8 @@ pub struct Due {
     pub cycle_fields: bool,
     /// What the end of the run alone has.
     pub end: bool,
-    /// What the iteration that passes the middle of the run has.
-    pub middle: bool,
+    /// The cycle between two ends beside a stepped one.
+    pub cycle_check: bool,
 }
 
 /// Where an iteration stands in its run.
@@ -59,7 +62,8 @@ impl Moment {
         let is_due = |every: u64| every > 0 && (is_last || wear_iteration.is_multiple_of(every));
         let part = |cycles, volume| wear.map_or(0.0, |wear| wear.part(cycles, volume));
         let begin = part(cycles_before.unwrap_or(0), volume_before.unwrap_or(0.0));
-        let passes_middle = begin < 0.5 && part(cycles, volume) >= 0.5;
+        let now = part(cycles, volume);
+        let is_checked = CHECKED.iter().any(|&at| begin < at && at <= now);
         let output = &recipe.output;
         let fields_every = output
             .cycle_fields
@@ -77,7 +81,7 @@ impl Moment {
                 curves: is_due(output.curves_every),
                 cycle_fields: is_due(fields_every),
                 end: is_last,
-                middle: cycles_before.is_some() && !is_last && passes_middle,
+                cycle_check: cycles_before.is_some() && (is_last || is_checked),
             },
             response_due: is_last || cycles_before.is_none_or(passes),
         })

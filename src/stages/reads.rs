@@ -4,7 +4,7 @@ use super::RunError;
 use super::error::NumericsError;
 use super::moment::Due;
 use super::stage::Stage;
-use crate::recipe::{Inputs, Part, Recipe};
+use crate::recipe::{GridTwin, Inputs, Part, Recipe};
 use crate::structure::imported::Imported;
 use crate::surface::prepare::Prepared;
 use crate::tables::{TableName, Tables, TypedTable};
@@ -20,8 +20,8 @@ pub struct Reads<'a> {
     pub curves_due: bool,
     /// Whether the run ends with this iteration.
     pub ends: bool,
-    /// Whether it passes the middle of the run.
-    pub is_middle: bool,
+    /// Whether its cycle is held against a stepped one.
+    pub cycle_check_due: bool,
     declared: Declared,
     inputs: &'a Inputs,
     tables: Vec<&'a Tables>,
@@ -83,7 +83,7 @@ impl<'a> Reads<'a> {
             wear_iteration,
             curves_due: due.curves && declared.recipe.contains(&Part::Curves),
             ends: due.end && declared.recipe.contains(&Part::End),
-            is_middle: due.middle && declared.recipe.contains(&Part::End),
+            cycle_check_due: due.cycle_check && declared.recipe.contains(&Part::End),
             declared,
             inputs,
             tables: tables.to_vec(),
@@ -128,6 +128,12 @@ impl<'a> Reads<'a> {
     pub fn motion(&self) -> &Motion {
         self.require_part(Part::Cycle);
         &self.inputs.motion
+    }
+
+    /// What the same scene on half the grid has worn, where that is asked for and has been run.
+    pub fn grid_twin(&self) -> Option<&GridTwin> {
+        self.require_part(Part::GridCheck);
+        self.inputs.grid_twin.as_deref()
     }
 
     /// The heights of a surface from a file on the joint's cells; none of another surface.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::RunError;
+use super::grid_twin::with_twin;
 use super::joint_state::RunEnds;
 use super::list::stages_of;
 use super::observer::{Observer, Progress};
@@ -98,7 +99,7 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     let inputs = options.inputs;
     check_until(&inputs.recipe, options.until)?;
     let mut store = open(options, observer)?;
-    let ending = match pass_through(options, &mut store, observer) {
+    let ending = match whole(options, &mut store, observer) {
         Ok(ending) => ending,
         Err(RunError::EndedBefore(_)) => Ending::Stopped,
         Err(error) => {
@@ -111,6 +112,29 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
         sync_all(options.file_system.as_ref(), &options.root)?;
     }
     Ok(outcome)
+}
+
+/// Half the grid first, where that is asked for, then the run itself.
+fn whole(
+    options: &RunOptions,
+    store: &mut RunStore,
+    observer: &dyn Observer,
+) -> Result<Ending, RunError> {
+    if !options.inputs.recipe.grid_check {
+        return pass_through(options, store, observer);
+    }
+    let Some(inputs) = with_twin(options, observer)? else {
+        return Ok(Ending::Stopped);
+    };
+    let options = RunOptions {
+        inputs: &inputs,
+        root: options.root.clone(),
+        source: options.source.clone(),
+        cache: options.cache.clone(),
+        file_system: options.file_system.clone(),
+        ..*options
+    };
+    pass_through(&options, store, observer)
 }
 
 /// The stages once a run, then iteration after iteration.

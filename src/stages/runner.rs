@@ -111,7 +111,8 @@ impl<'a> Runner<'a> {
         }
         if stage.recipe.contains(&Part::End) {
             parameters.insert(Part::End.name().to_owned(), due.end.into());
-            parameters.insert("is_middle".to_owned(), due.middle.into());
+            let check = due.cycle_check.into();
+            parameters.insert("cycle_check_due".to_owned(), check);
         }
         let reads_fields = stage.recipe.contains(&Part::CycleFields);
         let fields = recipe.output.cycle_fields.as_ref();

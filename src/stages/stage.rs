@@ -12,6 +12,8 @@ pub enum Stage {
     Surface,
     /// The unworn joint under its load, once a run.
     Reference,
+    /// The wear of the same scene on half the grid, once a run.
+    GridTwin,
     /// The state before any wear.
     Unworn,
     /// The wear step that leads to an iteration.
@@ -61,10 +63,11 @@ impl When {
 
 impl Stage {
     /// All stages.
-    pub const ALL: [Stage; 13] = [
+    pub const ALL: [Stage; 14] = [
         Stage::Structure,
         Stage::Surface,
         Stage::Reference,
+        Stage::GridTwin,
         Stage::Unworn,
         Stage::Wear,
         Stage::StaticContact,
@@ -88,6 +91,7 @@ impl Stage {
             Stage::Structure => "structure",
             Stage::Surface => "surface",
             Stage::Reference => "reference",
+            Stage::GridTwin => "grid_twin",
             Stage::Unworn => "unworn",
             Stage::Wear => "wear",
             Stage::StaticContact => "static_contact",

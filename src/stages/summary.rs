@@ -23,6 +23,7 @@ pub const DECLARATION: Declaration = Declaration {
     when: When::Always,
     recipe: &[Part::Surface, Part::Contact, Part::WearLaw],
     reads: &[
+        TableName::GridTwin,
         TableName::Surface,
         TableName::WearField,
         TableName::WearStep,
@@ -185,6 +186,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     let coarse = reads.maybe::<typed::CoarseStep>()?;
     summary.fft_pairs += coarse.as_ref().map_or(0.0, |coarse| coarse.fft_pairs);
     let worn = reads.maybe::<typed::WornResponse>()?;
+    let twin = reads.maybe::<typed::GridTwin>()?;
     let cells = Cells {
         loaded: count(LOADED * largest),
         touching: count(0.0),
@@ -197,6 +199,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         cycle: &cycle,
         worn: worn.as_ref(),
         coarse: coarse.as_ref(),
+        twin: twin.as_ref(),
         cells,
         dissipation: fields.dissipation.as_deref().unwrap_or_default(),
         cell_area: patch.grid.cell_area(),

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A folder of results, one folder a key. Entries appear whole or not at all, so that runs may share it while they write.
+#[derive(Clone)]
 pub struct Cache {
     files: Files,
     root: PathBuf,

@@ -28,6 +28,8 @@ pub struct VolumeError {
     pub harmonics: f64,
     /// Mean displacement and total load, by which a vibration drives the contact.
     pub closure: f64,
+    /// The grid, where half of it has been looked at.
+    pub grid: f64,
 }
 
 impl VolumeError {
@@ -38,7 +40,7 @@ impl VolumeError {
 
     /// Errors need not cancel.
     pub fn total(self) -> f64 {
-        self.of_contact() + self.propagation + self.harmonics + self.closure
+        self.of_contact() + self.propagation + self.harmonics + self.closure + self.grid
     }
 }
 
@@ -52,6 +54,7 @@ impl Add for VolumeError {
             propagation: self.propagation + other.propagation,
             harmonics: self.harmonics + other.harmonics,
             closure: self.closure + other.closure,
+            grid: self.grid + other.grid,
         }
     }
 }

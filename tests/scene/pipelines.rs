@@ -112,7 +112,7 @@ fn the_published_case() {
     let updates = Updates {
         criterion: Update::StiffnessChange {
             change: 0.1,
-            volume_growth: Some(0.35),
+            volume_growth: Some(0.5),
         },
         extrapolates: true,
     };

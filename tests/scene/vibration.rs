@@ -115,7 +115,7 @@ fn a_rough_joint_in_a_structure_with_its_defaults() {
     let updates = Updates {
         criterion: Update::StiffnessChange {
             change: 0.1,
-            volume_growth: Some(0.35),
+            volume_growth: Some(0.5),
         },
         extrapolates: true,
     };

@@ -13,6 +13,7 @@ mod error_bars;
 mod extremes;
 mod faults;
 mod forced;
+mod half_grid;
 mod invariants;
 mod keys;
 mod kill;
@@ -51,6 +52,7 @@ struct Start<'a> {
     root: &'a Path,
     source: Option<(&'a Path, u64)>,
     until: Option<Stage>,
+    commits: u64,
     cache: Option<PathBuf>,
     file_system: Arc<dyn FileSystem>,
 }
@@ -62,6 +64,7 @@ impl<'a> Start<'a> {
             root,
             source: None,
             until: None,
+            commits: u64::MAX,
             cache: None,
             // It does not wait for the disk.
             file_system: Arc::new(FaultyFileSystem::sound()),
@@ -75,6 +78,12 @@ impl<'a> Start<'a> {
 
     fn until(mut self, stage: Stage) -> Self {
         self.until = Some(stage);
+        self
+    }
+
+    /// It is asked to stop after so many iterations.
+    fn stopped_after(mut self, commits: u64) -> Self {
+        self.commits = commits;
         self
     }
 
@@ -100,6 +109,7 @@ impl<'a> Start<'a> {
                 run: PathBuf::from(run),
                 wear_iteration,
             });
+            let most = self.commits;
             let options = RunOptions {
                 inputs,
                 root: self.root.to_owned(),
@@ -110,7 +120,7 @@ impl<'a> Start<'a> {
                     .cache
                     .map(|root| Cache::new(self.file_system.clone(), &root)),
                 file_system: self.file_system,
-                stop: &|_| false,
+                stop: &|commits| commits >= most,
             };
             run(&options, &seen)
         };

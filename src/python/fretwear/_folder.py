@@ -16,7 +16,7 @@ from fretwear._program import Error, call
 Library = Literal["arrow", "pandas", "polars"]
 
 #: Layout number of run folders: that of the program.
-LAYOUT = 8
+LAYOUT = 9
 #: Exit code of the program for a damaged or mismatched run.
 MISMATCHED = 4
 

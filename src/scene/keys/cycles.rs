@@ -67,7 +67,7 @@ keys! {
     STIFFNESS_CHANGE: Quantity = "update.stiffness_change", Absent, Quantity(Dimension::NONE, CHANGE, "0.10");
     /// Growth of the worn volume since the last update, at which the next is due too. It counts from 3 % of the whole volume on. Beside
     /// stiffness_change alone.
-    VOLUME_GROWTH: PartOrNever = "update.volume_growth", ByPreset(["never", "0.5", "0.35", "0.25"]), PartOrNever("0.5");
+    VOLUME_GROWTH: PartOrNever = "update.volume_growth", ByPreset(["never", "0.5", "0.5", "0.25"]), PartOrNever("0.5");
     /// Whether the motion of the contact elements goes on to change between updates. It changes as it has since the update before.
     EXTRAPOLATE: Boolean = "update.extrapolate", ByPreset(["false", "true", "true", "true"]), Boolean;
     /// Wear iterations between two updates.

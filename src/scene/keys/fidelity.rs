@@ -64,6 +64,9 @@ keys! {
     /// Relative error by harmonics left out, up to which they are extended. Where the joint wears fast has 0.05 and balanced 0.015: other parts of its error
     /// bar decide. Not with dynamics.harmonics, which says which there are.
     HARMONIC_TOLERANCE: Quantity = "fidelity.harmonic_tolerance", ByPreset(["none", "0.025", "0.005", "2e-3"]), tolerance("0.005");
+    // A fourth of the cells cost about a fourth of the contact.
+    /// Whether half the grid is run first, and three times what it changes counts in the error bar, 0.015 at least.
+    GRID_CHECK: Boolean = "fidelity.grid_check", Is("false"), Boolean, with ["surface", "wear"];
 }
 
 /// Steps of a history where they are not those of an orbit: it turns more often.

@@ -214,6 +214,7 @@ impl Files {
             recipe: scene.recipe.clone(),
             motion,
             measured,
+            grid_twin: None,
             imported,
             identity: Identity {
                 scene: canonical,

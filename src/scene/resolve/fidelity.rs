@@ -2,10 +2,10 @@
 
 use super::Result;
 use crate::dynamics::vibration::samples_of;
-use crate::recipe::Tolerances;
+use crate::recipe::{FEWEST_CELLS, Tolerances};
 use crate::scene::keys::{cycles::HISTORY, dynamics::HARMONICS, fidelity::*};
 use crate::scene::reader::Reader;
-use crate::scene::{Fidelity, Preset, Structure};
+use crate::scene::{Fidelity, Preset, Scene, Structure};
 
 /// As many steps a cycle as make an error bar of a tenth of `error`, by the 2 % that 32 make on an orbit.
 fn steps_for(error: f64) -> usize {
@@ -62,7 +62,30 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         },
         cycle_extrapolation: reader.value_or(&CYCLE_EXTRAPOLATION, None, preset)?,
         load_steps,
+        grid_check: reader.value(&GRID_CHECK)?,
     })
+}
+
+/// Refuses to look at half of a grid that has none, or where nothing wears.
+pub(super) fn check_grid(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
+    let rough = scene.rough().filter(|_| scene.fidelity.grid_check);
+    let Some(rough) = rough else {
+        return Ok(());
+    };
+    let reason = if scene.recipe.wear.is_none() {
+        "it is about the volume that wear takes, and there is no [wear]; leave it out".to_owned()
+    } else {
+        let grid = rough.patch().grid;
+        let cells = [grid.nx, grid.ny];
+        if cells.iter().all(|n| n % 2 == 0 && n / 2 >= FEWEST_CELLS) {
+            return Ok(());
+        }
+        format!(
+            "half of joint.grid must be whole numbers of {FEWEST_CELLS} cells or more, and it is {} x {}",
+            cells[0], cells[1]
+        )
+    };
+    Err(reader.conflict(&GRID_CHECK, reason))
 }
 
 /// The error that a wear step may make, where `[wear]` does not say.

@@ -121,6 +121,7 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
             wear,
             output: output?,
             asked_error: fidelity.tolerance,
+            grid_check: fidelity.grid_check,
             why: Reasons::default(),
         },
         joint,
@@ -135,6 +136,7 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         document: reader.root.to_table(),
     };
     faults.keep(joint::check_patch(reader, &scene))?;
+    faults.keep(fidelity::check_grid(reader, &scene))?;
     Some(scene)
 }
 

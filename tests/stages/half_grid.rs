@@ -1,0 +1,106 @@
+//! Half the grid: what stepped cycles on it say of those between two ends, and what it changes of the worn volume.
+
+use std::path::Path;
+
+use fretwear::scene;
+use fretwear::stages::{Ending, Stage};
+use fretwear::tables::TableName;
+
+use super::Start;
+use crate::support::{Bench, assert_same, content, latest, summary, table};
+
+/// A joint with an even number of cells, whose elements have laws of their own.
+const LAP: [&str; 6] = [
+    "joint.grid=[72, 64]",
+    "contact.stiffness=sliders",
+    "dynamics.force.amplitude=1000 N",
+    "update.stiffness_change=0.1",
+    "update.volume_growth=0.4",
+    "wear.coefficient=2e3 um^3/J",
+];
+
+#[test]
+fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() {
+    let bench = Bench::new();
+    let sets = [
+        &LAP[..],
+        &["wear.cycles=1_000_000", "fidelity.grid_check=true"],
+    ]
+    .concat();
+    let scene = bench.scene("resonator.toml", &sets);
+    let (whole, parts) = (bench.path("whole"), bench.path("parts"));
+    Start::new(scene.clone(), &whole).done();
+    let end = latest(&whole);
+    let of = |k: u64, name, column| table(&whole, k, name).f64(column).expect("a number")[0];
+
+    // What a check has found is in force from the next update on.
+    let found = |k| of(k, TableName::FrettingCycle, "stepped_part");
+    let in_force = |k| of(k, TableName::DynamicResponse, "stepped_part");
+    let updated = |k: u64| {
+        table(&whole, k, TableName::ModelUpdate)
+            .bool("updated")
+            .expect("a flag")[0]
+    };
+    let first = (0..=end).find(|&k| found(k) != 1.0).expect("a check");
+    assert!((0.8..1.2).contains(&found(first)), "{}", found(first));
+    let next = (first + 1..=end)
+        .find(|&k| updated(k))
+        .expect("an update behind it");
+    for k in 0..=end {
+        let asked = match k < next {
+            true => 1.0,
+            false => found((0..k).rev().find(|&k| updated(k + 1)).expect("an update")),
+        };
+        assert_eq!(in_force(k), asked, "iteration {k}");
+        let error = of(k, TableName::FrettingCycle, "error_between_ends");
+        let asked = match k < first {
+            true => 0.0,
+            false => (in_force(k) / found(k) - 1.0).abs() + 0.006,
+        };
+        assert!(
+            (error - asked).abs() < 1e-12,
+            "iteration {k}: {error} and {asked}"
+        );
+    }
+    // The elements dissipate what the fine contact does, the factor in both.
+    let (fine, elements) = (
+        of(next, TableName::FrettingCycle, "dissipated_energy"),
+        of(next, TableName::DynamicResponse, "friction_energy"),
+    );
+    assert!(
+        (fine / elements - 1.0).abs() < 0.03,
+        "{fine} and {elements}"
+    );
+
+    // The twin is a run of its own.
+    let twin = whole.join("grid_twin");
+    let volume = |run: &Path| summary(run, latest(run), "wear_volume");
+    let asked = (3.0 * (volume(&twin) / volume(&whole) - 1.0).abs()).max(0.015);
+    let error = summary(&whole, end, "error_grid");
+    assert!((error - asked).abs() < 1e-9, "{error} and {asked}");
+    let without = ["error_cycles", "error_harmonics", "error_closure"];
+    let without: f64 = without
+        .iter()
+        .map(|column| summary(&whole, end, column))
+        .sum();
+    assert!(summary(&whole, end, "error_wear_volume") > error + without);
+
+    // A run goes on to the same bits, whether it was interrupted on half the grid or on all of it.
+    let part = || Start::new(scene.clone(), &parts);
+    let (outcome, _) = part().stopped_after(2).done();
+    assert_eq!(outcome.ending, Ending::Stopped);
+    assert_eq!(outcome.wear_iteration, None);
+    part().until(Stage::DynamicResponse).done();
+    part().until(Stage::Summary).done();
+    part().done();
+    assert_same(&content(&parts), &content(&whole), "interrupted");
+}
+
+#[test]
+fn a_grid_without_a_half_is_refused() {
+    let bench = Bench::new();
+    let sets = ["fidelity.grid_check=true".to_owned()];
+    let refused = scene::load(&bench.path("resonator.toml"), &sets);
+    let message = refused.expect_err("no half").to_string();
+    assert!(message.contains("45 x 36"), "{message}");
+}
