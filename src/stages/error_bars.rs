@@ -161,10 +161,10 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         let cycles = before.map_or(0, |before| before.cycles) + step.n_cycles;
         error_of_grid(twin, cycles, volume)
     });
-    bar.grid = of_grid.unwrap_or(0.0) * volume;
     let spread = |of: fn(&typed::CoarseStep) -> f64| coarse.map_or(0.0, |c| SPREAD * of(c));
     let field = spread(|c| c.difference_wear_field).max(bar.total());
     bar.propagation = (spread(|c| c.difference_wear_volume) - bar.of_contact()).max(0.0);
+    bar.grid = of_grid.unwrap_or(0.0) * volume;
     let bar = bar;
     // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
     // figure changed, and by an error that is in it by itself, not through wear.

@@ -2,21 +2,27 @@
 
 use std::sync::Arc;
 
+use serde_json::json;
+
 use super::RunError;
 use super::declaration::Declaration;
 use super::half_grid::HalfGrid;
-use super::observer::Observer;
+use super::observer::{Observer, Progress};
 use super::reads::{Outputs, Reads};
 use super::run::{Ending, RunOptions, run};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
+use crate::gauge::Gauge;
 use crate::recipe::{GridTwin, Inputs, Keep, Part};
-use crate::store::RunReader;
+use crate::store::{Opening, RunReader};
 use crate::surface::prepare::{Fit, Prepared};
 use crate::tables::{TableName, typed};
 
 /// The folder of the twin in that of its run.
 pub const FOLDER: &str = "grid_twin";
+
+/// What stands in place of its scene.
+const TWIN_SCENE: &str = "half_grid_of = \"the run in the folder above, which runs it\"\n";
 
 /// What half the grid changes times this is taken for the error of the grid. There is no order by which more cells change a rough contact: volumes of
 /// the published case lie on both sides of that of the finest grid.
@@ -53,17 +59,12 @@ pub fn with_twin(
     observer: &dyn Observer,
 ) -> Result<Option<Inputs>, RunError> {
     let inputs = options.inputs;
-    if options.source.is_some() {
-        return Err(RunError::GridCheck {
-            reason: "it runs the scene from its beginning on half the grid, and this run begins from another one",
-        });
-    }
     let Some(twin) = on_half_the_grid(inputs)? else {
         return Err(RunError::GridCheck {
-            reason: "the joint needs an even number of cells along x and y, 64 or more",
+            reason: "half of joint.grid does not fit the joint: it needs even numbers of cells, 64 or more, and half of them no less than contact elements",
         });
     };
-    observer.notice("fidelity.grid_check: first the same scene on half the grid");
+    observer.notice("fidelity.grid_check: the same scene is run on half the grid first, in the folder grid_twin of the run");
     let options = RunOptions {
         inputs: &twin,
         root: options.root.join(FOLDER),
@@ -73,7 +74,7 @@ pub fn with_twin(
         file_system: options.file_system.clone(),
         ..*options
     };
-    if run(&options, observer)?.ending != Ending::Done {
+    if run(&options, &Aside(observer))?.ending != Ending::Done {
         return Ok(None);
     }
     let reader = RunReader::open(options.file_system.clone(), &options.root)?;
@@ -83,11 +84,28 @@ pub fn with_twin(
         worn.cycles.push(summary.cycles.unwrap_or(0));
         worn.volume.push(summary.wear_volume.unwrap_or(0.0));
     }
-    observer.notice("fidelity.grid_check: now on the whole grid");
     Ok(Some(Inputs {
         grid_twin: Some(Arc::new(worn)),
         ..inputs.clone()
     }))
+}
+
+/// Who watches a run is told what its twin does, not how far it is: that would be taken for the run's own.
+struct Aside<'a>(&'a dyn Observer);
+
+impl Observer for Aside<'_> {
+    fn opened(&self, _: &Opening) {}
+    fn notice(&self, _: &str) {}
+    fn stage(&self, stage: Stage, wear_iteration: u64) {
+        self.0.stage(stage, wear_iteration);
+    }
+    fn ends_before(&self, stage: Stage) -> bool {
+        self.0.ends_before(stage)
+    }
+    fn gauge(&self) -> Gauge {
+        self.0.gauge()
+    }
+    fn committed(&self, _: &Progress) {}
 }
 
 /// The inputs of the twin; none where the grid has no half of enough cells.
@@ -129,31 +147,44 @@ fn on_half_the_grid(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     recipe.output.curves_every = 0;
     recipe.output.cycle_fields = None;
     recipe.output.response_at = Vec::new();
+    let mut identity = inputs.identity.clone();
+    // It is no run to begin another one from, or to go on with by itself.
+    identity.scene_toml = TWIN_SCENE.to_owned();
+    if let Some(grid) = identity.scene.pointer_mut("/joint/grid") {
+        *grid = json!(recipe.surface().map(|surface| surface.grid));
+    }
     Ok(Some(Inputs {
         recipe,
+        identity,
         measured: Some(Arc::new(measured)),
         ..inputs.clone()
     }))
 }
 
-/// Relative error of a worn volume \[m³\] after these cycles by the grid.
+/// Relative error of a worn volume \[m³\] after these cycles by the grid. A twin that has worn as much in fewer cycles has ended before; it is compared by the
+/// cycles that it took to this volume.
 pub fn error_of_grid(twin: &typed::GridTwin, cycles: i64, volume: f64) -> f64 {
     if volume <= 0.0 {
         return 0.0;
     }
-    let there = volume_at(twin, cycles as f64);
-    (OF_DIFFERENCE * (there / volume - 1.0).abs()).max(LEAST)
+    let (all, cycles) = (twin.cycles.iter().map(|n| *n as f64), cycles as f64);
+    let all: Vec<f64> = all.collect();
+    let is_within = all.last().is_some_and(|last| cycles <= *last);
+    let ratio = match is_within {
+        true => line(&all, &twin.wear_volume, cycles) / volume,
+        false => cycles / line(&twin.wear_volume, &all, volume),
+    };
+    (OF_DIFFERENCE * (ratio - 1.0).abs()).max(LEAST)
 }
 
-/// The volume that the twin has worn after these cycles, along straight lines between its iterations and beyond the last \[m³\].
-fn volume_at(twin: &typed::GridTwin, cycles: f64) -> f64 {
-    let point = |k: usize| (twin.cycles[k] as f64, twin.wear_volume[k]);
-    let last = twin.cycles.len().saturating_sub(1);
-    let after = (1..last).find(|&k| point(k).0 >= cycles).unwrap_or(last);
-    let ((n0, v0), (n1, v1)) = (point(after.saturating_sub(1)), point(after));
-    match n1 > n0 {
-        true => v0 + (v1 - v0) * (cycles - n0) / (n1 - n0),
-        false => v1,
+/// The value at `x` on straight lines through points of ascending `xs`, and beyond the last.
+fn line(xs: &[f64], ys: &[f64], x: f64) -> f64 {
+    let last = xs.len().saturating_sub(1);
+    let after = (1..last).find(|&k| xs[k] >= x).unwrap_or(last);
+    let before = after.saturating_sub(1);
+    match xs[after] > xs[before] {
+        true => ys[before] + (ys[after] - ys[before]) * (x - xs[before]) / (xs[after] - xs[before]),
+        false => ys[after],
     }
 }
 
@@ -171,7 +202,7 @@ mod tests {
         assert_eq!(error(0, 0.0), 0.0);
         assert!((error(50, 0.4) - 0.75).abs() < 1e-12);
         assert!((error(200, 1.6) - 0.1875).abs() < 1e-12);
-        // Beyond its end it wears on.
-        assert!((error(500, 3.0) - LEAST).abs() < 1e-12);
+        // It has ended before, with as much worn.
+        assert!((error(400, 2.0) - 1.0).abs() < 1e-12);
     }
 }

@@ -98,6 +98,11 @@ pub struct Outcome {
 pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, RunError> {
     let inputs = options.inputs;
     check_until(&inputs.recipe, options.until)?;
+    if inputs.recipe.grid_check && options.source.is_some() {
+        return Err(RunError::GridCheck {
+            reason: "half the grid is run from the beginning of a scene, and this run begins from another one",
+        });
+    }
     let mut store = open(options, observer)?;
     let ending = match whole(options, &mut store, observer) {
         Ok(ending) => ending,
@@ -120,7 +125,11 @@ fn whole(
     store: &mut RunStore,
     observer: &dyn Observer,
 ) -> Result<Ending, RunError> {
-    if !options.inputs.recipe.grid_check {
+    let stops_before = |stage| stage < Stage::GridTwin;
+    if !options.inputs.recipe.grid_check
+        || options.until.is_some_and(stops_before)
+        || options.until.is_none() && is_whole(store, options.inputs, observer)?
+    {
         return pass_through(options, store, observer);
     }
     let Some(inputs) = with_twin(options, observer)? else {
@@ -144,19 +153,8 @@ fn pass_through(
     observer: &dyn Observer,
 ) -> Result<Ending, RunError> {
     let inputs = options.inputs;
-    // Tables that are computed once per run are computed again if they are damaged or missing, also in a run that is done.
-    let mut whole = options.until.is_none() && store.reader().is_once_sound()?;
-    for stage in stages_of(&inputs.recipe).filter(|stage| stage.when == When::Once) {
-        for table in stage.writes_in(&inputs.recipe) {
-            whole = whole && store.reader().has_once(table)?;
-        }
-    }
-    if whole && is_done(store, inputs, observer)? {
-        let once = store.reader().verify_once()?;
-        let is_sound = once.iter().all(|report| report.damage.is_none());
-        if is_sound && ReducedTables::damage(store.reader())?.is_none() {
-            return Ok(Ending::Done);
-        }
+    if options.until.is_none() && is_whole(store, inputs, observer)? {
+        return Ok(Ending::Done);
     }
     let mut runner = Runner::new(inputs, options.threads, observer);
     for stage in stages_of(&inputs.recipe).filter(|stage| stage.when == When::Once) {
@@ -186,6 +184,24 @@ fn pass_through(
             return Ok(Ending::Until(stage));
         }
     }
+}
+
+/// True if a run is done, and all is there. Tables that are computed once per run are computed again if they are damaged or missing, also in a run that is
+/// done.
+fn is_whole(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<bool, RunError> {
+    let reader = store.reader();
+    let mut whole = reader.is_once_sound()?;
+    for stage in stages_of(&inputs.recipe).filter(|stage| stage.when == When::Once) {
+        for table in stage.writes_in(&inputs.recipe) {
+            whole = whole && reader.has_once(table)?;
+        }
+    }
+    if !whole || !is_done(store, inputs, observer)? {
+        return Ok(false);
+    }
+    let once = reader.verify_once()?;
+    let is_sound = once.iter().all(|report| report.damage.is_none());
+    Ok(is_sound && ReducedTables::damage(reader)?.is_none())
 }
 
 /// True if the last iteration is that which ends the scene. Its error bar may be wider than was asked for.

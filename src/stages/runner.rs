@@ -114,6 +114,11 @@ impl<'a> Runner<'a> {
             let check = due.cycle_check.into();
             parameters.insert("cycle_check_due".to_owned(), check);
         }
+        let twin = self.inputs.grid_twin.as_ref();
+        if let Some(twin) = twin.filter(|_| stage.recipe.contains(&Part::GridCheck)) {
+            let last = json!([twin.cycles.last(), twin.volume.last()]);
+            parameters.insert("grid_twin".to_owned(), last);
+        }
         let reads_fields = stage.recipe.contains(&Part::CycleFields);
         let fields = recipe.output.cycle_fields.as_ref();
         let fields = fields.filter(|_| reads_fields && due.cycle_fields);

@@ -75,9 +75,16 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
     // The twin is a run of its own.
     let twin = whole.join("grid_twin");
     let volume = |run: &Path| summary(run, latest(run), "wear_volume");
-    let asked = (3.0 * (volume(&twin) / volume(&whole) - 1.0).abs()).max(0.015);
+    let is_of_the_twin = |run: &Path| {
+        let asked = 3.0 * (volume(&run.join("grid_twin")) / volume(run) - 1.0).abs();
+        let error = summary(run, latest(run), "error_grid");
+        assert!(
+            (error - asked.max(0.015)).abs() < 1e-9,
+            "{error} and {asked}"
+        );
+    };
+    is_of_the_twin(&whole);
     let error = summary(&whole, end, "error_grid");
-    assert!((error - asked).abs() < 1e-9, "{error} and {asked}");
     let without = ["error_cycles", "error_harmonics", "error_closure"];
     let without: f64 = without
         .iter()
@@ -94,6 +101,22 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
     part().until(Stage::Summary).done();
     part().done();
     assert_same(&content(&parts), &content(&whole), "interrupted");
+
+    // It goes on with the run, and is no run to begin from.
+    let farther = [
+        &LAP[..],
+        &["wear.cycles=1_100_000", "fidelity.grid_check=true"],
+    ]
+    .concat();
+    let farther = bench.scene("resonator.toml", &farther);
+    Start::new(farther.clone(), &parts).done();
+    is_of_the_twin(&parts);
+    let other = bench.path("other");
+    let message = Start::new(farther, &other).from(&whole, 1).refused();
+    assert!(message.contains("from the beginning"), "{message}");
+    assert!(!other.exists());
+    let from = bench.scene("resonator.toml", &LAP);
+    Start::new(from, &other).from(&twin, 1).refused();
 }
 
 #[test]

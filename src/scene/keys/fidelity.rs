@@ -65,7 +65,7 @@ keys! {
     /// bar decide. Not with dynamics.harmonics, which says which there are.
     HARMONIC_TOLERANCE: Quantity = "fidelity.harmonic_tolerance", ByPreset(["none", "0.025", "0.005", "2e-3"]), tolerance("0.005");
     // A fourth of the cells cost about a fourth of the contact.
-    /// Whether half the grid is run first, and three times what it changes counts in the error bar, 0.015 at least.
+    /// Whether half of joint.grid is run first, and three times what it changes counts in the error bar. It needs even numbers of cells, 64 or more, and a run that begins with its scene.
     GRID_CHECK: Boolean = "fidelity.grid_check", Is("false"), Boolean, with ["surface", "wear"];
 }
 

@@ -68,13 +68,11 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
 
 /// Refuses to look at half of a grid that has none, or where nothing wears.
 pub(super) fn check_grid(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
-    let rough = scene.rough().filter(|_| scene.fidelity.grid_check);
-    let Some(rough) = rough else {
+    if !scene.fidelity.grid_check {
         return Ok(());
-    };
-    let reason = if scene.recipe.wear.is_none() {
-        "it is about the volume that wear takes, and there is no [wear]; leave it out".to_owned()
-    } else {
+    }
+    let rough = scene.rough().filter(|_| scene.recipe.wear.is_some());
+    let reason = if let Some(rough) = rough {
         let grid = rough.patch().grid;
         let cells = [grid.nx, grid.ny];
         if cells.iter().all(|n| n % 2 == 0 && n / 2 >= FEWEST_CELLS) {
@@ -84,6 +82,8 @@ pub(super) fn check_grid(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
             "half of joint.grid must be whole numbers of {FEWEST_CELLS} cells or more, and it is {} x {}",
             cells[0], cells[1]
         )
+    } else {
+        "it is about the volume that [wear] takes from a rough [surface]; leave it out".to_owned()
     };
     Err(reader.conflict(&GRID_CHECK, reason))
 }
