@@ -61,6 +61,7 @@ fn scenes() -> Vec<(&'static str, String)> {
             after(CASE, "normal_load = \"30 kN\"\n", "rotation = \"free\"\n"),
         ),
         ("pruned", replaced(CASE, "\"all\"", "{ every = 2 }")),
+        ("halved", replaced(CASE, "[64, 40]", "[64, 66]")),
         (
             "fields",
             after(CASE, "keep = \"all\"\n", "cycle_fields = { j = [0, 3] }\n"),
