@@ -3,7 +3,7 @@
 //! The curve that is followed is (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so far, and ω, scaled by
 //! the width of the range; it does not depend on which elements are active. It has (cosine, sine) of every harmonic that is loaded at a port
 //! too: a resonance along another axis may bend over and lift the contact off, of which the response alone shows nothing. Steps go along the secant;
-//! `predictor.rs` foretells the response there. From a phase resonance the first step goes along the turn of its phase.
+//! `predictor.rs` predicts the response there. From a phase resonance the first step follows the change of its phase.
 
 use std::collections::VecDeque;
 
@@ -108,7 +108,7 @@ struct Branch {
     unphysical: usize,
     /// Where the first step goes, and the angle by which its motion is later, for a step of length 1 \[rad\]; along the frequency if none.
     heading: Option<(Vec<f64>, f64)>,
-    /// What solved the last step.
+    /// The solver of the last step, from which that of the next goes on.
     frame: Option<Frame>,
 }
 
@@ -442,7 +442,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             .newton_from(frame, tolerance, start, 1.0, &condition)
     }
 
-    /// What the points so far foretell of that at a distance along the branch; none of one point.
+    /// The response that the points so far predict at a distance along the branch; none from a single point.
     fn ahead(&self, branch: &Branch, step: f64) -> Option<Start> {
         let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
         let places = self.lengths(&known, &branch.largest);

@@ -60,6 +60,10 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
+/// Cycles between two ends that miss more than this part of stepped ones are left as they are, and the error bar has all of it: half the grid does not tell
+/// a correction as large.
+const LARGEST_CORRECTION: f64 = 0.1;
+
 /// The tables of the response in force: iterations that do not renew it have the same.
 const IN_FORCE: [TableName; 6] = [
     TableName::Response,
@@ -94,7 +98,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut parameters = parameters_of(&reads.table()?, reads.maybe()?);
     let checked = reads.maybe_before::<typed::FrettingCycle>()?;
     let stepped_part = checked.and_then(|cycle| cycle.stepped_part);
-    let in_force = stepped_part.unwrap_or(1.0);
+    let in_force = stepped_part.filter(|part| (part - 1.0).abs() <= LARGEST_CORRECTION);
+    let in_force = in_force.unwrap_or(1.0);
     let start = before.as_ref();
     let start = start.map(|(response, row)| start_of(response, row));
     let mut start = start.transpose()?;
