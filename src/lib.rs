@@ -78,6 +78,7 @@ pub mod journal;
 pub mod json;
 pub mod linalg;
 pub mod material;
+pub mod milestones;
 pub mod model_update;
 pub mod recipe;
 pub mod reference;

@@ -291,6 +291,14 @@ pub enum UnitProblem {
         /// The known unit that looks most like it.
         nearest: Option<String>,
     },
+    /// A unit of inches and pounds.
+    #[error("has the unit \"{unit}\", which is not read: write it in SI, with 1 {unit} = {worth}")]
+    Customary {
+        /// The unit as written.
+        unit: &'static str,
+        /// What one of it is worth.
+        worth: &'static str,
+    },
     /// A quantity of another dimension.
     #[error("is {found}")]
     WrongDimension {

@@ -81,7 +81,7 @@ fn names(code: &str, path: &str) -> bool {
 
 /// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
-    const MODULES: [&str; 31] = [
+    const MODULES: [&str; 32] = [
         "campaign",
         "cli",
         "contact",
@@ -94,6 +94,7 @@ fn modules(source: &Source) -> Vec<String> {
         "json",
         "linalg",
         "material",
+        "milestones",
         "model_update",
         "progress",
         "recipe",
@@ -192,6 +193,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "dynamics",
         ],
     ),
+    ("milestones/", &["store", "tables", "units", "milestones"]),
     ("model_update/", &["grid", "contact", "model_update"]),
     (
         "surface/readers/",

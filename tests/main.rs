@@ -10,6 +10,7 @@ mod imports;
 mod json;
 mod linalg;
 mod manifest;
+mod milestones;
 mod model_update;
 mod plan;
 mod quadrature;

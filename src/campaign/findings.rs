@@ -13,8 +13,10 @@ use super::table::Campaign;
 use crate::tables::{Nullable, Table, TableError, TableName};
 
 /// Columns of a summary that are reported, where runs have them.
-pub const FIGURES: [&str; 14] = [
+pub const FIGURES: [&str; 16] = [
     "wear_volume",
+    "largest_depth",
+    "depth_99",
     "wear_rate",
     "dissipated_energy",
     "dissipated_energy_total",

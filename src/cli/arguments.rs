@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fretwear::units::{self, Dimension};
 
-use super::{backbone, campaign, inspect, new, run};
+use super::{backbone, campaign, inspect, new, run, when};
 
 /// Fretting wear of rough bolted joints over millions of vibration cycles.
 #[derive(Parser)]
@@ -81,6 +81,11 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Tell after how many cycles a joint has lost preload, frequency or depth
+    ///
+    /// Each milestone has an earliest, a most likely and a latest number of cycles, by the error bars of the run. A percentage is of the unworn
+    /// joint, a sign says a change. Ends with 75 where the run is not done.
+    When(when::WhenArguments),
     /// Write a commented scene of your own that runs
     ///
     /// At a terminal, without --like and --set, it asks for what differs from joint to joint.

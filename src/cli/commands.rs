@@ -35,6 +35,10 @@ pub const GROUPS: [Group; 5] = [
         "Use the results",
         &[
             ("report", "fretwear report runs/joint"),
+            (
+                "when",
+                "fretwear when runs/joint --preload 90% --depth 10um",
+            ),
             ("compare", "fretwear compare runs/* --csv runs.csv"),
             ("export", "fretwear export runs/joint@12 --vtu fields"),
             ("verify", "fretwear verify runs/joint"),

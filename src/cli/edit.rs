@@ -2,12 +2,20 @@
 
 use std::io::{self, BufRead};
 
+use fretwear::units::{self, Dimension};
+
 use crate::terminal::say;
 
 /// Keys that differ from joint to joint, in the order in which one would be asked for them, and what they are.
 const ASKED: [(&str, &str); 11] = [
-    ("joint.size", "sides of the joint along x and y"),
-    ("joint.hole", "the hole, as { diameter = \"9 mm\" }"),
+    (
+        "joint.size",
+        "sides of the joint along x and y, as 40 x 30 mm",
+    ),
+    (
+        "joint.hole",
+        "the hole, as { diameter = \"9 mm\" }, or none",
+    ),
     ("joint.grid", "cells along x and y"),
     ("material.youngs_modulus", "Young's modulus"),
     ("surface.rq", "root mean square roughness"),
@@ -40,6 +48,93 @@ fn place_of(text: &str, key: &str) -> Option<std::ops::Range<usize>> {
         }
     }
     None
+}
+
+/// What a person means by a value: sides as `40 x 30 mm`, and no hole. None is meant by the empty text: the line is left out.
+pub fn meant(key: &str, value: &str) -> String {
+    let value = value.trim();
+    let bare = value.trim_matches(['"', '\'']);
+    match key {
+        "joint.hole" if NO.contains(&bare.to_lowercase().as_str()) => String::new(),
+        "joint.size" => {
+            let sides: Vec<&str> = bare.split(['x', 'X', '\u{d7}']).map(str::trim).collect();
+            let unit = |side: &str| {
+                side.trim_start_matches(|c: char| !c.is_alphabetic())
+                    .to_owned()
+            };
+            match sides[..] {
+                [x, y] if !bare.starts_with('[') => {
+                    let of_y = unit(y);
+                    let x = match unit(x).is_empty() {
+                        true => format!("{x} {of_y}"),
+                        false => x.to_owned(),
+                    };
+                    format!("[\"{x}\", \"{y}\"]")
+                }
+                _ => value.to_owned(),
+            }
+        }
+        _ => value.to_owned(),
+    }
+}
+
+/// Answers by which a joint has no hole.
+const NO: [&str; 5] = ["no", "none", "no hole", "0", "-"];
+
+/// The text without the line of a key.
+pub fn without(text: &str, key: &str) -> String {
+    let Some(place) = place_of(text, key) else {
+        return text.to_owned();
+    };
+    let begin = text[..place.start].rfind('\n').map_or(0, |at| at + 1);
+    let end = text[place.end..]
+        .find('\n')
+        .map_or(text.len(), |at| place.end + at + 1);
+    format!("{}{}", &text[..begin], &text[end..])
+}
+
+/// Cells along x and y of a scene that is as fine over a correlation length as the `shipped` one; none where either has no such lengths.
+pub fn fitting_grid(shipped: &str, text: &str) -> Option<[u64; 2]> {
+    let lengths = |text: &str, key: &str| -> Option<[f64; 2]> {
+        let value = text
+            .get(place_of(text, key)?)?
+            .parse::<toml::Value>()
+            .ok()?;
+        let each = match &value {
+            toml::Value::Array(each) => each.clone(),
+            one => vec![one.clone(); 2],
+        };
+        let of = |at: usize| units::parse(each.get(at)?.as_str()?, Dimension::LENGTH).ok();
+        Some([of(0)?, of(1)?])
+    };
+    let cells = shipped
+        .get(place_of(shipped, "joint.grid")?)?
+        .parse::<toml::Value>()
+        .ok()?;
+    let ratios = |text: &str| -> Option<[f64; 2]> {
+        let sides = lengths(text, "joint.size")?;
+        let correlation = lengths(text, "surface.correlation_length")?;
+        Some([0, 1].map(|axis| sides[axis] / correlation[axis]))
+    };
+    let (own, of_shipped) = (ratios(text)?, ratios(shipped)?);
+    let fitting = |axis: usize| {
+        let cells = cells.get(axis)?.as_integer()? as f64;
+        let fine = cells * own[axis] / of_shipped[axis];
+        Some(2 * (0.5 * fine).round().clamp(FEWEST, MOST) as u64)
+    };
+    Some([fitting(0)?, fitting(1)?])
+}
+
+/// Half of the fewest and of the most cells along a side that are chosen.
+const FEWEST: f64 = 16.0;
+const MOST: f64 = 256.0;
+
+/// The text without the comment that it begins with, which is about the scene that is shipped.
+pub fn without_head(text: &str) -> &str {
+    let lines = text
+        .split_inclusive('\n')
+        .take_while(|line| line.starts_with('#') || line.trim().is_empty());
+    &text[lines.map(str::len).sum()..]
 }
 
 /// The text with another value of a key, as TOML; none where the key stands on no line of its own.
@@ -80,7 +175,7 @@ fn asked_of(
             if answer.trim().is_empty() {
                 break;
             }
-            sets.push(format!("{key}={}", answer.trim()));
+            sets.push(format!("{key}={}", meant(key, &answer)));
             match fault(&sets) {
                 None => break,
                 Some(fault) => say(&fault),
@@ -93,7 +188,29 @@ fn asked_of(
 
 #[cfg(test)]
 mod tests {
-    use super::asked_of;
+    use super::{asked_of, fitting_grid, meant, without, without_head};
+
+    #[test]
+    fn sides_and_no_hole_are_read_as_they_are_said() {
+        let size = |text| meant("joint.size", text);
+        assert_eq!(size("40 x 30 mm"), "[\"40 mm\", \"30 mm\"]");
+        assert_eq!(size("40x30mm"), "[\"40 mm\", \"30mm\"]");
+        assert_eq!(size("1.2 cm × 8 mm"), "[\"1.2 cm\", \"8 mm\"]");
+        assert_eq!(size("[\"4 mm\", \"3 mm\"]"), "[\"4 mm\", \"3 mm\"]");
+        assert_eq!(meant("joint.hole", "No hole"), "");
+        assert_eq!(
+            meant("joint.hole", "{ diameter = \"9 mm\" }"),
+            "{ diameter = \"9 mm\" }"
+        );
+        let text = "# About.\n\n[joint]\nsize = [\"4 mm\", \"4 mm\"]\nhole = 1 # h\ngrid = [64, 64]\n[surface]\ncorrelation_length = \"1 mm\"\n";
+        assert_eq!(
+            without(text, "joint.hole"),
+            text.replace("hole = 1 # h\n", "")
+        );
+        assert!(without_head(text).starts_with("[joint]"));
+        let wide = text.replace("[\"4 mm\", \"4 mm\"]", "[\"8 mm\", \"3 mm\"]");
+        assert_eq!(fitting_grid(text, &wide), Some([128, 48]));
+    }
 
     #[test]
     fn an_answer_with_a_fault_is_asked_for_again_and_an_empty_one_keeps_the_value() {

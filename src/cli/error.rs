@@ -90,6 +90,16 @@ pub enum CliError {
     Map(#[from] fretwear::surface::readers::ReadError),
     #[error("--fixed: {0}")]
     Fixed(#[from] fretwear::structure::inspection::FixedError),
+    #[error("the run {} has no [wear]: nothing of it changes with cycles", path.display())]
+    NothingWears { path: PathBuf },
+    #[error("the run {} has no history of the {figure}: {reason}", path.display())]
+    NoMilestone {
+        path: PathBuf,
+        figure: &'static str,
+        reason: &'static str,
+    },
+    #[error(transparent)]
+    Milestone(fretwear::milestones::MilestoneError),
     #[error("there is no scene (*.toml) in {}", path.display())]
     NoScenes { path: PathBuf },
     #[error(
@@ -254,6 +264,9 @@ impl CliError {
             | CliError::NothingToDraw { .. }
             | CliError::NothingVibrates { .. }
             | CliError::NoRange { .. }
+            | CliError::NothingWears { .. }
+            | CliError::NoMilestone { .. }
+            | CliError::Milestone(_)
             | CliError::Levels { .. }
             | CliError::Level { .. }
             | CliError::OverLevels { .. }

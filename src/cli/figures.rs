@@ -37,14 +37,18 @@ const FRICTION: &str = "friction of a cycle";
 /// All figures, in the order in which they are printed. Resonance and amplitude are those with the state's own contact elements where it
 /// has such a response, as in a report; else those of the vibration that drives the wear.
 #[rustfmt::skip]
-pub const FIGURES: [Figure; 16] = [
+pub const FIGURES: [Figure; 19] = [
     figure(("resonance", quantity::FREQUENCY), JointState::resonance, |s| s.error_resonance_frequency),
     figure(("amplitude at resonance", quantity::LENGTH), |s| s.response.as_ref()?.resonance_amplitude, |s| s.error_peak_amplitude),
     figure(("amplitude at dynamics.at", quantity::LENGTH), JointState::forced_amplitude, |s| s.error_peak_amplitude),
     figure(("largest amplitude", quantity::LENGTH), JointState::driving_amplitude, |s| s.error_peak_amplitude),
     figure(("worn volume", quantity::VOLUME), |s| s.summary.wear_volume, |s| s.error_wear_volume),
+    figure(("largest depth", quantity::LENGTH), |s| s.summary.largest_depth, |s| s.error_largest_depth),
+    figure(("depth of 1 %", quantity::LENGTH), |s| s.summary.depth_99, |s| s.error_depth_99),
     figure(("wear rate", quantity::VOLUME_RATE), |s| s.summary.wear_rate, |s| s.error_dissipated_energy),
     figure((FRICTION, quantity::ENERGY), |s| s.summary.dissipated_energy, |s| s.error_dissipated_energy),
+    // A load that stays is one of the scene.
+    figure(("bolt load", quantity::FORCE), |s| s.summary.error_normal_load.and(s.summary.normal_load), |s| s.error_normal_load),
     figure(("stiffness kn", quantity::STIFFNESS), |s| s.summary.kn, |s| s.error_kn),
     figure(("stiffness kt", quantity::STIFFNESS), |s| s.summary.kt, |s| s.error_kt),
     figure(("contact area", quantity::SHARE), |s| s.summary.contact_area_fraction, |_| None),
@@ -102,7 +106,7 @@ impl Figure {
 }
 
 /// A value with its unit.
-fn in_unit(value: f64, unit: Unit) -> String {
+pub fn in_unit(value: f64, unit: Unit) -> String {
     let number = unit.rounded(value, DIGITS);
     format!("{number} {}", unit.symbol).trim_end().to_owned()
 }

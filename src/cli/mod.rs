@@ -32,6 +32,7 @@ mod show;
 mod stage;
 mod status;
 mod trade;
+mod when;
 
 use std::io::ErrorKind;
 use std::process::ExitCode;
@@ -131,6 +132,7 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
         Command::Status { folder, json } => status::status(&folder, json, out),
         Command::New { path, like, sets } => new::new(&path, like.as_deref(), &sets, out),
         Command::Verify { run } => show::verify(&run, out),
+        Command::When(arguments) => when::when(&arguments, out),
         Command::Trade(arguments) => trade::trade(&arguments, out),
         Command::Campaign { command } => campaign::campaign(&command, out),
         #[cfg(feature = "polars")]

@@ -90,7 +90,11 @@ pub fn new(
     if path.exists() {
         return Err(failed(io::ErrorKind::AlreadyExists.into()));
     }
-    let mut sets = sets.to_vec();
+    let said = |set: &String| match set.split_once('=') {
+        Some((key, value)) => format!("{key}={}", edit::meant(key.trim(), value)),
+        None => set.clone(),
+    };
+    let mut sets: Vec<String> = sets.iter().map(said).collect();
     if is_asked {
         sets = edit::asked(example.text, |sets| fault(example, &path, sets));
     }
@@ -118,9 +122,10 @@ pub fn new(
 
 /// The text of a scene with other values, each of which is one that its key can have.
 fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, CliError> {
-    scene::load_kept(path, example.text, sets)?;
-    let mut text = example.text.to_owned();
-    for set in sets {
+    let (shipped, sets) = without_hole(example, sets);
+    scene::load_kept(path, &shipped, &sets)?;
+    let mut text = shipped;
+    for set in &sets {
         // One without `=` is refused above.
         let (key, value) = set.split_once('=').unwrap_or((set, ""));
         let edited = edit::with(&text, key.trim(), value.trim());
@@ -131,6 +136,14 @@ fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, Cl
     }
     let keys = sets.iter().filter_map(|set| set.split_once('='));
     let keys: Vec<&str> = keys.map(|(key, _)| key.trim()).collect();
+    let resizes = ["joint.size", "surface.correlation_length"];
+    if keys.iter().any(|key| resizes.contains(key))
+        && !keys.contains(&"joint.grid")
+        && let Some([x, y]) = edit::fitting_grid(example.text, &text)
+    {
+        text = edit::with(&text, "joint.grid", &format!("[{x}, {y}]")).unwrap_or(text);
+        scene::load_kept(path, &text, &[])?;
+    }
     if let (false, Some(stem)) = (keys.is_empty() || keys.contains(&"title"), path.file_stem()) {
         let title = json!(stem.to_string_lossy()).to_string();
         text = edit::with(&text, "title", &title).unwrap_or(text);
@@ -138,25 +151,41 @@ fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, Cl
     Ok(headed(example, path, &text, &keys))
 }
 
-/// The text with a first line that says where it comes from and what of it is changed, and with the command that runs it.
+/// The text of a scene without its hole, where that is asked for, and what else is.
+fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
+    let is_no_hole = |set: &&String| set.as_str() == "joint.hole=";
+    let text = match sets.iter().any(|set| is_no_hole(&set)) {
+        true => edit::without(example.text, "joint.hole"),
+        false => example.text.to_owned(),
+    };
+    let others = sets.iter().filter(|set| !is_no_hole(set)).cloned();
+    (text, others.collect())
+}
+
+/// The text under a head that says what it is: of a scene as it is shipped all of its own head, of one with other values what these are, with the
+/// command that runs it.
 fn headed(example: &Example, path: &Path, text: &str, changed: &[&str]) -> String {
     let name = example.name;
-    let changed = match changed {
-        [] => String::new(),
-        keys => format!(" with other values of {}", keys.join(", ")),
-    };
     let own = format!("fretwear run {}", word(path));
-    let shipped = format!("fretwear run pipelines/{name}.toml");
+    if changed.is_empty() {
+        let shipped = format!("fretwear run pipelines/{name}.toml");
+        let text = text.replacen(&shipped, &own, 1);
+        return format!(
+            "# The scene {name} that is shipped with fretwear. What is said below of sources and results is said of\n# the shipped one.\n#\n{text}"
+        );
+    }
+    let body = edit::without_head(text);
     format!(
-        "# The scene {name} that is shipped with fretwear{changed}. What is said below of sources and results is said of\n\
-         # the shipped one.\n#\n{}",
-        text.replacen(&shipped, &own, 1)
+        "# A joint of its own, begun from the scene {name} that is shipped with fretwear.\n#\n#     {own}\n#\n\
+         # Its own are {}. Every other value is that of the shipped scene: look whether it is that of your joint.\n\n{body}",
+        changed.join(", ")
     )
 }
 
 /// What is wrong with the last of these values; none where that shows only with others that are still to come.
 fn fault(example: &Example, path: &Path, sets: &[String]) -> Option<String> {
-    let error = scene::load_kept(path, example.text, sets).err()?;
+    let (text, sets) = without_hole(example, sets);
+    let error = scene::load_kept(path, &text, &sets).err()?;
     let last = sets.last()?;
     let key = last.split('=').next().unwrap_or(last);
     let is_of_last = |error: &SceneError| {

@@ -33,7 +33,7 @@ const FAINT: f64 = 1e-6;
 const FEW: u32 = 3;
 
 /// Estimated errors of a resonance by harmonics that are left out, and by samples that are too few, relative.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truncation {
     /// Of the frequency of the phase resonance.
     pub frequency: f64,
@@ -41,6 +41,8 @@ pub struct Truncation {
     pub amplitude: f64,
     /// Of the energy that friction dissipates in a cycle.
     pub friction_energy: f64,
+    /// What the frequency is expected to be more with all of them, by the estimate alone; none where it is not known.
+    pub expected: Option<f64>,
 }
 
 impl Truncation {
@@ -49,6 +51,15 @@ impl Truncation {
         frequency: UNKNOWN,
         amplitude: UNKNOWN,
         friction_energy: UNKNOWN,
+        expected: None,
+    };
+
+    /// Where nothing is left out.
+    pub const NONE: Truncation = Truncation {
+        frequency: 0.0,
+        amplitude: 0.0,
+        friction_energy: 0.0,
+        expected: Some(0.0),
     };
 
     fn and(self, other: Truncation) -> Truncation {
@@ -56,6 +67,7 @@ impl Truncation {
             frequency: self.frequency + other.frequency,
             amplitude: self.amplitude + other.amplitude,
             friction_energy: self.friction_energy + other.friction_energy,
+            expected: self.expected.zip(other.expected).map(|(a, b)| a + b),
         }
     }
 
@@ -75,6 +87,7 @@ impl Truncation {
             frequency: self.frequency.min(UNKNOWN) + left,
             amplitude: amplitude.min(UNKNOWN) + left,
             friction_energy: self.friction_energy.min(UNKNOWN) + left,
+            ..self
         }
     }
 
@@ -83,6 +96,7 @@ impl Truncation {
             frequency: factor * self.frequency,
             amplitude: factor * self.amplitude,
             friction_energy: factor * self.friction_energy,
+            expected: self.expected,
         }
     }
 
@@ -484,13 +498,16 @@ impl Resolved<'_> {
         Option<(HarmonicBalance<ContactElement>, Resonance)>,
     )> {
         if self.is_linear() {
-            return Some((Truncation::default(), None));
+            return Some((Truncation::NONE, None));
         }
         let harmonics = self.balance.harmonics().beyond();
         let finer = self.vibration.finer(&self.balance, harmonics, 1).ok()?;
         let (truncation, resonance) = self.errors_by(&finer, taken)?;
         let truncation = match taken {
-            Some(_) => truncation.scaled(LEFT_OUT / TAIL),
+            Some(_) => Truncation {
+                expected: truncation.expected.map(|change| LEFT_OUT * change),
+                ..truncation.scaled(LEFT_OUT / TAIL)
+            },
             None => truncation,
         };
         Some((truncation, Some((finer, resonance))))
@@ -499,7 +516,7 @@ impl Resolved<'_> {
     /// Errors by samples that are too few, from the resonance with twice as many. They are apart from those by harmonics, which may cancel them.
     fn errors_of_samples(&self) -> Truncation {
         if self.is_linear() {
-            return Truncation::default();
+            return Truncation::NONE;
         }
         let harmonics = self.balance.harmonics().clone();
         let twice = self.vibration.finer(&self.balance, harmonics, 2);
@@ -620,6 +637,7 @@ impl Resolved<'_> {
                 * (change(coarse.omega, fine.in_force().omega) + left / FREQUENCY_WEIGHT),
             amplitude: TAIL * amplitude.max(whole).max(peak),
             friction_energy: TAIL * energy,
+            expected: Some(fine.in_force().omega / coarse.omega - 1.0),
         };
         Some((truncation, fine))
     }

@@ -6,6 +6,7 @@
 //! how much of the bolt's load is left.
 
 mod bolt;
+mod bolt_compliance;
 mod criterion;
 mod elements;
 mod end_loads;
@@ -17,6 +18,7 @@ mod stiffness;
 mod trend;
 
 pub use bolt::{Approach, Bolt, PRELOAD_TOLERANCE, Preload, preload};
+pub use bolt_compliance::{BoltHead, BoltedJoint, Clamping, metric_thread};
 pub use criterion::{Criterion, CycleFigures, Due, DueTo, UpdateState};
 pub use elements::{ContactElements, Nodes};
 pub use end_loads::EndLoads;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::decision::Told;
-use super::pressing::{StructureMesh, StructurePressing};
+use super::pressing::{Preload, StructureMesh, StructurePressing};
 use super::{Reasons, Surface};
 use crate::contact::normal::{NormalOptions, Rotation};
 use crate::contact::tangential::TangentialOptions;
@@ -23,6 +23,9 @@ pub struct Contact {
     /// What presses and holds them.
     #[serde(flatten)]
     pub conditions: Conditions,
+    /// What gives way of a bolt by its dimensions; none of another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bolt_compliance: Option<BoltCompliance>,
     /// Points of the plane that fields are transformed on.
     pub plane: [usize; 2],
     /// Coulomb's coefficient of friction; none where nothing moves.
@@ -46,6 +49,41 @@ pub struct Contact {
     pub tolerances: Tolerances,
     /// The reasons.
     pub why: Reasons,
+}
+
+/// What gives way where a bolt clamps a joint, by VDI 2230 \[m/N\].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BoltCompliance {
+    /// The bolt, δ_S.
+    pub bolt: f64,
+    /// The clamped parts, δ_P.
+    pub plates: f64,
+    /// What of them the half spaces under the smooth patch have already; none where the structure presses the joint, which has all of it.
+    pub patch: Option<f64>,
+}
+
+impl BoltCompliance {
+    /// Stiffness between both faces of the joint, outside of the contact \[N/m\].
+    pub fn stiffness(self) -> f64 {
+        let parts = self.patch.map_or(0.0, |patch| self.plates - patch);
+        1.0 / (self.bolt + parts)
+    }
+
+    /// In words, with the most that a joint loses while it wears.
+    fn told(self) -> String {
+        let told = |compliance: f64| 1e9 * compliance;
+        let (bolt, plates) = (told(self.bolt), told(self.plates));
+        let all = 1.0 / (self.bolt + self.plates);
+        let patch = match self.patch {
+            Some(patch) => format!(", of which half spaces have {:.4} already", told(patch)),
+            None => ", which the structure has already".to_owned(),
+        };
+        format!(
+            "delta_S {bolt:.4}, delta_P {plates:.4} um/kN{patch}; k_b {:.4} N/um; at most {:.3} N lost per um of even wear",
+            1e-6 * self.stiffness(),
+            1e-6 * all
+        )
+    }
 }
 
 /// What presses the bodies together, and what holds them.
@@ -91,6 +129,17 @@ impl Contact {
         lower.youngs_modulus.min(upper.youngs_modulus)
     }
 
+    /// True if wear takes load away: a bolt gives way, or the approach is held.
+    pub fn load_falls(&self) -> bool {
+        self.bolt_gives_way() || self.conditions.approach.is_some()
+    }
+
+    /// True if wear takes load from a bolt, in the mesh or outside of it.
+    pub fn bolt_gives_way(&self) -> bool {
+        let preload = self.pressing.as_ref().map(|of| &of.preload);
+        self.conditions.bolt_stiffness.is_some() || preload.is_some_and(Preload::is_found)
+    }
+
     /// What is to be said of the peak pressure \[Pa\] of a contact without a cap, if a real one would yield.
     pub fn remark_on_peak(&self, peak: f64) -> Option<String> {
         let modulus = self.least_modulus();
@@ -103,7 +152,7 @@ impl Contact {
             ""
         };
         Some(format!(
-            "the peak pressure of {:.3} GPa is {:.2} of Young's modulus; metals yield at 0.01 to 0.04 of it: contact.pressure_cap limits it{also}",
+            "the largest pressure of {:.3} GPa is {:.2} of Young's modulus; metals yield at 0.01 to 0.04 of it: contact.pressure_cap limits it{also}",
             peak * 1e-9,
             peak / modulus
         ))
@@ -171,6 +220,10 @@ impl Contact {
                 "as rigid punches on half spaces",
                 why.of("pressing"),
             );
+        }
+        if let Some(bolt) = self.bolt_compliance {
+            let why = "by VDI 2230; embedding and the scatter of tightening are in no bar";
+            told.add("bolt", bolt.told(), why);
         }
         let cap = self
             .conditions

@@ -29,7 +29,7 @@ pub use crate::model_update::Criterion;
 pub use crate::structure::contact_array::ContactArray;
 pub use crate::wear::Scheme;
 pub use check::Check;
-pub use contact::{Conditions, Contact, Tolerances, YIELDS};
+pub use contact::{BoltCompliance, Conditions, Contact, Tolerances, YIELDS};
 pub use counted::Counted;
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS};
@@ -195,6 +195,15 @@ impl Recipe {
     /// The cycle of the joint.
     pub fn cycle(&self) -> Option<&Cycle> {
         self.joint()?.cycle.as_ref()
+    }
+
+    /// True if the run ends with the iteration after one that bears this load \[N\], known to this relative bar.
+    pub fn ends_after(&self, load: Option<f64>, bar: Option<f64>) -> bool {
+        let (Some(wear), Some(contact)) = (&self.wear, self.contact()) else {
+            return false;
+        };
+        let unworn = contact.conditions.normal_load;
+        load.is_some_and(|load| wear.has_lost(load, bar.unwrap_or(0.0), unworn))
     }
 
     /// The contact elements of the joint.

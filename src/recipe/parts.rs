@@ -63,6 +63,7 @@ impl Recipe {
         let law = |wear: &Wear| Wear {
             cycles: None,
             volume: None,
+            until_preload: None,
             ..wear.clone()
         };
         let joint = |joint: &Joint| Joint {

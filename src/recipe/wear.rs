@@ -14,6 +14,9 @@ pub struct Wear {
     pub cycles: Option<u64>,
     /// Worn volume to reach \[m³\].
     pub volume: Option<f64>,
+    /// Part of the load that is left when the run ends, with all of its error bar; none: the load ends nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_preload: Option<f64>,
     /// How a wear step is taken.
     pub scheme: Scheme,
     /// Largest local wear depth of a step \[m\]; always there for an explicit scheme.
@@ -26,6 +29,12 @@ impl Wear {
     /// True if these cycles, or this worn volume \[m³\], end the run.
     pub fn is_reached(&self, cycles: u64, volume: f64) -> bool {
         self.cycles.is_some_and(|end| cycles >= end) || self.volume.is_some_and(|end| volume >= end)
+    }
+
+    /// True if a load \[N\] is for certain, being wrong by its relative bar at most, no more than the part of the `unworn` one that ends the run.
+    pub fn has_lost(&self, load: f64, bar: f64, unworn: f64) -> bool {
+        let end = self.until_preload.map(|part| part * unworn);
+        end.is_some_and(|end| load * (1.0 + bar) <= end)
     }
 
     /// Part of the run that these cycles, or this worn volume \[m³\], are, whichever is further.

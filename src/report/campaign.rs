@@ -30,8 +30,10 @@ const LEAST_SHARE: f64 = 0.05;
 const NAMED: usize = 20;
 
 /// What a column of the summary is called, and in which units it is read.
-const NAMES: [(&str, &str, Units); 14] = [
+const NAMES: [(&str, &str, Units); 16] = [
     ("wear_volume", "worn volume", VOLUME),
+    ("largest_depth", "largest depth", LENGTH),
+    ("depth_99", "depth of 1 %", LENGTH),
     ("wear_rate", "wear rate", VOLUME_RATE),
     ("dissipated_energy", "friction of a cycle", ENERGY),
     ("dissipated_energy_total", "friction in all", ENERGY),

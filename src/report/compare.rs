@@ -17,11 +17,13 @@ use crate::store::{Damage, RunReader, StoreError};
 use crate::tables::{ColumnSchema, ColumnType, Nullable, TableName, nullable_to_parquet};
 
 /// The columns of `summary` that a comparison shows, in this order, after `run` and `wear_iteration`.
-const FIGURES: [&str; 13] = [
+const FIGURES: [&str; 15] = [
     "cycles",
     "wear_volume",
+    "largest_depth",
     "wear_rate",
     "dissipated_energy",
+    "normal_load",
     "contact_area_fraction",
     "loaded_area_fraction",
     "max_pressure",

@@ -1,7 +1,7 @@
 //! Which error bar of the summary belongs to which figure.
 
 /// Columns of the summary with relative error bars, and the columns that they belong to.
-pub const ERROR_BARS: [(&str, &[&str]); 9] = [
+pub const ERROR_BARS: [(&str, &[&str]); 12] = [
     (
         "error_wear_volume",
         &["wear_volume", "dissipated_energy_total"],
@@ -13,6 +13,9 @@ pub const ERROR_BARS: [(&str, &[&str]); 9] = [
     ("error_corrected_area", &["corrected_area_fraction"]),
     ("error_loaded_area", &["loaded_area_fraction"]),
     ("error_max_pressure", &["max_pressure"]),
+    ("error_largest_depth", &["largest_depth"]),
+    ("error_depth_99", &["depth_99"]),
+    ("error_normal_load", &["normal_load"]),
     ("error_kn", &["kn"]),
     ("error_kt", &["kt"]),
     ("error_resonance_frequency", &["resonance_frequency"]),

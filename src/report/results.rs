@@ -34,6 +34,7 @@ fn units_of(column: &str, unit: &str) -> Option<Units> {
 /// The name of a column as it stands in a table: symbols keep their letters.
 fn titled(column: &str) -> String {
     match column {
+        "max_pressure" => "largest pressure".to_owned(),
         "rq" => "Rq".to_owned(),
         "sk" => "Sk".to_owned(),
         "ku" => "Ku".to_owned(),

@@ -106,7 +106,9 @@ fn progress(run: &Of) -> Result<Option<String>, ReportError> {
     let Some(((wear, cycles), volume)) = wear.zip(last("cycles")).zip(last("wear_volume")) else {
         return Ok(None);
     };
-    if wear.is_reached(cycles as u64, volume) {
+    let before = |column: &str| run.column(column)?.into_iter().rev().nth(1);
+    let (load, bar) = (before("normal_load"), before("error_normal_load"));
+    if wear.is_reached(cycles as u64, volume) || tables.recipe().ends_after(load, bar) {
         return Ok(None);
     }
     let holder = tables.reader().holder();

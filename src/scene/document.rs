@@ -120,15 +120,25 @@ impl Node {
     /// Lays `over` on top of this tree, and drops what it makes meaningless.
     fn lay(&mut self, over: Node) -> Result<(), SceneError> {
         let key = keys::dynamics::FORCE.name;
-        if let (Some(list), Some(node)) = (self.get(key), over.get(key))
-            && list.tables().is_some()
+        let list = self.get(key).and_then(Node::tables);
+        if let (Some(tables), Some(node)) = (list, over.get(key))
             && matches!(node.content, Content::Section(_))
         {
+            // A list of one force is that force.
+            if let [only] = &tables[..] {
+                let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
+                if let Some(entries) = self.entry(section) {
+                    entries.insert(name.to_owned(), only.clone());
+                }
+                self.merge(over, true);
+                return Ok(());
+            }
             let problem = Problem::Conflict {
                 key: key.to_owned(),
                 value: node.shown(),
                 reason: format!(
-                    "{key} is a list of tables, which is replaced by a list only; give all of it"
+                    "{key} is a list of {} tables, which is replaced by a list only; give all of it",
+                    tables.len()
                 ),
             };
             return Err(SceneError::new(&node.place, problem));

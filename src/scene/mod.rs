@@ -37,7 +37,7 @@ use serde::Serialize;
 
 use crate::contact::Pair;
 use crate::grid::{Grid, Patch};
-use crate::model_update::{ContactElements, ModelUpdateError};
+use crate::model_update::{BoltedJoint, ContactElements, ModelUpdateError};
 use crate::recipe::{Conditions, ElementStiffness, Recipe, Tolerances};
 use crate::wear::HarmonicMotion;
 use crate::wear::cycle::March;
@@ -118,6 +118,8 @@ pub struct Contact {
     pub conditions: Option<Conditions>,
     /// Where the preload acts, if that is given.
     pub preload: Option<Preload>,
+    /// The bolt whose compliance follows from its dimensions; its clamped parts have the modulus of the lower body.
+    pub bolt: Option<BoltedJoint>,
     /// How the bodies of a structure are to press each other, if they can; a punch where there is none.
     pub pressed_by: PressedBy,
     /// What the contact elements of a structure get as stiffness.

@@ -118,7 +118,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         of_stiffness = [Some(relative(own_kn, kn)), Some(relative(own_kt, kt))];
         stiffness_pairs = pairs;
     }
-    let of = Difference::of(&own, &worn, patch.grid.cell_area(), LOADED);
+    let of = Difference::of(&own, &worn, &patch, LOADED);
     let volume = solvers.joint(reads)?.volume(&own.wear);
     if reads.ends && SPREAD * of.field > REMARKABLE * volume {
         let cells = match of.undecided {
@@ -143,6 +143,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         difference_kn: of_stiffness[0],
         difference_kt: of_stiffness[1],
         difference_max_pressure: of.max_pressure,
+        difference_largest_depth: of.largest_depth,
+        difference_depth_99: of.depth_99,
         difference_dissipated_energy: of.dissipation,
         undecided_cells: of.undecided as i64,
         error_tangential: worn.cycle.error,

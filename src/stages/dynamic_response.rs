@@ -365,6 +365,9 @@ fn row(
         highest_harmonic: i64::from(balance.harmonics().highest()),
         error_resonance_frequency: (resonance.peak_kind != ResonanceKind::Forced)
             .then_some(truncation.frequency),
+        expected_resonance_change: truncation
+            .expected
+            .filter(|_| resonance.peak_kind != ResonanceKind::Forced),
         error_peak_amplitude: truncation.amplitude,
         error_friction_energy: truncation.friction_energy,
         iterations: resonance.iterations as i64,
@@ -443,6 +446,7 @@ pub fn correction_of(
         frequency: row.error_resonance_frequency.unwrap_or(0.0),
         amplitude: row.error_peak_amplitude,
         friction_energy: row.error_friction_energy,
+        expected: row.expected_resonance_change,
     };
     let correction = Correction {
         harmonics,

@@ -4,6 +4,7 @@ use super::RunError;
 use super::contact_state::there;
 use super::grid_twin::error_of_grid;
 use super::reads::Reads;
+use crate::model_update::PRELOAD_TOLERANCE;
 use crate::recipe::Wear;
 use crate::tables::TableName;
 use crate::tables::typed::{self, Summary};
@@ -12,6 +13,9 @@ use crate::wear::error_bar::{self, VolumeError};
 
 /// Relative error of a figure of which nothing is known, as of what is 0 and should perhaps not be.
 pub(super) const ALL: f64 = 1.0;
+
+/// A figure of a summary.
+type Figure = fn(&Summary) -> Option<f64>;
 
 /// The response in force.
 pub struct InForce {
@@ -98,6 +102,11 @@ pub struct Sources<'a> {
     pub step: &'a typed::WearStep,
     /// What moves the joint; none where its motion is prescribed.
     pub in_force: Option<&'a InForce>,
+    /// The unworn state and its response, where there is wear since and they are of this scene.
+    pub unworn: Option<&'a Summary>,
+    pub unworn_response: Option<&'a typed::DynamicResponse>,
+    /// Load that wear has taken away \[N\], where it may.
+    pub lost_load: Option<f64>,
     /// The cycle.
     pub cycle: &'a typed::FrettingCycle,
     /// The response of the worn joint, where it is asked for.
@@ -130,6 +139,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         before,
         step,
         in_force,
+        unworn,
         cycle,
         coarse,
         cells,
@@ -166,45 +176,71 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     bar.propagation = (spread(|c| c.difference_wear_volume) - bar.of_contact()).max(0.0);
     bar.grid = of_grid.unwrap_or(0.0) * volume;
     let bar = bar;
+    // The part of a figure that wear has changed since the unworn state.
+    let changed = |figure: Figure| match unworn.and_then(figure).zip(figure(summary)) {
+        Some((unworn, now)) if (unworn / now).is_finite() => (1.0 - unworn / now).abs(),
+        _ => 1.0,
+    };
     // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
     // figure changed, and by an error that is in it by itself, not through wear.
-    let followed = |figure: fn(&Summary) -> Option<f64>, meanwhile: f64, own: f64| {
+    let by_wear = |figure: Figure, wears: f64, meanwhile: f64| {
         let now = figure(summary).unwrap_or(0.0);
         let earlier = before.and_then(|b| figure(&b.summary));
         let ends = [earlier.unwrap_or(now), now];
-        Some(error_bar::of_figure(ends, bar, meanwhile, volume) + own)
+        error_bar::of_figure(ends, wears, bar, meanwhile, volume)
     };
+    let followed =
+        |figure: Figure, meanwhile: f64, own: f64| Some(by_wear(figure, 1.0, meanwhile) + own);
     // That of a figure of the contact alone: by the coarse trajectory, or as above.
     let of_contact =
-        |figure: fn(&Summary) -> Option<f64>, difference: Option<f64>, own: f64| match difference {
+        |figure: Figure, wears: f64, difference: Option<f64>, own: f64| match difference {
             Some(difference) => {
-                Some(relative(error_bar::LEAST * bar.of_contact()) + difference + own)
+                Some(relative(error_bar::LEAST * wears * bar.of_contact()) + difference + own)
             }
-            None => followed(figure, step.volume, own),
+            None => Some(by_wear(figure, wears, step.volume) + own),
         };
     let part = |count: f64, of: f64| if of > 0.0 { (count / of).min(ALL) } else { 0.0 };
     // Whether one more touches no solve tells, nor the coarse trajectory.
     let undecided = part(cells.undecided + 1.0, cells.touching);
     let coarse_by = |of: fn(&typed::CoarseStep) -> f64| coarse.map(|c| SPREAD * of(c));
     // None of a stiffness that is left out.
-    let of_stiffness = |figure: fn(&Summary) -> Option<f64>,
-                        of: fn(&typed::CoarseStep) -> Option<f64>| {
+    let of_stiffness = |figure: Figure, of: fn(&typed::CoarseStep) -> Option<f64>| {
         figure(summary)?;
         let difference = coarse.map(|c| SPREAD * of(c).unwrap_or(0.0));
-        of_contact(figure, difference, undecided)
+        of_contact(figure, changed(figure), difference, undecided)
     };
+    // Depths follow the volume, and cells may do so by themselves.
+    let of_depth = |figure: Figure, of: fn(&typed::CoarseStep) -> f64| {
+        let bar = relative(bar.total()).max(by_wear(figure, 1.0, step.volume));
+        Some(bar.max(spread(of)))
+    };
+    let of_load = sources.lost_load.map(|lost| {
+        let load = summary.normal_load.unwrap_or(0.0);
+        let lost = relative(bar.total()) * lost.abs() / load;
+        let error = lost.max(by_wear(|s| s.normal_load, 0.0, step.volume));
+        error + PRELOAD_TOLERANCE
+    });
     let (mut meanwhile, own) = (step.volume, error_of_energy(cycle, in_force));
     let mut of_vibration = [None; 2];
+    let mut of_change = None;
     if let Some(InForce { response, update }) = in_force {
         // The vibration in force stays from one update to the next.
         let since = volume - last.map_or(0.0, |last| last.update.wear_volume);
         if update.updated {
             meanwhile = since;
         }
+        let of_resonance = response.error_resonance_frequency.map(|own| {
+            let figure: Figure = |s| s.resonance_frequency;
+            let by_wear = by_wear(figure, changed(figure), since);
+            let frequency = figure(summary).unwrap_or(0.0);
+            of_change = Some(match before {
+                Some(_) => by_wear * frequency + left_out(response, sources.unworn_response),
+                None => 0.0,
+            });
+            by_wear + own
+        });
         of_vibration = [
-            response
-                .error_resonance_frequency
-                .and_then(|own| followed(|s| s.resonance_frequency, since, own)),
+            of_resonance,
             followed(|s| s.peak_amplitude, since, response.error_peak_amplitude),
         ];
     }
@@ -218,8 +254,13 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             .max(spread(|c| c.difference_dissipated_energy)),
     };
     let bars = Summary {
+        error_largest_depth: of_depth(|s| s.largest_depth, |c| c.difference_largest_depth),
+        error_depth_99: of_depth(|s| s.depth_99, |c| c.difference_depth_99),
+        error_normal_load: of_load,
+        error_resonance_change: of_change,
         error_loaded_area: of_contact(
             |s| s.loaded_area_fraction,
+            1.0,
             coarse.map(|c| c.difference_loaded_area),
             part(1.0, cells.loaded),
         ),
@@ -227,6 +268,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         error_kt: of_stiffness(|s| s.kt, |c| c.difference_kt),
         error_max_pressure: of_contact(
             |s| s.max_pressure,
+            1.0,
             coarse_by(|c| c.difference_max_pressure),
             0.0,
         ),
@@ -254,6 +296,31 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     };
     *summary = bars;
 }
+
+/// What harmonics and samples leave out of the change of the resonance from one response to another \[Hz\]: the difference of what they are expected to
+/// leave out, twice, where both have the same harmonics; else what either leaves out at most.
+fn left_out(now: &typed::DynamicResponse, unworn: Option<&typed::DynamicResponse>) -> f64 {
+    let frequency = |of: &typed::DynamicResponse| of.resonance_frequency.unwrap_or(0.0);
+    let at_most =
+        |of: &typed::DynamicResponse| of.error_resonance_frequency.unwrap_or(ALL) * frequency(of);
+    let Some(unworn) = unworn else {
+        return at_most(now);
+    };
+    let expected = |of: &typed::DynamicResponse| {
+        let change = of.expected_resonance_change?;
+        Some(change * frequency(of))
+    };
+    let all = at_most(now) + at_most(unworn);
+    match expected(now).zip(expected(unworn)) {
+        Some((now_expected, then)) if now.highest_harmonic == unworn.highest_harmonic => {
+            (OF_DIFFERENCE * (now_expected - then).abs()).min(all)
+        }
+        _ => all,
+    }
+}
+
+/// Times the difference of two estimates that it may be wrong by.
+const OF_DIFFERENCE: f64 = 2.0;
 
 /// Relative error of the energy of a cycle by itself, whatever has worn before: by its solves and samples, by harmonics that the vibration leaves out, and by
 /// what the friction of its contact elements differs by.

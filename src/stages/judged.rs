@@ -1,4 +1,4 @@
-//! What an engineer would look at once a state is computed: natural frequencies beside the drive, peak pressure, slip and worn depth
+//! What an engineer would look at once a state is computed: natural frequencies beside the drive, largest pressure, slip and worn depth
 //! against what they are compared with.
 
 use super::RunError;
@@ -27,9 +27,13 @@ pub fn judged(reader: &RunReader, recipe: &Recipe) -> Result<Vec<Check>, RunErro
     let unworn: Option<typed::Summary> = reader.history()?.row(0)?;
     let summary: typed::Summary = reader.typed(last)?;
     if let (true, Some(unworn)) = (last > 0, &unworn) {
-        found.extend(peak(contact, "peak pressure, unworn", unworn.max_pressure));
+        found.extend(peak(
+            contact,
+            "largest pressure, unworn",
+            unworn.max_pressure,
+        ));
     }
-    found.extend(peak(contact, "peak pressure", summary.max_pressure));
+    found.extend(peak(contact, "largest pressure", summary.max_pressure));
     found.extend(slip(reader, recipe, last)?);
     if recipe.wear.is_some() && last > 0 {
         let rq = unworn.and_then(|summary| summary.rq);
@@ -124,6 +128,16 @@ fn slip(reader: &RunReader, recipe: &Recipe, last: u64) -> Result<Option<Check>,
     let path = of_touching.map(|(path, _)| *path).fold(0.0, f64::max);
     let (half, cell) = (path / HALF_RANGES, grid.dx.min(grid.dy));
     let part = half / cell;
+    if path == 0.0 {
+        return Ok(Some(Check {
+            what: "slip over a cell",
+            value: "none".to_owned(),
+            warning: None,
+            remark: Some(
+                "nothing slips: all of the joint sticks, so that friction dissipates nothing and nothing wears; more slips under a larger motion or force, or less load or friction".to_owned(),
+            ),
+        }));
+    }
     Ok(Some(Check {
         what: "slip over a cell",
         value: format!(

@@ -54,11 +54,13 @@ impl Moment {
         let summary = summary.map(typed::Summary::of).transpose()?;
         let cycles_before = summary.as_ref().and_then(|summary| summary.cycles);
         let cycles_before = cycles_before.map(|cycles| cycles as u64);
-        let volume_before = summary.and_then(|summary| summary.wear_volume);
+        let volume_before = summary.as_ref().and_then(|summary| summary.wear_volume);
+        let has_lost =
+            summary.is_some_and(|of| recipe.ends_after(of.normal_load, of.error_normal_load));
         let cycles = cycles_before.unwrap_or(0) + step.n_cycles as u64;
         let volume = volume_before.unwrap_or(0.0) + step.volume;
         let wear = recipe.wear.as_ref();
-        let is_last = wear.is_none_or(|wear| wear.is_reached(cycles, volume));
+        let is_last = has_lost || wear.is_none_or(|wear| wear.is_reached(cycles, volume));
         let is_due = |every: u64| every > 0 && (is_last || wear_iteration.is_multiple_of(every));
         let part = |cycles, volume| wear.map_or(0.0, |wear| wear.part(cycles, volume));
         let begin = part(cycles_before.unwrap_or(0), volume_before.unwrap_or(0.0));

@@ -26,6 +26,7 @@ pub struct Reads<'a> {
     inputs: &'a Inputs,
     tables: Vec<&'a Tables>,
     before: &'a Tables,
+    unworn: &'a Tables,
 }
 
 /// What a stage declares that it reads.
@@ -65,14 +66,14 @@ impl Outputs {
 
 impl<'a> Reads<'a> {
     /// What of a run the stage sees. `tables` are those of the iteration, as the stages before this one have written them, and those of
-    /// the run; `before` are those of the iteration before, if there is one.
+    /// the run; `before` are those of the iteration before, if there is one, and `unworn` one-row tables of the first.
     pub fn new(
         declared: Declared,
         inputs: &'a Inputs,
         wear_iteration: u64,
         due: Due,
         tables: [&'a Tables; 2],
-        before: &'a Tables,
+        [before, unworn]: [&'a Tables; 2],
     ) -> Reads<'a> {
         let mut recipe = inputs.recipe.only(declared.recipe);
         if !due.cycle_fields {
@@ -88,6 +89,7 @@ impl<'a> Reads<'a> {
             inputs,
             tables: tables.to_vec(),
             before,
+            unworn,
         }
     }
 
@@ -121,6 +123,13 @@ impl<'a> Reads<'a> {
     pub fn maybe_before<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.before);
         let table = self.before.get(&T::TABLE);
+        Ok(table.map(T::of).transpose()?)
+    }
+
+    /// A one-row table of the unworn iteration, of which that before follows; none in the unworn state itself.
+    pub fn unworn<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
+        self.require_declared(T::TABLE, self.declared.before);
+        let table = self.unworn.get(&T::TABLE);
         Ok(table.map(T::of).transpose()?)
     }
 

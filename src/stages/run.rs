@@ -16,14 +16,16 @@ use super::stage::{Stage, When};
 use crate::model_update::Criterion;
 use crate::recipe::{Durability, Inputs, Keep as KeepOf, KeptPlan, Recipe};
 use crate::store::{
-    Cache, FileSystem, Keep, RunIdentity, RunStore, UnsyncedFileSystem, check_plan, sync_all,
+    Cache, FileSystem, Keep, RunIdentity, RunReader, RunStore, UnsyncedFileSystem, check_plan,
+    sync_all,
 };
 use crate::tables::{Table, TableName, typed};
 
 /// Keys that cannot alter what is already computed: where a run stops, what it keeps, and when that is on the disk.
-pub const FREE_KEYS: [&str; 5] = [
+pub const FREE_KEYS: [&str; 6] = [
     "wear.cycles",
     "wear.volume",
+    "wear.until.*",
     "output.durability",
     "output.keep.*",
     "output.response_at.*",
@@ -217,7 +219,8 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
         summary.cycles.unwrap_or(0),
         summary.wear_volume.unwrap_or(0.0),
     );
-    if !wear.is_reached(cycles as u64, volume) {
+    let has_lost = has_lost_before(&store.reader(), &inputs.recipe, latest)?;
+    if !has_lost && !wear.is_reached(cycles as u64, volume) {
         return Ok(false);
     }
     let of = |bar: Option<f64>| bar.unwrap_or(0.0);
@@ -229,6 +232,26 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
         ));
     }
     Ok(true)
+}
+
+/// True if the iteration before had lost the load that ends a run.
+///
+/// # Errors
+/// Those of reading the run.
+pub(super) fn has_lost_before(
+    reader: &RunReader,
+    recipe: &Recipe,
+    wear_iteration: u64,
+) -> Result<bool, RunError> {
+    let ends = recipe
+        .wear
+        .as_ref()
+        .is_some_and(|wear| wear.until_preload.is_some());
+    let Some(before) = wear_iteration.checked_sub(1).filter(|_| ends) else {
+        return Ok(false);
+    };
+    let row = reader.history()?.row::<typed::Summary>(before)?;
+    Ok(row.is_some_and(|row| recipe.ends_after(row.normal_load, row.error_normal_load)))
 }
 
 fn check_until(recipe: &Recipe, until: Option<Stage>) -> Result<(), RunError> {

@@ -2,6 +2,7 @@
 
 use super::RunError;
 use super::pace::Pace;
+use super::run::has_lost_before;
 use super::runner::stages_in;
 use super::stage::Stage;
 use crate::recipe::Recipe;
@@ -69,7 +70,10 @@ impl RunStatus {
             wear.and_then(|wear| wear.volume),
         );
         let done = match (wear, cycles, volume) {
-            (Some(wear), Some(cycles), Some(volume)) => wear.is_reached(cycles, volume),
+            (Some(wear), Some(cycles), Some(volume)) => {
+                wear.is_reached(cycles, volume)
+                    || has_lost_before(reader, recipe, latest.unwrap_or(0))?
+            }
             (Some(_), ..) => false,
             (None, ..) => latest.is_some(),
         };

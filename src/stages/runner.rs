@@ -44,6 +44,8 @@ pub struct Runner<'a> {
     solvers: Solvers,
     /// The tables of the run, and the keys of the stages that wrote them.
     once: Tables,
+    /// Figures of the unworn iteration, from which changes are counted.
+    unworn: Tables,
     keys: BTreeMap<Stage, StageKey>,
     /// What stages cost since the last commit.
     timing: typed::Timing,
@@ -86,6 +88,7 @@ impl<'a> Runner<'a> {
             observer,
             solvers: Solvers::new(threads, observer.gauge()),
             once: Tables::new(),
+            unworn: Tables::new(),
             keys: BTreeMap::new(),
             timing: typed::Timing::default(),
         }
@@ -262,7 +265,7 @@ impl<'a> Runner<'a> {
             wear_iteration,
             Due::default(),
             given,
-            before,
+            [before, &self.unworn],
         );
         self.solvers.begin();
         work(&reads, &mut self.solvers)
@@ -384,7 +387,7 @@ impl<'a> Runner<'a> {
             wear_iteration,
             due,
             given,
-            before,
+            [before, &self.unworn],
         );
         self.solvers.begin();
         let outputs = (stage.compute)(&reads, &mut self.solvers)?;
@@ -431,6 +434,7 @@ impl<'a> Runner<'a> {
     /// balance under its own.
     pub fn before(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {
         let recipe = self.recipe();
+        self.take_unworn(reader)?;
         let origin = reader.record().origin.as_ref();
         let inherited = origin.is_some_and(|origin| origin.wear_iteration == wear_iteration);
         if inherited && reader.scene_hash_of(wear_iteration)? != reader.record().scene_hash {
@@ -444,6 +448,23 @@ impl<'a> Runner<'a> {
             before.insert(name, reader.read(wear_iteration, name)?);
         }
         Ok(before)
+    }
+
+    /// Takes up the figures of the unworn iteration, which may be pruned.
+    fn take_unworn(&mut self, reader: &RunReader) -> Result<(), RunError> {
+        // What another scene had unworn says nothing of what this one changes.
+        let record = reader.record();
+        if self.unworn.is_empty() && reader.scene_hash_of(0)? == record.scene_hash {
+            let history = reader.history()?;
+            if let Some(summary) = history.row::<typed::Summary>(0)? {
+                self.unworn.insert(TableName::Summary, summary.to_table()?);
+            }
+            if let Some(response) = history.row::<typed::DynamicResponse>(0)? {
+                let table = response.to_table()?;
+                self.unworn.insert(TableName::DynamicResponse, table);
+            }
+        }
+        Ok(())
     }
 
     fn balanced(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {

@@ -13,6 +13,7 @@ use crate::contact::area::ContactArea;
 use crate::recipe::Part;
 use crate::surface::statistics::roughness;
 use crate::tables::{TableName, typed};
+use crate::wear::coarse::depth_of;
 
 /// Pressure above this part of the largest counts as load: area by p > 0 alone hangs on cells that carry next to nothing.
 pub(super) const LOADED: f64 = 1e-3;
@@ -118,6 +119,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     let area = ContactArea::of(&patch, is_periodic(reads), |cell| on_grid[cell] > 0.0);
     let wear = reads.maybe::<typed::WearField>()?;
     let wear = super::contact_state::wear_of(&patch, wear);
+    let depths = patch.gather(&wear);
     let worn: Vec<f64> = height.iter().zip(&wear).map(|(h, w)| h - w).collect();
     let shape = roughness(&patch, &worn)?;
     let step = reads.maybe::<typed::WearStep>()?.unwrap_or_default();
@@ -181,12 +183,24 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     summary.cycles = Some(cycles);
     summary.n_cycles = Some(step.n_cycles);
     summary.wear_volume = Some(volume);
+    summary.largest_depth = Some(depth_of(depths.clone(), 1.0));
+    summary.depth_99 = Some(depth_of(depths, 0.99));
     summary.wear_rate = Some(law.volume(cycle.dissipated_energy));
     summary.dissipated_energy_total = Some(energy);
     let coarse = reads.maybe::<typed::CoarseStep>()?;
     summary.fft_pairs += coarse.as_ref().map_or(0.0, |coarse| coarse.fft_pairs);
     let worn = reads.maybe::<typed::WornResponse>()?;
     let twin = reads.maybe::<typed::GridTwin>()?;
+    let unworn = reads.unworn::<typed::Summary>()?;
+    let falling = reads.recipe.contact().filter(|of| of.load_falls());
+    let lost_load = falling.map(|of| {
+        let load = match of.conditions.approach {
+            Some(_) => unworn.as_ref().and_then(|unworn| unworn.normal_load),
+            None => Some(of.conditions.normal_load),
+        };
+        load.map_or(0.0, |load| load - contact.normal_load)
+    });
+    let unworn_response = reads.unworn::<typed::DynamicResponse>()?;
     let cells = Cells {
         loaded: count(LOADED * largest),
         touching: count(0.0),
@@ -196,6 +210,9 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         before,
         step: &step,
         in_force: in_force.as_ref(),
+        unworn: unworn.as_ref(),
+        unworn_response: unworn_response.as_ref(),
+        lost_load,
         cycle: &cycle,
         worn: worn.as_ref(),
         coarse: coarse.as_ref(),

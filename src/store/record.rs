@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// Number of the layout of run folders, campaign folders and caches: their files, tables and recipes. Every change of one of these raises
 /// it, and folders of another number are rejected.
-pub const LAYOUT: u32 = 9;
+pub const LAYOUT: u32 = 10;
 
 /// What the caller says a run is.
 #[derive(Debug, Clone, PartialEq)]

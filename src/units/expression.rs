@@ -57,6 +57,24 @@ const PLAIN: [(&str, Dimension, i32, f64); 9] = [
     ("d", Dimension::of(0, 0, 1), 0, 86400.0),
 ];
 
+/// Units of inches and pounds, which are not read, and what one is worth.
+const CUSTOMARY: [(&str, &str); 14] = [
+    ("in", "25.4 mm"),
+    ("inch", "25.4 mm"),
+    ("ft", "304.8 mm"),
+    ("mil", "25.4 um"),
+    ("thou", "25.4 um"),
+    ("lbf", "4.44822 N"),
+    ("lb", "4.44822 N as a force, 0.453592 kg as a mass"),
+    ("lbm", "0.453592 kg"),
+    ("kip", "4.44822 kN"),
+    ("oz", "28.3495 g"),
+    ("psi", "6.89476 kPa"),
+    ("ksi", "6.89476 MPa"),
+    ("Mpsi", "6.89476 GPa"),
+    ("msi", "6.89476 GPa"),
+];
+
 /// Largest power of one unit: far above any physical one, far below an overflow.
 const LARGEST_POWER: i32 = 99;
 
@@ -83,9 +101,13 @@ impl Scale {
     }
 
     fn of_unit(name: &str, expected: Dimension) -> Result<Self, UnitProblem> {
-        Self::known(name).ok_or_else(|| UnitProblem::UnknownUnit {
-            unit: name.to_owned(),
-            nearest: nearest_unit(name, expected),
+        let customary = CUSTOMARY.iter().find(|entry| entry.0 == name);
+        Self::known(name).ok_or_else(|| match customary {
+            Some(&(unit, worth)) => UnitProblem::Customary { unit, worth },
+            None => UnitProblem::UnknownUnit {
+                unit: name.to_owned(),
+                nearest: nearest_unit(name, expected),
+            },
         })
     }
 

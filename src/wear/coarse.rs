@@ -19,6 +19,7 @@ use super::cycle::March;
 use super::implicit;
 use super::joint::{FrettingJoint, WearError, WornState};
 use super::sampled::FEWEST;
+use crate::grid::Patch;
 
 /// How often the error of a coarse step is taken away from it: the step is then half as far again beyond the run's own, on the other side.
 /// With 2, the joint of a line in partial slip went the run's own way, which was 22 % off.
@@ -112,6 +113,10 @@ pub struct Difference {
     pub loaded_area: f64,
     /// Largest pressure, relative to the run's own.
     pub max_pressure: f64,
+    /// Largest depth, relative to the run's own.
+    pub largest_depth: f64,
+    /// Depth that a hundredth of the cells exceed, relative to the run's own.
+    pub depth_99: f64,
     /// Energy of a cycle, relative to the run's own.
     pub dissipation: f64,
     /// Cells of which one trajectory wears less than half as deep as the other, by more than the mean depth.
@@ -124,7 +129,8 @@ pub const SPREAD: f64 = 1.5;
 
 impl Difference {
     /// That of two states of a joint, the run's `own` and the `coarse` one. A cell is loaded at a pressure above `threshold` of the largest.
-    pub fn of(own: &WornState, coarse: &WornState, cell_area: f64, threshold: f64) -> Difference {
+    pub fn of(own: &WornState, coarse: &WornState, patch: &Patch, threshold: f64) -> Difference {
+        let cell_area = patch.grid.cell_area();
         let depths = || own.wear.iter().zip(&coarse.wear);
         let differences = || depths().map(|(own, coarse)| own - coarse);
         let largest = |state: &WornState| state.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
@@ -146,13 +152,29 @@ impl Difference {
             true => (own - coarse).abs() / own,
             false => 0.0,
         };
+        let deepest = |share| {
+            let [own, coarse] =
+                [own, coarse].map(|state| depth_of(patch.gather(&state.wear), share));
+            relative(own, coarse)
+        };
         Difference {
             volume: differences().sum::<f64>().abs() * cell_area,
             field: differences().map(f64::abs).sum::<f64>() * cell_area,
             loaded_area: uncertain.count() as f64 / loaded.max(1) as f64,
             max_pressure: relative(peak, coarse_peak),
+            largest_depth: deepest(1.0),
+            depth_99: deepest(0.99),
             dissipation: relative(own.cycle.dissipation, coarse.cycle.dissipation),
             undecided: undecided.count(),
         }
     }
+}
+
+/// The depth \[m\] that this share of cells is worn to at most: the largest with 1. 0 of no cell.
+pub fn depth_of(mut depths: Vec<f64>, share: f64) -> f64 {
+    let Some(last) = depths.len().checked_sub(1) else {
+        return 0.0;
+    };
+    let at = ((share * depths.len() as f64).ceil() as usize).clamp(1, last + 1) - 1;
+    *depths.select_nth_unstable_by(at, f64::total_cmp).1
 }

@@ -66,8 +66,8 @@ const SAFETY: f64 = 3.0;
 /// Safety factor of an error estimated beside a coarse trajectory, which has what a step goes on to change.
 const SAFETY_BESIDE_COARSE: f64 = 2.0;
 
-/// Part of the volume's relative error that every figure has at least: one that happens not to change in a step is not right for
-/// that.
+/// Part of the volume's relative error that every figure has at least, of itself or of its change since the unworn state: one that happens not to
+/// change in a step is not right for that.
 pub const LEAST: f64 = 0.125;
 
 /// Part of the volume's relative error that the energy of a cycle has at least: its errors are nearly as large where the force is given.
@@ -83,12 +83,18 @@ pub fn of_step(estimate: f64, beside_coarse: bool) -> f64 {
 }
 
 /// Relative error of a figure that changed from `before` to `after` while `volume` was worn, under an `error` of the volume worn in
-/// `all` steps (all three \[m³\]). 0 where nothing wears.
-pub fn of_figure([before, after]: [f64; 2], error: VolumeError, volume: f64, all: f64) -> f64 {
+/// `all` steps (all three \[m³\]). The part `wears` of the figure is what wear has changed it by. 0 where nothing wears.
+pub fn of_figure(
+    [before, after]: [f64; 2],
+    wears: f64,
+    error: VolumeError,
+    volume: f64,
+    all: f64,
+) -> f64 {
     if volume <= 0.0 || all <= 0.0 {
         return 0.0;
     }
-    let least = LEAST * error.of_contact() / all;
+    let least = LEAST * wears * error.of_contact() / all;
     let change = ((after - before) / after).abs();
     if change.is_finite() {
         let by_vibration = change * (error.harmonics + error.closure) / volume;

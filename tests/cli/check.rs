@@ -119,15 +119,15 @@ fn a_run_says_what_to_look_at() {
     assert!(place("to look at, by rules of thumb") < place("number of cells that touch: some"));
     let end = did.stdout();
     for text in [
-        "peak pressure, unworn",
-        "note: the peak pressure of",
+        "largest pressure, unworn",
+        "note: the largest pressure of",
         "slip over a cell",
         "deepest wear over Rq",
     ] {
         assert!(end.contains(text), "{text}: {end}");
     }
     let status = bench.done(&["status", "a"]).stdout();
-    assert!(status.contains("peak pressure, unworn"), "{status}");
+    assert!(status.contains("largest pressure, unworn"), "{status}");
     // Not said again where it goes on, nor to who wants quiet.
     let again = bench.done(&[&["run", "small.toml", "--run", "a"][..], &rough].concat());
     assert!(!again.stderr().contains("to look at"));

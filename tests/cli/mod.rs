@@ -19,4 +19,5 @@ mod status;
 mod stranger;
 mod terminal;
 mod trade;
+mod when;
 mod written;

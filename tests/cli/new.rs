@@ -49,22 +49,23 @@ fn values_are_changed_where_they_stand_and_comments_stay() {
     bench.done(&[&["new", "mine"][..], &sets].concat());
     let text = std::fs::read_to_string(bench.path("mine.toml")).expect("a scene");
     let shipped = include_str!("../../pipelines/prescribed_fretting.toml");
-    let head = "# The scene prescribed_fretting that is shipped with fretwear with other values of contact.normal_load, wear.cycles.";
-    assert!(text.starts_with(head), "{text}");
-    let whole = text.lines().count();
-    let own = text.lines().skip(whole - shipped.lines().count());
-    let changed: Vec<(&str, &str)> = shipped
-        .lines()
-        .zip(own)
+    let head = "# A joint of its own, begun from the scene prescribed_fretting that is shipped with fretwear.\n#\n#     fretwear run mine.toml\n#\n# Its own are contact.normal_load, wear.cycles.";
+    assert!(text.starts_with(head) && !text.contains("Armand"), "{text}");
+    // Below its head.
+    let below = |text: &str| {
+        let lines = text.lines().skip_while(|line| line.starts_with('#'));
+        lines.map(str::to_owned).collect::<Vec<String>>()
+    };
+    let pairs: Vec<(String, String)> = below(shipped).into_iter().zip(below(&text)).collect();
+    assert_eq!(below(shipped).len(), below(&text).len());
+    let changed: Vec<(&str, &str)> = pairs
+        .iter()
         .filter(|(from, to)| from != to)
+        .map(|(from, to)| (from.as_str(), to.as_str()))
         .collect();
     assert_eq!(
         changed,
         [
-            (
-                "#     fretwear run pipelines/prescribed_fretting.toml",
-                "#     fretwear run mine.toml"
-            ),
             (
                 "title = \"Lap joint under prescribed fretting, Rq 5 um\"",
                 "title = \"mine\""
@@ -90,6 +91,24 @@ fn values_are_changed_where_they_stand_and_comments_stay() {
         assert!(did.stderr().contains(named), "{}", did.stderr());
         assert!(!bench.path("other.toml").exists());
     }
+}
+
+/// Words that were typed, and the grid that is as fine as that of the shipped scene.
+#[test]
+fn a_joint_is_described_as_one_says_it() {
+    let bench = Bench::new();
+    let sets = [
+        "--set",
+        "joint.hole=no hole",
+        "--set",
+        "joint.size=20 x 30 mm",
+    ];
+    bench.done(&[&["new", "mine"][..], &sets].concat());
+    let text = std::fs::read_to_string(bench.path("mine.toml")).expect("a scene");
+    assert!(!text.contains("\nhole = "), "{text}");
+    assert!(text.contains("size = [\"20 mm\", \"30 mm\"]"), "{text}");
+    assert!(text.contains("grid = [128, 192]"), "{text}");
+    bench.done(&["check", "mine.toml"]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Contact elements from the fine contact: against double loops, closed forms, and contact solutions.
 
 mod bolt;
+mod bolt_compliance;
 mod criterion;
 mod elements;
 mod end_loads;

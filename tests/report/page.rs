@@ -27,12 +27,13 @@ fn caption<'a>(report: &'a Report, id: &str) -> &'a str {
     &figures.find(|figure| figure.id == id).unwrap().caption
 }
 
-const OF_WEAR: [&str; 6] = [
+const OF_WEAR: [&str; 7] = [
     "states",
     "roughness",
     "contact-area",
     "stiffness",
     "wear-rate",
+    "depth",
     "dissipation",
 ];
 

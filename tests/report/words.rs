@@ -102,14 +102,14 @@ fn a_warning_stands_beside_what_it_concerns() {
         let fits = |(own, text): &&(Option<&str>, &str)| *own == place && text.starts_with(begin);
         found.iter().filter(fits).count()
     };
-    let peak = "sharp: without wear: the peak pressure of ";
+    let peak = "sharp: without wear: the largest pressure of ";
     assert_eq!(at(Some("fig-pressure"), peak), 1, "{found:?}");
     assert_eq!(
         at(Some("results"), "sharp: contact.friction_coefficient: "),
         1,
         "{found:?}"
     );
-    assert_eq!(html.matches("the peak pressure of").count(), 1);
+    assert_eq!(html.matches("the largest pressure of").count(), 1);
     assert!(marked(&html).contains(&"fig-pressure") && marked(&html).contains(&"results"));
 }
 

@@ -232,7 +232,17 @@ kind = "resonator""#,
     (
         "friction_coefficient = 0.6",
         "mu = 0.6",
-        "case.toml, line 15: contact.mu = 0.6: there is no such key; known here: friction_coefficient, normal_load, preload, approach, kn, kt, gap, pressure_cap, boundary, transverse, rotation, moment, pressing, stiffness, distribution, bolt_stiffness",
+        "case.toml, line 15: contact.mu = 0.6: there is no such key; did you mean contact.friction_coefficient?",
+    ),
+    (
+        "friction_coefficient = 0.6",
+        "friction = 0.6",
+        "case.toml, line 15: contact.friction = 0.6: there is no such key; did you mean contact.friction_coefficient?",
+    ),
+    (
+        "friction_coefficient = 0.6",
+        "colour = 0.6",
+        "case.toml, line 15: contact.colour = 0.6: there is no such key; known here: friction_coefficient, normal_load, preload, approach, kn, kt, gap, pressure_cap, boundary, transverse, rotation, moment, pressing, stiffness, distribution, bolt_stiffness, bolt",
     ),
     (
         "friction_coefficient = 0.6",

@@ -8,6 +8,13 @@ use fretwear::scene::{Motion, Plan, Preset, Scene, SceneError};
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, replaced};
 
+/// A bolt by its dimensions.
+fn bolt(thread: &str) -> String {
+    format!(
+        "bolt = {{ {thread}, clamp_length = \"40 mm\", bearing_diameter = \"14.6 mm\", hole = \"11 mm\", outer_diameter = \"40 mm\" }}\n"
+    )
+}
+
 /// Scenes such that every key belongs into one of them, and is absent from one.
 fn scenes() -> Vec<(&'static str, String)> {
     let gaussian = "kind = \"gaussian\"\nrq = \"5 um\"\ncorrelation_length = [\"0.5 mm\", \"0.4 mm\"]\nseed = 3\n";
@@ -59,6 +66,18 @@ fn scenes() -> Vec<(&'static str, String)> {
         (
             "tilting",
             after(CASE, "normal_load = \"30 kN\"\n", "rotation = \"free\"\n"),
+        ),
+        (
+            "bolted",
+            after(CASE, "normal_load = \"30 kN\"\n", &bolt("size = \"M10\"")),
+        ),
+        (
+            "bolted_in_inches",
+            after(
+                CASE,
+                "normal_load = \"30 kN\"\n",
+                &bolt("diameter = \"9.525 mm\", core_diameter = \"7.8 mm\""),
+            ),
         ),
         ("pruned", replaced(CASE, "\"all\"", "{ every = 2 }")),
         ("halved", replaced(CASE, "[64, 40]", "[64, 66]")),
@@ -283,6 +302,7 @@ fn every_default_is_what_an_absent_key_gives() {
                 // A key of a table makes one of what is none.
                 let tables = [
                     ("output.keep.", "pruned"),
+                    ("contact.bolt.", "bolted"),
                     ("surface.second.", "two_faces"),
                     ("output.cycle_fields.", "fields"),
                     ("structure.interface.", "superelement"),

@@ -697,10 +697,21 @@ fn one_key_of_a_list_of_forces_cannot_be_changed() {
     let folder = Folder::new().with("case.toml", &text);
     assert_eq!(
         folder.message("case.toml", &["dynamics.force.amplitude=5 N"]),
-        "--set dynamics.force.amplitude=5 N: dynamics.force = { amplitude = \"5 N\" }: dynamics.force is a list of tables, which is replaced by a list only; give all of it"
+        "--set dynamics.force.amplitude=5 N: dynamics.force = { amplitude = \"5 N\" }: dynamics.force is a list of 2 tables, which is replaced by a list only; give all of it"
     );
     let scene = scene_of(&text, &["dynamics.force=[{ amplitude = \"5 N\" }]"]);
     assert_eq!(dynamics(&scene).forces.len(), 1);
+    let one = OSCILLATOR.replace(
+        "force = { amplitude = \"100 N\" }",
+        "force = [{ amplitude = \"100 N\", direction = \"y\" }]",
+    );
+    let forces = dynamics(&scene_of(&one, &["dynamics.force.amplitude=5 N"]))
+        .forces
+        .clone();
+    assert_eq!(
+        (forces.len(), forces[0].amplitude, forces[0].port.axis),
+        (1, 5.0, 1)
+    );
     let single = scene_of(OSCILLATOR, &["dynamics.force.amplitude=5 N"]);
     assert_eq!(dynamics(&single).forces[0].amplitude, 5.0);
 }

@@ -86,10 +86,14 @@ const CYCLE_SUMMARY: [&str; 6] = [
     "tangential_iterations",
     "error_tangential",
 ];
-const WEAR_SUMMARY: [&str; 14] = [
+const WEAR_SUMMARY: [&str; 18] = [
     "cycles",
     "n_cycles",
     "wear_volume",
+    "largest_depth",
+    "depth_99",
+    "error_largest_depth",
+    "error_depth_99",
     "wear_rate",
     "dissipated_energy_total",
     "error_cycles",

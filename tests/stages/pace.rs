@@ -64,6 +64,7 @@ const UPDATES: Course = &[
 
 fn pace(course: &[[f64; 4]]) -> Pace {
     let wear = Wear {
+        until_preload: None,
         coefficient: 1.0,
         cycles: Some(10_000),
         volume: None,

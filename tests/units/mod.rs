@@ -295,3 +295,20 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn units_of_inches_and_pounds_are_named_with_their_worth() {
+    for (text, dimension, says) in [
+        (
+            "29 Mpsi",
+            Dimension::PRESSURE,
+            "has the unit \"Mpsi\", which is not read: write it in SI, with 1 Mpsi = 6.89476 GPa",
+        ),
+        ("500 lbf", Dimension::FORCE, "1 lbf = 4.44822 N"),
+        ("1.5 in", Dimension::LENGTH, "1 in = 25.4 mm"),
+        ("3 lbf/in", Dimension::STIFFNESS, "1 lbf = 4.44822 N"),
+    ] {
+        let said = parse(text, dimension).expect_err(text).to_string();
+        assert!(said.contains(says), "{said}");
+    }
+}

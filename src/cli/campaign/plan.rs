@@ -22,13 +22,14 @@ const MOST_REHEARSED: usize = 12;
 
 /// Keys by whose numbers a run takes longer or shorter, beside those that are words and lists: rows that differ in them are of different
 /// groups.
-const SEPARATING: [&str; 12] = [
+const SEPARATING: [&str; 13] = [
     "joint.",
     "fidelity.",
     "output.",
     "update.",
     "wear.cycles",
     "wear.volume",
+    "wear.until.",
     "wear.depth_step",
     "wear.tolerance",
     "dynamics.modes",

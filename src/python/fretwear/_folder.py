@@ -16,7 +16,7 @@ from fretwear._program import Error, call
 Library = Literal["arrow", "pandas", "polars"]
 
 #: Layout number of run folders: that of the program.
-LAYOUT = 9
+LAYOUT = 10
 #: Exit code of the program for a damaged or mismatched run.
 MISMATCHED = 4
 
@@ -43,7 +43,7 @@ class Run:
     another layout."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.folder = Path(folder)
+        self.folder = Path(folder).absolute()  # Who changes the working folder keeps the run.
         if not (self.folder / "run.json").is_file():
             raise Error(f"there is no run at {self.folder}: run.json is missing")
         record = self._record()

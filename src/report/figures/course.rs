@@ -3,7 +3,7 @@
 use super::super::headline::own_resonances;
 use super::super::plot::{Axis, Chart, Curve, LONGEST_BAR, Mark};
 use super::super::quantity::{
-    self, ENERGY, FREQUENCY, LENGTH, NUMBER, PRESSURE, SHARE, STIFFNESS, Units, VOLUME,
+    self, ENERGY, FORCE, FREQUENCY, LENGTH, NUMBER, PRESSURE, SHARE, STIFFNESS, Units, VOLUME,
     VOLUME_RATE, in_unit, shown,
 };
 use super::super::{ReportError, below, error_bar_of, told};
@@ -28,7 +28,9 @@ const fn course(column: &'static str, name: &'static str, units: Units) -> Cours
 /// Figure, its heading, what the reader should know beside the numbers, and its columns.
 type Plan = (&'static str, &'static str, &'static str, &'static [Course]);
 
-const PLANS: [Plan; 6] = [
+const LOAD: &str = "normal_load";
+
+const PLANS: [Plan; 7] = [
     (
         "roughness",
         "Surface roughness over the cycles",
@@ -67,6 +69,16 @@ const PLANS: [Plan; 6] = [
         &[
             course("wear_volume", "worn volume", VOLUME),
             course("wear_rate", "wear rate", VOLUME_RATE),
+        ],
+    ),
+    (
+        "depth",
+        "Wear depth and bolt load over the cycles",
+        "Depths are of both faces together.",
+        &[
+            course("largest_depth", "largest depth", LENGTH),
+            course("depth_99", "depth that 1 % of the cells exceed", LENGTH),
+            course(LOAD, "bolt load", FORCE),
         ],
     ),
     (
@@ -109,7 +121,12 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
     let runs: Vec<&Of> = study.runs.iter().filter(wears).collect();
     let (mut drawings, mut sentences, mut columns) = (Vec::new(), Vec::new(), vec!["cycles"]);
     let mut early = Vec::new();
-    for course in *courses {
+    // A load that stays has no course.
+    let stays = !has(&runs, "error_normal_load");
+    let drawn = courses
+        .iter()
+        .filter(|course| course.column != LOAD || !stays);
+    for course in drawn {
         let runs_in = runs.iter().any(|run| runs_in(run, course.column));
         let zero = runs_in.then(|| place_of_zero(study, &runs)).flatten();
         let Some(chart) = chart(study, &runs, course, zero) else {

@@ -57,7 +57,7 @@ pub const FIGURES: [Figure; COUNT] = [
     ),
     figure!(kn, "kn", true, error_kn),
     figure!(kt, "kt", false, error_kt),
-    figure!(max_pressure, "peak pressure", false, error_max_pressure),
+    figure!(max_pressure, "largest pressure", false, error_max_pressure),
     figure!(
         resonance_frequency,
         "resonance",

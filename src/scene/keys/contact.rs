@@ -5,12 +5,15 @@ use super::keys;
 use super::value::{ANY, List, NOT_NEGATIVE, POSITIVE, Quantity, XY};
 use super::word::{Boolean, Choice, Text};
 use crate::contact::normal::Rotation;
+use crate::model_update::{BoltHead, Clamping};
 use crate::scene::{Boundary, Distribution, PressedBy, Stiffness, Transverse};
 use crate::units::Dimension;
 
 keys! {
     section "contact": "Load, friction and boundary conditions of the joint; without it a structure is bonded and linear.";
     section "contact.preload": "A bolt of a structure from files, in place of normal_load: two opposing forces along the line between the centroids of head and nut, each spread by area. They stay.";
+
+    section "contact.bolt": "A bolt outside of the structure, in place of bolt_stiffness: its compliance and that of what it clamps follow by VDI 2230-1:2015, 5.1. With [wear].";
 
     /// Coulomb's coefficient of friction [A §2c]. A joint of 0 bears no shear and does not wear.
     FRICTION_COEFFICIENT: Quantity = "contact.friction_coefficient", Rule("must be given where the joint moves, else none: no friction"),
@@ -76,6 +79,34 @@ keys! {
     ]), of ["rough"], with ["structure", "surface"];
     /// Stiffness of the bolt and of what it clamps: the load falls as wear brings the bodies closer. With [wear].
     BOLT_STIFFNESS: Quantity = "contact.bolt_stiffness", Rule("none: the load stays"), Quantity(Dimension::STIFFNESS, POSITIVE, "500 N/um"), of ["rough"];
+    /// Metric thread of the bolt: M10, or M10x1.25 with a pitch that is not the coarse one.
+    BOLT_SIZE: Text = "contact.bolt.size", Rule("must be given, unless diameter and core_diameter are"), Text("M10"), of ["rough"];
+    /// Nominal diameter of a thread that is not metric, in place of size.
+    BOLT_DIAMETER: Quantity = "contact.bolt.diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "10 mm"), of ["rough"];
+    /// Diameter of the core of its thread.
+    BOLT_CORE_DIAMETER: Quantity = "contact.bolt.core_diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "8.16 mm"), of ["rough"];
+    /// Clamped length, from head to nut or to the thread of the part.
+    BOLT_CLAMP_LENGTH: Quantity = "contact.bolt.clamp_length", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), of ["rough"];
+    /// Length of the shank without thread.
+    BOLT_SHANK_LENGTH: Quantity = "contact.bolt.shank_length", Is("0 mm"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "20 mm"), of ["rough"];
+    /// Outer diameter of the face that head and nut press on: for a hexagon about its width across flats.
+    BOLT_BEARING_DIAMETER: Quantity = "contact.bolt.bearing_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "14.6 mm"), of ["rough"];
+    /// Diameter of the hole in the clamped parts.
+    BOLT_HOLE: Quantity = "contact.bolt.hole", Required, Quantity(Dimension::LENGTH, POSITIVE, "11 mm"), of ["rough"];
+    /// Outer diameter of the clamped parts: of others the widest circle about the bolt that fits in.
+    BOLT_OUTER_DIAMETER: Quantity = "contact.bolt.outer_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), of ["rough"];
+    /// Young's modulus of bolt and nut. That of the clamped parts is [material].
+    BOLT_MODULUS: Quantity = "contact.bolt.modulus", Is("205 GPa"), Quantity(Dimension::PRESSURE, POSITIVE, "205 GPa"), of ["rough"];
+    /// The head of the bolt.
+    BOLT_HEAD: Choice<BoltHead> = "contact.bolt.head", Is("hexagon"), Choice(&[
+        ("hexagon", BoltHead::Hexagon, "a hexagon"),
+        ("cylinder", BoltHead::Cylinder, "a cylinder with a socket"),
+    ]), of ["rough"];
+    /// Where the bolt ends.
+    BOLT_JOINT: Choice<Clamping> = "contact.bolt.joint", Is("through"), Choice(&[
+        ("through", Clamping::Through, "in a nut"),
+        ("tapped", Clamping::Tapped, "in the thread of a part"),
+    ]), of ["rough"];
 }
 
 const STIFF: Quantity = Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "1e4 N/um");

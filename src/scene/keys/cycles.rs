@@ -19,6 +19,7 @@ pub const MOST_ITERATIONS: u64 = 1_000_000_000;
 keys! {
     section "motion": "The motion of the joint in every cycle of period T, where no structure moves it.";
     section "wear": "Wear over many cycles; without it one cycle is computed.";
+    section "wear.until": "What ends the run before its cycles: the wear step after that in which it was reached for certain, by its error bar, is the last.";
 
     /// Half ranges of the displacement of the upper body along x and y: u(t) = amplitude cos(2 pi t/T + phase).
     MOTION_AMPLITUDE: List<2> = "motion.amplitude", Rule("none, if force, rotation or moment is given"),
@@ -49,6 +50,8 @@ keys! {
     CYCLES: Integer = "wear.cycles", Rule("none, if volume is given"), integer(1, MOST_CYCLES, "10_000_000");
     /// Worn volume at which the run ends. With cycles too, the first that is reached counts.
     VOLUME: Quantity = "wear.volume", Rule("none, if cycles is given"), Quantity(Dimension::VOLUME, POSITIVE, "1 mm^3");
+    /// Part of the bolt load that is left when the run ends. With a bolt that loses load.
+    UNTIL_PRELOAD: Quantity = "wear.until.preload", Rule("none"), Quantity(Dimension::NONE, CHANGE, "90 %");
     /// How a wear step is taken.
     SCHEME: Choice<Scheme> = "wear.scheme", ByPreset(["explicit", "implicit", "implicit", "implicit"]), Choice(&[
         ("implicit", Scheme::Implicit, "stable and of second order: steps as long as tolerance allows"),

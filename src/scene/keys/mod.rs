@@ -296,6 +296,13 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("structure.arm_height", "joint.size"),
     ("structure.lap_cells", "joint.elements"),
     ("structure.material", "material"),
+    ("contact.mu", "contact.friction_coefficient"),
+    ("contact.cof", "contact.friction_coefficient"),
+    ("friction", "contact.friction_coefficient"),
+    ("surface.roughness", "surface.rq"),
+    ("wear.alpha", "wear.coefficient"),
+    ("wear.k", "wear.coefficient"),
+    ("dynamics.amplitude", "dynamics.force.amplitude"),
 ];
 
 /// Words less alike than this are not suggested: at 0.6 `frq` still finds `rq` and `bolt` finds nothing.
@@ -366,6 +373,13 @@ pub fn nearest_key(key: &str) -> Option<String> {
     }
     let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
     if let Some(sibling) = nearest(name, children(section)) {
+        return Some(join(section, sibling));
+    }
+    // `friction` is not spelt like friction_coefficient, but begins it.
+    let mut longer = children(section)
+        .into_iter()
+        .filter(|of| of.starts_with(name));
+    if let (Some(sibling), None) = (longer.next(), longer.next()) {
         return Some(join(section, sibling));
     }
     // A table such as joint.hole has a few keys of its own: one of that name elsewhere is not what was meant.

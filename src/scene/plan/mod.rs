@@ -76,9 +76,20 @@ pub enum PlanError {
     },
     /// The bolt of a punch.
     #[error(
-        "`contact.bolt_stiffness` is that of a bolt outside of the structure, and where it acts is not known or the bolt is in the mesh; give contact.preload with head and nut, leave bolt_stiffness out, or give contact.pressing = \"punch\""
+        "`contact.bolt_stiffness`, and `contact.bolt`, are those of a bolt outside of the structure, and where it acts is not known or the bolt is in the mesh; give contact.preload with head and nut, leave it out, or give contact.pressing = \"punch\""
     )]
     BoltOfStructure,
+    /// A bolt by its dimensions that does not fit.
+    #[error("`contact.bolt`: {reason}")]
+    Bolt {
+        /// Why.
+        reason: String,
+    },
+    /// A milestone of a load that stays.
+    #[error(
+        "`wear.until.preload` ends a run whose load falls, and this one stays; give contact.bolt_stiffness or contact.preload.in_mesh, or leave it out"
+    )]
+    LoadStays,
     /// A value that this version does not compute.
     #[error("`{key}` is {value}, which this version does not compute; use {instead}")]
     NotAvailable {
@@ -317,6 +328,17 @@ fn decide(scene: &Scene, contents: &Contents, inputs: &mut Inputs) -> Result<(),
     };
     let has_joint = joint.surface.is_some() || joint.elements.is_some();
     recipe.joints = has_joint.then_some(joint).into_iter().collect();
+    let ends_by_load = recipe
+        .wear
+        .as_ref()
+        .is_some_and(|wear| wear.until_preload.is_some());
+    if ends_by_load
+        && !recipe
+            .contact()
+            .is_some_and(|contact| contact.bolt_gives_way())
+    {
+        return Err(PlanError::LoadStays);
+    }
     vibration::explain(scene, recipe);
     recipe.why = numbers::reasons(scene, recipe);
     Ok(())

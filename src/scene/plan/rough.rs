@@ -2,9 +2,10 @@
 
 use super::PlanError;
 use crate::contact::normal::Rotation;
-use crate::contact::{Coupling, Shear};
+use crate::contact::{Coupling, HalfSpace, Shear, stiffness};
 use crate::fft::fast_length;
 use crate::grid::{Grid, Patch};
+use crate::model_update::BoltedJoint;
 use crate::recipe::{self, CycleError, MotionSource, Reasons, why_computed};
 use crate::scene::keys::contact::{APPROACH, MOMENT, PRESSING, ROTATION};
 use crate::scene::{
@@ -35,6 +36,11 @@ pub(super) fn decide(
     check(scene, rough, &patch, motion)?;
     let surface = surface(rough, &patch, contact_ports(scene), contents);
     let mut contact = contact(scene, rough)?;
+    if let Some(bolt) = rough.contact.bolt {
+        let compliance = bolt_compliance(bolt, &contact, &patch)?;
+        contact.conditions.bolt_stiffness = Some(compliance.stiffness());
+        contact.bolt_compliance = Some(compliance);
+    }
     let cycle = cycle(scene, motion, contents)?;
     if let (Some(fields), Some(cycle)) = (&scene.recipe.output.cycle_fields, &cycle) {
         check_cycle_fields(fields, rough.grid, cycle, motion)?;
@@ -58,6 +64,59 @@ pub struct Contents {
 fn contact_ports(scene: &Scene) -> ContactPorts {
     let structure = scene.recipe.structure.as_ref();
     structure.map_or(ContactPorts::Faces, |structure| structure.contact_ports)
+}
+
+/// The compliances of a bolt and of what it clamps, beside that of the contact.
+fn bolt_compliance(
+    bolt: BoltedJoint,
+    contact: &recipe::Contact,
+    patch: &Patch,
+) -> Result<recipe::BoltCompliance, PlanError> {
+    let wrong = |reason: String| PlanError::Bolt { reason };
+    let (lower, upper) = (contact.bodies.lower, contact.bodies.upper);
+    if lower.youngs_modulus != upper.youngs_modulus {
+        return Err(wrong(
+            "its clamped parts are of one modulus, and [material] has two; give contact.bolt_stiffness in its place".to_owned(),
+        ));
+    }
+    if contact.conditions.approach.is_some() {
+        return Err(wrong(
+            "contact.approach holds the bodies, and no bolt does; give contact.normal_load"
+                .to_owned(),
+        ));
+    }
+    let bolt = BoltedJoint {
+        plate_modulus: lower.youngs_modulus,
+        ..bolt
+    };
+    let plates = bolt.plates().map_err(|error| wrong(error.to_string()))?;
+    let of_bolt = bolt.bolt();
+    if contact.pressing.is_some() {
+        // The structure gives way itself.
+        return Ok(recipe::BoltCompliance {
+            bolt: of_bolt,
+            plates,
+            patch: None,
+        });
+    }
+    if contact.conditions.boundary == Boundary::Periodic {
+        return Err(wrong("with contact.boundary = \"periodic\" the joint has no edge that it could be clamped in; use \"free\"".to_owned()));
+    }
+    let mut half_space = HalfSpace::new(patch.grid, contact.bodies, Boundary::Free);
+    let found = stiffness::normal(&mut half_space, &patch.kept);
+    let patch = 1.0 / found.map_err(|error| wrong(error.to_string()))?.total;
+    let compliance = recipe::BoltCompliance {
+        bolt: of_bolt,
+        plates,
+        patch: Some(patch),
+    };
+    if compliance.stiffness() > 0.0 && compliance.stiffness().is_finite() {
+        return Ok(compliance);
+    }
+    Err(wrong(format!(
+        "bolt and clamped parts give way by {:.3e} m/N together, and the half spaces under the joint by {patch:.3e} m/N already: the parts are too short for half spaces; give contact.bolt_stiffness in its place",
+        of_bolt + plates
+    )))
 }
 
 /// The mesh under the joint, where the contact elements at its nodes have laws of their own.
@@ -119,7 +178,8 @@ fn pressing(
         return Err(PlanError::HeldByStructure { key });
     }
     let is_bolt_outside = preload.is_some_and(|preload| !preload.in_mesh);
-    if rough.conditions.bolt_stiffness.is_some() && !is_bolt_outside {
+    let has_bolt = rough.conditions.bolt_stiffness.is_some() || rough.contact.bolt.is_some();
+    if has_bolt && !is_bolt_outside {
         return Err(PlanError::BoltOfStructure);
     }
     let ends = structure.import().and_then(|import| import.preload.clone());
@@ -241,6 +301,7 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
     }
     Ok(recipe::Contact {
         bodies: rough.material.elastic,
+        bolt_compliance: None,
         conditions,
         stiffness,
         plane: plane(rough.grid, conditions.boundary),

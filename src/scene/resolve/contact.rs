@@ -2,6 +2,7 @@
 
 use super::{All, Body, Result};
 use crate::contact::normal::Rotation;
+use crate::model_update::{BoltedJoint, metric_thread};
 use crate::recipe::{Conditions, ElementStiffness};
 use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
@@ -94,10 +95,19 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         .all()?;
     let (normal_load, approach, preload) = pressed;
     let bolt_stiffness = reader.optional(&BOLT_STIFFNESS, None)?;
+    let without_wear =
+        "it makes the load fall as the joint wears, and there is no [wear]; leave it out";
     if bolt_stiffness.is_some() && !reader.has("wear") {
+        return Err(reader.conflict(&BOLT_STIFFNESS, without_wear));
+    }
+    let bolt = bolt(reader)?;
+    if bolt.is_some() && !reader.has("wear") {
+        return Err(reader.misplaced("contact.bolt", without_wear));
+    }
+    if bolt.is_some() && bolt_stiffness.is_some() {
         return Err(reader.conflict(
             &BOLT_STIFFNESS,
-            "it makes the load fall as the joint wears, and there is no [wear]; leave it out",
+            "contact.bolt says how stiff the bolt is; give one or the other",
         ));
     }
     Ok(Contact {
@@ -112,9 +122,55 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
             rotation,
         }),
         preload,
+        bolt,
         pressed_by,
         elements,
     })
+}
+
+/// The bolt by its dimensions, whose clamped parts are of the modulus of the lower body.
+fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
+    if !reader.has("contact.bolt") {
+        return Ok(None);
+    }
+    let size = reader.get(&BOLT_SIZE)?;
+    let (diameter, core) = (
+        reader.get(&BOLT_DIAMETER)?,
+        reader.get(&BOLT_CORE_DIAMETER)?,
+    );
+    let [diameter, core_diameter] = match (size, diameter, core) {
+        (Some(size), None, None) => metric_thread(&size).ok_or_else(|| {
+            let expected = "a metric thread, as M10, or M10x1.25 with its pitch; of another give diameter and core_diameter";
+            reader.out_of_range(&BOLT_SIZE, expected)
+        })?,
+        (None, Some(diameter), Some(core)) => [diameter, core],
+        (None, Some(_), None) => return Err(reader.missing(&BOLT_CORE_DIAMETER, "")),
+        (None, None, _) => return Err(reader.missing(&BOLT_SIZE, "")),
+        (Some(_), ..) => {
+            return Err(reader.conflict(&BOLT_SIZE, "it has both diameters; leave them out"));
+        }
+    };
+    let (clamp_length, bearing_diameter, hole_diameter, outer_diameter) = (
+        reader.required(&BOLT_CLAMP_LENGTH),
+        reader.required(&BOLT_BEARING_DIAMETER),
+        reader.required(&BOLT_HOLE),
+        reader.required(&BOLT_OUTER_DIAMETER),
+    )
+        .all()?;
+    let bolt = BoltedJoint {
+        diameter,
+        core_diameter,
+        clamp_length,
+        shank_length: reader.value(&BOLT_SHANK_LENGTH)?,
+        bearing_diameter,
+        hole_diameter,
+        outer_diameter,
+        bolt_modulus: reader.value(&BOLT_MODULUS)?,
+        plate_modulus: f64::NAN,
+        head: reader.value(&BOLT_HEAD)?,
+        clamping: reader.value(&BOLT_JOINT)?,
+    };
+    Ok(Some(bolt))
 }
 
 /// How the bodies are to press each other.
@@ -319,6 +375,7 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
         transverse: reader.value(&TRANSVERSE)?,
         conditions: None,
         preload: None,
+        bolt: None,
         pressed_by: PressedBy::Punch,
         elements: ElementStiffness::Given {
             kn,

@@ -239,6 +239,7 @@ pub(super) fn wear(
         coefficient,
         cycles,
         volume,
+        until_preload: reader.optional(&UNTIL_PRELOAD, None)?,
         scheme,
         depth_step,
         tolerance: reader.note(&WEAR_STEP_TOLERANCE, tolerance),

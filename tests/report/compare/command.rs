@@ -210,7 +210,7 @@ fn writes_the_table_too() {
     assert_eq!(
         csv.lines().next(),
         Some(
-            "run,wear_iteration,cycles,wear_volume,wear_rate,dissipated_energy,contact_area_fraction,\
+            "run,wear_iteration,cycles,wear_volume,largest_depth,wear_rate,dissipated_energy,normal_load,contact_area_fraction,\
              loaded_area_fraction,max_pressure,kn,kt,rq,sk,ku,fft_pairs"
         )
     );

@@ -202,7 +202,7 @@ pub static TABLE: &[Row] = &[
         )
         .mostly(AtMost(2.0))
         .remark("most of the face touches; um or nm, N or kN?"),
-    row("peak pressure of Hertz over the contact modulus")
+    row("largest pressure of Hertz over the contact modulus")
         .of(hertz_pressure)
         .keys("contact.normal_load, surface.radius, material.youngs_modulus")
         .bounds(AtMost(2.0 * YIELDS))
@@ -384,7 +384,7 @@ pub static TABLE: &[Row] = &[
         .keys("wear.depth_step")
         .bounds(Between(1e-4, 5.0))
         .hint("um, nm or mm?"),
-    row("worn depth at most, over Rq")
+    row("mean worn depth over Rq, if all of the joint slides")
         .of(worn)
         .keys("wear.coefficient, wear.cycles, motion.amplitude")
         // More is not wear of a joint.

@@ -1,0 +1,180 @@
+//! When a history with error bars passes a level: at the earliest, by its values, and at the latest.
+//!
+//! Between its rows a history is a monotone cubic [Fritsch & Butland 1984]. By how much that is off the straight line counts as a part of the bar there.
+
+/// A figure over cycles, with the bars of what it has changed by since the first row.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct History {
+    /// Cycles, ascending.
+    pub cycles: Vec<f64>,
+    /// The figure, in its unit.
+    pub values: Vec<f64>,
+    /// Its bars, in the same unit.
+    pub bars: Vec<f64>,
+    /// How far it may be off its cubic in the middle between the first two rows, beyond these bars, in parts of what it changes by there: no row says
+    /// how it begins.
+    pub bend: f64,
+}
+
+/// When a history passes a level; none where it does not within its last row.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Crossing {
+    /// Cycles at which the bar reaches the level first.
+    pub earliest: Option<f64>,
+    /// Cycles at which the value does.
+    pub nominal: Option<f64>,
+    /// Cycles at which all of the bar has.
+    pub latest: Option<f64>,
+    /// Cycles at which, after that of the value, all of the bar is back before the level.
+    pub returns: Option<f64>,
+    /// True where the bar says more than nothing: it is smaller than the change where the level is passed, or at the end.
+    pub is_known: bool,
+}
+
+/// Pieces of an interval between rows in which a crossing is looked for.
+const PIECES: usize = 64;
+/// Halvings of the piece with a crossing.
+const HALVINGS: usize = 40;
+
+/// One of the three histories: at the near side of the bar, the value, or at its far side.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Near,
+    Middle,
+    Far,
+}
+
+impl History {
+    /// The last cycles; 0 of a history without a row.
+    pub fn end(&self) -> f64 {
+        self.cycles.last().copied().unwrap_or(0.0)
+    }
+
+    /// When the history passes a level for the first time, from the side on which it begins; `None` of a level at which it begins, and of a history without rows.
+    pub fn crossing(&self, level: f64) -> Option<Crossing> {
+        let (first, last) = (*self.values.first()?, *self.values.last()?);
+        let change = level - first;
+        if change == 0.0 || !change.is_finite() {
+            return None;
+        }
+        let slopes = slopes(&self.cycles, &self.values);
+        let sign = change.signum();
+        let goal = change.abs();
+        // What is ahead of the level is positive.
+        let ahead = |row: usize, part: f64, side: Side| {
+            let (value, bar) = self.at(&slopes, row, part);
+            let gone = sign * (value - first);
+            let gone = match side {
+                Side::Near => gone + bar,
+                Side::Middle => gone,
+                Side::Far => gone - bar,
+            };
+            gone - goal
+        };
+        let after = |begin: f64, reached: &dyn Fn(usize, f64) -> bool| self.first(begin, reached);
+        let reached = |side: Side| after(0.0, &|row, part| ahead(row, part, side) >= 0.0);
+        let [earliest, nominal, latest] = [Side::Near, Side::Middle, Side::Far].map(reached);
+        let returns =
+            nominal.and_then(|at| after(at, &|row, part| ahead(row, part, Side::Near) < 0.0));
+        let is_known = match nominal {
+            Some(at) => self.bar_at(&slopes, at) < goal,
+            None => self.bars.last().copied().unwrap_or(0.0) < (last - first).abs(),
+        };
+        Some(Crossing {
+            earliest,
+            nominal,
+            latest,
+            returns,
+            is_known,
+        })
+    }
+
+    /// Value and bar at a part of the way from a row to the next.
+    fn at(&self, slopes: &[f64], row: usize, part: f64) -> (f64, f64) {
+        let length = self.cycles[row + 1] - self.cycles[row];
+        let [a, b] = [self.values[row], self.values[row + 1]];
+        let line = a + (b - a) * part;
+        let rest = 1.0 - part;
+        // Hermite's cubic as what it adds to the line.
+        let [from, to] = [slopes[row], slopes[row + 1]].map(|slope| slope * length - (b - a));
+        let bent = part * rest * (from * rest - to * part);
+        let bar = self.bars[row] + (self.bars[row + 1] - self.bars[row]) * part;
+        let begins = match row {
+            0 => 4.0 * part * rest * self.bend * (b - a).abs(),
+            _ => 0.0,
+        };
+        (line + bent, bar + bent.abs() + begins)
+    }
+
+    fn bar_at(&self, slopes: &[f64], cycles: f64) -> f64 {
+        let rows = self.cycles.windows(2);
+        let row = rows.take_while(|pair| pair[1] < cycles).count();
+        let part = (cycles - self.cycles[row]) / (self.cycles[row + 1] - self.cycles[row]);
+        self.at(slopes, row, part).1
+    }
+
+    /// The first cycles from `begin` on at which a condition, of a row and a part of the way to the next, holds.
+    fn first(&self, begin: f64, holds: &dyn Fn(usize, f64) -> bool) -> Option<f64> {
+        for (row, pair) in self.cycles.windows(2).enumerate() {
+            let length = pair[1] - pair[0];
+            let from = ((begin - pair[0]) / length).max(0.0);
+            if from > 1.0 {
+                continue;
+            }
+            let place = |piece: usize| from + (1.0 - from) * piece as f64 / PIECES as f64;
+            let Some(piece) = (0..=PIECES).find(|piece| holds(row, place(*piece))) else {
+                continue;
+            };
+            let (mut below, mut above) = (place(piece.saturating_sub(1)), place(piece));
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (below + above);
+                match holds(row, middle) {
+                    true => above = middle,
+                    false => below = middle,
+                }
+            }
+            return Some(pair[0] + length * above);
+        }
+        None
+    }
+}
+
+/// Slopes of the monotone cubic through the rows: the harmonic mean of both neighbouring slopes, weighted by the lengths, and 0 where they differ in sign.
+fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
+    let lengths: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let pairs = y.windows(2).zip(&lengths);
+    let secants: Vec<f64> = pairs
+        .map(|(pair, length)| (pair[1] - pair[0]) / length)
+        .collect();
+    let rows = x.len();
+    if rows < 3 {
+        return vec![secants.first().copied().unwrap_or(0.0); rows];
+    }
+    let inner = |row: usize| {
+        let ([a, b], [l, r]) = (
+            [secants[row - 1], secants[row]],
+            [lengths[row - 1], lengths[row]],
+        );
+        if a * b <= 0.0 {
+            return 0.0;
+        }
+        let (of_a, of_b) = (2.0 * r + l, r + 2.0 * l);
+        (of_a + of_b) / (of_a / a + of_b / b)
+    };
+    // One-sided of second order, kept within what leaves the cubic monotone.
+    let end = |[near, far]: [usize; 2]| {
+        let ([a, b], [l, r]) = ([secants[near], secants[far]], [lengths[near], lengths[far]]);
+        let slope = ((2.0 * l + r) * a - l * b) / (l + r);
+        if slope * a <= 0.0 {
+            0.0
+        } else if a * b <= 0.0 && slope.abs() > 3.0 * a.abs() {
+            3.0 * a
+        } else {
+            slope
+        }
+    };
+    let mut slopes = vec![end([0, 1])];
+    slopes.extend((1..rows - 1).map(inner));
+    slopes.push(end([rows - 2, rows - 3]));
+    slopes
+}

@@ -1,0 +1,131 @@
+//! Milestones of a joint: after how many cycles it has lost a part of its preload, say, by the error bars of its run.
+
+mod crossing;
+mod target;
+
+pub use crossing::{Crossing, History};
+pub use target::{Figure, Milestone, MilestoneError, Target};
+
+use crate::store::{RunReader, StoreError};
+use crate::tables::typed::{Summary, WornResponse};
+use crate::tables::{TableError, TypedTable};
+
+/// The states of a run that milestones follow from, pruned ones too.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct States {
+    rows: Vec<(Summary, Option<WornResponse>)>,
+}
+
+/// Why a run has no history of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Missing {
+    /// The run has no figure of that kind.
+    Figure,
+    /// The load of the scene stays.
+    LoadStays,
+}
+
+impl States {
+    /// Reads them.
+    ///
+    /// # Errors
+    /// Those of reading the run.
+    pub fn of(reader: &RunReader) -> Result<States, StoreError> {
+        let history = reader.history()?;
+        let wrong = |source: TableError| StoreError::Table {
+            path: reader.path().to_owned(),
+            source: Box::new(source),
+        };
+        let mut rows = Vec::new();
+        for wear_iteration in 0..history.len() as u64 {
+            let summary = history.row::<Summary>(wear_iteration).map_err(wrong)?;
+            let worn = match history.columns_of(WornResponse::TABLE).next() {
+                Some(_) => history.row(wear_iteration).map_err(wrong)?,
+                None => None,
+            };
+            rows.extend(summary.map(|summary| (summary, worn)));
+        }
+        Ok(States { rows })
+    }
+
+    /// Cycles behind the last state.
+    pub fn cycles(&self) -> Option<u64> {
+        Some(self.rows.last()?.0.cycles?.unsigned_abs())
+    }
+
+    /// The history of a figure.
+    ///
+    /// # Errors
+    /// That the run has none.
+    pub fn history(&self, figure: Figure) -> Result<History, Missing> {
+        let mut history = History {
+            bend: figure.bend(),
+            ..History::default()
+        };
+        // The worn volume at the last row, by which the bar of a resonance follows that is found beside the one that drives the wear.
+        let mut worn_before = 0.0;
+        for (summary, worn) in &self.rows {
+            let found = match figure {
+                Figure::Resonance => resonance(summary, worn.as_ref(), &history, worn_before),
+                _ => of_contact(summary, figure),
+            };
+            let found = found.filter(|found| found.iter().all(|value| value.is_finite()));
+            let Some(([value, bar], cycles)) = found.zip(summary.cycles) else {
+                continue;
+            };
+            history.cycles.push(cycles as f64);
+            history.values.push(value);
+            history.bars.push(bar);
+            worn_before = summary.wear_volume.unwrap_or(0.0);
+        }
+        if !history.values.is_empty() {
+            return Ok(history);
+        }
+        let has_load = self.rows.iter().any(|(row, _)| row.normal_load.is_some());
+        Err(match figure {
+            Figure::Preload if has_load => Missing::LoadStays,
+            _ => Missing::Figure,
+        })
+    }
+}
+
+/// A figure of the contact and its bar.
+fn of_contact(summary: &Summary, figure: Figure) -> Option<[f64; 2]> {
+    let (value, bar) = match figure {
+        // Of a load that stays there is no bar.
+        Figure::Preload => (summary.normal_load, Some(summary.error_normal_load?)),
+        Figure::Kn => (summary.kn, summary.error_kn),
+        Figure::Kt => (summary.kt, summary.error_kt),
+        Figure::Depth => (summary.largest_depth, summary.error_largest_depth),
+        Figure::Depth99 => (summary.depth_99, summary.error_depth_99),
+        Figure::Volume => (summary.wear_volume, summary.error_wear_volume),
+        Figure::Resonance => return None,
+    };
+    let value = value?;
+    Some([value, bar.unwrap_or(0.0) * value.abs()])
+}
+
+/// The resonance of a state and the bar of its change, where it is found anew: at updates, and where the worn joint's own is looked for. What is held
+/// from one update to the next is no resonance of a worn state.
+fn resonance(
+    summary: &Summary,
+    worn: Option<&WornResponse>,
+    history: &History,
+    worn_before: f64,
+) -> Option<[f64; 2]> {
+    let bar = summary.error_resonance_change.unwrap_or(0.0);
+    if summary.updated == Some(true) {
+        return Some([summary.resonance_frequency?, bar]);
+    }
+    let frequency = worn?.resonance_frequency?;
+    // It changes with the volume as it has since the last one that was found.
+    let volume = summary.wear_volume?;
+    let part = summary.error_wear_volume.unwrap_or(0.0) * volume / (volume - worn_before);
+    let change = frequency - history.values.last().copied().unwrap_or(frequency);
+    let by_wear = if part.is_finite() {
+        part * change.abs()
+    } else {
+        0.0
+    };
+    Some([frequency, bar.max(by_wear)])
+}

@@ -1,0 +1,203 @@
+//! What a milestone is, and how a person writes it.
+
+use crate::units::{self, Dimension, UnitError};
+
+/// A figure that has milestones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Figure {
+    Preload,
+    Resonance,
+    Kn,
+    Kt,
+    Depth,
+    Depth99,
+    Volume,
+}
+
+/// Where a figure is to come to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// A value, in its SI unit.
+    Value(f64),
+    /// A change since the unworn state, in its SI unit.
+    Change(f64),
+    /// A part of what it was unworn.
+    Part(f64),
+    /// A change since the unworn state, in parts of what it was.
+    PartChange(f64),
+}
+
+/// A figure, and where it is to come to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Milestone {
+    pub figure: Figure,
+    pub target: Target,
+    /// As it was written.
+    pub text: String,
+}
+
+/// What is wrong with a milestone.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MilestoneError {
+    #[error("{0}; write {1}")]
+    Unit(UnitError, &'static str),
+    #[error(
+        "an unworn joint has no {figure}, of which \"{text}\" could be a part; write {example}"
+    )]
+    OfNothing {
+        figure: &'static str,
+        text: String,
+        example: &'static str,
+    },
+    #[error("\"{text}\" does not say which stiffness: write {example}")]
+    NoStiffness { text: String, example: &'static str },
+    #[error("\"{text}\" is no change; write {example}")]
+    NoChange { text: String, example: &'static str },
+}
+
+impl Figure {
+    /// Its name, as a person reads it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Figure::Preload => "preload",
+            Figure::Resonance => "resonance",
+            Figure::Kn => "stiffness kn",
+            Figure::Kt => "stiffness kt",
+            Figure::Depth => "largest depth",
+            Figure::Depth99 => "depth of 1 %",
+            Figure::Volume => "worn volume",
+        }
+    }
+
+    /// Its column of `summary`.
+    pub fn column(self) -> &'static str {
+        match self {
+            Figure::Preload => "normal_load",
+            Figure::Resonance => "resonance_frequency",
+            Figure::Kn => "kn",
+            Figure::Kt => "kt",
+            Figure::Depth => "largest_depth",
+            Figure::Depth99 => "depth_99",
+            Figure::Volume => "wear_volume",
+        }
+    }
+
+    /// How far it is off a cubic between the first two states at most, in parts of its change. Measured on drawn joints: stiffness rises by what single
+    /// cells add, and fast at first; a volume hardly bends.
+    pub(super) fn bend(self) -> f64 {
+        match self {
+            Figure::Resonance | Figure::Kn | Figure::Kt => 0.15,
+            Figure::Preload | Figure::Depth | Figure::Depth99 => 0.05,
+            Figure::Volume => 0.005,
+        }
+    }
+
+    fn dimension(self) -> Dimension {
+        match self {
+            Figure::Preload => Dimension::FORCE,
+            Figure::Resonance => Dimension::FREQUENCY,
+            Figure::Kn | Figure::Kt => Dimension::STIFFNESS,
+            Figure::Depth | Figure::Depth99 => Dimension::LENGTH,
+            Figure::Volume => Dimension::VOLUME,
+        }
+    }
+
+    fn example(self) -> &'static str {
+        match self {
+            Figure::Preload => "90%, -3kN or 27kN",
+            Figure::Resonance => "+1Hz, -0.5% or 970Hz",
+            Figure::Kn | Figure::Kt => "kn+10%, kt-5% or \"kn 250 N/um\"",
+            Figure::Depth | Figure::Depth99 => "10um",
+            Figure::Volume => "1mm3",
+        }
+    }
+
+    /// True of what an unworn joint has none of.
+    fn is_of_wear(self) -> bool {
+        matches!(self, Figure::Depth | Figure::Depth99 | Figure::Volume)
+    }
+}
+
+impl Milestone {
+    /// From what a person writes for a figure: a value (`27kN`), a part of the unworn one (`90%`), or with a sign what it changes by (`+1Hz`, `-5%`).
+    ///
+    /// # Errors
+    /// [`MilestoneError`]
+    pub fn parse(figure: Figure, text: &str) -> Result<Milestone, MilestoneError> {
+        let written = text.trim();
+        // A minus sign may be typed as the character or as a hyphen.
+        let value = written.replace('\u{2212}', "-");
+        let (example, text) = (figure.example(), written.to_owned());
+        let wrong = |error| MilestoneError::Unit(error, example);
+        let has_sign = value.starts_with(['+', '-']);
+        let no_change = || MilestoneError::NoChange {
+            text: text.clone(),
+            example,
+        };
+        let target = match value.strip_suffix('%') {
+            Some(_) if figure.is_of_wear() => {
+                let figure = figure.name();
+                return Err(MilestoneError::OfNothing {
+                    figure,
+                    text,
+                    example,
+                });
+            }
+            Some(percent) => {
+                let part = units::parse(percent, Dimension::NONE).map_err(wrong)? / 100.0;
+                match has_sign {
+                    true => Target::PartChange(part),
+                    false => Target::Part(part),
+                }
+            }
+            None => {
+                let value = units::parse(&value, figure.dimension()).map_err(wrong)?;
+                match has_sign {
+                    true => Target::Change(value),
+                    false => Target::Value(value),
+                }
+            }
+        };
+        match target {
+            Target::Change(0.0) | Target::PartChange(0.0) | Target::Part(1.0) => Err(no_change()),
+            Target::Value(value) if value <= 0.0 => Err(no_change()),
+            Target::Change(change) if change < 0.0 && figure.is_of_wear() => Err(no_change()),
+            _ => Ok(Milestone {
+                figure,
+                target,
+                text,
+            }),
+        }
+    }
+
+    /// The same of a stiffness, whose text begins with `kn` or `kt`.
+    ///
+    /// # Errors
+    /// [`MilestoneError`]
+    pub fn parse_stiffness(text: &str) -> Result<Milestone, MilestoneError> {
+        let written = text.trim();
+        let of = |name: &str, figure| Some((figure, written.strip_prefix(name)?));
+        let Some((figure, rest)) = of("kn", Figure::Kn).or_else(|| of("kt", Figure::Kt)) else {
+            return Err(MilestoneError::NoStiffness {
+                text: written.to_owned(),
+                example: Figure::Kn.example(),
+            });
+        };
+        Milestone::parse(figure, rest.trim_start_matches([' ', '=']))
+    }
+
+    /// The level that the figure is to come to, having been `unworn`, in its SI unit.
+    pub fn level(&self, unworn: f64) -> f64 {
+        match self.target {
+            Target::Value(value) => value,
+            Target::Change(change) => unworn + change,
+            Target::Part(part) => part * unworn,
+            Target::PartChange(change) => (1.0 + change) * unworn,
+        }
+    }
+
+    /// The milestone in words, without its cycles.
+    pub fn words(&self) -> String {
+        format!("{} {}", self.figure.name(), self.text)
+    }
+}

@@ -1,0 +1,236 @@
+//! Elastic compliance of a bolt and of the parts that it clamps, by VDI 2230-1:2015, 5.1.
+//!
+//! ```
+//! use fretwear::model_update::{BoltHead, BoltedJoint, Clamping};
+//!
+//! // M10 through two plates of 20 mm, 20 mm of it shank.
+//! let joint = BoltedJoint {
+//!     diameter: 10e-3,
+//!     core_diameter: 8.16e-3,
+//!     clamp_length: 40e-3,
+//!     shank_length: 20e-3,
+//!     bearing_diameter: 14.6e-3,
+//!     hole_diameter: 11e-3,
+//!     outer_diameter: 40e-3,
+//!     bolt_modulus: 205e9,
+//!     plate_modulus: 205e9,
+//!     head: BoltHead::Hexagon,
+//!     clamping: Clamping::Through,
+//! };
+//! let (bolt, plates) = (joint.bolt(), joint.plates()?);
+//! assert!(bolt > plates);
+//! # Ok::<(), fretwear::model_update::ModelUpdateError>(())
+//! ```
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+use super::ModelUpdateError;
+
+/// The head of a bolt.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BoltHead {
+    /// A hexagon.
+    Hexagon,
+    /// A cylinder with a socket.
+    Cylinder,
+}
+
+/// Where a bolt ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Clamping {
+    /// In a nut: the clamped parts widen from both ends.
+    Through,
+    /// In the thread of a part: they widen from the head alone.
+    Tapped,
+}
+
+/// A bolted joint whose bolt stands in its middle. Lengths in m, moduli in Pa.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BoltedJoint {
+    /// Nominal diameter d.
+    pub diameter: f64,
+    /// Diameter of the core of the thread, d₃.
+    pub core_diameter: f64,
+    /// Clamped length l_K.
+    pub clamp_length: f64,
+    /// Length of the shank with the nominal diameter; the rest of the clamped length is thread.
+    pub shank_length: f64,
+    /// Outer diameter of what the head or the nut presses on, d_W.
+    pub bearing_diameter: f64,
+    /// Diameter of the hole d_h.
+    pub hole_diameter: f64,
+    /// Outer diameter of the clamped parts, D_A: of others the largest circle about the bolt that fits in.
+    pub outer_diameter: f64,
+    /// Young's modulus of bolt and nut.
+    pub bolt_modulus: f64,
+    /// Young's modulus of the clamped parts, and of the one with the thread.
+    pub plate_modulus: f64,
+    /// The head.
+    pub head: BoltHead,
+    /// Where it ends.
+    pub clamping: Clamping,
+}
+
+impl BoltedJoint {
+    /// Compliance of the bolt δ_S \[m/N\]: head, shank, free thread, engaged thread, and nut or tapped part one behind the other [VDI 2230-1, 5.1.1].
+    pub fn bolt(&self) -> f64 {
+        let d = self.diameter;
+        let area = |diameter: f64| PI / 4.0 * diameter * diameter;
+        let (nominal, core) = (area(d), area(self.core_diameter));
+        let head = match self.head {
+            BoltHead::Hexagon => 0.5 * d,
+            BoltHead::Cylinder => 0.4 * d,
+        };
+        let thread = self.clamp_length - self.shank_length + 0.5 * d;
+        let of_bolt = (head + self.shank_length) / nominal + thread / core;
+        let of_end = match self.clamping {
+            Clamping::Through => 0.4 * d / (nominal * self.bolt_modulus),
+            Clamping::Tapped => 0.33 * d / (nominal * self.plate_modulus),
+        };
+        of_bolt / self.bolt_modulus + of_end
+    }
+
+    /// Compliance of the clamped parts δ_P \[m/N\]: a cone from each end that has a head or nut, as far as they are wide, and beyond a sleeve
+    /// [VDI 2230-1, 5.1.2].
+    ///
+    /// # Errors
+    /// [`ModelUpdateError::OutOfRange`] for lengths that do not fit to each other.
+    pub fn plates(&self) -> Result<f64, ModelUpdateError> {
+        self.check()?;
+        let &BoltedJoint {
+            clamp_length: l,
+            bearing_diameter: w,
+            hole_diameter: h,
+            outer_diameter: a,
+            ..
+        } = self;
+        let sleeve = |length: f64| 4.0 * length / (PI * (a * a - h * h));
+        if w >= a {
+            return Ok(sleeve(l) / self.plate_modulus);
+        }
+        // Cones from both ends meet in the middle; one from the head reaches through.
+        let (length, width) = (l / w, a / w);
+        let (ends, slope) = match self.clamping {
+            Clamping::Through => {
+                let slope = 0.362 + 0.032 * (length / 2.0).ln() + 0.153 * width.ln();
+                (1.0, slope)
+            }
+            Clamping::Tapped => (2.0, 0.348 + 0.013 * length.ln() + 0.193 * width.ln()),
+        };
+        // Very short joints leave the range of the fit.
+        if slope <= 0.0 {
+            return out_of_range("clamp_length", l, "long enough for cones");
+        }
+        let at_most = w + ends * l * slope;
+        let widest = a.min(at_most);
+        let cones = (((w + h) * (widest - h)) / ((w - h) * (widest + h))).ln();
+        let cones = 2.0 * cones / (ends * PI * h * slope);
+        let rest = match widest < at_most {
+            true => sleeve(l - (a - w) / (ends * slope)),
+            false => 0.0,
+        };
+        Ok((cones + rest) / self.plate_modulus)
+    }
+
+    fn check(&self) -> Result<(), ModelUpdateError> {
+        let positive = [
+            ("diameter", self.diameter),
+            ("core_diameter", self.core_diameter),
+            ("clamp_length", self.clamp_length),
+            ("bearing_diameter", self.bearing_diameter),
+            ("hole", self.hole_diameter),
+            ("outer_diameter", self.outer_diameter),
+            ("modulus", self.bolt_modulus),
+        ];
+        for (key, value) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                return out_of_range(key, value, "positive and finite");
+            }
+        }
+        if !(0.0..=self.clamp_length).contains(&self.shank_length) {
+            return out_of_range("shank_length", self.shank_length, "0 to clamp_length");
+        }
+        if self.core_diameter >= self.diameter {
+            return out_of_range(
+                "core_diameter",
+                self.core_diameter,
+                "less than the diameter",
+            );
+        }
+        if self.hole_diameter < self.diameter {
+            return out_of_range("hole", self.hole_diameter, "as wide as the bolt at least");
+        }
+        if self.bearing_diameter <= self.hole_diameter {
+            let expected = "wider than the hole";
+            return out_of_range("bearing_diameter", self.bearing_diameter, expected);
+        }
+        if self.outer_diameter <= self.hole_diameter {
+            let expected = "wider than the hole";
+            return out_of_range("outer_diameter", self.outer_diameter, expected);
+        }
+        Ok(())
+    }
+}
+
+/// Pitches of the coarse metric threads \[mm\], by nominal diameter \[mm\] (ISO 261).
+const COARSE: [(f64, f64); 24] = [
+    (3.0, 0.5),
+    (4.0, 0.7),
+    (5.0, 0.8),
+    (6.0, 1.0),
+    (8.0, 1.25),
+    (10.0, 1.5),
+    (12.0, 1.75),
+    (14.0, 2.0),
+    (16.0, 2.0),
+    (18.0, 2.5),
+    (20.0, 2.5),
+    (22.0, 2.5),
+    (24.0, 3.0),
+    (27.0, 3.0),
+    (30.0, 3.5),
+    (33.0, 3.5),
+    (36.0, 4.0),
+    (39.0, 4.0),
+    (42.0, 4.5),
+    (48.0, 5.0),
+    (52.0, 5.0),
+    (56.0, 5.5),
+    (60.0, 5.5),
+    (64.0, 6.0),
+];
+
+/// Nominal and core diameter \[m\] of a metric thread, `M10` or, with its pitch in mm, `M10x1.25`: d₃ = d − 1.22687 P (ISO 724). None of another text.
+pub fn metric_thread(size: &str) -> Option<[f64; 2]> {
+    let numbers = size.trim().strip_prefix(['M', 'm'])?;
+    let numbers = numbers.replace(['X', '\u{d7}'], "x");
+    let (diameter, pitch) = match numbers.split_once('x') {
+        Some((diameter, pitch)) => {
+            let diameter: f64 = diameter.trim().parse().ok()?;
+            (diameter, pitch.trim().parse().ok()?)
+        }
+        None => {
+            let diameter: f64 = numbers.trim().parse().ok()?;
+            let coarse = COARSE.iter().find(|(d, _)| *d == diameter)?;
+            (diameter, coarse.1)
+        }
+    };
+    let core = diameter - 1.226_87 * pitch;
+    (pitch > 0.0 && core > 0.0 && diameter.is_finite()).then_some([1e-3 * diameter, 1e-3 * core])
+}
+
+fn out_of_range<T>(
+    key: &'static str,
+    value: f64,
+    expected: &'static str,
+) -> Result<T, ModelUpdateError> {
+    Err(ModelUpdateError::OutOfRange {
+        name: key,
+        value,
+        expected,
+    })
+}
