@@ -204,7 +204,15 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("wear/", &["grid", "contact", "linalg", "wear"]),
     (
         "campaign/",
-        &["campaign", "files", "json", "store", "tables", "units"],
+        &[
+            "campaign",
+            "files",
+            "json",
+            "milestones",
+            "store",
+            "tables",
+            "units",
+        ],
     ),
     ("tables/", &["tables"]),
     ("store/", &["json", "tables", "store"]),
@@ -262,7 +270,15 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     (
         "report/",
         &[
-            "campaign", "json", "recipe", "scene", "stages", "tables", "store", "report",
+            "campaign",
+            "json",
+            "milestones",
+            "recipe",
+            "scene",
+            "stages",
+            "tables",
+            "store",
+            "report",
         ],
     ),
     ("study/", &["recipe", "tables", "report", "study"]),

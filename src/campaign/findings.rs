@@ -86,12 +86,16 @@ pub struct Findings {
     pub sensitivities: Vec<Sensitivity>,
 }
 
-fn numbers(values: &Nullable) -> Vec<Option<f64>> {
+/// The numbers of a column; of a flag 0 and 1.
+pub(super) fn numbers(values: &Nullable) -> Vec<Option<f64>> {
     match values {
         Nullable::F64(values) => values.clone(),
         Nullable::I64(values) => values.iter().map(|v| v.map(|v| v as f64)).collect(),
         Nullable::I32(values) => values.iter().map(|v| v.map(f64::from)).collect(),
-        Nullable::Bool(values) => vec![None; values.len()],
+        Nullable::Bool(values) => values
+            .iter()
+            .map(|v| v.map(|v| f64::from(u8::from(v))))
+            .collect(),
         Nullable::Text(values) => vec![None; values.len()],
     }
 }
@@ -178,6 +182,9 @@ impl Findings {
     /// # Errors
     /// [`TableError`]
     pub fn tables(&self) -> Result<[Table; 3], TableError> {
+        let all = self.figures.iter();
+        let left = all.flat_map(|f| f.band.iter().map(|(_, s)| f.spread.count - s.count));
+        let left: Vec<i64> = left.map(|runs| runs as i64).collect();
         let spreads = |name: TableName, of: &[(&'static str, Option<f64>, Spread)]| {
             let all = |of_one: &dyn Fn(&Spread) -> f64| -> Vec<f64> {
                 of.iter().map(|(.., spread)| of_one(spread)).collect()
@@ -189,8 +196,11 @@ impl Findings {
                 table = table.column("cycles", cycles);
             }
             let counts: Vec<i64> = of.iter().map(|(.., s)| s.count as i64).collect();
+            table = table.column("runs", counts);
+            if name == TableName::CampaignBand {
+                table = table.column("ended_before", left.clone());
+            }
             table = table
-                .column("runs", counts)
                 .column("mean", all(&|s| s.mean))
                 .column("sd", all(&|s| s.sd))
                 .column("least", all(&|s| s.least));
@@ -280,7 +290,7 @@ fn begun(lines: usize, runs: impl Fn(usize) -> usize) -> Vec<usize> {
 }
 
 /// Place of a section's point in the index of a row.
-fn point(sections: &[Section], section: usize, row: usize) -> usize {
+pub(super) fn point(sections: &[Section], section: usize, row: usize) -> usize {
     let stride: usize = sections[section + 1..].iter().map(|s| s.points).product();
     row / stride % sections[section].points
 }

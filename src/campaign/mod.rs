@@ -25,8 +25,10 @@ mod distribution;
 mod error;
 mod findings;
 mod folder;
+mod lifetimes;
 mod rows;
 pub mod statistics;
+pub mod survival;
 mod table;
 
 pub use collect::Collected;
@@ -35,5 +37,6 @@ pub use distribution::Distribution;
 pub use error::CampaignError;
 pub use findings::{FIGURES, Figure, Findings, Group, Sensitivity};
 pub use folder::{About, Folder, KeepRuns, Section};
+pub use lifetimes::{Histories, Lifetimes};
 pub use rows::{Failure, State, indices};
 pub use table::{Campaign, KeyColumn, Planned, Resolved};

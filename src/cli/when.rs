@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use fretwear::campaign::survival::Quantile;
+use fretwear::campaign::{self, Lifetimes, State};
 use fretwear::milestones::{Crossing, Figure, History, Milestone, MilestoneError, Missing, States};
 use fretwear::recipe::KeptPlan;
 use fretwear::report::quantity::{self, Units};
-use fretwear::report::{continuation, told};
+use fretwear::report::{continuation, one_line_name, told, word};
 use fretwear::stages::RunStatus;
 use fretwear::store::{RealFileSystem, RunReader};
 use serde_json::{Value, json};
@@ -23,7 +25,7 @@ use crate::terminal::Results;
     group = clap::ArgGroup::new("milestones").required(true).multiple(true)
 )]
 pub struct WhenArguments {
-    /// Folder of the run
+    /// Folder of the run, or of a campaign
     run: PathBuf,
     /// Load that is left: 90%, -3kN, 27kN
     #[arg(long, value_name = "LOAD", group = "milestones", allow_hyphen_values = true,
@@ -67,6 +69,9 @@ struct Answer<'a> {
 /// Prints when a run reaches milestones, each between an earliest and a latest number of cycles.
 pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliError> {
     let root = &arguments.run;
+    if root.join("campaign.json").is_file() {
+        return of_campaign(arguments, out);
+    }
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let recipe = reader.plan(KeptPlan::of)?.recipe;
     if recipe.wear.is_none() {
@@ -107,6 +112,140 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
         true => Exit::Done,
         false => Exit::Stopped,
     })
+}
+
+/// Prints after how many cycles the runs of a campaign reach milestones.
+fn of_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliError> {
+    let folder = campaign::Folder::at(Arc::new(RealFileSystem), &arguments.run);
+    let (about, campaign) = folder.open()?;
+    let histories = campaign::Histories::of(&folder, &campaign)?;
+    let states = folder.states(campaign.rows.len())?;
+    let count = |state: State| states.iter().filter(|own| **own == state).count();
+    let (failed, open) = (
+        count(State::Failed),
+        count(State::Waiting) + count(State::Begun),
+    );
+    let mut found = Vec::new();
+    for milestone in arguments.milestones() {
+        if !histories.has(milestone.figure) {
+            return Err(CliError::NoMilestone {
+                path: arguments.run.clone(),
+                figure: milestone.figure.name(),
+                reason: "no run that is collected has it; run `fretwear campaign collect` where runs have ended since",
+            });
+        }
+        found.push((milestone, histories.lifetimes(&about, &campaign, milestone)));
+    }
+    if arguments.json {
+        let milestones = found.iter().map(|(milestone, points)| {
+            json!({
+                "figure": milestone.figure.column(),
+                "milestone": milestone.text,
+                "points": points.iter().map(lifetimes_json).collect::<Vec<Value>>(),
+            })
+        });
+        out.json(&json!({
+            "campaign": arguments.run,
+            "rows": campaign.rows.len(),
+            "runs": histories.len(),
+            "failed": failed,
+            "open": open,
+            "uncollected": histories.uncollected,
+            "without_a_state": histories.without,
+            "milestones": milestones.collect::<Vec<Value>>(),
+        }));
+    } else {
+        let title = one_line_name(&about.title);
+        let runs = histories.len();
+        writeln!(
+            out,
+            "{}: {title}, {runs} runs of {} rows, {failed} failed, {open} not done",
+            arguments.run.display(),
+            campaign.rows.len()
+        );
+        for (milestone, points) in &found {
+            writeln!(out, "  {}", milestone.words());
+            points.iter().for_each(|point| write_point(point, out));
+        }
+        if !arguments.preload.is_empty() {
+            out.beside("", OF_THIS_JOINT);
+        }
+        if !histories.uncollected.is_empty() {
+            let rows = histories.uncollected.len();
+            out.beside("note: ", &format!("{rows} rows have ended since and do not count: `fretwear campaign collect --dir {}`", word(&arguments.run)));
+        }
+        if !histories.without.is_empty() {
+            let rows = histories.without.len();
+            out.beside(
+                "note: ",
+                &format!(
+                    "{rows} rows failed or were stopped before their first state, and do not count"
+                ),
+            );
+        }
+    }
+    Ok(match open {
+        0 => Exit::Done,
+        _ => Exit::Stopped,
+    })
+}
+
+fn lifetimes_json(point: &Lifetimes) -> Value {
+    let quantiles = |of: &[Quantile]| -> Vec<Value> {
+        let each = of
+            .iter()
+            .map(|q| json!({ "part": q.part, "cycles": q.cycles, "low": q.low, "high": q.high }));
+        each.collect()
+    };
+    let keys = point
+        .keys
+        .iter()
+        .map(|(key, value)| (key.clone(), json!(value)));
+    json!({
+        "point": keys.collect::<serde_json::Map<String, Value>>(),
+        "runs": point.runs,
+        "passed": point.passed,
+        "end": point.end,
+        "within": { "latest": point.within[0], "nominal": point.within[1], "earliest": point.within[2] },
+        "earliest": quantiles(&point.earliest),
+        "latest": quantiles(&point.latest),
+    })
+}
+
+/// A point of the grid and the list: the share that passes, and the quantiles.
+fn write_point(point: &Lifetimes, out: &mut Results) {
+    let keys: Vec<String> = point
+        .keys
+        .iter()
+        .map(|(key, value)| format!("{key} = {value}"))
+        .collect();
+    if !keys.is_empty() {
+        writeln!(out, "    {}", keys.join(", "));
+    }
+    let [late, nominal, early] = point.within.map(|part| format!("{:.0} %", 100.0 * part));
+    let end = cycles(point.end);
+    let (runs, left) = (point.runs, point.runs - point.passed);
+    writeln!(
+        out,
+        "    {nominal} ({late} to {early}) pass within {end} cycles; {runs} runs, {left} of them followed to their end without passing"
+    );
+    writeln!(out, "    {:>8}  {:<44} latest", "part", "earliest");
+    for (earliest, latest) in point.earliest.iter().zip(&point.latest) {
+        let told = |of: &Quantile| {
+            let at = |found: Option<f64>| found.map_or(format!("beyond {end}"), cycles);
+            match (of.cycles, of.low) {
+                (None, None) => format!("beyond {end}"),
+                _ => format!("{} ({} to {})", at(of.cycles), at(of.low), at(of.high)),
+            }
+        };
+        writeln!(
+            out,
+            "    {:>6.0} %  {:<44} {}",
+            100.0 * earliest.part,
+            told(earliest),
+            told(latest)
+        );
+    }
 }
 
 impl WhenArguments {

@@ -16,6 +16,9 @@ pub struct States {
     rows: Vec<(Summary, Option<WornResponse>)>,
 }
 
+/// The resonance of a worn state in a history.
+const WORN_RESONANCE: &str = "worn_response_resonance_frequency";
+
 /// Why a run has no history of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missing {
@@ -46,6 +49,55 @@ impl States {
             rows.extend(summary.map(|summary| (summary, worn)));
         }
         Ok(States { rows })
+    }
+
+    /// Columns of a history that [`States::add`] asks for.
+    pub const COLUMNS: [&str; 17] = [
+        "cycles",
+        "updated",
+        "normal_load",
+        "error_normal_load",
+        "resonance_frequency",
+        "error_resonance_change",
+        WORN_RESONANCE,
+        "kn",
+        "error_kn",
+        "kt",
+        "error_kt",
+        "largest_depth",
+        "error_largest_depth",
+        "depth_99",
+        "error_depth_99",
+        "wear_volume",
+        "error_wear_volume",
+    ];
+
+    /// Adds the next state, of which `number` says the values of columns, a flag as 0 or 1.
+    pub fn add(&mut self, number: impl Fn(&str) -> Option<f64>) {
+        let summary = Summary {
+            cycles: number("cycles").map(|cycles| cycles as i64),
+            updated: number("updated").map(|updated| updated > 0.0),
+            normal_load: number("normal_load"),
+            error_normal_load: number("error_normal_load"),
+            resonance_frequency: number("resonance_frequency"),
+            error_resonance_change: number("error_resonance_change"),
+            kn: number("kn"),
+            error_kn: number("error_kn"),
+            kt: number("kt"),
+            error_kt: number("error_kt"),
+            largest_depth: number("largest_depth"),
+            error_largest_depth: number("error_largest_depth"),
+            depth_99: number("depth_99"),
+            error_depth_99: number("error_depth_99"),
+            wear_volume: number("wear_volume"),
+            error_wear_volume: number("error_wear_volume"),
+            ..Summary::default()
+        };
+        let worn = number(WORN_RESONANCE).map(|frequency| WornResponse {
+            resonance_frequency: Some(frequency),
+            ..WornResponse::default()
+        });
+        self.rows.push((summary, worn));
     }
 
     /// Cycles behind the last state.

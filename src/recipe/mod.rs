@@ -113,8 +113,22 @@ pub struct Output {
     pub stiffness: bool,
     /// Cycles at which a forced response of the worn state is computed, without feeding it back.
     pub response_at: Vec<u64>,
+    /// Which states of wear have a resonance of their own.
+    #[serde(default)]
+    pub resonance: ResonanceOf,
     /// When what is written is on the disk.
     pub durability: Durability,
+}
+
+/// Which states of wear have a resonance of their own, which is not fed back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ResonanceOf {
+    /// Those of updates, and those with a forced response.
+    #[default]
+    Updates,
+    /// All.
+    All,
 }
 
 /// When what a run writes is on the disk for good.

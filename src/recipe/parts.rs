@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use super::{Durability, Joint, Keep, Output, Reasons, Recipe, Wear};
+use super::{Durability, Joint, Keep, Output, Reasons, Recipe, ResonanceOf, Wear};
 
 /// A part of a recipe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +31,8 @@ pub enum Part {
     End,
     /// The cycles at which a response is wanted.
     ResponseAt,
+    /// Whether a forced response of this iteration is wanted: not of which others one is.
+    ForcedResponse,
     /// Whether the scene is run on half the grid too.
     GridCheck,
 }
@@ -51,6 +53,7 @@ impl Part {
             Part::CycleFields => "output.cycle_fields",
             Part::End => "end",
             Part::ResponseAt => "output.response_at",
+            Part::ForcedResponse => "forced_response_due",
             Part::GridCheck => "grid_check",
         }
     }
@@ -95,6 +98,7 @@ impl Recipe {
                 curves_every: 0,
                 stiffness: true,
                 response_at,
+                resonance: ResonanceOf::default(),
                 durability: Durability::default(),
             },
             asked_error: None,
@@ -118,7 +122,7 @@ impl Recipe {
                 Part::Wear | Part::WearLaw => serde_json::to_value(&only.wear),
                 Part::GridCheck => serde_json::to_value(only.grid_check),
                 Part::ResponseAt => serde_json::to_value(&only.output.response_at),
-                Part::Curves | Part::CycleFields | Part::End => {
+                Part::Curves | Part::CycleFields | Part::End | Part::ForcedResponse => {
                     unreachable!("who reads it says whether they are due")
                 }
             };
@@ -126,7 +130,12 @@ impl Recipe {
             strip(&mut value);
             (part.name().to_owned(), value)
         };
-        let where_due = [Part::Curves, Part::CycleFields, Part::End];
+        let where_due = [
+            Part::Curves,
+            Part::CycleFields,
+            Part::End,
+            Part::ForcedResponse,
+        ];
         let parts = parts.iter().filter(|part| !where_due.contains(part));
         parts.map(|part| of(*part)).collect()
     }

@@ -7,6 +7,7 @@ use super::quantity::{
 };
 use super::run_tables::numbers;
 use super::{ReportError, error_bar_of, percent, told};
+use crate::milestones::{self, States};
 use crate::tables::TableName;
 
 /// What the bars in the words are, once a page.
@@ -40,13 +41,17 @@ pub fn headline(study: &Study, run: &Of) -> Result<Option<String>, ReportError> 
                     false,
                 )
             };
-            let mut rest = vibration;
+            let falls = run.column("error_normal_load").is_some();
+            let load = || course(study, run, "normal_load", "bolt load", FORCE, false);
+            let mut rest: Vec<String> = load().filter(|_| falls).into_iter().collect();
+            rest.extend(vibration);
             rest.extend(stiffness());
             if rest.len() < 2 {
                 rest.extend(energy());
             }
             let rest = (!rest.is_empty()).then(|| format!("Its {}.", listed(&rest)));
-            std::iter::once(first).chain(rest).collect()
+            let lost = lost_load(run)?;
+            [first].into_iter().chain(rest).chain(lost).collect()
         }
         (volume, cycles) => [
             volume
@@ -131,11 +136,15 @@ fn vibration(study: &Study, run: &Of) -> Result<Vec<String>, ReportError> {
         .filter_map(|(k, (column, name, units, of))| {
             let ends = pairs(column, of).filter(|ends| ends.iter().all(|v| v.is_finite()))?;
             let article = if k == 0 { "" } else { "the " };
+            // Harmonics leave out nearly the same of both ends.
+            let of_change = run.column("error_resonance_change").filter(|_| k == 0);
+            let of_change = of_change.and_then(|bars| bars.last().copied());
             Some(change(
                 &format!("{article}{name}"),
                 ends,
                 study.unit(column, units),
                 bar(run, column),
+                of_change,
                 false,
             ))
         });
@@ -200,7 +209,7 @@ fn course(
     let name = format!("the {name}");
     Some(match zero_below(run, column).filter(|_| ends[1] == 0.0) {
         Some(limit) => below(&name, ends[0], limit, unit),
-        None => change(&name, ends, unit, bar(run, column), times),
+        None => change(&name, ends, unit, bar(run, column), None, times),
     })
 }
 
@@ -210,12 +219,50 @@ fn zero_below(run: &Of, column: &str) -> Option<f64> {
     limit.last().copied().filter(|limit| *limit > 0.0)
 }
 
-/// What a quantity was and is.
+/// Parts of the bolt load that are told of when they are lost.
+const LOST: [f64; 5] = [0.5, 0.3, 0.2, 0.1, 0.05];
+
+/// After how many cycles the most of these parts was lost, with the earliest and the latest.
+fn lost_load(run: &Of) -> Result<Option<String>, ReportError> {
+    let reader = run.tables.reader();
+    let states = States::of(reader).map_err(|source| ReportError::Run {
+        run: run.tables.root().to_owned(),
+        source,
+    })?;
+    let Ok(history) = states.history(milestones::Figure::Preload) else {
+        return Ok(None);
+    };
+    let unworn = history.values[0];
+    let mut lost = LOST.iter().filter_map(|part| {
+        let crossing = history.crossing((1.0 - part) * unworn)?;
+        let [earliest, nominal] = [crossing.earliest?, crossing.nominal?].map(three_digits);
+        let latest = crossing.latest.map_or_else(
+            || format!("beyond {}", whole(history.end())),
+            |cycles| format!("{} at the latest", whole(three_digits(cycles))),
+        );
+        Some(format!(
+            "{:.0}\u{a0}% of the bolt load was lost after {} cycles, {} at the earliest and {latest}.",
+            100.0 * part,
+            whole(nominal),
+            whole(earliest),
+        ))
+    });
+    Ok(lost.next())
+}
+
+/// A count to three digits.
+fn three_digits(count: f64) -> f64 {
+    let step = 10f64.powf((count.max(1.0).log10().floor() - 2.0).max(0.0));
+    (count / step).round() * step
+}
+
+/// What a quantity was and is. A change that is within a bar of its own, or that of the quantity, is doubtful.
 fn change(
     name: &str,
     [first, last]: [f64; 2],
     unit: Unit,
     bar: Option<f64>,
+    of_change: Option<f64>,
     times: bool,
 ) -> String {
     if let Some(limit) = known_below(last, bar.unwrap_or(0.0), 0.0) {
@@ -235,8 +282,8 @@ fn change(
         ),
         false => String::new(),
     };
-    let doubtful = match bar {
-        Some(bar) if (last - first).abs() <= bar * last.abs() => ", a change within its error bar",
+    let doubtful = match of_change.or(bar.map(|bar| bar * last.abs())) {
+        Some(bar) if (last - first).abs() <= bar => ", a change within its error bar",
         _ => "",
     };
     format!(
@@ -306,7 +353,16 @@ mod tests {
     #[test]
     fn what_may_be_off_by_all_of_itself_is_known_by_what_it_is_below() {
         let mj = unit_of(ENERGY, 1e-3);
-        let told = |bar| change("the energy", [18.6e-3, 0.407e-3], mj, Some(bar), false);
+        let told = |bar| {
+            change(
+                "the energy",
+                [18.6e-3, 0.407e-3],
+                mj,
+                Some(bar),
+                None,
+                false,
+            )
+        };
         assert_eq!(
             told(1.49),
             "the energy fell from 18.6 to below 1.01\u{a0}mJ"
@@ -315,7 +371,7 @@ mod tests {
             told(0.5),
             "the energy fell from 18.6 to 0.407\u{a0}mJ ± 50 %"
         );
-        let small = change("the energy", [0.5e-3, 0.4e-3], mj, Some(2.0), false);
+        let small = change("the energy", [0.5e-3, 0.4e-3], mj, Some(2.0), None, false);
         assert!(
             small.contains(" was ") && small.contains(" is below "),
             "{small}"
@@ -325,7 +381,7 @@ mod tests {
 
     #[test]
     fn what_prints_alike_has_stayed() {
-        let told = |last| change("the energy", [28.80, last], ENERGY[2], None, true);
+        let told = |last| change("the energy", [28.80, last], ENERGY[2], None, None, true);
         assert_eq!(told(28.83), "the energy stayed at 28.8\u{a0}J");
         assert_eq!(told(28.9), "the energy rose from 28.8 to 28.9\u{a0}J");
     }

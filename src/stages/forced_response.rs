@@ -34,6 +34,7 @@ pub const DECLARATION: Declaration = Declaration {
         Part::Cycle,
         Part::Elements,
         Part::Response,
+        Part::ForcedResponse,
         Part::WearLaw,
     ],
     reads: &joined::<16>(&[
@@ -58,7 +59,7 @@ pub const DECLARATION: Declaration = Declaration {
         TableName::FrfHarmonic,
         TableName::WornResponse,
     ],
-    is_due: |moment| moment.response_due,
+    is_due: |moment| moment.resonance_due,
     shared: false,
     compute,
 };
@@ -97,7 +98,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     };
     let kept = solvers.forced_response.take();
     let response = reads.recipe.response.as_ref();
-    if response.is_some_and(|response| response.frequency.is_some()) {
+    let has_range = response.is_some_and(|response| response.frequency.is_some());
+    if has_range && reads.forced_response_due {
         let resonance = resonance.as_ref();
         forced_response(reads, &vibration, balance, resonance, kept, &mut outputs)?;
     }

@@ -13,7 +13,7 @@ use super::run::{Ending, RunOptions, run};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::gauge::Gauge;
-use crate::recipe::{GridTwin, Inputs, Keep, Part};
+use crate::recipe::{GridTwin, Inputs, Keep, Part, ResonanceOf};
 use crate::store::{Opening, RunReader};
 use crate::surface::prepare::{Fit, Prepared};
 use crate::tables::{TableName, typed};
@@ -147,6 +147,7 @@ fn on_half_the_grid(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     recipe.output.curves_every = 0;
     recipe.output.cycle_fields = None;
     recipe.output.response_at = Vec::new();
+    recipe.output.resonance = ResonanceOf::default();
     let mut identity = inputs.identity.clone();
     // It is no run to begin another one from, or to go on with by itself.
     identity.scene_toml = TWIN_SCENE.to_owned();

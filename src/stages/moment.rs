@@ -1,7 +1,7 @@
 //! Where an iteration stands in its run: what it leaves to be done.
 
 use super::RunError;
-use crate::recipe::Recipe;
+use crate::recipe::{Recipe, ResonanceOf};
 use crate::tables::{TableName, Tables, TypedTable, typed};
 
 /// Parts of the run at which cycles between two ends are held against stepped ones, beside its end.
@@ -16,6 +16,8 @@ pub struct Due {
     pub cycle_fields: bool,
     /// What the end of the run alone has.
     pub end: bool,
+    /// A forced response: of the first iteration, those asked for, and the last.
+    pub forced_response: bool,
     /// The cycle between two ends beside a stepped one.
     pub cycle_check: bool,
 }
@@ -35,8 +37,8 @@ pub struct Moment {
     pub is_last: bool,
     /// What else is written of it.
     pub due: Due,
-    /// True if the response of the worn joint belongs to it: the first, those asked for, and the last.
-    pub response_due: bool,
+    /// True if a resonance of the worn joint belongs to it: where a forced response does, or to all.
+    pub resonance_due: bool,
 }
 
 impl Moment {
@@ -73,6 +75,7 @@ impl Moment {
             .map_or(0, |fields| fields.every);
         let asked = &recipe.output.response_at;
         let passes = |before: u64| asked.iter().any(|&at| before < at && at <= cycles);
+        let forced_response = is_last || cycles_before.is_none_or(passes);
         Ok(Moment {
             wear_iteration,
             cycles_before,
@@ -83,9 +86,10 @@ impl Moment {
                 curves: is_due(output.curves_every),
                 cycle_fields: is_due(fields_every),
                 end: is_last,
+                forced_response,
                 cycle_check: cycles_before.is_some() && (is_last || is_checked),
             },
-            response_due: is_last || cycles_before.is_none_or(passes),
+            resonance_due: forced_response || output.resonance == ResonanceOf::All,
         })
     }
 }

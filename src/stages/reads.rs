@@ -20,6 +20,8 @@ pub struct Reads<'a> {
     pub curves_due: bool,
     /// Whether the run ends with this iteration.
     pub ends: bool,
+    /// Whether a forced response belongs to it.
+    pub forced_response_due: bool,
     /// Whether its cycle is held against a stepped one.
     pub cycle_check_due: bool,
     declared: Declared,
@@ -84,6 +86,8 @@ impl<'a> Reads<'a> {
             wear_iteration,
             curves_due: due.curves && declared.recipe.contains(&Part::Curves),
             ends: due.end && declared.recipe.contains(&Part::End),
+            forced_response_due: due.forced_response
+                && declared.recipe.contains(&Part::ForcedResponse),
             cycle_check_due: due.cycle_check && declared.recipe.contains(&Part::End),
             declared,
             inputs,

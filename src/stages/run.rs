@@ -22,13 +22,14 @@ use crate::store::{
 use crate::tables::{Table, TableName, typed};
 
 /// Keys that cannot alter what is already computed: where a run stops, what it keeps, and when that is on the disk.
-pub const FREE_KEYS: [&str; 6] = [
+pub const FREE_KEYS: [&str; 7] = [
     "wear.cycles",
     "wear.volume",
     "wear.until.*",
     "output.durability",
     "output.keep.*",
     "output.response_at.*",
+    "output.resonance",
 ];
 
 /// Keys that a run shares with the one it begins from: wear belongs to the cells and heights that wore.

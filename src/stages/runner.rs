@@ -112,6 +112,10 @@ impl<'a> Runner<'a> {
         if stage.recipe.contains(&Part::Curves) {
             parameters.insert("curves_due".to_owned(), due.curves.into());
         }
+        if stage.recipe.contains(&Part::ForcedResponse) {
+            let name = Part::ForcedResponse.name().to_owned();
+            parameters.insert(name, due.forced_response.into());
+        }
         if stage.recipe.contains(&Part::End) {
             parameters.insert(Part::End.name().to_owned(), due.end.into());
             let check = due.cycle_check.into();
@@ -599,7 +603,9 @@ impl<'a> Runner<'a> {
 /// True if the tables that a stage has left are all that a run of this recipe has of it. What else there may be depends on what is due,
 /// and a vibration has no tables of a resonance that it does not have.
 fn is_whole(recipe: &Recipe, stage: &Declaration, written: &Tables) -> bool {
-    const WHERE_DUE: [TableName; 3] = [
+    const WHERE_DUE: [TableName; 5] = [
+        TableName::Frf,
+        TableName::FrfHarmonic,
         TableName::Indentation,
         TableName::Hysteresis,
         TableName::CycleField,

@@ -22,7 +22,7 @@ pub(super) const LOADED: f64 = 1e-3;
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Summary,
     when: When::Always,
-    recipe: &[Part::Surface, Part::Contact, Part::WearLaw],
+    recipe: &[Part::Surface, Part::Contact, Part::WearLaw, Part::End],
     reads: &[
         TableName::GridTwin,
         TableName::Surface,
@@ -214,7 +214,8 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         unworn_response: unworn_response.as_ref(),
         lost_load,
         cycle: &cycle,
-        worn: worn.as_ref(),
+        // It counts at the end: in between the next update says more.
+        worn: worn.as_ref().filter(|_| reads.ends),
         coarse: coarse.as_ref(),
         twin: twin.as_ref(),
         cells,

@@ -5,6 +5,7 @@ mod definition;
 #[cfg(unix)]
 mod foreign;
 mod guards;
+mod lifetimes;
 #[cfg(feature = "polars")]
 mod report;
 mod rows;

@@ -5,7 +5,7 @@ use super::cycles::MOST_ITERATIONS;
 use super::keys;
 use super::value::{FirstLast, Integer, Integers, integer};
 use super::word::{Boolean, BooleanOrTable, Choice, WordOrTable};
-use crate::recipe::Durability;
+use crate::recipe::{Durability, ResonanceOf};
 
 /// Each is a forced response of its own, which takes seconds at least: more of them are no choice of the user's.
 const MOST_RESPONSES: usize = 10_000;
@@ -42,6 +42,11 @@ keys! {
     /// Cycles at which a forced response of the worn joint is computed. It is not fed back; the first and the last are always there.
     RESPONSE_AT: Integers = "output.response_at", Is("[]"),
         Integers(MOST_RESPONSES, "a list of numbers of cycles in ascending order, such as [0, 1e6, 1e7]");
+    /// Which states of wear have a resonance of their own, with the contact elements of their own surface. It is not fed back.
+    RESONANCE: Choice<ResonanceOf> = "output.resonance", Is("updates"), Choice(&[
+        ("updates", ResonanceOf::Updates, "those of updates, of response_at, and the last"),
+        ("all", ResonanceOf::All, "all wear iterations, each with a response that feeds nothing back"),
+    ]);
     /// When what is written is on the disk for good, so that a loss of power leaves it. A run that is killed goes on in either case.
     DURABILITY: Choice<Durability> = "output.durability", Is("commit"), Choice(&[
         ("commit", Durability::Commit, "at every commit"),

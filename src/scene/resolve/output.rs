@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::Result;
-use crate::recipe::CycleFields;
+use crate::recipe::{CycleFields, ResonanceOf};
 use crate::scene::keys::{cycles::MOST_CYCLES, output::*};
 use crate::scene::reader::Reader;
 use crate::scene::{Keep, Output, Wear};
@@ -26,6 +26,7 @@ pub(super) fn output(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -
         stiffness: reader.value(&STIFFNESS)?,
         response_at: response_at(reader, wear, vibrates)?,
         curves_every: reader.value(&CURVES_EVERY)?,
+        resonance: resonance(reader, vibrates)?,
         durability: reader.value(&DURABILITY)?,
     })
 }
@@ -61,6 +62,17 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
         ));
     }
     Ok(Some(fields))
+}
+
+fn resonance(reader: &Reader<'_>, vibrates: bool) -> Result<ResonanceOf> {
+    let resonance = reader.value(&RESONANCE)?;
+    if resonance == ResonanceOf::All && !vibrates {
+        return Err(reader.conflict(
+            &RESONANCE,
+            "without [dynamics] there is no resonance; leave it out",
+        ));
+    }
+    Ok(resonance)
 }
 
 fn response_at(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -> Result<Vec<u64>> {
