@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use fretwear::units::{self, Dimension};
 
-use super::{backbone, campaign, inspect, new, run, when};
+use super::{backbone, campaign, export_contact, inspect, new, run, when};
 
 /// Fretting wear of rough bolted joints over millions of vibration cycles.
 #[derive(Parser)]
@@ -350,7 +350,7 @@ pub struct ExportArguments {
     /// Change a key, as in `--set structure.leaf_thickness="12 mm"`
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     pub sets: Vec<String>,
-    /// Where the deck goes
+    /// Where the deck goes; with --contact a folder
     #[arg(long, short, value_name = "FILE", required_unless_present_any = ["matrices", "reduced", "vtu"])]
     pub output: Option<PathBuf>,
     /// Write stiffness and mass (Matrix Market), nodes and pairs of the joint (CSV) to a folder, in SI, and with a scene the one that reads them
@@ -362,6 +362,12 @@ pub struct ExportArguments {
     /// Write the reduced structure of a run to a folder: stiffness, mass and damping (Matrix Market, NPZ) and what their rows are (CSV), in SI
     #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "vtu", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub reduced: Option<PathBuf>,
+    /// Write the contact elements of RUN@N and the structure that they move in to the folder of -o: tables (CSV) and matrices, in SI
+    #[arg(long, value_name = "FORM", requires = "scene", requires = "output", conflicts_with_all = ["matrices", "vtu", "reduced", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
+    pub contact: Option<export_contact::ContactForm>,
+    /// One slider an element in place of a bank: strength and energy stay at this amplitude, the stuck stiffness does not
+    #[arg(long, requires = "contact")]
+    pub one_slider: bool,
     /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
     #[arg(long, conflicts_with = "kt")]
     pub tied: bool,

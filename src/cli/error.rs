@@ -80,6 +80,8 @@ pub enum CliError {
         "the residual flexibility of the reduced structure: {0}; two points of force and response may be one and the same place"
     )]
     Residual(#[from] fretwear::linalg::LinalgError),
+    #[error("the run {} has no contact elements that vibrate, which could be written", path.display())]
+    NoElements { path: PathBuf },
     #[error("the run {} has neither a surface nor contact elements nor the edges of a structure to draw", path.display())]
     NothingToDraw { path: PathBuf },
     #[error(transparent)]
@@ -261,6 +263,7 @@ impl CliError {
             | CliError::NothingToExport { .. }
             | CliError::NotAFolder { .. }
             | CliError::NothingReduced { .. }
+            | CliError::NoElements { .. }
             | CliError::NothingToDraw { .. }
             | CliError::NothingVibrates { .. }
             | CliError::NoRange { .. }

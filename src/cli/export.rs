@@ -12,6 +12,7 @@ use fretwear::structure::resonator::Resonator;
 use serde_json::json;
 
 use super::arguments::ExportArguments;
+use super::export_contact::{ContactForm, export_contact};
 use super::export_reduced::export_reduced;
 use super::export_vtu::export_vtu;
 use super::{CliError, Exit};
@@ -21,6 +22,11 @@ use crate::terminal::Results;
 pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let (Some(folder), Some(run)) = (&arguments.vtu, &arguments.scene) {
         return export_vtu(run, folder, out);
+    }
+    if let (Some(ContactForm::Csv), Some(folder), Some(run)) =
+        (arguments.contact, &arguments.output, &arguments.scene)
+    {
+        return export_contact(run, folder, arguments, out);
     }
     if let (Some(folder), Some(run)) = (&arguments.reduced, &arguments.scene) {
         return export_reduced(run, folder, out);

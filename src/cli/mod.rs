@@ -14,6 +14,7 @@ mod doctor;
 mod edit;
 mod error;
 mod export;
+mod export_contact;
 mod export_reduced;
 mod export_vtu;
 mod figures;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Reasons;
 use super::decision::Told;
+use super::element_table::ElementTable;
 use crate::dynamics::{ContactElement, FrictionLaw, Slider};
 use crate::model_update::{Criterion, Distribution, ElementParameters, StiffnessKind};
 
@@ -18,6 +19,9 @@ pub struct Elements {
     pub friction_law: FrictionLaw,
     /// What they get as load and stiffness.
     pub stiffness: ElementStiffness,
+    /// Each by a table, whose sums are given then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<ElementTable>,
     /// When they are renewed.
     pub update: Updates,
     /// The reasons.
@@ -104,7 +108,7 @@ impl Elements {
             springs: Vec::new(),
             // A table of more elements than the structure has is refused where all are counted.
             area: layout.areas.get(e).copied().unwrap_or(0.0),
-            friction_coefficient: self.friction_coefficient,
+            friction_coefficient: self.friction_of(e),
             law: self.friction_law,
             sliders,
         };
@@ -137,8 +141,30 @@ impl Elements {
         elements
     }
 
-    /// Parameters of elements whose stiffness is given: load and stiffness by area.
+    fn friction_of(&self, element: usize) -> f64 {
+        let own = self.table.as_ref();
+        let own = own.and_then(|table| table.friction_coefficient.get(element));
+        own.copied().unwrap_or(self.friction_coefficient)
+    }
+
+    /// True if each element is a bank of sliders.
+    pub fn has_banks(&self) -> bool {
+        self.table.is_some() || self.stiffness.is_sliders()
+    }
+
+    /// Parameters of elements that damping in modes of the stuck joint is counted with, where they are given.
+    pub fn given_for_damping(&self) -> Option<ElementParameters> {
+        match &self.table {
+            Some(table) => Some(table.damping_parameters()),
+            None => self.given(),
+        }
+    }
+
+    /// Parameters of elements whose stiffness is given: by their table, else load and stiffness by area.
     pub fn given(&self) -> Option<ElementParameters> {
+        if let Some(table) = &self.table {
+            return Some(table.parameters());
+        }
         let ElementStiffness::Given {
             kn,
             kt,
@@ -173,6 +199,7 @@ impl Elements {
     /// Says what they get as stiffness, and when they are renewed.
     pub(super) fn tell_stiffness(&self, wears: bool, told: &mut Told) {
         let stiffness = match self.stiffness {
+            ElementStiffness::Given { .. } if self.table.is_some() => "by contact.elements",
             ElementStiffness::Given { .. } => "given",
             ElementStiffness::Contact { stiffness, .. } => match stiffness {
                 StiffnessKind::Total => "that of the whole rough patch",

@@ -10,6 +10,7 @@ mod counted;
 mod cycle;
 mod cycle_fields;
 mod decision;
+pub mod element_table;
 mod elements;
 mod inputs;
 mod kept;

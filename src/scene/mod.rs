@@ -38,6 +38,7 @@ use serde::Serialize;
 use crate::contact::Pair;
 use crate::grid::{Grid, Patch};
 use crate::model_update::{BoltedJoint, ContactElements, ModelUpdateError};
+use crate::recipe::element_table::ElementTable;
 use crate::recipe::{Conditions, ElementStiffness, Recipe, Tolerances};
 use crate::wear::HarmonicMotion;
 use crate::wear::cycle::March;
@@ -124,6 +125,19 @@ pub struct Contact {
     pub pressed_by: PressedBy,
     /// What the contact elements of a structure get as stiffness.
     pub elements: ElementStiffness,
+    /// The file that has each of them, and what it says once it is read.
+    pub table: Option<ElementFile>,
+}
+
+/// A table of contact elements.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ElementFile {
+    /// The file.
+    #[serde(skip)]
+    pub path: PathBuf,
+    /// What it says.
+    #[serde(skip)]
+    pub table: Option<ElementTable>,
 }
 
 /// Opposing forces at two places of a structure.

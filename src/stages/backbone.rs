@@ -121,6 +121,25 @@ pub fn backbone_of_run(
     observer: &dyn Observer,
 ) -> Result<Backbone, RunError> {
     require_own(reader, wear_iteration)?;
+    at_iteration(
+        reader,
+        inputs,
+        wear_iteration,
+        threads,
+        observer,
+        |reads, solvers| backbone(reads, solvers, levels),
+    )
+}
+
+/// Works on what the forced response of a committed iteration reads.
+pub(super) fn at_iteration<T>(
+    reader: &RunReader,
+    inputs: &Inputs,
+    wear_iteration: u64,
+    threads: usize,
+    observer: &dyn Observer,
+    work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
+) -> Result<T, RunError> {
     let stage = &forced_response::DECLARATION;
     let mut runner = Runner::new(inputs, threads, observer);
     runner.take_once(reader)?;
@@ -132,9 +151,7 @@ pub fn backbone_of_run(
         .map(|name| Ok((name, reader.read(wear_iteration, name)?)))
         .collect::<Result<_, RunError>>()?;
     let read = [&tables, &Tables::new()];
-    runner.reading(stage, wear_iteration, read, |reads, solvers| {
-        backbone(reads, solvers, levels)
-    })
+    runner.reading(stage, wear_iteration, read, work)
 }
 
 /// What the forced response reads is what the backbone reads.

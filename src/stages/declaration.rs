@@ -111,7 +111,7 @@ pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
         TableName::CycleField => recipe.cycle().is_some() && recipe.output.cycle_fields.is_some(),
         TableName::ContactSlider => {
             let elements = recipe.elements();
-            vibrates && elements.is_some_and(|elements| elements.stiffness.is_sliders())
+            vibrates && elements.is_some_and(|elements| elements.has_banks())
         }
         TableName::ContactElement | TableName::JointCycle => {
             vibrates && recipe.elements().is_some()

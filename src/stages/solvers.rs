@@ -13,7 +13,7 @@ use crate::gauge::Gauge;
 use crate::grid::Patch;
 use crate::journal::Journal;
 use crate::model_update::{Compliance, ContactElements, ElementParameters};
-use crate::recipe::Layout;
+use crate::recipe::{Elements, Layout};
 use crate::tables::typed;
 use crate::threads::Threads;
 use crate::wear::cycle::March;
@@ -204,7 +204,10 @@ impl Solvers {
                     kt: rows.kt,
                     sliders: None,
                 },
-                None => given(reads),
+                None => {
+                    let given = recipe.elements().and_then(Elements::given_for_damping);
+                    given.unwrap_or_default()
+                }
             };
             let elements = recipe.elements();
             let unworn = elements.map(|elements| elements.with(&structure.layout(), &unworn));
@@ -239,7 +242,7 @@ pub fn patch_and_height(reads: &Reads) -> Result<(Patch, Vec<f64>), RunError> {
 /// Parameters of contact elements whose stiffness is given; of none where there are none.
 pub fn given(reads: &Reads) -> ElementParameters {
     let elements = reads.recipe.elements();
-    let given = elements.and_then(|elements| elements.given());
+    let given = elements.and_then(Elements::given);
     given.unwrap_or_default()
 }
 

@@ -22,7 +22,12 @@ pub(super) const LOADED: f64 = 1e-3;
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Summary,
     when: When::Always,
-    recipe: &[Part::Surface, Part::Contact, Part::WearLaw, Part::End],
+    recipe: &[
+        Part::Surface,
+        Part::Contact,
+        Part::WearLaw,
+        Part::ForcedResponse,
+    ],
     reads: &[
         TableName::GridTwin,
         TableName::Surface,

@@ -6,7 +6,7 @@
 //! Φ(Ω² − ω²)⁻¹Φᵀ + R₀(R₀ − ω²R₁)⁻¹R₀. Where R₀ is next to nothing, as of combinations of ports that only modes move, it is rounding: those follow
 //! the modes behind a spring as stiff as the least flexibility, without mass.
 
-use crate::linalg::{LinalgError, Matrix};
+use crate::linalg::{LinalgError, Matrix, RowMatrix};
 use crate::structure::reduction::Reduced;
 
 /// The least flexibility of a combination of ports that is none of rounding, over the largest: what rigid modes leave in it is 1e-6.
@@ -71,6 +71,49 @@ impl Superelement {
             hysteretic: reduced.hysteretic.as_ref().map(of_modes),
         })
     }
+}
+
+/// Stiffness, mass, and both dampings of `M q̈ + C q̇ + K q = Bᵀf`, `u = B q + R f` between the displacements of its ports and q: the ports follow B q behind
+/// R⁻¹, without mass and damping. Without R the ports are q, in another order. Of the first `contact` ports every third is reversed, so that it is positive where the joint opens.
+///
+/// # Errors
+/// [`LinalgError`] for a residual flexibility that is not finite.
+pub fn of_model(
+    matrices: [&RowMatrix; 4],
+    basis: &RowMatrix,
+    residual: Option<&RowMatrix>,
+    contact: usize,
+) -> Result<[Matrix; 4], LinalgError> {
+    let (ports, modes) = (basis.rows(), basis.columns());
+    let sign = |port: usize| match port < contact && port % 3 == 2 {
+        true => -1.0,
+        false => 1.0,
+    };
+    let Some(residual) = residual else {
+        // Ports that are the coordinates themselves, as of a mass.
+        let own = |matrix: &RowMatrix| {
+            let moved = basis.times(matrix).times(&basis.transposed());
+            Matrix::from_fn(ports, ports, |i, j| sign(i) * sign(j) * moved.at(i, j))
+        };
+        return Ok(matrices.map(own));
+    };
+    let shapes = Matrix::from_fn(ports, modes, |i, j| sign(i) * basis.at(i, j));
+    let flexibility = Matrix::from_fn(ports, ports, |i, j| sign(i) * sign(j) * residual.at(i, j));
+    let (values, vectors) = flexibility.symmetric_eigen()?;
+    let least = LEAST * values.iter().fold(0.0_f64, |most, r| most.max(*r));
+    let weighted = Matrix::from_fn(ports, ports, |i, r| vectors[(i, r)] / values[r].max(least));
+    let mut behind = between(&weighted.times_transpose(&vectors), &shapes);
+    let of_modes = |own: &RowMatrix| {
+        Matrix::from_fn(ports + modes, ports + modes, |i, j| {
+            match i.min(j).checked_sub(ports) {
+                Some(_) => own.at(i - ports, j - ports),
+                None => 0.0,
+            }
+        })
+    };
+    let [stiffness, mass, damping, hysteretic] = matrices.map(of_modes);
+    behind.add(1.0, &stiffness);
+    Ok([behind, mass, damping, hysteretic])
 }
 
 /// (u − Φq)ᵀA(u − Φq) as a matrix of u and q, symmetric to the last digit.

@@ -3,7 +3,7 @@
 use super::Default::{Absent, ByPreset, Is, Required, Rule};
 use super::keys;
 use super::value::{ANY, List, NOT_NEGATIVE, POSITIVE, Quantity, XY};
-use super::word::{Boolean, Choice, Text};
+use super::word::{Boolean, Choice, FilePath, Text};
 use crate::contact::normal::Rotation;
 use crate::model_update::{BoltHead, Clamping};
 use crate::scene::{Boundary, Distribution, PressedBy, Stiffness, Transverse};
@@ -36,6 +36,8 @@ keys! {
     KN: Quantity = "contact.kn", Rule("from the [surface]; must be given where kt is"), STIFF, of ["given"];
     /// Tangential stiffness of the whole joint, in place of a surface.
     KT: Quantity = "contact.kt", Rule("from the [surface]; must be given where kn is"), STIFF, of ["given"];
+    /// A table (CSV) of the contact elements, a row a slider, in place of a surface: what `fretwear export --contact csv` writes.
+    ELEMENTS: FilePath = "contact.elements", Absent, FilePath("contact.csv"), of ["given"], with ["structure"];
     /// Gap at rest. A contact with a gap has no normal_load.
     GAP: Quantity = "contact.gap", Is("0 um"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "1 um"), of ["given"];
     /// Largest pressure that a point can carry, as the hardness of its material [A eq. 4.3].

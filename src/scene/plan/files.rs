@@ -7,6 +7,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::PlanError;
+use super::element_table::{self, ElementTableError};
 use super::rough::{Contents, motion_of};
 use super::structure_files::{self, StructureFileError};
 use crate::files;
@@ -49,6 +50,9 @@ pub enum InputError {
     /// The files of the structure cannot be used.
     #[error(transparent)]
     Structure(#[from] StructureFileError),
+    /// The table of contact elements cannot be used.
+    #[error(transparent)]
+    Elements(#[from] ElementTableError),
     /// The motion history is not one.
     #[error("motion.history {}: {problem}", path.display())]
     History {
@@ -155,7 +159,19 @@ impl Files {
     pub fn read(scene: &Scene) -> Result<Files, InputError> {
         let mut canonical = scene.canonical();
         let mut scene = scene.clone();
+        let elements = element_table::read(&mut scene)?;
+        if let Some(content) = elements {
+            canonical["contact"]["content"] = json!(content);
+        }
         let imported = structure_files::read(&mut scene)?.map(Arc::new);
+        if let Some(structure) = scene
+            .recipe
+            .structure
+            .as_ref()
+            .filter(|_| scene.contact.is_some())
+        {
+            element_table::check(&scene, &structure.layout())?;
+        }
         if let Some(import) = scene.structure().and_then(|s| s.import()) {
             canonical["structure"]["content"] = json!(import.content);
             if let Some(response) = &scene.recipe.response {

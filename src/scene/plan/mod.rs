@@ -3,6 +3,7 @@
 //! A [`Plan`] has the recipe of a run. It computes nothing, so that it costs a run no time, and equal scenes give equal plans on every
 //! machine. What a run will cost is rehearsed where somebody asks for it ([`crate::rehearsal`]).
 
+pub mod element_table;
 mod files;
 mod numbers;
 mod plausible;

@@ -78,6 +78,7 @@ pub(super) fn elements(scene: &Scene) -> Option<recipe::Elements> {
         friction_coefficient: contact.friction_coefficient.unwrap_or(0.0),
         friction_law: scene.friction_law,
         stiffness: contact.elements,
+        table: contact.table.as_ref().and_then(|file| file.table.clone()),
         update: scene.update,
         why,
     })
@@ -85,7 +86,10 @@ pub(super) fn elements(scene: &Scene) -> Option<recipe::Elements> {
 
 fn why_stiffness(contact: &Contact) -> &'static str {
     let ElementStiffness::Contact { stiffness, .. } = contact.elements else {
-        return "contact.kn and contact.kt in place of a surface";
+        return match contact.table {
+            Some(_) => "contact.elements in place of a surface",
+            None => "contact.kn and contact.kt in place of a surface",
+        };
     };
     match stiffness {
         Stiffness::Total => "contact.stiffness = \"total\", as published",

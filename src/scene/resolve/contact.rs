@@ -6,7 +6,9 @@ use crate::model_update::{BoltedJoint, metric_thread};
 use crate::recipe::{Conditions, ElementStiffness};
 use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
-use crate::scene::{Boundary, Contact, Distribution, Preload, PressedBy, Stiffness, Transverse};
+use crate::scene::{
+    Boundary, Contact, Distribution, ElementFile, Preload, PressedBy, Stiffness, Transverse,
+};
 
 pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>> {
     let has_surface = reader.has("surface");
@@ -34,6 +36,9 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
             }
             (_, false) => Ok(None),
         };
+    }
+    if reader.has(&ELEMENTS) {
+        return by_table(reader, body).map(Some);
     }
     for key in [&KN, &KT] {
         if !reader.has(key) {
@@ -125,6 +130,7 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         bolt,
         pressed_by,
         elements,
+        table: None,
     })
 }
 
@@ -323,6 +329,66 @@ fn rotation(reader: &Reader<'_>, boundary: Boundary) -> Result<Rotation> {
     }
 }
 
+/// Contact elements that a table has, which is read later.
+fn by_table(reader: &Reader<'_>, body: Body) -> Result<Contact> {
+    let of_table = "contact.elements has it for each contact element; leave it out";
+    if body == Body::Joint {
+        let reason = "contact elements are part of a structure; add [structure] and [dynamics], or give [surface] in their place";
+        return Err(reader.conflict(&ELEMENTS, reason));
+    }
+    if reader.has("surface") {
+        let reason = "[surface] is there, from which the contact elements are computed; give one or the other";
+        return Err(reader.conflict(&ELEMENTS, reason));
+    }
+    if reader.has("contact.preload") {
+        return Err(reader.misplaced("contact.preload", of_table));
+    }
+    for key in [
+        KN.name,
+        KT.name,
+        GAP.name,
+        NORMAL_LOAD.name,
+        FRICTION_COEFFICIENT.name,
+    ] {
+        if reader.has(key) {
+            return Err(reader.conflict(key, of_table));
+        }
+    }
+    reader.refuse_form("contact", "rough", of_table)?;
+    note_rough(reader)?;
+    Ok(Contact {
+        friction_coefficient: None,
+        transverse: reader.value(&TRANSVERSE)?,
+        conditions: None,
+        preload: None,
+        bolt: None,
+        pressed_by: PressedBy::Punch,
+        elements: ElementStiffness::Given {
+            kn: 0.0,
+            kt: 0.0,
+            gap: 0.0,
+            normal_load: 0.0,
+        },
+        table: Some(ElementFile {
+            path: reader.required(&ELEMENTS)?,
+            table: None,
+        }),
+    })
+}
+
+/// The record has the keys of a rough contact too, with their defaults.
+fn note_rough(reader: &Reader<'_>) -> Result<()> {
+    reader.note(&STIFFNESS, Stiffness::Total);
+    reader.note(&PRESSING, PressedBy::Punch);
+    reader.value(&DISTRIBUTION)?;
+    reader.value(&BOUNDARY)?;
+    reader.value(&ROTATION)?;
+    for key in [&BOLT_STIFFNESS, &PRESSURE_CAP] {
+        reader.optional(key, None)?;
+    }
+    Ok(())
+}
+
 fn given(reader: &Reader<'_>) -> Result<Contact> {
     if reader.has("contact.preload") {
         let reason = "contact.kn and contact.kt are given, and such a joint is not pressed: its load at rest is contact.normal_load, uniform by area";
@@ -361,15 +427,7 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
     if friction_coefficient.is_none() && kt > 0.0 {
         return Err(reader.missing(&FRICTION_COEFFICIENT, ""));
     }
-    // The record has the keys of a rough contact too, with their defaults.
-    reader.note(&STIFFNESS, Stiffness::Total);
-    reader.note(&PRESSING, PressedBy::Punch);
-    reader.value(&DISTRIBUTION)?;
-    reader.value(&BOUNDARY)?;
-    reader.value(&ROTATION)?;
-    for key in [&BOLT_STIFFNESS, &PRESSURE_CAP] {
-        reader.optional(key, None)?;
-    }
+    note_rough(reader)?;
     Ok(Contact {
         friction_coefficient,
         transverse: reader.value(&TRANSVERSE)?,
@@ -383,5 +441,6 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
             gap,
             normal_load: reader.note(&LOAD_AT_REST, normal_load),
         },
+        table: None,
     })
 }

@@ -1,0 +1,330 @@
+//! `fretwear export RUN@K --contact csv -o FOLDER`: the contact elements of a run, and the structure that they move in.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::ValueEnum;
+use fretwear::dynamics::ContactElement;
+use fretwear::linalg::Matrix;
+use fretwear::recipe::element_table::{COLUMNS, ElementTable};
+use fretwear::recipe::{KeptPlan, Recipe};
+use fretwear::scene::Plan;
+use fretwear::scene::plan::element_table::ports_line;
+use fretwear::stages::{ExportedContact, exported_contact};
+use fretwear::store::{RealFileSystem, RunReader};
+use fretwear::structure::matrix_files::{npz, symmetric_matrix_market};
+use serde_json::json;
+
+use super::arguments::ExportArguments;
+use super::export::{make_folder, save};
+use super::run::{parse_source, scene_of_run};
+use super::{CliError, Exit};
+use crate::progress::Watcher;
+use crate::terminal::Results;
+
+/// The form of what is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ContactForm {
+    /// Tables and matrices
+    Csv,
+}
+
+/// Axes of the ports of an element.
+const AXES: [&str; 3] = ["x", "y", "n"];
+
+/// Writes the contact elements as `contact.csv`, the matrices as K, M, C and Ks, and what their rows, loads and harmonics are as `vibration.json`.
+pub fn export_contact(
+    run: &Path,
+    folder: &Path,
+    arguments: &ExportArguments,
+    out: &mut Results,
+) -> Result<Exit, CliError> {
+    let (root, iteration) = place(run)?;
+    let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
+    let recipe = reader.plan(KeptPlan::of)?.recipe;
+    if recipe.elements().is_none() || recipe.response.is_none() {
+        return Err(CliError::NoElements { path: root });
+    }
+    let Some(wear_iteration) = iteration.or(reader.latest()) else {
+        return Err(CliError::NothingToRun { path: root });
+    };
+    let Some(scene) = scene_of_run(&root, &[])? else {
+        return Err(CliError::NothingToRun { path: root });
+    };
+    let inputs = Plan::of(&scene)?.inputs;
+    let watcher = Watcher::new(&inputs.recipe, &root, true);
+    let exported = exported_contact(&reader, &inputs, wear_iteration, &watcher);
+    watcher.finish();
+    let exported = exported?;
+    let table = match arguments.one_slider {
+        true => exported.with_one_slider(),
+        false => exported.table.clone(),
+    };
+    make_folder(folder)?;
+    let head = head(&recipe, &exported, arguments.one_slider);
+    save(folder, "contact.csv", |to| {
+        write_table(&table, &exported, &head, to)
+    })?;
+    let matrices: [(&str, &Matrix); 4] = [
+        ("K", &exported.stiffness),
+        ("M", &exported.mass),
+        ("C", &exported.damping),
+        ("Ks", &exported.hysteretic),
+    ];
+    let is_there = |matrix: &Matrix| matrix.as_slice().iter().any(|value| *value != 0.0);
+    let written: Vec<(&str, &Matrix)> = matrices
+        .into_iter()
+        .filter(|(name, matrix)| ["K", "M"].contains(name) || is_there(matrix))
+        .collect();
+    for (name, matrix) in &written {
+        save(folder, &format!("{name}.mtx"), |to| {
+            symmetric_matrix_market(matrix, to)
+        })?;
+    }
+    save(folder, "matrices.npz", |to| npz(&written, to))?;
+    save(folder, "rows.csv", |to| rows(&exported, to))?;
+    let vibration = vibration(&exported);
+    save(folder, "vibration.json", |to| {
+        to.write_all(vibration.as_bytes())
+    })?;
+    let (elements, sliders) = (table.count(), table.sliders.len());
+    writeln!(
+        out,
+        "{}: {elements} contact elements of {sliders} sliders, matrices of {} rows; iteration {wear_iteration}",
+        folder.display(),
+        exported.stiffness.rows()
+    );
+    let Moves { lift, close, vary } = moves(&exported);
+    writeln!(
+        out,
+        "  over the cycle of the response in force {lift} sliders lift off, {close} that are open at rest close, and the load of {vary} varies by more than 10 %"
+    );
+    if arguments.one_slider {
+        let lost = lost(&exported, &table);
+        save(folder, "one_slider.csv", |to| write_lost(&lost, to))?;
+        write_whole(&lost, out);
+    }
+    Ok(Exit::Done)
+}
+
+/// The run and the iteration of `RUN@N`; the last one of `RUN`.
+fn place(run: &Path) -> Result<(PathBuf, Option<u64>), CliError> {
+    let text = run.to_string_lossy();
+    if !text.contains('@') || run.is_dir() {
+        return Ok((run.to_owned(), None));
+    }
+    let source = parse_source(&text).map_err(CliError::NoIteration)?;
+    Ok((source.run, Some(source.wear_iteration)))
+}
+
+/// What a reader has to know of the table.
+fn head(recipe: &Recipe, exported: &ExportedContact, one_slider: bool) -> Vec<String> {
+    let law = recipe
+        .elements()
+        .map_or("", |elements| elements.friction_law.formula());
+    let mut head = vec![
+        "# Contact elements of a run of fretwear, a row a slider; SI units.".to_owned(),
+        ports_line(exported.ports),
+        "# Sliders of an element are parallel: all see its displacement, upper body less lower, counted from rest.".to_owned(),
+        "# Normal displacement is positive where the joint opens. Load of a slider: max(0, normal_load - kn (u + gap)); forces on the structure are".to_owned(),
+        "# what it is less normal_load, the load at rest.".to_owned(),
+        format!("# Friction: {law} with the load of the instant; kt (u - w) with the slider at w. In rest w = 0, as it is without load w = u."),
+        "# Cycles begin at rest, go to the first sample in one step, and are marched to the steady one.".to_owned(),
+        "# damping_kn, damping_kt: springs with which damping in modes of the stuck joint is counted; the matrix C has it already.".to_owned(),
+    ];
+    if one_slider {
+        head.push("# One slider an element: strength and energy are kept at the amplitude of this response, the stuck stiffness is not.".to_owned());
+    }
+    head
+}
+
+fn write_table(
+    table: &ElementTable,
+    exported: &ExportedContact,
+    head: &[String],
+    to: &mut impl Write,
+) -> io::Result<()> {
+    for line in head {
+        writeln!(to, "{line}")?;
+    }
+    writeln!(to, "{}", COLUMNS.join(","))?;
+    for (&e, [load, gap, kn, kt]) in table.element.iter().zip(&table.sliders) {
+        let ([x, y], area) = (table.centres[e], exported.areas[e]);
+        let (mu, [damping_kn, damping_kt]) =
+            (table.friction_coefficient[e], table.damping_springs[e]);
+        writeln!(
+            to,
+            "{e},{x:e},{y:e},{area:e},{mu:e},{damping_kn:e},{damping_kt:e},{load:e},{gap:e},{kn:e},{kt:e}"
+        )?;
+    }
+    Ok(())
+}
+
+/// A line a row of the matrices, from 1.
+fn rows(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
+    writeln!(to, "row,kind,element,point,axis,x,y")?;
+    let mut row = 0;
+    for (e, [x, y]) in exported.table.centres.iter().enumerate() {
+        for axis in AXES {
+            row += 1;
+            writeln!(to, "{row},contact,{e},,{axis},{x:e},{y:e}")?;
+        }
+    }
+    for (point, axis) in &exported.points {
+        row += 1;
+        writeln!(to, "{row},point,,{point},{},,", ["x", "y", "z"][*axis])?;
+    }
+    for row in row + 1..=exported.stiffness.rows() {
+        writeln!(to, "{row},mode,,,,,")?;
+    }
+    Ok(())
+}
+
+/// Loads, harmonics and range as an object.
+fn vibration(exported: &ExportedContact) -> String {
+    let loads = exported.loads.iter().map(|(row, harmonic, cosine, sine)| {
+        json!({ "row": row + 1, "harmonic": harmonic, "cosine": cosine, "sine": sine })
+    });
+    let text = serde_json::to_string_pretty(&json!({
+        "about": "rows from 1, as in rows.csv; a load is cosine cos(harmonic w t) + sine sin(harmonic w t), in N; frequencies in Hz. Ks acts as i Ks on each harmonic but the mean",
+        "loads": loads.collect::<Vec<_>>(),
+        "response_row": exported.response + 1,
+        "harmonics": exported.harmonics,
+        "samples": exported.samples,
+        "frequency": exported.frequency,
+        "range": exported.range,
+    }));
+    text.unwrap_or_default() + "\n"
+}
+
+/// Sliders that change their contact over a cycle.
+struct Moves {
+    lift: usize,
+    close: usize,
+    vary: usize,
+}
+
+/// Part of its load that a slider's varies by where it counts as varying.
+const VARIES: f64 = 0.1;
+
+fn moves(exported: &ExportedContact) -> Moves {
+    let mut moves = Moves {
+        lift: 0,
+        close: 0,
+        vary: 0,
+    };
+    for (e, element) in exported.elements.iter().enumerate() {
+        let normal = exported.over_cycle(e).into_iter().map(|u| u[2]);
+        let (least, most) = normal.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), u| {
+            (a.min(u), b.max(u))
+        });
+        for slider in &element.sliders {
+            let load = |u: f64| slider.normal_load + slider.normal_stiffness * (u - slider.gap);
+            let (low, high) = (load(least), load(most));
+            let rest = slider.normal_load;
+            moves.lift += usize::from(rest > 0.0 && low <= 0.0);
+            moves.close += usize::from(rest == 0.0 && high > 0.0);
+            let away = (high - rest).max(rest - low);
+            moves.vary += usize::from(rest > 0.0 && low > 0.0 && away > VARIES * rest);
+        }
+    }
+    moves
+}
+
+/// What one slider makes of an element: of the bank, and of the slider.
+struct Lost {
+    element: usize,
+    /// kt, energy of a cycle, first harmonic of the force in the plane, and the half range of the normal force.
+    bank: [f64; 4],
+    one: [f64; 4],
+}
+
+fn lost(exported: &ExportedContact, table: &ElementTable) -> Vec<Lost> {
+    let one_of = |e: usize| ContactElement {
+        sliders: vec![fretwear::dynamics::Slider {
+            normal_load: table.sliders[e][0],
+            gap: table.sliders[e][1],
+            normal_stiffness: table.sliders[e][2],
+            tangential_stiffness: table.sliders[e][3],
+        }],
+        ..exported.elements[e].clone()
+    };
+    let figures = |element: &ContactElement, displacement: &[[f64; 3]]| {
+        let cycle = element.cycle(displacement);
+        let samples = cycle.force.len() as f64;
+        let first = |axis: usize| {
+            let (mut cosine, mut sine) = (0.0, 0.0);
+            for (k, force) in cycle.force.iter().enumerate() {
+                let angle = std::f64::consts::TAU * k as f64 / samples;
+                cosine += force[axis] * angle.cos();
+                sine += force[axis] * angle.sin();
+            }
+            2.0 / samples * cosine.hypot(sine)
+        };
+        let normal = cycle.force.iter().map(|force| force[2]);
+        let (least, most) = normal.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), n| {
+            (a.min(n), b.max(n))
+        });
+        [
+            element.tangential_stiffness(),
+            cycle.dissipated_energy,
+            first(0).hypot(first(1)),
+            0.5 * (most - least),
+        ]
+    };
+    let elements = exported.elements.iter().enumerate();
+    elements
+        .map(|(e, element)| {
+            let displacement = exported.over_cycle(e);
+            Lost {
+                element: e,
+                bank: figures(element, &displacement),
+                one: figures(&one_of(e), &displacement),
+            }
+        })
+        .collect()
+}
+
+const LOST: [&str; 4] = ["kt", "energy", "first_harmonic", "normal_force"];
+
+fn write_lost(lost: &[Lost], to: &mut impl Write) -> io::Result<()> {
+    let columns = LOST.map(|name| format!("{name}_bank,{name}_one"));
+    writeln!(to, "element,{}", columns.join(","))?;
+    for row in lost {
+        let pairs = row
+            .bank
+            .iter()
+            .zip(&row.one)
+            .map(|(bank, one)| format!("{bank:e},{one:e}"));
+        writeln!(
+            to,
+            "{},{}",
+            row.element,
+            pairs.collect::<Vec<_>>().join(",")
+        )?;
+    }
+    Ok(())
+}
+
+/// What all elements together lose, and how far the force of one may be off.
+fn write_whole(lost: &[Lost], out: &mut Results) {
+    let sum = |of: fn(&Lost) -> [f64; 4], column: usize| {
+        lost.iter().map(|row| of(row)[column]).sum::<f64>()
+    };
+    let change = |column: usize| {
+        let (bank, one) = (sum(|row| row.bank, column), sum(|row| row.one, column));
+        match bank != 0.0 {
+            true => format!("{:+.2} %", 100.0 * (one / bank - 1.0)),
+            false => "0 %".to_owned(),
+        }
+    };
+    let text = format!(
+        "kt {}, energy {}, first harmonic of the forces {}, normal force {}; one_slider.csv has them for each element",
+        change(0),
+        change(1),
+        change(2),
+        change(3)
+    );
+    out.item("with one slider each", &text);
+}

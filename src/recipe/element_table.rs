@@ -1,0 +1,143 @@
+//! Contact elements from a table: those of a run, for this program and for others.
+
+use serde::{Deserialize, Serialize};
+
+use super::elements::Layout;
+use crate::dynamics::ContactElement;
+use crate::model_update::{ElementParameters, Sliders};
+
+/// Columns of the table, a row a slider: the element from 0, its centre and area, its coefficient of friction, the springs with which damping in modes of the
+/// stuck joint is counted, and the slider. In SI units.
+pub const COLUMNS: [&str; 11] = [
+    "element",
+    "x",
+    "y",
+    "area",
+    "mu",
+    "damping_kn",
+    "damping_kt",
+    "normal_load",
+    "gap",
+    "kn",
+    "kt",
+];
+
+/// Contact elements by a table, a bank of sliders each.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ElementTable {
+    /// Hash of the file.
+    pub content: String,
+    /// Centres from the middle of the joint \[m\].
+    pub centres: Vec<[f64; 2]>,
+    /// Coefficients of friction.
+    pub friction_coefficient: Vec<f64>,
+    /// Normal and tangential springs of each with which damping in modes of the stuck joint is counted \[N/m\].
+    pub damping_springs: Vec<[f64; 2]>,
+    /// Element of each slider, ascending.
+    pub element: Vec<usize>,
+    /// The sliders: static load \[N\], gap \[m\], normal and tangential stiffness \[N/m\].
+    pub sliders: Vec<[f64; 4]>,
+}
+
+impl ElementTable {
+    /// Number of elements.
+    pub fn count(&self) -> usize {
+        self.centres.len()
+    }
+
+    /// The table of elements.
+    pub fn of(
+        elements: &[ContactElement],
+        layout: &Layout,
+        damping_springs: Vec<[f64; 2]>,
+    ) -> Self {
+        let banks = elements.iter().enumerate();
+        let sliders = banks.flat_map(|(e, element)| element.sliders.iter().map(move |s| (e, s)));
+        let (element, sliders) = sliders
+            .map(|(e, s)| {
+                (
+                    e,
+                    [
+                        s.normal_load,
+                        s.gap,
+                        s.normal_stiffness,
+                        s.tangential_stiffness,
+                    ],
+                )
+            })
+            .unzip();
+        ElementTable {
+            content: String::new(),
+            centres: layout.centres.clone(),
+            friction_coefficient: elements.iter().map(|e| e.friction_coefficient).collect(),
+            damping_springs,
+            element,
+            sliders,
+        }
+    }
+
+    /// Sum of a column of the sliders over all elements: load, gap, kn, kt.
+    pub fn total(&self, column: usize) -> f64 {
+        self.sliders.iter().map(|slider| slider[column]).sum()
+    }
+
+    /// The coefficient of friction of all together, by load; the mean of elements without load.
+    pub fn mean_friction(&self) -> f64 {
+        let (mut strength, mut load) = (0.0, 0.0);
+        for (&e, slider) in self.element.iter().zip(&self.sliders) {
+            strength += self.friction_coefficient[e] * slider[0];
+            load += slider[0];
+        }
+        match load > 0.0 {
+            true => strength / load,
+            false => self.friction_coefficient.iter().sum::<f64>() / self.count().max(1) as f64,
+        }
+    }
+
+    /// As parameters of the elements, and their sliders.
+    pub fn parameters(&self) -> ElementParameters {
+        let summed = |column: usize| {
+            let mut sums = vec![0.0; self.count()];
+            for (&e, slider) in self.element.iter().zip(&self.sliders) {
+                sums[e] += slider[column];
+            }
+            sums
+        };
+        let column = |column: usize| self.sliders.iter().map(|slider| slider[column]).collect();
+        let mut gap = vec![f64::INFINITY; self.count()];
+        for (&e, slider) in self.element.iter().zip(&self.sliders) {
+            gap[e] = gap[e].min(slider[1]);
+        }
+        ElementParameters {
+            normal_load: summed(0),
+            gap,
+            kn: summed(2),
+            kt: summed(3),
+            sliders: Some(Sliders {
+                element: self.element.clone(),
+                normal_load: column(0),
+                gap: column(1),
+                kn: column(2),
+                kt: column(3),
+            }),
+        }
+    }
+
+    /// As parameters of the springs with which damping in modes of the stuck joint is counted.
+    pub fn damping_parameters(&self) -> ElementParameters {
+        ElementParameters {
+            kn: self
+                .damping_springs
+                .iter()
+                .map(|springs| springs[0])
+                .collect(),
+            kt: self
+                .damping_springs
+                .iter()
+                .map(|springs| springs[1])
+                .collect(),
+            sliders: None,
+            ..self.parameters()
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! The contact elements of a committed iteration and the structure that they move in, as other programs take them.
+
+use super::RunError;
+use super::backbone::at_iteration;
+use super::contact_state::harmonics_of;
+use super::contact_state::parameters_of;
+use super::dynamic_response::{contact_elements, failed};
+use super::observer::Observer;
+use super::reads::Reads;
+use super::recompute::require_own;
+use super::solvers::{Solvers, given, layout};
+use crate::dynamics::{ContactElement, DynamicsError, Slider};
+use crate::linalg::Matrix;
+use crate::recipe::Inputs;
+use crate::recipe::element_table::ElementTable;
+use crate::store::RunReader;
+use crate::structure::reduction::ContactPorts;
+use crate::structure::superelement::of_model;
+use crate::tables::typed;
+
+/// What is exported of a vibrating joint, in SI units. Rows are the ports (x, y, n of each contact element, n positive where the joint opens; then those of
+/// loads and response), then modes and pseudo-modes of the structure.
+pub struct ExportedContact {
+    /// Contact elements as they are in force.
+    pub table: ElementTable,
+    /// Area of each \[m²\]; 0 of an oscillator's.
+    pub areas: Vec<f64>,
+    /// What the elements are between.
+    pub ports: ContactPorts,
+    /// Stiffness, mass, and viscous and hysteretic damping, all that the scene has of it.
+    pub stiffness: Matrix,
+    pub mass: Matrix,
+    pub damping: Matrix,
+    pub hysteretic: Matrix,
+    /// Points and axes of the ports behind those of the contact.
+    pub points: Vec<(String, usize)>,
+    /// Loads: row, harmonic, cosine and sine \[N\].
+    pub loads: Vec<(usize, u32, f64, f64)>,
+    /// Row of the response.
+    pub response: usize,
+    /// Harmonics of the response, and samples of a cycle at which elements are evaluated.
+    pub harmonics: Vec<u32>,
+    pub samples: usize,
+    /// Frequency of the response in force \[Hz\].
+    pub frequency: f64,
+    /// The range in which it is looked for \[Hz\].
+    pub range: [f64; 2],
+    /// Displacements of all elements over the response in force, coefficients in the order of [`ExportedContact::harmonics`]: x, y, n \[m\].
+    pub displacement: Vec<f64>,
+    /// The elements themselves.
+    pub elements: Vec<ContactElement>,
+}
+
+/// Reads a committed iteration.
+///
+/// # Errors
+/// [`RunError::OfAnotherScene`], and those of reading the run.
+///
+/// # Panics
+/// On a recipe without structure, response and contact.
+pub fn exported_contact(
+    reader: &RunReader,
+    inputs: &Inputs,
+    wear_iteration: u64,
+    observer: &dyn Observer,
+) -> Result<ExportedContact, RunError> {
+    require_own(reader, wear_iteration)?;
+    at_iteration(reader, inputs, wear_iteration, 1, observer, of_reads)
+}
+
+fn of_reads(reads: &Reads, solvers: &mut Solvers) -> Result<ExportedContact, RunError> {
+    let vibration = solvers.vibration(reads)?;
+    let row: typed::DynamicResponse = reads.table()?;
+    let response: typed::Response = reads.table()?;
+    let parameters = match reads.maybe::<typed::ContactElement>()? {
+        Some(rows) => parameters_of(&rows, reads.maybe()?),
+        None => given(reads),
+    };
+    let elements = contact_elements(reads, &parameters, row.stepped_part.unwrap_or(1.0));
+    let layout = layout(reads);
+    let springs = damping_springs(reads)?;
+    let table = ElementTable::of(&elements, &layout, springs);
+    let (harmonics, displacement) = harmonics_of(&response)?;
+    let model = &vibration.model;
+    let [stiffness, mass, damping, hysteretic] = of_model(
+        [
+            &model.stiffness,
+            &model.mass,
+            &model.damping,
+            &model.hysteretic,
+        ],
+        &model.basis,
+        model.residual.as_ref(),
+        model.contact_dofs,
+    )
+    .map_err(|source| {
+        let what = "residual flexibility";
+        failed(reads, DynamicsError::Matrix { what, source })
+    })?;
+    let points = reads.recipe.points();
+    let contact = 3 * elements.len();
+    let width = harmonics.coefficients();
+    Ok(ExportedContact {
+        areas: layout.areas.clone(),
+        ports: reads
+            .recipe
+            .structure
+            .as_ref()
+            .map_or(ContactPorts::Faces, |structure| structure.contact_ports),
+        stiffness,
+        mass,
+        damping,
+        hysteretic,
+        points: points
+            .iter()
+            .map(|port| (port.at.clone(), port.axis))
+            .collect(),
+        loads: vibration
+            .loads
+            .iter()
+            .map(|load| (load.port, load.harmonic, load.cosine, load.sine))
+            .collect(),
+        response: vibration.response_port,
+        harmonics: harmonics.orders().to_vec(),
+        samples: vibration.settings.samples,
+        frequency: row.resonance_frequency.unwrap_or(row.peak_frequency),
+        range: {
+            let (from, to) = vibration.range;
+            [from, to].map(|omega| omega / std::f64::consts::TAU)
+        },
+        displacement: displacement[..contact * width].to_vec(),
+        table,
+        elements,
+    })
+}
+
+/// The springs with which damping in modes of the stuck joint is counted.
+fn damping_springs(reads: &Reads) -> Result<Vec<[f64; 2]>, RunError> {
+    if let Some(rows) = reads.maybe::<typed::ReferenceElement>()? {
+        return Ok(rows
+            .kn
+            .iter()
+            .zip(&rows.kt)
+            .map(|(kn, kt)| [*kn, *kt])
+            .collect());
+    }
+    let elements = reads.recipe.elements();
+    let given = elements.and_then(crate::recipe::Elements::given_for_damping);
+    let given = given.unwrap_or_default();
+    Ok(given
+        .kn
+        .iter()
+        .zip(&given.kt)
+        .map(|(kn, kt)| [*kn, *kt])
+        .collect())
+}
+
+/// Instants of a cycle at which a displacement is looked at.
+const INSTANTS: usize = 256;
+
+impl ExportedContact {
+    /// Displacement of an element over the response in force, x, y and n, here positive where the bodies approach \[m\].
+    pub fn over_cycle(&self, element: usize) -> Vec<[f64; 3]> {
+        let width = self.displacement.len() / (3 * self.elements.len());
+        let rows = &self.displacement[3 * element * width..][..3 * width];
+        samples_of(&self.harmonics, rows)
+    }
+}
+
+/// Halvings of the range of stiffnesses in which one slider is looked for, and how far it goes beyond the bank's.
+const HALVINGS: usize = 60;
+const FAR: f64 = 1e6;
+
+impl ExportedContact {
+    /// The same elements of one slider each. It has the strength and the normal stiffness of the sliders that bear load at rest, and the energy of the bank
+    /// over the response in force: the stiffness with which the bank begins is given up. Of a bank whose energy no such slider has, it has all of the
+    /// stiffness.
+    pub fn with_one_slider(&self) -> ElementTable {
+        let elements = self.elements.iter().enumerate();
+        let one = elements.map(|(e, element)| {
+            let bears = element
+                .sliders
+                .iter()
+                .any(|slider| slider.normal_load > 0.0);
+            let counted = || {
+                let sliders = element.sliders.iter();
+                sliders.filter(move |slider| !bears || slider.normal_load > 0.0)
+            };
+            let load: f64 = counted().map(|slider| slider.normal_load).sum();
+            let kn: f64 = counted().map(|slider| slider.normal_stiffness).sum();
+            let kt: f64 = counted().map(|slider| slider.tangential_stiffness).sum();
+            let gap = counted()
+                .map(|slider| slider.gap)
+                .fold(f64::INFINITY, f64::min);
+            let displacement = self.over_cycle(e);
+            let of = |tangential_stiffness: f64| ContactElement {
+                sliders: vec![Slider {
+                    normal_load: load,
+                    gap,
+                    tangential_stiffness,
+                    normal_stiffness: kn,
+                }],
+                ..element.clone()
+            };
+            let energy = |kt: f64| of(kt).cycle(&displacement).dissipated_energy;
+            let wanted = element.cycle(&displacement).dissipated_energy;
+            let (mut low, mut high) = (kt / FAR, kt * FAR);
+            if wanted <= 0.0 || energy(high) < wanted || energy(low) > wanted {
+                return [load, gap, kn, kt];
+            }
+            for _ in 0..HALVINGS {
+                let middle = (low * high).sqrt();
+                match energy(middle) < wanted {
+                    true => low = middle,
+                    false => high = middle,
+                }
+            }
+            [load, gap, kn, high]
+        });
+        ElementTable {
+            sliders: one.collect(),
+            element: (0..self.elements.len()).collect(),
+            ..self.table.clone()
+        }
+    }
+}
+
+fn samples_of(orders: &[u32], rows: &[f64]) -> Vec<[f64; 3]> {
+    let width = rows.len() / 3;
+    let at = |row: &[f64], time: f64| -> f64 {
+        // The mean has one coefficient, each other order a cosine and a sine.
+        let terms = orders.iter().skip(1).enumerate().map(|(k, order)| {
+            let angle = f64::from(*order) * time;
+            row[1 + 2 * k] * angle.cos() + row[2 + 2 * k] * angle.sin()
+        });
+        row[0] + terms.sum::<f64>()
+    };
+    let instants = (0..INSTANTS).map(|k| std::f64::consts::TAU * k as f64 / INSTANTS as f64);
+    instants
+        .map(|time| [0, 1, 2].map(|axis| at(&rows[axis * width..][..width], time)))
+        .collect()
+}
