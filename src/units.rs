@@ -291,7 +291,7 @@ pub enum UnitProblem {
         /// The known unit that looks most like it.
         nearest: Option<String>,
     },
-    /// A unit of inches and pounds.
+    /// A unit of inches, pounds or kilograms-force, or a name that is none of SI.
     #[error("has the unit \"{unit}\", which is not read: write it in SI, with 1 {unit} = {worth}")]
     Customary {
         /// The unit as written.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::collect::{INDEX, WEAR_ITERATION};
 use super::error::CampaignError;
 use super::findings::{numbers, point};
-use super::folder::{About, Folder};
+use super::folder::{About, Folder, Section};
 use super::rows::State;
 use super::statistics::QUANTILES;
 use super::survival::{Life, Quantile, Survival};
@@ -106,7 +106,7 @@ impl Histories {
     ) -> Vec<Lifetimes> {
         let sections = &about.sections[..];
         let fixed: Vec<usize> = (0..sections.len())
-            .filter(|section| !sections[*section].is_random)
+            .filter(|section| !is_draw(&sections[*section]))
             .collect();
         let mut points: BTreeMap<Vec<usize>, Vec<usize>> = BTreeMap::new();
         for index in self.runs.keys() {
@@ -135,6 +135,11 @@ impl Histories {
     pub fn has(&self, figure: Figure) -> bool {
         self.runs.values().any(|run| run.history(figure).is_ok())
     }
+}
+
+/// True of draws, and of seeds, which are names of draws.
+fn is_draw(section: &Section) -> bool {
+    section.is_random || section.keys.iter().all(|key| key.ends_with("seed"))
 }
 
 /// What a run that has not ended has come to; none of one without a state that can be read.

@@ -18,7 +18,7 @@ pub struct Quantile {
     pub part: f64,
     /// Cycles.
     pub cycles: Option<f64>,
-    /// Between these the quantile of all such runs lies with 95 %, by order statistics. The lower one is 0 where too few runs were made to tell.
+    /// Between these the quantile of all such runs lies with 95 %, by the order statistics of those runs that were not left before. The lower one is 0 where too few are there to tell.
     pub low: Option<f64>,
     pub high: Option<f64>,
 }
@@ -30,6 +30,8 @@ pub struct Survival {
     pub runs: usize,
     /// Cycles at which some pass, and the part that has passed then.
     steps: Vec<(f64, f64)>,
+    /// Cycles at which runs are left, ascending.
+    left: Vec<f64>,
     /// Cycles to which the last run was followed.
     pub end: f64,
 }
@@ -60,6 +62,11 @@ impl Survival {
         Survival {
             runs: lives.len(),
             steps,
+            left: lives
+                .iter()
+                .filter(|life| !life.passed)
+                .map(|life| life.cycles)
+                .collect(),
             end: lives.last().map_or(0.0, |life| life.cycles),
         }
     }
@@ -80,15 +87,21 @@ impl Survival {
 
     /// The cycles by which a part of the runs has passed, between bounds.
     pub fn quantile(&self, part: f64) -> Quantile {
-        let [low, high] = ranks(self.runs, part).map(|rank| {
+        let cycles = self.at(part);
+        // Runs that were left before say nothing of it.
+        let last = cycles
+            .or(self.steps.last().map(|step| step.0))
+            .unwrap_or(self.end);
+        let known = self.runs - self.left.iter().filter(|left| **left < last).count();
+        let [low, high] = ranks(known, part).map(|rank| {
             rank.map(|rank| match rank {
                 0 => Some(0.0),
-                rank => self.at(rank as f64 / self.runs as f64),
+                rank => self.at(rank as f64 / known as f64),
             })
         });
         Quantile {
             part,
-            cycles: self.at(part),
+            cycles,
             low: low.flatten(),
             high: high.flatten(),
         }

@@ -39,6 +39,10 @@ pub enum CliError {
     UnknownWord(fretwear::scene::explain::UnknownKey),
     #[error("{like} is no scene to begin from; there are {known}")]
     UnknownExample { like: String, known: String },
+    #[error(
+        "the bolt of the structure of {like} goes through its joint, which keeps its hole; give another diameter"
+    )]
+    HoleStays { like: String },
     #[error("cannot write {}: {source}", path.display())]
     NewScene {
         path: PathBuf,
@@ -258,6 +262,7 @@ impl CliError {
             | CliError::NoFolder { .. }
             | CliError::UnknownExample { .. }
             | CliError::NoLine { .. }
+            | CliError::HoleStays { .. }
             | CliError::NoJsonSchema
             | CliError::UnknownWord(_)
             | CliError::NothingToExport { .. }

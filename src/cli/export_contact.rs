@@ -67,10 +67,10 @@ pub fn export_contact(
         write_table(&table, &exported, &head, to)
     })?;
     let matrices: [(&str, &Matrix); 4] = [
-        ("K", &exported.stiffness),
-        ("M", &exported.mass),
-        ("C", &exported.damping),
-        ("Ks", &exported.hysteretic),
+        ("K", &exported.matrices[0]),
+        ("M", &exported.matrices[1]),
+        ("C", &exported.matrices[2]),
+        ("Ks", &exported.matrices[3]),
     ];
     let is_there = |matrix: &Matrix| matrix.as_slice().iter().any(|value| *value != 0.0);
     let written: Vec<(&str, &Matrix)> = matrices
@@ -93,7 +93,7 @@ pub fn export_contact(
         out,
         "{}: {elements} contact elements of {sliders} sliders, matrices of {} rows; iteration {wear_iteration}",
         folder.display(),
-        exported.stiffness.rows()
+        exported.matrices[0].rows()
     );
     let Moves { lift, close, vary } = moves(&exported);
     writeln!(
@@ -171,11 +171,11 @@ fn rows(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
             writeln!(to, "{row},contact,{e},,{axis},{x:e},{y:e}")?;
         }
     }
-    for (point, axis) in &exported.points {
+    for (point, axis) in &exported.beside {
         row += 1;
         writeln!(to, "{row},point,,{point},{},,", ["x", "y", "z"][*axis])?;
     }
-    for row in row + 1..=exported.stiffness.rows() {
+    for row in row + 1..=exported.matrices[0].rows() {
         writeln!(to, "{row},mode,,,,,")?;
     }
     Ok(())
@@ -190,9 +190,9 @@ fn vibration(exported: &ExportedContact) -> String {
         "about": "rows from 1, as in rows.csv; a load is cosine cos(harmonic w t) + sine sin(harmonic w t), in N; frequencies in Hz. Ks acts as i Ks on each harmonic but the mean",
         "loads": loads.collect::<Vec<_>>(),
         "response_row": exported.response + 1,
-        "harmonics": exported.harmonics,
-        "samples": exported.samples,
-        "frequency": exported.frequency,
+        "harmonics": exported.orders,
+        "samples": exported.instants,
+        "frequency": exported.driven_at,
         "range": exported.range,
     }));
     text.unwrap_or_default() + "\n"

@@ -1,5 +1,6 @@
 //! `fretwear new`: where a scene of one's own begins.
 
+use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
@@ -123,6 +124,12 @@ pub fn new(
 /// The text of a scene with other values, each of which is one that its key can have.
 fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, CliError> {
     let (shipped, sets) = without_hole(example, sets);
+    let has_no_hole = shipped != example.text;
+    if has_no_hole && example.text.contains("kind = \"resonator\"") {
+        return Err(CliError::HoleStays {
+            like: example.name.to_owned(),
+        });
+    }
     scene::load_kept(path, &shipped, &sets)?;
     let mut text = shipped;
     for set in &sets {
@@ -135,7 +142,10 @@ fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, Cl
         })?;
     }
     let keys = sets.iter().filter_map(|set| set.split_once('='));
-    let keys: Vec<&str> = keys.map(|(key, _)| key.trim()).collect();
+    let mut keys: Vec<&str> = keys.map(|(key, _)| key.trim()).collect();
+    keys.extend(has_no_hole.then_some("joint.hole"));
+    let mut named = BTreeSet::new();
+    keys.retain(|key| named.insert(*key));
     let resizes = ["joint.size", "surface.correlation_length"];
     if keys.iter().any(|key| resizes.contains(key))
         && !keys.contains(&"joint.grid")

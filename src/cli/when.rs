@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use super::figures::in_unit;
 use super::{CliError, Exit};
 use crate::progress::grouped;
-use crate::terminal::Results;
+use crate::terminal::{Results, say};
 
 #[derive(Args)]
 #[command(
@@ -39,15 +39,15 @@ pub struct WhenArguments {
     #[arg(long, value_name = "STIFFNESS", group = "milestones", value_parser = Milestone::parse_stiffness)]
     stiffness: Vec<Milestone>,
     /// Largest depth of both faces together: 10um
-    #[arg(long, value_name = "DEPTH", group = "milestones",
+    #[arg(long, value_name = "DEPTH", group = "milestones", allow_hyphen_values = true,
         value_parser = |text: &str| Milestone::parse(Figure::Depth, text))]
     depth: Vec<Milestone>,
     /// Depth that a hundredth of the cells exceed: 10um
-    #[arg(long, value_name = "DEPTH", group = "milestones",
+    #[arg(long, value_name = "DEPTH", group = "milestones", allow_hyphen_values = true,
         value_parser = |text: &str| Milestone::parse(Figure::Depth99, text))]
     depth_99: Vec<Milestone>,
     /// Worn volume: 1mm3
-    #[arg(long, value_name = "VOLUME", group = "milestones",
+    #[arg(long, value_name = "VOLUME", group = "milestones", allow_hyphen_values = true,
         value_parser = |text: &str| Milestone::parse(Figure::Volume, text))]
     volume: Vec<Milestone>,
     /// Print one JSON object
@@ -79,9 +79,16 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
     }
     let standing = RunStatus::of(&reader, &recipe)?;
     let states = States::of(&reader)?;
+    if states.is_empty() {
+        say(&format!("{}: no state is committed yet", root.display()));
+        return Ok(Exit::Stopped);
+    }
+    let load = recipe
+        .contact()
+        .map(|contact| contact.conditions.normal_load);
     let answers = arguments
         .milestones()
-        .map(|milestone| answer(root, milestone, &states));
+        .map(|milestone| answer(root, milestone, &states, load));
     let answers: Vec<Answer> = answers.collect::<Result<_, CliError>>()?;
     if arguments.json {
         out.json(&json!({
@@ -119,6 +126,13 @@ fn of_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, Cli
     let folder = campaign::Folder::at(Arc::new(RealFileSystem), &arguments.run);
     let (about, campaign) = folder.open()?;
     let histories = campaign::Histories::of(&folder, &campaign)?;
+    if histories.is_empty() {
+        say(&format!(
+            "{}: no run is collected yet; run `fretwear campaign collect` where some have ended",
+            arguments.run.display()
+        ));
+        return Ok(Exit::Stopped);
+    }
     let states = folder.states(campaign.rows.len())?;
     let count = |state: State| states.iter().filter(|own| **own == state).count();
     let (failed, open) = (
@@ -184,7 +198,7 @@ fn of_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, Cli
             );
         }
     }
-    Ok(match open {
+    Ok(match open + histories.uncollected.len() {
         0 => Exit::Done,
         _ => Exit::Stopped,
     })
@@ -223,11 +237,15 @@ fn write_point(point: &Lifetimes, out: &mut Results) {
         writeln!(out, "    {}", keys.join(", "));
     }
     let [late, nominal, early] = point.within.map(|part| format!("{:.0} %", 100.0 * part));
-    let end = cycles(point.end);
+    let end = grouped(point.end as u64);
     let (runs, left) = (point.runs, point.runs - point.passed);
     writeln!(
         out,
-        "    {nominal} ({late} to {early}) pass within {end} cycles; {runs} runs, {left} of them followed to their end without passing"
+        "    {nominal} of {runs} runs pass within {end} cycles ({late} with all of their bars, {early} with any); {left} ended without"
+    );
+    writeln!(
+        out,
+        "    between the bounds in brackets a quantile lies with 95 %, as far as draws tell"
     );
     writeln!(out, "    {:>8}  {:<44} latest", "part", "earliest");
     for (earliest, latest) in point.earliest.iter().zip(&point.latest) {
@@ -260,12 +278,13 @@ fn answer<'a>(
     root: &Path,
     milestone: &'a Milestone,
     states: &States,
+    load: Option<f64>,
 ) -> Result<Answer<'a>, CliError> {
     let history = states.history(milestone.figure).map_err(|missing| {
         let figure = milestone.figure;
         let reason = match (missing, figure) {
             (Missing::LoadStays, _) => {
-                "its load stays: give contact.bolt_stiffness or contact.preload.in_mesh"
+                "its load stays: give contact.bolt_stiffness, contact.bolt or contact.preload.in_mesh"
             }
             (_, Figure::Kn | Figure::Kt) => {
                 "its scene has output.stiffness = false, or no rough contact"
@@ -279,14 +298,38 @@ fn answer<'a>(
             reason,
         }
     })?;
-    let level = milestone.level(history.values[0]);
-    let crossing = history.crossing(level).ok_or_else(|| {
+    let first = history.values[0];
+    let unworn = match (states.begins_worn, milestone.figure, load) {
+        (false, ..) => first,
+        (true, Figure::Preload, Some(load)) => load,
+        (true, ..) if milestone.target.is_of_unworn() => {
+            return Err(CliError::NoMilestone {
+                path: root.to_owned(),
+                figure: milestone.figure.name(),
+                reason: "it goes on from a run of another scene, whose unworn joint is not its own; give a value",
+            });
+        }
+        (true, ..) => first,
+    };
+    let level = milestone.level(unworn);
+    if level <= 0.0 {
         let error = MilestoneError::NoChange {
             text: milestone.text.clone(),
-            example: "another value: the joint had this one unworn",
+            example: "another value: this one is below zero",
         };
-        CliError::Milestone(error)
-    })?;
+        return Err(CliError::Milestone(error));
+    }
+    let is_passed = (level - unworn) * (level - first) <= 0.0 && unworn != first;
+    let crossing = is_passed.then(|| history.passed_before());
+    let crossing = crossing
+        .or_else(|| history.crossing(level))
+        .ok_or_else(|| {
+            let error = MilestoneError::NoChange {
+                text: milestone.text.clone(),
+                example: "another value: the joint had this one unworn",
+            };
+            CliError::Milestone(error)
+        })?;
     Ok(Answer {
         milestone,
         history,
@@ -334,7 +377,7 @@ impl Answer<'_> {
             returns,
             ..
         } = self.crossing;
-        let end = cycles(self.history.end());
+        let end = grouped(self.history.end() as u64);
         let at = |found: Option<f64>| found.map_or(format!("beyond {end}"), cycles);
         let between = format!("earliest {}, latest {}", at(earliest), at(latest));
         let mut words = match (self.known(), nominal) {

@@ -50,6 +50,18 @@ impl History {
         self.cycles.last().copied().unwrap_or(0.0)
     }
 
+    /// A level that was passed before the history begins.
+    pub fn passed_before(&self) -> Crossing {
+        let begin = self.cycles.first().copied();
+        Crossing {
+            earliest: begin,
+            nominal: begin,
+            latest: begin,
+            returns: None,
+            is_known: true,
+        }
+    }
+
     /// When the history passes a level for the first time, from the side on which it begins; `None` of a level at which it begins, and of a history without rows.
     pub fn crossing(&self, level: f64) -> Option<Crossing> {
         let (first, last) = (*self.values.first()?, *self.values.last()?);

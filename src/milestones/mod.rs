@@ -14,6 +14,8 @@ use crate::tables::{TableError, TypedTable};
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct States {
     rows: Vec<(Summary, Option<WornResponse>)>,
+    /// True where the first of them is worn: what came before was of another scene.
+    pub begins_worn: bool,
 }
 
 /// The resonance of a worn state in a history.
@@ -40,7 +42,12 @@ impl States {
             source: Box::new(source),
         };
         let mut rows = Vec::new();
-        for wear_iteration in 0..history.len() as u64 {
+        let origin = reader.record().origin.as_ref();
+        let first = match origin.map(|origin| origin.wear_iteration) {
+            Some(last) if reader.scene_hash_of(last)? != reader.record().scene_hash => last + 1,
+            _ => 0,
+        };
+        for wear_iteration in first..history.len() as u64 {
             let summary = history.row::<Summary>(wear_iteration).map_err(wrong)?;
             let worn = match history.columns_of(WornResponse::TABLE).next() {
                 Some(_) => history.row(wear_iteration).map_err(wrong)?,
@@ -48,7 +55,15 @@ impl States {
             };
             rows.extend(summary.map(|summary| (summary, worn)));
         }
-        Ok(States { rows })
+        Ok(States {
+            rows,
+            begins_worn: first > 0,
+        })
+    }
+
+    /// True before the first state.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
     }
 
     /// Columns of a history that [`States::add`] asks for.

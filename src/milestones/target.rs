@@ -27,6 +27,13 @@ pub enum Target {
     PartChange(f64),
 }
 
+impl Target {
+    /// True of what is counted from the unworn state.
+    pub fn is_of_unworn(self) -> bool {
+        !matches!(self, Target::Value(_))
+    }
+}
+
 /// A figure, and where it is to come to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Milestone {

@@ -154,6 +154,27 @@ impl BoltedJoint {
         if !(0.0..=self.clamp_length).contains(&self.shank_length) {
             return out_of_range("shank_length", self.shank_length, "0 to clamp_length");
         }
+        let over = self.clamp_length / self.diameter;
+        if !(0.05..=100.0).contains(&over) {
+            let expected = "0.05 to 100 diameters of the bolt; mm, cm or m?";
+            return out_of_range("clamp_length", self.clamp_length, expected);
+        }
+        if self.core_diameter < 0.5 * self.diameter {
+            let expected = "half of the diameter at least";
+            return out_of_range("core_diameter", self.core_diameter, expected);
+        }
+        if self.bearing_diameter > 6.0 * self.diameter {
+            let expected = "six diameters of the bolt at most; mm, cm or m?";
+            return out_of_range("bearing_diameter", self.bearing_diameter, expected);
+        }
+        if self.outer_diameter > 1000.0 * self.diameter {
+            let expected = "a thousand diameters of the bolt at most; mm, cm or m?";
+            return out_of_range("outer_diameter", self.outer_diameter, expected);
+        }
+        if !(0.02..=50.0).contains(&(self.bolt_modulus / self.plate_modulus)) {
+            let expected = "0.02 to 50 times that of the clamped parts; GPa or MPa?";
+            return out_of_range("modulus", self.bolt_modulus, expected);
+        }
         if self.core_diameter >= self.diameter {
             return out_of_range(
                 "core_diameter",

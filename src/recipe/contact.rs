@@ -75,6 +75,10 @@ impl BoltCompliance {
         let (bolt, plates) = (told(self.bolt), told(self.plates));
         let all = 1.0 / (self.bolt + self.plates);
         let patch = match self.patch {
+            Some(patch) if patch > self.plates => format!(
+                "; the half spaces under the joint give way by {:.4}, more than these parts, and the bolt counts as stiffer than it is",
+                told(patch)
+            ),
             Some(patch) => format!(", of which half spaces have {:.4} already", told(patch)),
             None => ", which the structure has already".to_owned(),
         };

@@ -183,6 +183,9 @@ pub fn resolved_in_force<'a>(
 fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<(), RunError> {
     let parameters = given(reads);
     let has_contact = reads.recipe.elements().is_some();
+    if let Some(sliders) = slider_table(&parameters) {
+        outputs.put(&sliders)?;
+    }
     let vibration = solvers.vibration(reads)?;
     let elements = contact_elements(reads, &parameters, 1.0);
     let tolerance = harmonic_tolerance(&reads.recipe);

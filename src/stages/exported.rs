@@ -28,24 +28,21 @@ pub struct ExportedContact {
     /// What the elements are between.
     pub ports: ContactPorts,
     /// Stiffness, mass, and viscous and hysteretic damping, all that the scene has of it.
-    pub stiffness: Matrix,
-    pub mass: Matrix,
-    pub damping: Matrix,
-    pub hysteretic: Matrix,
+    pub matrices: [Matrix; 4],
     /// Points and axes of the ports behind those of the contact.
-    pub points: Vec<(String, usize)>,
+    pub beside: Vec<(String, usize)>,
     /// Loads: row, harmonic, cosine and sine \[N\].
     pub loads: Vec<(usize, u32, f64, f64)>,
     /// Row of the response.
     pub response: usize,
     /// Harmonics of the response, and samples of a cycle at which elements are evaluated.
-    pub harmonics: Vec<u32>,
-    pub samples: usize,
+    pub orders: Vec<u32>,
+    pub instants: usize,
     /// Frequency of the response in force \[Hz\].
-    pub frequency: f64,
+    pub driven_at: f64,
     /// The range in which it is looked for \[Hz\].
     pub range: [f64; 2],
-    /// Displacements of all elements over the response in force, coefficients in the order of [`ExportedContact::harmonics`]: x, y, n \[m\].
+    /// Displacements of all elements over the response in force, coefficients in the order of [`ExportedContact::orders`]: x, y, n \[m\].
     pub displacement: Vec<f64>,
     /// The elements themselves.
     pub elements: Vec<ContactElement>,
@@ -82,7 +79,7 @@ fn of_reads(reads: &Reads, solvers: &mut Solvers) -> Result<ExportedContact, Run
     let table = ElementTable::of(&elements, &layout, springs);
     let (harmonics, displacement) = harmonics_of(&response)?;
     let model = &vibration.model;
-    let [stiffness, mass, damping, hysteretic] = of_model(
+    let matrices = of_model(
         [
             &model.stiffness,
             &model.mass,
@@ -107,11 +104,8 @@ fn of_reads(reads: &Reads, solvers: &mut Solvers) -> Result<ExportedContact, Run
             .structure
             .as_ref()
             .map_or(ContactPorts::Faces, |structure| structure.contact_ports),
-        stiffness,
-        mass,
-        damping,
-        hysteretic,
-        points: points
+        matrices,
+        beside: points
             .iter()
             .map(|port| (port.at.clone(), port.axis))
             .collect(),
@@ -121,9 +115,9 @@ fn of_reads(reads: &Reads, solvers: &mut Solvers) -> Result<ExportedContact, Run
             .map(|load| (load.port, load.harmonic, load.cosine, load.sine))
             .collect(),
         response: vibration.response_port,
-        harmonics: harmonics.orders().to_vec(),
-        samples: vibration.settings.samples,
-        frequency: row.resonance_frequency.unwrap_or(row.peak_frequency),
+        orders: harmonics.orders().to_vec(),
+        instants: vibration.settings.samples,
+        driven_at: row.resonance_frequency.unwrap_or(row.peak_frequency),
         range: {
             let (from, to) = vibration.range;
             [from, to].map(|omega| omega / std::f64::consts::TAU)
@@ -163,7 +157,7 @@ impl ExportedContact {
     pub fn over_cycle(&self, element: usize) -> Vec<[f64; 3]> {
         let width = self.displacement.len() / (3 * self.elements.len());
         let rows = &self.displacement[3 * element * width..][..3 * width];
-        samples_of(&self.harmonics, rows)
+        samples_of(&self.orders, rows)
     }
 }
 

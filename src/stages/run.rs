@@ -251,6 +251,10 @@ pub(super) fn has_lost_before(
     let Some(before) = wear_iteration.checked_sub(1).filter(|_| ends) else {
         return Ok(false);
     };
+    // What a run of another scene had lost is not what this one has.
+    if reader.scene_hash_of(before)? != reader.record().scene_hash {
+        return Ok(false);
+    }
     let row = reader.history()?.row::<typed::Summary>(before)?;
     Ok(row.is_some_and(|row| recipe.ends_after(row.normal_load, row.error_normal_load)))
 }

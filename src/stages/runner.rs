@@ -500,6 +500,11 @@ impl<'a> Runner<'a> {
             resonance_frequency: None,
             peak_amplitude: None,
             dissipated_energy: None,
+            normal_load: None,
+            kn: None,
+            kt: None,
+            loaded_area_fraction: None,
+            max_pressure: None,
             ..typed::Summary::of(&inherited[&TableName::Summary])?
         };
         tables.insert(TableName::Summary, summary.to_table()?);

@@ -58,7 +58,7 @@ const PLAIN: [(&str, Dimension, i32, f64); 9] = [
 ];
 
 /// Units of inches and pounds, which are not read, and what one is worth.
-const CUSTOMARY: [(&str, &str); 14] = [
+const CUSTOMARY: [(&str, &str); 17] = [
     ("in", "25.4 mm"),
     ("inch", "25.4 mm"),
     ("ft", "304.8 mm"),
@@ -68,6 +68,9 @@ const CUSTOMARY: [(&str, &str); 14] = [
     ("lb", "4.44822 N as a force, 0.453592 kg as a mass"),
     ("lbm", "0.453592 kg"),
     ("kip", "4.44822 kN"),
+    ("kgf", "9.80665 N"),
+    ("uin", "25.4 nm"),
+    ("Msi", "6.89476 GPa"),
     ("oz", "28.3495 g"),
     ("psi", "6.89476 kPa"),
     ("ksi", "6.89476 MPa"),

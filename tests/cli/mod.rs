@@ -5,6 +5,7 @@ mod check;
 mod codes;
 mod completions;
 mod export;
+mod export_contact;
 mod export_vtu;
 mod inspect;
 mod kept;

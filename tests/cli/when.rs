@@ -153,11 +153,8 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
         let number = rest.split([',', ' ', ';']).find(|word| !word.is_empty());
         number.expect("a number").parse::<f64>().expect("a number")
     };
-    let (of_bolt, plates, half_spaces) = (
-        after("delta_S "),
-        after("delta_P "),
-        after("half spaces have "),
-    );
+    let (of_bolt, plates, half_spaces) =
+        (after("delta_S "), after("delta_P "), after("give way by "));
     // um/kN, N/um.
     let stiffness = after("k_b ");
     assert!(

@@ -242,7 +242,7 @@ kind = "resonator""#,
     (
         "friction_coefficient = 0.6",
         "colour = 0.6",
-        "case.toml, line 15: contact.colour = 0.6: there is no such key; known here: friction_coefficient, normal_load, preload, approach, kn, kt, gap, pressure_cap, boundary, transverse, rotation, moment, pressing, stiffness, distribution, bolt_stiffness, bolt",
+        "case.toml, line 15: contact.colour = 0.6: there is no such key; known here: friction_coefficient, normal_load, preload, approach, kn, kt, elements, gap, pressure_cap, boundary, transverse, rotation, moment, pressing, stiffness, distribution, bolt_stiffness, bolt",
     ),
     (
         "friction_coefficient = 0.6",
@@ -525,7 +525,7 @@ fn a_file_of_many_keys() {
     assert_eq!(faults.len(), fretwear::scene::MOST_FAULTS);
     assert_eq!(
         faults[0],
-        "case.toml, line 24: output.k0 = 0: there is no such key; known here: keep, cycle_fields, curves_every, stiffness, response_at, durability"
+        "case.toml, line 24: output.k0 = 0: there is no such key; known here: keep, cycle_fields, curves_every, stiffness, response_at, resonance, durability"
     );
     // A name is not compared letter by letter with all that are known.
     let folder = Folder::new().with("case.toml", &format!("{} = 1", "x".repeat(1 << 20)));

@@ -79,6 +79,15 @@ fn scenes() -> Vec<(&'static str, String)> {
                 &bolt("diameter = \"9.525 mm\", core_diameter = \"7.8 mm\""),
             ),
         ),
+        (
+            "by_table",
+            replaced(
+                SPRINGS,
+                &SPRINGS[SPRINGS.find("[contact]").expect("a contact")
+                    ..SPRINGS.find("[structure]").expect("a structure")],
+                "[contact]\nelements = \"contact.csv\"\n",
+            ),
+        ),
         ("pruned", replaced(CASE, "\"all\"", "{ every = 2 }")),
         ("halved", replaced(CASE, "[64, 40]", "[64, 66]")),
         (

@@ -36,7 +36,7 @@ keys! {
     KN: Quantity = "contact.kn", Rule("from the [surface]; must be given where kt is"), STIFF, of ["given"];
     /// Tangential stiffness of the whole joint, in place of a surface.
     KT: Quantity = "contact.kt", Rule("from the [surface]; must be given where kn is"), STIFF, of ["given"];
-    /// A table (CSV) of the contact elements, a row a slider, in place of a surface: what `fretwear export --contact csv` writes.
+    /// A table (CSV) of the contact elements, a row a slider, in place of a surface. See fretwear export --contact.
     ELEMENTS: FilePath = "contact.elements", Absent, FilePath("contact.csv"), of ["given"], with ["structure"];
     /// Gap at rest. A contact with a gap has no normal_load.
     GAP: Quantity = "contact.gap", Is("0 um"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "1 um"), of ["given"];
@@ -82,33 +82,33 @@ keys! {
     /// Stiffness of the bolt and of what it clamps: the load falls as wear brings the bodies closer. With [wear].
     BOLT_STIFFNESS: Quantity = "contact.bolt_stiffness", Rule("none: the load stays"), Quantity(Dimension::STIFFNESS, POSITIVE, "500 N/um"), of ["rough"];
     /// Metric thread of the bolt: M10, or M10x1.25 with a pitch that is not the coarse one.
-    BOLT_SIZE: Text = "contact.bolt.size", Rule("must be given, unless diameter and core_diameter are"), Text("M10"), of ["rough"];
+    BOLT_SIZE: Text = "contact.bolt.size", Rule("must be given, unless diameter and core_diameter are"), Text("M10"), with ["surface"];
     /// Nominal diameter of a thread that is not metric, in place of size.
-    BOLT_DIAMETER: Quantity = "contact.bolt.diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "10 mm"), of ["rough"];
+    BOLT_DIAMETER: Quantity = "contact.bolt.diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "10 mm"), with ["surface"];
     /// Diameter of the core of its thread.
-    BOLT_CORE_DIAMETER: Quantity = "contact.bolt.core_diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "8.16 mm"), of ["rough"];
+    BOLT_CORE_DIAMETER: Quantity = "contact.bolt.core_diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "8.16 mm"), with ["surface"];
     /// Clamped length, from head to nut or to the thread of the part.
-    BOLT_CLAMP_LENGTH: Quantity = "contact.bolt.clamp_length", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), of ["rough"];
+    BOLT_CLAMP_LENGTH: Quantity = "contact.bolt.clamp_length", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), with ["surface"];
     /// Length of the shank without thread.
-    BOLT_SHANK_LENGTH: Quantity = "contact.bolt.shank_length", Is("0 mm"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "20 mm"), of ["rough"];
+    BOLT_SHANK_LENGTH: Quantity = "contact.bolt.shank_length", Is("0 mm"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "20 mm"), with ["surface"];
     /// Outer diameter of the face that head and nut press on: for a hexagon about its width across flats.
-    BOLT_BEARING_DIAMETER: Quantity = "contact.bolt.bearing_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "14.6 mm"), of ["rough"];
+    BOLT_BEARING_DIAMETER: Quantity = "contact.bolt.bearing_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "14.6 mm"), with ["surface"];
     /// Diameter of the hole in the clamped parts.
-    BOLT_HOLE: Quantity = "contact.bolt.hole", Required, Quantity(Dimension::LENGTH, POSITIVE, "11 mm"), of ["rough"];
+    BOLT_HOLE: Quantity = "contact.bolt.hole", Required, Quantity(Dimension::LENGTH, POSITIVE, "11 mm"), with ["surface"];
     /// Outer diameter of the clamped parts: of others the widest circle about the bolt that fits in.
-    BOLT_OUTER_DIAMETER: Quantity = "contact.bolt.outer_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), of ["rough"];
+    BOLT_OUTER_DIAMETER: Quantity = "contact.bolt.outer_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), with ["surface"];
     /// Young's modulus of bolt and nut. That of the clamped parts is [material].
-    BOLT_MODULUS: Quantity = "contact.bolt.modulus", Is("205 GPa"), Quantity(Dimension::PRESSURE, POSITIVE, "205 GPa"), of ["rough"];
+    BOLT_MODULUS: Quantity = "contact.bolt.modulus", Is("205 GPa"), Quantity(Dimension::PRESSURE, POSITIVE, "205 GPa"), with ["surface"];
     /// The head of the bolt.
     BOLT_HEAD: Choice<BoltHead> = "contact.bolt.head", Is("hexagon"), Choice(&[
         ("hexagon", BoltHead::Hexagon, "a hexagon"),
         ("cylinder", BoltHead::Cylinder, "a cylinder with a socket"),
-    ]), of ["rough"];
+    ]), with ["surface"];
     /// Where the bolt ends.
     BOLT_JOINT: Choice<Clamping> = "contact.bolt.joint", Is("through"), Choice(&[
         ("through", Clamping::Through, "in a nut"),
         ("tapped", Clamping::Tapped, "in the thread of a part"),
-    ]), of ["rough"];
+    ]), with ["surface"];
 }
 
 const STIFF: Quantity = Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "1e4 N/um");

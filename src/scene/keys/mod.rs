@@ -297,6 +297,7 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("structure.lap_cells", "joint.elements"),
     ("structure.material", "material"),
     ("contact.mu", "contact.friction_coefficient"),
+    ("contact.load", "contact.normal_load"),
     ("contact.cof", "contact.friction_coefficient"),
     ("friction", "contact.friction_coefficient"),
     ("surface.roughness", "surface.rq"),

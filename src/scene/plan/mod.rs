@@ -88,7 +88,7 @@ pub enum PlanError {
     },
     /// A milestone of a load that stays.
     #[error(
-        "`wear.until.preload` ends a run whose load falls, and this one stays; give contact.bolt_stiffness or contact.preload.in_mesh, or leave it out"
+        "`wear.until.preload` ends a run whose load falls, and this one stays; give contact.bolt_stiffness, contact.bolt or contact.preload.in_mesh, or leave it out"
     )]
     LoadStays,
     /// A value that this version does not compute.

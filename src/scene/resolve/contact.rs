@@ -151,7 +151,8 @@ fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
         })?,
         (None, Some(diameter), Some(core)) => [diameter, core],
         (None, Some(_), None) => return Err(reader.missing(&BOLT_CORE_DIAMETER, "")),
-        (None, None, _) => return Err(reader.missing(&BOLT_SIZE, "")),
+        (None, None, Some(_)) => return Err(reader.missing(&BOLT_DIAMETER, "")),
+        (None, None, None) => return Err(reader.missing(&BOLT_SIZE, "")),
         (Some(_), ..) => {
             return Err(reader.conflict(&BOLT_SIZE, "it has both diameters; leave them out"));
         }
@@ -340,8 +341,10 @@ fn by_table(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         let reason = "[surface] is there, from which the contact elements are computed; give one or the other";
         return Err(reader.conflict(&ELEMENTS, reason));
     }
-    if reader.has("contact.preload") {
-        return Err(reader.misplaced("contact.preload", of_table));
+    for section in ["contact.preload", "contact.bolt"] {
+        if reader.has(section) {
+            return Err(reader.misplaced(section, of_table));
+        }
     }
     for key in [
         KN.name,
@@ -393,6 +396,10 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
     if reader.has("contact.preload") {
         let reason = "contact.kn and contact.kt are given, and such a joint is not pressed: its load at rest is contact.normal_load, uniform by area";
         return Err(reader.misplaced("contact.preload", reason));
+    }
+    if reader.has("contact.bolt") {
+        let reason = "contact.kn and contact.kt are given, and such a joint does not wear";
+        return Err(reader.misplaced("contact.bolt", reason));
     }
     reader.refuse_form(
         "contact",

@@ -242,7 +242,7 @@ pub static TABLE: &[Row] = &[
         .hint("MPa or GPa? no pressure comes near it"),
     row("stiffness of the bolt over that of bodies as wide as the joint")
         .of(bolt)
-        .keys("contact.bolt_stiffness")
+        .keys("contact.bolt_stiffness, contact.bolt")
         .bounds(Between(1e-6, 10.0))
         .hint("N/um, N/nm or N/m?")
         // A spring that holds the load may have less.
