@@ -12,7 +12,7 @@ use fretwear::structure::resonator::Resonator;
 use serde_json::json;
 
 use super::arguments::ExportArguments;
-use super::export_contact::{ContactForm, export_contact};
+use super::export_contact::export_contact;
 use super::export_reduced::export_reduced;
 use super::export_vtu::export_vtu;
 use super::{CliError, Exit};
@@ -23,7 +23,7 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
     if let (Some(folder), Some(run)) = (&arguments.vtu, &arguments.scene) {
         return export_vtu(run, folder, out);
     }
-    if let (Some(ContactForm::Csv), Some(folder), Some(run)) =
+    if let (Some(_), Some(folder), Some(run)) =
         (arguments.contact, &arguments.output, &arguments.scene)
     {
         return export_contact(run, folder, arguments, out);

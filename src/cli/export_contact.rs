@@ -28,7 +28,12 @@ use crate::terminal::Results;
 pub enum ContactForm {
     /// Tables and matrices
     Csv,
+    /// The same, and a module that reads them into pyHarm
+    Pyharm,
 }
+
+/// The module that reads the files into pyHarm.
+const PYHARM: &str = include_str!("templates/pyharm_joint.py");
 
 /// Axes of the ports of an element.
 const AXES: [&str; 3] = ["x", "y", "n"];
@@ -85,6 +90,11 @@ pub fn export_contact(
     save(folder, "matrices.npz", |to| npz(&written, to))?;
     save(folder, "rows.csv", |to| rows(&exported, to))?;
     let vibration = vibration(&exported);
+    if arguments.contact == Some(ContactForm::Pyharm) {
+        save(folder, "pyharm_joint.py", |to| {
+            to.write_all(PYHARM.as_bytes())
+        })?;
+    }
     save(folder, "vibration.json", |to| {
         to.write_all(vibration.as_bytes())
     })?;

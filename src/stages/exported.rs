@@ -112,7 +112,17 @@ fn of_reads(reads: &Reads, solvers: &mut Solvers) -> Result<ExportedContact, Run
         loads: vibration
             .loads
             .iter()
-            .map(|load| (load.port, load.harmonic, load.cosine, load.sine))
+            .map(|load| {
+                // As the rows: positive where the joint opens.
+                let opens = load.port < model.contact_dofs && load.port % 3 == 2;
+                let sign = if opens { -1.0 } else { 1.0 };
+                (
+                    load.port,
+                    load.harmonic,
+                    sign * load.cosine,
+                    sign * load.sine,
+                )
+            })
             .collect(),
         response: vibration.response_port,
         orders: harmonics.orders().to_vec(),

@@ -219,8 +219,8 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         unworn_response: unworn_response.as_ref(),
         lost_load,
         cycle: &cycle,
-        // It counts at the end: in between the next update says more.
-        worn: worn.as_ref().filter(|_| reads.ends),
+        // Of other states the next update says more.
+        worn: worn.as_ref().filter(|_| reads.forced_response_due),
         coarse: coarse.as_ref(),
         twin: twin.as_ref(),
         cells,

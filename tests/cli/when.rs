@@ -190,9 +190,9 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
         (
             vec![
                 bolt,
-                "contact.bolt.clamp_length=0.1 mm",
+                "contact.bolt.clamp_length=0.25 mm",
                 "contact.bolt.shank_length=0 mm",
-                "contact.bolt.modulus=90000 GPa",
+                "contact.bolt.modulus=9000 GPa",
             ],
             "give contact.bolt_stiffness in its place",
         ),
