@@ -30,10 +30,15 @@ pub enum ContactForm {
     Csv,
     /// The same, and a module that reads them into pyHarm
     Pyharm,
+    /// The same, and a function that reads them into NLvib
+    Nlvib,
 }
 
 /// The module that reads the files into pyHarm.
 const PYHARM: &str = include_str!("templates/pyharm_joint.py");
+
+/// The function that reads the files into NLvib.
+const NLVIB: &str = include_str!("templates/nlvib_joint.m");
 
 /// Axes of the ports of an element.
 const AXES: [&str; 3] = ["x", "y", "n"];
@@ -95,6 +100,10 @@ pub fn export_contact(
             to.write_all(PYHARM.as_bytes())
         })?;
     }
+    if arguments.contact == Some(ContactForm::Nlvib) {
+        save(folder, "nlvib_joint.m", |to| to.write_all(NLVIB.as_bytes()))?;
+    }
+    save(folder, "loads.csv", |to| loads(&exported, to))?;
     save(folder, "vibration.json", |to| {
         to.write_all(vibration.as_bytes())
     })?;
@@ -187,6 +196,15 @@ fn rows(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
     }
     for row in row + 1..=exported.matrices[0].rows() {
         writeln!(to, "{row},mode,,,,,")?;
+    }
+    Ok(())
+}
+
+/// A line a load: its row, from 1, its harmonic, and the amplitudes of its cosine and sine.
+fn loads(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
+    writeln!(to, "row,harmonic,cosine,sine")?;
+    for (row, harmonic, cosine, sine) in &exported.loads {
+        writeln!(to, "{},{harmonic},{cosine:e},{sine:e}", row + 1)?;
     }
     Ok(())
 }

@@ -241,7 +241,7 @@ fn write_point(point: &Lifetimes, out: &mut Results) {
     let (runs, left) = (point.runs, point.runs - point.passed);
     writeln!(
         out,
-        "    {nominal} of {runs} runs pass within {end} cycles ({late} with all of their bars, {early} with any); {left} ended without"
+        "    {nominal} of {runs} runs pass within {end} cycles ({late} with all of their bars, {early} with any); {left} ended without it"
     );
     writeln!(
         out,

@@ -220,7 +220,7 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
         summary.cycles.unwrap_or(0),
         summary.wear_volume.unwrap_or(0.0),
     );
-    let has_lost = has_lost_before(&store.reader(), &inputs.recipe, latest)?;
+    let has_lost = has_lost_before(store.reader(), &inputs.recipe, latest)?;
     if !has_lost && !wear.is_reached(cycles as u64, volume) {
         return Ok(false);
     }

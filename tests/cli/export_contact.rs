@@ -89,8 +89,15 @@ fn the_table_of_a_run_has_its_response() {
             "{column}"
         );
     }
-    // Exported once more it is the same table.
-    bench.done(&["export", "b", "--contact", "csv", "-o", "y"]);
+    // Exported once more it is the same table, whatever reads it.
+    for (form, own) in [
+        ("csv", "vibration.json"),
+        ("pyharm", "pyharm_joint.py"),
+        ("nlvib", "nlvib_joint.m"),
+    ] {
+        bench.done(&["export", "b", "--contact", form, "-o", "y"]);
+        assert!(bench.path("y").join(own).is_file(), "{own}");
+    }
     let text =
         |folder: &str| fs::read_to_string(bench.path(folder).join("contact.csv")).expect("a table");
     assert_eq!(text("x"), text("y"));

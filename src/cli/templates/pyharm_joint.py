@@ -1,8 +1,8 @@
 """A joint that fretwear exported, in pyHarm: `import pyHarm, pyharm_joint; pyHarm.Maestro(pyharm_joint.problem(pyHarm))`.
 
-Needs the files of the same export beside it. Each contact element is one `FretwearElement`, a bank of parallel sliders between the bodies: displacement along x
-and y, and along n, which is positive where the joint opens. A slider bears max(0, N0 - kn (u_n + gap)); its force on the structure is counted from that at rest.
-Friction is |T| <= mu N of the instant. Sliders start at rest and are marched over cycles to the steady one.
+Needs contact.csv, matrices.npz and vibration.json of the same export beside it. Each contact element is one `FretwearElement`, a bank of parallel sliders between the bodies. It sees their displacement
+along x and y, and along n, which is positive where the joint opens. A slider bears max(0, N0 - kn (u_n + gap)); the normal force is the change of that from its value at rest. |T| <= mu N, with the N of the
+instant. Sliders start at rest and are marched over CYCLES cycles, the last of which counts.
 """
 
 import csv
@@ -16,7 +16,7 @@ from pyHarm.Elements.NodeToNodeElements.NodeToNodeElement import NodeToNodeEleme
 
 jax.config.update("jax_enable_x64", True)
 HERE = Path(__file__).resolve().parent
-CYCLES = 4  # marched to the steady one
+CYCLES = 4
 
 
 def forces(u, sliders, mu):
