@@ -353,7 +353,7 @@ pub struct ExportArguments {
     /// Where the deck goes; with --contact a folder
     #[arg(long, short, value_name = "FILE", required_unless_present_any = ["matrices", "reduced", "vtu"])]
     pub output: Option<PathBuf>,
-    /// Write stiffness and mass (Matrix Market), nodes and pairs of the joint (CSV) to a folder, in SI, and with a scene the one that reads them
+    /// Write stiffness and mass (Matrix Market), nodes and pairs of the joint (CSV) in SI to a folder, and with a scene the one that reads them
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "tied", "kt", "kn", "frequencies"])]
     pub matrices: Option<PathBuf>,
     /// Write cells, contact elements and the edges of the structure of a run to a folder, as ParaView reads them (VTU, PVD), in SI
@@ -362,7 +362,7 @@ pub struct ExportArguments {
     /// Write the reduced structure of a run to a folder: stiffness, mass and damping (Matrix Market, NPZ) and what their rows are (CSV), in SI
     #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "vtu", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub reduced: Option<PathBuf>,
-    /// Write the contact elements of RUN@N and the structure that they move in to the folder of -o: tables (CSV) and matrices, in SI
+    /// Write contact elements of RUN@N and structure to the folder of -o, as tables and matrices in SI; pyharm and nlvib add what reads them there
     #[arg(long, value_name = "FORM", requires = "scene", requires = "output", conflicts_with_all = ["matrices", "vtu", "reduced", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub contact: Option<export_contact::ContactForm>,
     /// One slider an element in place of a bank: strength and energy stay at this amplitude, the stuck stiffness does not

@@ -23,14 +23,11 @@ use super::{CliError, Exit};
 use crate::progress::Watcher;
 use crate::terminal::Results;
 
-/// The form of what is written.
+/// The form of what is written: tables and matrices, and for the other two what reads them there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ContactForm {
-    /// Tables and matrices
     Csv,
-    /// The same, and a module that reads them into pyHarm
     Pyharm,
-    /// The same, and a function that reads them into NLvib
     Nlvib,
 }
 
