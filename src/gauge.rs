@@ -17,12 +17,20 @@ struct Counts {
     omega: AtomicU64,
     /// Newton iterations of the harmonic balance.
     iterations: AtomicU64,
+    /// The highest of its harmonics.
+    highest: AtomicU64,
 }
 
 impl Gauge {
     /// A stage begins: nothing is done.
     pub fn begin(&self) {
-        for count in [&self.0.transforms, &self.0.points, &self.0.iterations] {
+        let counts = &self.0;
+        for count in [
+            &counts.transforms,
+            &counts.points,
+            &counts.iterations,
+            &counts.highest,
+        ] {
             count.store(0, Ordering::Relaxed);
         }
     }
@@ -34,8 +42,9 @@ impl Gauge {
             .fetch_add(transforms as u64, Ordering::Relaxed);
     }
 
-    /// A Newton iteration of the harmonic balance begins.
-    pub fn add_iteration(&self) {
+    /// A Newton iteration of the harmonic balance with harmonics up to this one begins.
+    pub fn add_iteration(&self, highest: u32) {
+        self.0.highest.fetch_max(highest.into(), Ordering::Relaxed);
         self.0.iterations.fetch_add(1, Ordering::Relaxed);
     }
 
@@ -65,7 +74,8 @@ impl Gauge {
             return format!("point {points}, {hertz:.1} Hz");
         }
         if iterations > 0 {
-            return format!("Newton iteration {iterations}");
+            let highest = of(&self.0.highest);
+            return format!("harmonics up to {highest}, Newton iteration {iterations}");
         }
         match self.pairs() {
             0 => String::new(),

@@ -27,6 +27,7 @@ mod report;
 mod report_command;
 #[cfg(feature = "polars")]
 mod reproduce;
+mod resonances;
 mod run;
 mod schema;
 mod show;

@@ -9,7 +9,7 @@ use fretwear::stages::{self, ReducedTables};
 use fretwear::store::{RealFileSystem, RunReader};
 use serde_json::json;
 
-use super::{CliError, Exit, cost};
+use super::{CliError, Exit, cost, resonances};
 use crate::progress::lines_of;
 use crate::terminal::Results;
 
@@ -26,7 +26,7 @@ pub fn plan(
     plan.warnings.extend(cost::too_large(&plan.inputs));
     let mut printed =
         json!({ "recipe": plan.inputs.recipe, "decisions": plan.decisions, "checks": plan.checks });
-    let mut rehearsal = None;
+    let (mut rehearsal, mut found_resonances) = (None, None);
     if as_json {
         if rehearse {
             let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
@@ -34,6 +34,9 @@ pub fn plan(
             printed["cost"] = json!(found.cost);
             // Of the machine, where the rest is of the scene.
             printed["seconds"] = json!({ "run": found.seconds, "rehearsal": found.took });
+            if let Some(found) = resonances::resonances(&plan.inputs, path, true) {
+                printed["resonances"] = resonances::json(&found);
+            }
         }
         printed["warnings"] = json!(plan.warnings);
         printed["notices"] = json!(plan.notices().collect::<Vec<String>>());
@@ -51,6 +54,7 @@ pub fn plan(
         let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
         said_once(&mut plan.warnings, found.warnings.clone());
         rehearsal = Some(found);
+        found_resonances = resonances::resonances(&plan.inputs, path, false);
     }
     writeln!(out);
     for line in lines_of(&plan.checks) {
@@ -61,6 +65,9 @@ pub fn plan(
     }
     for warning in &plan.warnings {
         writeln!(out, "\nwarning: {warning}");
+    }
+    if let Some(found) = &found_resonances {
+        resonances::write(out, &plan.inputs.recipe, found);
     }
     if let Some(rehearsal) = &rehearsal {
         writeln!(out, "\nexpected cost");

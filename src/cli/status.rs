@@ -133,6 +133,7 @@ fn describe(
         ("cycles_left", json!(standing.cycles_left())),
         ("wear_volume_goal", json!(standing.volume_goal)),
         ("part_done", json!(standing.part)),
+        ("has_lost_preload", json!(standing.has_lost_preload)),
         ("last_update", json!(update)),
         ("cycles_per_second", json!(standing.cycles_per_second)),
         ("seconds_left", json!(standing.seconds_left)),
@@ -156,6 +157,9 @@ fn write(
         None => format!("{}: nothing committed yet, ", root.display()),
     };
     first += state(standing, holder);
+    if standing.has_lost_preload {
+        first += ", ended by wear.until.preload";
+    }
     if let Some(pid) = holder.and_then(|holder| holder.pid) {
         first += &format!(" (process {pid})");
     }

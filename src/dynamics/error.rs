@@ -184,7 +184,7 @@ pub enum DynamicsError {
     /// A load at which the phase resonance ends: beyond, the joint slides as a whole and is none of the structure any more, or another resonance
     /// takes over that no rising load leads to.
     #[error(
-        "no phase resonance could be followed to the whole load: the last one, at {part:.4} of it, is at {frequency:.6} Hz with {:.0} % of the sliders slipping; lower the amplitudes in `dynamics.force`, or raise what friction holds (`contact.normal_load`); beyond that load it may lie outside of `dynamics.frequency` (last attempt: {last})",
+        "no phase resonance could be followed to the whole load: the last one, at {part:.4} of it, is at {frequency:.6} Hz with {:.0} % of the sliders slipping; lower the amplitudes in `dynamics.force`, raise what friction holds (`contact.normal_load`), or give other `dynamics.harmonics`; beyond that load it may lie outside of `dynamics.frequency` (last attempt: {last})",
         100.0 * slipping, part = load_factor
     )]
     Overloaded {

@@ -42,6 +42,8 @@ const GRIP_PER_CORRECTION: f64 = 0.1;
 const FAR: f64 = 0.5;
 /// Correction that is accepted where no step makes it smaller: kinks of the law may leave as much. The response says what is left.
 const ACCEPTED: f64 = 1e-6;
+/// Accepted correction over the tolerance where an iteration is costly. Rounding may keep such a response from the tolerance.
+const ACCEPTED_OF_COSTLY: f64 = 10.0;
 /// Iterations after which the correction must have halved.
 const PATIENCE: usize = 8;
 /// Times in a row that a correction may grow at most where the frequency is free, and from which size on: below, it is rounding.
@@ -86,7 +88,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         // How often in a row the correction has grown.
         let (mut last, mut growths) = (f64::INFINITY, 0);
         for iteration in 0..=self.settings.most_iterations {
-            self.gauge.add_iteration();
+            self.gauge.add_iteration(self.harmonics().highest());
             spent = iteration;
             if self.effort.is_spent() {
                 break;
@@ -260,7 +262,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
             *frame = Some(now);
         }
-        if standing <= ACCEPTED && !self.is_costly {
+        let accepted = match self.is_costly {
+            true => ACCEPTED_OF_COSTLY * tolerance,
+            false => ACCEPTED,
+        };
+        if standing <= accepted {
             return self.response(state, factor, at, spent, standing);
         }
         Err(DynamicsError::NotConverged {

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use super::aft::InterfaceElement;
 use super::closed_model::Precision;
-use super::newton_step::{Condition, Term};
+use super::newton_step::{Condition, State, Term};
 use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
 /// Points of the search for a start; a range is a few modes wide at most.
@@ -34,6 +34,9 @@ const AHEAD: f64 = 0.02;
 const FIRST_ACTIVE: f64 = 0.5;
 /// Least load factor to start from; at smaller loads a preloaded joint is linear.
 const LEAST_LOAD: f64 = 1e-9;
+/// Relative change of frequency from which a phase resonance is looked at above it too, and how far above.
+const FAR: f64 = 5e-3;
+const ABOVE: f64 = 1e-3;
 /// First step away from the phase resonance in search of the peak, relative to frequency.
 const FIRST_STEP: f64 = 5e-4;
 /// Width of the bracket of the peak, relative to frequency, that ends the search.
@@ -57,7 +60,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         if let Some(guess) = guess {
             // A guess of the wrong length is a mistake, and no reason to look elsewhere.
             let start = self.start_from(guess, guess.omega, 1.0)?;
-            if let Ok(response) = self.newton(start, 1.0, &Condition::zero(lag))
+            if let Ok(response) = self.resonance_from(start, [1.0, 0.0], &lag)
                 && inside(range, &response)
             {
                 return Ok(response);
@@ -94,12 +97,36 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         guess: &Start,
     ) -> Result<Response, DynamicsError> {
         let start = self.start_from(guess, guess.omega, 1.0)?;
-        let response = self.newton(start, 1.0, &Condition::zero(self.phase_lag()?))?;
+        let response = self.resonance_from(start, [1.0, 0.0], &self.phase_lag()?)?;
         if inside(range, &response) {
             Ok(response)
         } else {
             Err(no_resonance("phase resonance", range))
         }
+    }
+
+    /// The phase resonance that Newton's method leads to from a state at this load factor, to this tolerance. Far from where it began the phase may be
+    /// that of an antiresonance, where the displacement passes from behind the drive to in phase with it.
+    ///
+    /// # Errors
+    /// That of Newton's method, or [`DynamicsError::NoResonance`] at an antiresonance.
+    fn resonance_from(
+        &self,
+        start: State,
+        [factor, tolerance]: [f64; 2],
+        lag: &Term,
+    ) -> Result<Response, DynamicsError> {
+        let from = start.omega;
+        let response = self.newton_to(tolerance, start, factor, &Condition::zero(*lag))?;
+        if (response.omega / from - 1.0).abs() > FAR {
+            let omega = response.omega * (1.0 + ABOVE);
+            let above = self.start_from(&response.start(), omega, factor)?;
+            let above = self.newton_to(tolerance, above, factor, &Condition::Frequency)?;
+            if self.in_phase(lag, &above.displacement).0 > 0.0 {
+                return Err(no_resonance("phase resonance", (from, response.omega)));
+            }
+        }
+        Ok(response)
     }
 
     /// Re(û F̂*), which is zero at a phase resonance.
@@ -134,6 +161,18 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// The strongest phase resonance of the reference state, looked for somewhat above the range too: friction lowers it.
     fn linear_resonance(&self, range: (f64, f64)) -> Result<Option<f64>, DynamicsError> {
+        let found = self.linear_phase_resonances((range.0, range.1 + 0.5 * (range.1 - range.0)))?;
+        let strongest = found
+            .into_iter()
+            .reduce(|a, b| if b.1 > a.1 { b } else { a });
+        Ok(strongest.map(|(omega, _)| omega))
+    }
+
+    /// The phase resonances of the reference state between two angular frequencies \[rad/s\], ascending, and the displacement at the drive \[m\].
+    pub(super) fn linear_phase_resonances(
+        &self,
+        range: (f64, f64),
+    ) -> Result<Vec<(f64, f64)>, DynamicsError> {
         let Term {
             port,
             slot,
@@ -151,8 +190,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let u = receptance.apply(&forces)[drive.unwrap_or(0)];
             Ok((weights[0] * u.re - weights[1] * u.im, u.norm()))
         };
-        let places = self.places(range.0, range.1 + 0.5 * (range.1 - range.0));
-        let mut best: Option<(f64, f64)> = None;
+        let places = self.places(range.0, range.1);
+        let mut found = Vec::new();
         let mut before: Option<(f64, f64)> = None;
         for high in places {
             let now = match at(high) {
@@ -179,14 +218,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                         Err(error) => return Err(error),
                     }
                 }
-                let size = at(low)?.1;
-                if best.is_none_or(|(_, s)| size > s) {
-                    best = Some((low, size));
-                }
+                found.push((low, at(low)?.1));
             }
             before = Some((high, now));
         }
-        Ok(best.map(|(omega, _)| omega))
+        Ok(found)
     }
 
     /// Where a phase is looked at between two angular frequencies, ascending: all over, and close to every natural frequency, so that two
@@ -232,11 +268,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// [`DynamicsError::Overloaded`] with the largest load that has a resonance, or that of the first solve.
     fn raise_resonance(&self, omega: f64, lag: &Term) -> Result<Response, DynamicsError> {
         let tolerance = |factor: f64| if factor < 1.0 { ON_THE_WAY } else { 0.0 };
-        let condition = Condition::zero(*lag);
         let mut factor = self.first_load(omega)?;
         let mut last = loop {
             let start = self.linear_start(omega, factor)?;
-            match self.newton_to(tolerance(factor), start, factor, &condition) {
+            match self.resonance_from(start, [factor, tolerance(factor)], lag) {
                 Ok(response) => break response,
                 Err(error) if factor < LEAST_LOAD => return Err(error),
                 Err(_) => factor *= 0.25,
@@ -253,7 +288,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let next = (last.load_factor * growth).min(1.0);
             let ahead = ahead(&before, last.start(), next);
             let start = self.start_from(&ahead, ahead.omega, next)?;
-            match self.newton_to(tolerance(next), start, next, &condition) {
+            match self.resonance_from(start, [next, tolerance(next)], lag) {
                 Ok(response) => {
                     before = last.start();
                     last = response;

@@ -243,6 +243,14 @@ impl SparseCholesky {
         self.values.len()
     }
 
+    /// Entries that [`SparseCholesky::new`] would store, from the places of the matrix's.
+    ///
+    /// # Errors
+    /// Those of [`SparseCholesky::new`] but for a matrix that is not positive definite.
+    pub fn entries_of(matrix: &SparseSymmetric, order: &[usize]) -> Result<usize, LinalgError> {
+        Ok(symbolic(matrix, order)?.len_val())
+    }
+
     /// Overwrites `right` with A⁻¹ `right`.
     pub fn solve(&self, right: &mut Matrix) {
         let scratch = self

@@ -77,10 +77,9 @@ fn contact_elements(recipe: &Recipe) -> usize {
 }
 
 /// Bytes to reduce the structure; none if it is not to be reduced.
-fn reduction(recipe: &Recipe) -> Option<f64> {
-    let structure = recipe.structure.as_ref()?;
-    let resonator = structure.source.resonator()?;
-    resonator.memory_to_reduce(structure.modes).ok()
+fn reduction(inputs: &Inputs) -> Option<f64> {
+    let structure = inputs.recipe.structure.as_ref()?;
+    structure.memory_to_reduce(inputs.imported.as_deref())
 }
 
 /// Bytes of the tables of one iteration, as they compress on a rough joint.
@@ -108,7 +107,7 @@ fn disk_per_iteration(inputs: &Inputs, counted: &Counted) -> f64 {
 fn peak(inputs: &Inputs) -> (u64, Option<u64>) {
     let [held, fullest] = doubles(inputs).map(|doubles| DOUBLE * doubles);
     let ports = 3.0 * contact_elements(&inputs.recipe) as f64;
-    let reduction = reduction(&inputs.recipe).unwrap_or(0.0);
+    let reduction = reduction(inputs).unwrap_or(0.0);
     let orders = inputs.recipe.response.as_ref().map(|r| &r.harmonics[..]);
     let beyond = orders.and_then(|orders| Harmonics::new(orders).ok());
     // Those tried for the error of what is left out are among them.

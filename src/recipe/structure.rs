@@ -320,6 +320,18 @@ impl Structure {
         })
     }
 
+    /// Peak of memory of [`Structure::reduce`] \[B\]; none of a structure that needs no reduction or has none.
+    pub fn memory_to_reduce(&self, imported: Option<&Imported>) -> Option<f64> {
+        match &self.source {
+            StructureSource::Oscillator { .. } => None,
+            StructureSource::Resonator { geometry } => geometry.memory_to_reduce(self.modes).ok(),
+            StructureSource::Matrices(_) => {
+                let needed = imported?.memory_to_reduce(self.modes, self.contact_ports);
+                needed.ok()
+            }
+        }
+    }
+
     /// Adds the springs of an oscillator to its contact element, or makes one of them alone where it has no contact.
     pub fn add_springs(&self, elements: &mut Vec<ContactElement>) {
         let springs = self.source.springs();

@@ -35,9 +35,15 @@ pub fn backbone_of_scene(
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Backbone, RunError> {
-    unworn(inputs, cache, threads, observer, |reads, solvers| {
-        backbone(reads, solvers, levels)
-    })
+    let has_resonance = harmonic_tolerance(&inputs.recipe).is_some();
+    unworn(
+        inputs,
+        cache,
+        threads,
+        observer,
+        has_resonance,
+        |reads, solvers| backbone(reads, solvers, levels),
+    )
 }
 
 /// The phase resonance of the unworn joint over a value of its scene: `inputs_at` has the scene of a value. Harmonics are those of the
@@ -58,10 +64,18 @@ pub fn resonance_of_scenes<E: From<RunError>>(
     let mut harmonics: Option<Harmonics> = None;
     let driven = |value: f64| -> Result<Driven, Of<E>> {
         let inputs = inputs_at(value).map_err(Of)?;
-        let found = unworn(&inputs, cache, threads, observer, |reads, solvers| {
-            let (vibration, balance) = balance(reads, solvers, harmonics.as_ref())?;
-            Ok(vibration.with_balance(balance))
-        });
+        let has_resonance = harmonic_tolerance(&inputs.recipe).is_some();
+        let found = unworn(
+            &inputs,
+            cache,
+            threads,
+            observer,
+            has_resonance,
+            |reads, solvers| {
+                let (vibration, balance) = balance(reads, solvers, harmonics.as_ref())?;
+                Ok(vibration.with_balance(balance))
+            },
+        );
         let driven = found.map_err(|error| Of(error.into()))?;
         harmonics.get_or_insert_with(|| driven.balance.harmonics().clone());
         Ok(driven)
@@ -86,18 +100,17 @@ impl<E: From<RunError>> From<DynamicsError> for Of<E> {
     }
 }
 
-/// Works on what the forced response of the unworn joint of a scene reads.
-fn unworn<T>(
+/// Works on what the forced response of the unworn joint of a scene reads; of its resonance, which gives the harmonics, only if it is wanted.
+pub(super) fn unworn<T>(
     inputs: &Inputs,
     cache: Option<&Cache>,
     threads: usize,
     observer: &dyn Observer,
+    has_resonance: bool,
     work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
 ) -> Result<T, RunError> {
     let mut runner = Runner::new(inputs, threads, observer);
     runner.once_in_memory(cache)?;
-    // The harmonics are those of the resonance; where they are given, it is not needed.
-    let has_resonance = harmonic_tolerance(&inputs.recipe).is_some();
     let is_needed = |stage: Stage| stage != Stage::DynamicResponse || has_resonance;
     let tables = runner.unworn_in_memory(Stage::ForcedResponse, is_needed)?;
     let none = Tables::new();

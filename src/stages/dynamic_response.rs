@@ -63,6 +63,8 @@ pub const DECLARATION: Declaration = Declaration {
 /// Cycles between two ends that miss more than this part of stepped ones are left as they are, and the error bar has all of it: half the grid does not tell
 /// a correction as large.
 const LARGEST_CORRECTION: f64 = 0.1;
+/// Relative change of the resonance that stands for an unknown one, so that all iterations have the same columns.
+pub(super) const UNKNOWN_CHANGE: f64 = 1.0;
 
 /// The tables of the response in force: iterations that do not renew it have the same.
 const IN_FORCE: [TableName; 6] = [
@@ -368,9 +370,8 @@ fn row(
         highest_harmonic: i64::from(balance.harmonics().highest()),
         error_resonance_frequency: (resonance.peak_kind != ResonanceKind::Forced)
             .then_some(truncation.frequency),
-        expected_resonance_change: truncation
-            .expected
-            .filter(|_| resonance.peak_kind != ResonanceKind::Forced),
+        expected_resonance_change: (resonance.peak_kind != ResonanceKind::Forced)
+            .then_some(truncation.expected.unwrap_or(UNKNOWN_CHANGE)),
         error_peak_amplitude: truncation.amplitude,
         error_friction_energy: truncation.friction_energy,
         iterations: resonance.iterations as i64,
@@ -449,7 +450,9 @@ pub fn correction_of(
         frequency: row.error_resonance_frequency.unwrap_or(0.0),
         amplitude: row.error_peak_amplitude,
         friction_energy: row.error_friction_energy,
-        expected: row.expected_resonance_change,
+        expected: row
+            .expected_resonance_change
+            .filter(|change| *change != UNKNOWN_CHANGE),
     };
     let correction = Correction {
         harmonics,

@@ -2,6 +2,7 @@
 
 use super::RunError;
 use super::contact_state::there;
+use super::dynamic_response::UNKNOWN_CHANGE;
 use super::grid_twin::error_of_grid;
 use super::reads::Reads;
 use crate::model_update::PRELOAD_TOLERANCE;
@@ -308,7 +309,7 @@ fn left_out(now: &typed::DynamicResponse, unworn: Option<&typed::DynamicResponse
     };
     let expected = |of: &typed::DynamicResponse| {
         let change = of.expected_resonance_change?;
-        Some(change * frequency(of))
+        (change != UNKNOWN_CHANGE).then(|| change * frequency(of))
     };
     let all = at_most(now) + at_most(unworn);
     match expected(now).zip(expected(unworn)) {

@@ -27,6 +27,8 @@ pub struct RunStatus {
     pub wear_iteration: Option<u64>,
     /// True if the scene is computed.
     pub done: bool,
+    /// True if it is since `wear.until.preload` ended it.
+    pub has_lost_preload: bool,
     /// The stage that comes next, or is being computed; the last one while the iteration is committed. None of a run that is done.
     pub stage: Option<Stage>,
     /// The stages that are passed already of the iteration after the last.
@@ -69,19 +71,22 @@ impl RunStatus {
             wear.and_then(|wear| wear.cycles),
             wear.and_then(|wear| wear.volume),
         );
-        let done = match (wear, cycles, volume) {
-            (Some(wear), Some(cycles), Some(volume)) => {
-                wear.is_reached(cycles, volume)
-                    || has_lost_before(reader, recipe, latest.unwrap_or(0))?
-            }
+        let is_reached = match (wear, cycles, volume) {
+            (Some(wear), Some(cycles), Some(volume)) => wear.is_reached(cycles, volume),
             (Some(_), ..) => false,
             (None, ..) => latest.is_some(),
         };
+        let has_lost_preload = match latest {
+            Some(latest) if !is_reached => has_lost_before(reader, recipe, latest)?,
+            _ => false,
+        };
+        let done = is_reached || has_lost_preload;
         let is_ahead = |stage: &&Stage| draft.last().is_none_or(|last| *stage > last);
         let stage = of_next.iter().find(is_ahead).or(of_next.last()).copied();
         let mut standing = RunStatus {
             wear_iteration: latest,
             done,
+            has_lost_preload,
             stage: stage.filter(|_| !done),
             draft,
             cycles,

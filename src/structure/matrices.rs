@@ -202,7 +202,11 @@ impl Triplets {
             let (Some(a), Some(b)) = (place[i as usize], place[j as usize]) else {
                 continue;
             };
-            let share = if i == j || self.is_half { 1.0 } else { 0.5 };
+            let mut share = if i == j || self.is_half { 1.0 } else { 0.5 };
+            // Rows that became one.
+            if i != j && a == b {
+                share *= 2.0;
+            }
             lower.push((a.min(b), a.max(b), share * v));
         }
         sum_alike(&mut lower);
@@ -300,10 +304,14 @@ impl Matrices {
 
     /// Where each of the rows that `place` numbers is, in the unit of length of the files; none unless that is known of all.
     pub(super) fn places(&self, place: &[Option<u32>]) -> Option<Vec<[f64; 3]>> {
-        let rows = self.dofs.as_ref()?.iter().zip(place);
-        let kept = rows.filter(|(_, place)| place.is_some());
-        kept.map(|(dof, _)| self.positions.get(&dof.node).copied())
-            .collect()
+        let rows = place.iter().flatten().max();
+        let mut at = vec![None; rows.map_or(0, |last| *last as usize + 1)];
+        for (dof, place) in self.dofs.as_ref()?.iter().zip(place) {
+            if let Some(place) = place {
+                at[*place as usize] = Some(*self.positions.get(&dof.node)?);
+            }
+        }
+        at.into_iter().collect()
     }
 
     /// Different nodes; 0 where no file says what the rows stand for.

@@ -1,8 +1,10 @@
-//! Memory that the reduction of a resonator needs, counted from its mesh.
+//! Memory that the reduction of a structure needs, counted from its mesh or its matrices.
 
 use super::StructureError;
 use super::assembly::adjacency;
+use super::imported::{ImportError, Imported};
 use super::order::nested_dissection;
+use super::reduction::ContactPorts;
 use super::resonator::Resonator;
 
 /// Degrees of freedom of a node.
@@ -58,10 +60,31 @@ impl Resonator {
         let pairs = neighbours.len() as f64 / 2.0 + count as f64;
         // The mass couples an axis with itself alone.
         let [stiffness, mass] = [9.0, 3.0].map(|coupled| ENTRY * coupled * pairs);
-        let flexibility = NUMBER * (held * held + held * ports + 2.0 * ports * ports);
         let basis = NUMBER * size * vectors;
-        Ok(2.0 * stiffness + mass + NUMBER * factor_entries + flexibility.max(basis))
+        let modes = flexibility(held, ports).max(basis);
+        Ok(2.0 * stiffness + mass + NUMBER * factor_entries + modes)
     }
+}
+
+impl Imported {
+    /// Peak of memory of [`Imported::reduce`] for this number of modes \[B\]: the matrices as they were read and as they are factored, the factor, and
+    /// the rows of the ports.
+    ///
+    /// # Errors
+    /// [`ImportError`] for a contact element without nodes, and where memory does not suffice for the places of the factor's entries.
+    pub fn memory_to_reduce(&self, modes: usize, at: ContactPorts) -> Result<f64, ImportError> {
+        let ports = self.ports(at)?.combinations;
+        let count = self.entries_to_reduce(&ports)?;
+        let [stiffness, mass, factor, held] = count.map(|n| n as f64);
+        let vectors = VECTORS_A_MODE * modes as f64 * self.rows as f64;
+        let modes = flexibility(held, ports.len() as f64).max(NUMBER * vectors);
+        Ok(ENTRY * (3.0 * stiffness + 2.0 * mass) + NUMBER * factor + modes)
+    }
+}
+
+/// Bytes of the flexibility of the ports, from the dense factor of the rows that they hold.
+fn flexibility(held: f64, ports: f64) -> f64 {
+    NUMBER * (held * held + held * ports + 2.0 * ports * ports)
 }
 
 /// Rows below the diagonal in each column of the factor, in the order of elimination: row i fills the columns on the way from each

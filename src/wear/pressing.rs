@@ -425,9 +425,11 @@ const MOST_SOLVES: usize = 40;
 /// Part of the height of peaks above the mean that first resultants push away.
 const FIRST_PART: f64 = 0.5;
 
-/// Contact solutions in which the forces of a bolt are found at most, and the error of the load that is left, over the load.
+/// Contact solutions in which the forces of a bolt are found at most, and the error of the load that is left, over the load; and the one that does
+/// where the errors of the contacts keep from less.
 const MOST_TIGHTENINGS: usize = 30;
 const TIGHTENED: f64 = 1e-7;
+const ALL_BUT_TIGHTENED: f64 = 1e-6;
 
 impl FrettingJoint {
     /// The contact of the unworn surface whose preload is found such that the pressure has the `load` \[N\]: a bolt that is a part of the structure
@@ -455,6 +457,9 @@ impl FrettingJoint {
             let slope = (found.load - before[1]) / (preload - before[0]);
             before = [preload, found.load];
             if !(slope > 0.0 && slope.is_finite()) {
+                if (found.load - load).abs() <= ALL_BUT_TIGHTENED * load {
+                    return Ok(found);
+                }
                 break;
             }
             preload += (load - found.load) / slope;

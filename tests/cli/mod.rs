@@ -15,6 +15,7 @@ mod outputs;
 mod pasted;
 #[cfg(feature = "polars")]
 mod reproduce;
+mod resonances;
 mod sets;
 mod status;
 mod stranger;

@@ -6,8 +6,9 @@ use serde_json::{Value, json};
 use crate::support::{Bench, Did, OSCILLATOR, SLIDER, latest, summary, table};
 
 /// What `status --json` has beside the row of the summary.
-pub const KEYS: [&str; 15] = [
+pub const KEYS: [&str; 16] = [
     "state",
+    "has_lost_preload",
     "running",
     "process",
     "stage",

@@ -122,6 +122,9 @@ fn a_run_ends_when_a_part_of_its_load_is_lost() {
     assert!(is_lost(end - 1) && !is_lost(end - 2));
     let found = bench.done(&["status", "b", "--json"]).json();
     assert_eq!(found["state"], "done");
+    assert_eq!(found["has_lost_preload"], true);
+    let told = bench.done(&["status", "b"]).stdout();
+    assert!(told.contains("ended by wear.until.preload"), "{told}");
     // It is an end like another: without it the run goes on.
     bench.done(&["run", "--run", "b", "--set", "wear.until.preload=0.01"]);
     assert_eq!(latest(&other), last);

@@ -15,6 +15,7 @@ mod harmonics;
 mod kept;
 mod line;
 mod linear;
+mod linear_resonance;
 mod over_range;
 mod pseudo_modes;
 mod resonance;

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Compare the resonator's free vibration with that of CalculiX on the same mesh.
+"""Compare the free vibration of the resonator, and of two bonded bars from a mesh, with that of CalculiX on the same mesh.
 
     python3 tests/peers/calculix.py --program target/release/fretwear [--ccx ccx] [FOLDER]
 
 `fretwear export` writes the input deck, `ccx` solves it, and the elastic frequencies are compared: with the contact nodes
-tied, and with springs on the mean relative displacements of the 340 contact elements. Wants nothing but Python and ccx.
+tied, and with springs on the mean relative displacements of the 340 contact elements. Then the shipped lap of bars is bonded: in a
+deck whose bars share the nodes of their joint, and in a scene without [contact]. Wants nothing but Python and ccx.
 Decks and what ccx leaves go into FOLDER, a temporary one without.
 """
 
@@ -24,6 +25,25 @@ ELASTIC_MODES = 8
 RIGID_MODES = 6
 # Rounding moves a rigid mode's eigenvalue away from zero; against the first elastic one of 471 Hz it is nothing.
 RIGID_BELOW_HZ = 0.1
+
+# Bonded bars of plain hexahedra, which both programs have alike.
+BONDED_TOLERANCE = 1e-4
+BARS = dict(cell=(4, 3, 2), cells=(30, 9, 4), lap=10)
+# Ranges with one mode each that the force along z brings to a resonance [Hz].
+RANGES = [(100, 300), (800, 1500)]
+BONDED = """
+[structure]
+kind = "mesh"
+file = "lap.inp"
+unit = {{ length = "mm", mass = "t", time = "s" }}
+interface = {{ upper = "TOP", lower = "BOTTOM" }}
+[dynamics]
+force = {{ amplitude = "1 N", at = "TIP", direction = "z" }}
+response = {{ at = "SENSOR", direction = "z" }}
+harmonics = [0, 1]
+damping_ratio = 1e-4
+frequency = ["{0} Hz", "{1} Hz"]
+"""
 
 JOINTS = {
     "tied": [],
@@ -79,6 +99,37 @@ def compare(joint, options, arguments, folder):
     return largest
 
 
+def compare_bonded(arguments, folder):
+    """Bonds two bars in a deck and in a scene; returns the largest relative difference of the frequencies."""
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "data"))
+    from make_lap_of_bars import deck, two_bars
+
+    write = lambda name, text: (folder / name).write_text(text.replace("C3D8I", "C3D8"), encoding="utf-8")
+    write("lap.inp", deck(*two_bars(**BARS)))
+    (lower, upper), sets = two_bars(**BARS)
+    rounded = lambda bar, node: tuple(round(along, 6) for along in bar.positions[node])
+    below = {rounded(lower, node): node for node in sets["BOTTOM"]}
+    shared = {node: below[rounded(upper, node)] for node in sets.pop("TOP")}
+    upper.elements = {element: [shared.get(node, node) for node in nodes] for element, nodes in upper.elements.items()}
+    for node in shared:
+        del upper.positions[node]
+    write("bonded.inp", deck([lower, upper], sets, ["*STEP", "*FREQUENCY", "6", "*END STEP"]))
+    with open(folder / "bonded.log", "w", encoding="utf-8") as log:
+        subprocess.run([arguments.ccx, "-i", "bonded"], cwd=folder, check=True, stdout=log, stderr=log)
+    theirs = eigenvalue_table(folder / "bonded.dat")
+    largest = 0.0
+    print("bonded bars\n  mode  fretwear [Hz]  CalculiX [Hz]  difference")
+    for least, most in RANGES:
+        (folder / "bonded.toml").write_text(BONDED.format(least, most), encoding="utf-8")
+        done = subprocess.run([arguments.program, "plan", "bonded.toml", "--json"], cwd=folder, check=True, stdout=subprocess.PIPE, text=True)
+        ours = json.loads(done.stdout)["resonances"]["linear"]
+        their = theirs[ours["mode"] - 1]
+        difference = ours["frequency"] / their - 1.0
+        largest = max(largest, abs(difference))
+        print(f"  {ours['mode']:4d}  {ours['frequency']:13.4f}  {their:13.4f}  {100 * difference:+9.5f} %")
+    return largest
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", required=True, help="the fretwear program")
@@ -90,8 +141,10 @@ def main():
         folder = Path(arguments.folder or temporary)
         folder.mkdir(parents=True, exist_ok=True)
         largest = max(compare(joint, options, arguments, folder) for joint, options in JOINTS.items())
+        bonded = compare_bonded(arguments, folder)
     print(f"largest difference {100 * largest:.4f} %, {100 * TOLERANCE} % allowed")
-    if largest > TOLERANCE:
+    print(f"largest difference of bonded bars {100 * bonded:.5f} %, {100 * BONDED_TOLERANCE} % allowed")
+    if largest > TOLERANCE or bonded > BONDED_TOLERANCE:
         sys.exit("CalculiX and fretwear disagree")
 
 

@@ -13,6 +13,7 @@ use crate::support::Bench;
 
 /// Part of the measured peak by which the plan may be off.
 const OFF: f64 = 0.2;
+const OFF_OF_MESH: f64 = 0.5;
 
 /// What a pipe holds on Linux \[B\].
 const PIPE: usize = 65_536;
@@ -149,6 +150,21 @@ fn the_planned_memory_is_what_a_run_takes() {
         let scene = pipelines.join(format!("{name}.toml"));
         check(&bench, scene.to_str().expect("text"), &sets, "memory");
     }
+}
+
+/// The reduction of a mesh is the peak of its run.
+#[test]
+fn the_planned_memory_of_a_mesh() {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/lap_of_bars.toml");
+    let bench = Bench::new();
+    let words = ["run", scene.to_str().expect("text"), "--run", "run"];
+    let words = words.into_iter().chain(["--until", "structure"]);
+    let arguments: Vec<String> = words.map(str::to_owned).collect();
+    let (planned, measured) = (planned(&scene, &[], "memory"), measured(&bench, &arguments));
+    assert!(
+        (planned / measured - 1.0).abs() < OFF_OF_MESH,
+        "planned {planned:e} B, measured {measured:e} B"
+    );
 }
 
 /// A structure that is reduced takes more than one that is found in the cache.

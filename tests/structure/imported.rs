@@ -173,6 +173,7 @@ fn on_foot(
         wanted: &Wanted::default(),
         size,
         elements,
+        is_bonded: false,
         points: &[],
         preload: None,
     };
@@ -201,6 +202,7 @@ fn import(
             wanted: &wanted,
             size,
             elements,
+            is_bonded: false,
             points: &points,
             preload: None,
         },
@@ -272,7 +274,7 @@ fn small_model_of_two_blocks_is_that_of_the_whole() {
     let last = blocks.positions.len().to_string();
     let imported =
         import(&read, UnitSystem::default(), &pairs, &[&last], |_, _, _| ()).expect("blocks");
-    let joint = &imported.interface;
+    let joint = imported.interface.as_ref().expect("a joint");
     assert!(joint.is_regular);
     assert_eq!((joint.array.counts, joint.array.absent.len()), (CELLS, 0));
     assert_eq!(joint.axes, STRAIGHT);
@@ -358,7 +360,14 @@ fn units_and_orientation_of_the_model_change_nothing() {
         },
     );
     let (straight, turned) = (straight.expect("blocks"), turned.expect("turned blocks"));
-    for (axis, row) in turned.interface.axes.iter().enumerate() {
+    for (axis, row) in turned
+        .interface
+        .as_ref()
+        .expect("a joint")
+        .axes
+        .iter()
+        .enumerate()
+    {
         for d in 0..3 {
             assert!(
                 (row[d] - turn[d][axis]).abs() < 1e-9,
@@ -504,24 +513,26 @@ fn resonator_from_matrices_is_the_resonator() {
     let wall: Vec<String> = (model.points[0].weights.iter())
         .map(|weight| (weight.0 + 1).to_string())
         .collect();
-    let imported = Imported::new(
-        &matrices,
-        &Options {
-            unit: UnitSystem::default(),
-            fixed: None,
-            facing: &Facing::Pairs(pairs),
-            wanted: &Wanted::default(),
-            size: [geometry.lap_length, geometry.arm_height],
-            elements: None,
-            points: &[wall.join(", ")],
-            preload: None,
-        },
-    )
-    .expect("a resonator");
-    assert_eq!(imported.interface.array, geometry.contact_array());
+    let mut matrices = matrices;
+    let sets = as_sets(&mut matrices, &pairs);
+    let facing = Facing::Pairs(pairs);
+    let options = Options {
+        unit: UnitSystem::default(),
+        fixed: None,
+        facing: &facing,
+        wanted: &Wanted::default(),
+        size: [geometry.lap_length, geometry.arm_height],
+        elements: None,
+        is_bonded: false,
+        points: &[wall.join(", ")],
+        preload: None,
+    };
+    let imported = Imported::new(&matrices, &options).expect("a resonator");
+    let interface = imported.interface.as_ref().expect("a joint");
+    assert_eq!(interface.array, geometry.contact_array());
     let layers = geometry.layers();
-    assert_eq!(imported.interface.layers.len(), layers.len());
-    for (found, layer) in imported.interface.layers.iter().zip(&layers) {
+    assert_eq!(interface.layers.len(), layers.len());
+    for (found, layer) in interface.layers.iter().zip(&layers) {
         assert!((found / layer - 1.0).abs() < ROUNDING);
     }
     let found = imported.reduce(14, ContactPorts::Nodes).expect("a model").0;
@@ -541,6 +552,52 @@ fn resonator_from_matrices_is_the_resonator() {
         1e-6,
         "residual",
     );
+    bonded_as_its_own_mesh(&geometry, &matrices, [&facing, &sets], &options);
+}
+
+/// Facing nodes that are made one are those of a mesh whose bodies share them; a face that is shifted is rejected.
+fn bonded_as_its_own_mesh(
+    geometry: &Resonator,
+    matrices: &Matrices,
+    facings: [&Facing; 2],
+    options: &Options<'_>,
+) {
+    let tied = Resonator {
+        tied: true,
+        ..geometry.clone()
+    };
+    let (expected, _) = tied.reduce(14, ContactPorts::Nodes).expect("a model");
+    let mut shifted = matrices.clone();
+    for (node, at) in &mut shifted.positions {
+        at[0] += if matrices.sets["TOP"].contains(node) {
+            1e-4
+        } else {
+            0.0
+        };
+    }
+    for facing in facings {
+        let options = Options {
+            is_bonded: true,
+            facing,
+            ..options.clone()
+        };
+        let imported = Imported::new(matrices, &options).expect("a resonator");
+        assert!(imported.interface.is_none());
+        let (found, _) = imported.reduce(14, ContactPorts::Nodes).expect("a model");
+        assert_eq!(found.ports.contacts, 0);
+        assert_eq!(found.omega.len(), expected.omega.len());
+        for (a, b) in found.omega.iter().zip(&expected.omega) {
+            assert!((a / b - 1.0).abs() < SAME, "{a} {b}");
+        }
+        assert!((found.mass / expected.mass - 1.0).abs() < ROUNDING);
+        let refused = Imported::new(&shifted, &options);
+        match facing {
+            Facing::Sets { .. } => {
+                assert!(matches!(refused, Err(ImportError::NotNodeForNode { .. })));
+            }
+            Facing::Pairs(_) => assert!(refused.is_ok()),
+        }
+    }
 }
 
 /// Nodes in disorder, other ones on either body: displacements that are linear over the joint are those of its contact elements, so that
@@ -583,7 +640,7 @@ fn weights_reproduce_what_is_linear_over_the_joint() {
     );
     for counts in [[6, 3], [4, 3]] {
         let imported = with(Some(counts)).expect("a joint");
-        let joint = &imported.interface;
+        let joint = imported.interface.as_ref().expect("a joint");
         assert!(!joint.is_regular && joint.array.absent.is_empty());
         for at in [ContactPorts::Nodes, ContactPorts::Faces] {
             let places = match at {
@@ -644,7 +701,7 @@ fn holes_and_outline_are_those_of_the_nodes() {
     let read = matrices(&blocks, UnitSystem::default(), STRAIGHT);
     let imported =
         import(&read, UnitSystem::default(), &pairs, &[], |_, _, _| ()).expect("a joint");
-    let array = &imported.interface.array;
+    let array = &imported.interface.as_ref().expect("a joint").array;
     assert_eq!(array.counts, CELLS);
     let mut absent = vec![[0, 0], [1, 1], [1, 2], [2, 1], [2, 2]];
     absent.sort_unstable();
@@ -674,7 +731,10 @@ fn one_face_may_be_larger_than_the_other() {
     let facing = as_sets(&mut read, &pairs);
     read.sets.insert("TOP".to_owned(), top.clone());
     let imported = on_foot(&read, &facing, [x, y], None).expect("a joint");
-    assert_eq!(imported.interface.array.counts, [3, 2]);
+    assert_eq!(
+        imported.interface.as_ref().expect("a joint").array.counts,
+        [3, 2]
+    );
     let ports = imported.ports(ContactPorts::Nodes).expect("ports");
     assert_eq!(ports.contacts, top.len());
     for port in &ports.combinations {
@@ -988,7 +1048,10 @@ fn joints_that_do_not_fit_are_refused() {
     let given = import(&alone, si, &pairs, &[], |wanted, _, _| {
         wanted.normal = Some([0.0, 0.0, 2.0])
     });
-    assert_eq!(given.expect("a joint").interface.layers, Vec::<f64>::new());
+    assert_eq!(
+        given.expect("a joint").interface.expect("a joint").layers,
+        Vec::<f64>::new()
+    );
     let mut nowhere = read.clone();
     nowhere.positions.remove(&pairs[3].1);
     has(

@@ -57,25 +57,28 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     let is_unit_given = scene.given("structure.unit").is_some();
     let structure = scene.recipe.structure.as_mut();
     let import = structure.and_then(|structure| structure.source.import_mut());
-    let (Some(joint), Some(import)) = (&scene.joint, import) else {
+    let Some(import) = import else {
         return Ok(None);
     };
-    let joint = (joint.size, joint.elements);
+    let joint = scene.joint.as_ref();
+    let joint = joint.map_or(([0.0; 2], None), |joint| (joint.size, joint.elements));
+    let is_bonded = scene.contact.is_none();
     let ends = scene
         .contact
         .as_ref()
         .and_then(|contact| contact.preload.as_ref());
     let ends = ends.map(|preload| &preload.ends);
-    let (imported, unit, is_damped) = imported(import, joint, &points, ends, is_unit_given)?;
+    let (imported, unit, is_damped) =
+        imported(import, joint, &points, ends, [is_unit_given, is_bonded])?;
     import.unit = unit;
     import.points = points;
     import.preload = imported.preload.clone();
     import.hexahedra = imported.hexahedra;
     import.content = Some(hash_of(|update| imported.each_part(update)));
-    import.apparent_modulus = Some(imported.apparent_modulus());
+    import.apparent_modulus = imported.apparent_modulus();
     import.has_damping = imported.has_damping();
     import.has_outline = imported.has_outline();
-    import.joint = Some(imported.interface.clone());
+    import.joint = imported.interface.clone();
     if let Some(response) = &mut scene.recipe.response
         && is_damped
         && !is_ratio_given
@@ -104,7 +107,7 @@ fn imported(
     (size, elements): ([f64; 2], Option<[usize; 2]>),
     points: &[String],
     preload: Option<&[String; 2]>,
-    is_unit_given: bool,
+    [is_unit_given, is_bonded]: [bool; 2],
 ) -> Result<(Imported, UnitSystem, bool), StructureFileError> {
     let inputs: Vec<Input> = (import.files.matrices.iter())
         .map(|(role, path)| Input {
@@ -152,6 +155,7 @@ fn imported(
             wanted: &import.wanted,
             size,
             elements,
+            is_bonded,
             points,
             preload,
         },

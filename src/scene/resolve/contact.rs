@@ -22,13 +22,11 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
         let load = NORMAL_LOAD.line();
         let friction = lines(&[&FRICTION_COEFFICIENT, &NORMAL_LOAD]);
         return match (body, has_surface) {
-            (Body::Matrices, false) => {
-                let purpose = "what the two bodies of the matrices have between them";
-                let given = "kn = \"1.2e4 N/um\"\nkt = \"1e4 N/um\"";
-                let rough = format!("{friction}\n# and [surface], or\n{given}");
-                Err(reader.missing_section("contact", purpose, &rough))
-            }
             (Body::Joint, _) => Err(reader.missing_section("contact", purpose, &load)),
+            (Body::Matrices, true) => {
+                let purpose = "the load on the joint; or leave [surface], [wear] and [update] out for a bonded joint";
+                Err(reader.missing_section("contact", purpose, &friction))
+            }
             (_, true) => Err(reader.missing_section("contact", purpose, &friction)),
             (_, false) if reader.has("wear") && body != Body::Oscillator => {
                 let purpose = "[wear] needs it: a bonded joint does not wear";

@@ -23,6 +23,10 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
         }
         Body::Oscillator => return Ok(None),
     };
+    let has_part = |section| reader.has(section);
+    if body == Body::Matrices && !["joint", "contact", "surface"].into_iter().any(has_part) {
+        return Ok(None);
+    }
     if !reader.has("joint") {
         return Err(reader.missing_section("joint", "the size of the joint", &example));
     }

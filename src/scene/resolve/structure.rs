@@ -34,7 +34,7 @@ pub(super) fn source(
             let geometry = resonator(reader, joint, bodies, contact.is_none())?;
             ("resonator", geometry.into())
         }
-        (Body::Matrices, joint, _) => ("matrices", matrices(reader, joint)?),
+        (Body::Matrices, joint, _) => ("matrices", matrices(reader, joint, contact.is_some())?),
         _ => return Ok(None),
     };
     reader.note(&KIND, kind);
@@ -70,7 +70,7 @@ pub(super) fn structure(
 }
 
 /// Matrices from another program: where they are, and what the scene says of them. The files are read later.
-fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
+fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Result<Structure> {
     let (file, stiffness, mass) = (
         reader.look(&FILE)?,
         reader.path(&STIFFNESS)?,
@@ -108,18 +108,16 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
             return Err(reader.missing_line(&MASS, "mass = \"model_MASS1.mtx\""));
         }
     };
-    let pairs = match reader.look(&INTERFACE)? {
-        None => {
-            return Err(reader.missing(
-                &INTERFACE,
-                "   (or { upper = \"TOP\", lower = \"BOTTOM\" })",
-            ));
-        }
-        Some(pairs) => pairs,
-    };
-    let sets = match pairs {
-        Some(_) => None,
-        None => {
+    let interface = reader.look(&INTERFACE)?;
+    if has_contact && interface.is_none() {
+        return Err(reader.missing(
+            &INTERFACE,
+            "   (or { upper = \"TOP\", lower = \"BOTTOM\" })",
+        ));
+    }
+    let sets = match interface {
+        None | Some(Some(_)) => None,
+        Some(None) => {
             let (upper, lower) = (
                 reader.required(&INTERFACE_UPPER),
                 reader.required(&INTERFACE_LOWER),
@@ -156,7 +154,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>) -> Result<Structure> {
         files: ImportFiles {
             matrices: files,
             nodes: reader.look(&NODES)?,
-            pairs,
+            pairs: interface.flatten(),
         },
         format: reader.get(&FORMAT)?.map(str::to_owned),
         unit,

@@ -82,6 +82,14 @@ pub enum ImportError {
         /// The node.
         node: i64,
     },
+    /// A node of a bonded joint that faces none.
+    #[error(
+        "structure.interface: without [contact] the joint is bonded, and its faces must match node for node; no lower node of its own is where node {node} of the upper face is; tie the faces in the deck (*TIE) and leave structure.interface out, or give [contact]"
+    )]
+    NotNodeForNode {
+        /// The upper one.
+        node: i64,
+    },
     /// A node on both sides.
     #[error("node {node} is on both sides of the joint: bodies that share nodes are bonded there")]
     Both {

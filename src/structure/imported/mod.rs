@@ -14,13 +14,13 @@ pub use nodes::Facing;
 pub use rows::name_rows;
 
 use super::element::Formulation;
-use super::frequencies::{self, SUMMED};
+use super::frequencies::{self, SUMMED, bodies};
 use super::inspection::{self, mass_by_direction};
 use super::interface::{Interface, InterfaceError, Side, Wanted};
 use super::matrices::{Matrices, Role, Triplets};
 use super::reduction::{ContactPorts, Ports};
 use crate::linalg::vectors::{dot, minus};
-use nodes::{NodePoint, check_pairs, ends_of_preload, neighbours, point, sides};
+use nodes::{NodePoint, bond, check_pairs, ends_of_preload, neighbours, point, sides};
 use rows::{leave_out_massless, places};
 
 /// Entries may differ from their mirror images by this share of the largest: what the digits of a text leave.
@@ -63,8 +63,8 @@ impl Default for UnitSystem {
 /// Stiffness and mass of a structure in SI, its joint, and the points at which forces act.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
-    /// The joint.
-    pub interface: Interface,
+    /// The joint; none where it is bonded.
+    pub interface: Option<Interface>,
     /// What the user should know of the files.
     pub notes: Vec<String>,
     /// What makes it doubtful that the files are what they should be.
@@ -123,6 +123,8 @@ pub struct Options<'a> {
     pub size: [f64; 2],
     /// Contact elements along x and y.
     pub elements: Option<[usize; 2]>,
+    /// Facing nodes are one.
+    pub is_bonded: bool,
     /// Points: numbers of nodes, or names of sets, whose mean displacement is meant.
     pub points: &'a [String],
     /// The nodes at both ends of a preload, by their numbers and names of sets.
@@ -192,8 +194,23 @@ impl Imported {
                 "{left_out} rows that nothing with mass is joined to are left out"
             ));
         }
-        let (place, rows) = places(matrices, [stiffness, mass], &is_held);
         let unit = options.unit;
+        let positions = |node: i64| {
+            let found = matrices.positions.get(&node);
+            let found =
+                found.ok_or_else(|| ImportError::NoPosition(node, matrices.told_unread()))?;
+            Ok(found.map(|v| v * unit.length))
+        };
+        let [mut lower, mut upper] = sides(matrices, options.facing, unit, &positions)?;
+        let (mut place, mut rows) = places(matrices, [stiffness, mass], &is_held);
+        if options.is_bonded && !upper.nodes.is_empty() {
+            rows = bond(dofs, options.facing, [&lower, &upper], &mut place)?;
+            notes.push(format!(
+                "without [contact] the joint is bonded: {} pairs of nodes are one",
+                upper.nodes.len()
+            ));
+            [lower, upper] = Default::default();
+        }
         let scaled = |matrix: &Triplets, worth: f64| -> Lower {
             // A rotation is the displacement at a lever of one unit of length.
             let lever: Vec<f64> = (dofs.iter())
@@ -210,12 +227,14 @@ impl Imported {
                 .map(|(i, j, v)| (i, j, v * worth * of_row[i as usize] * of_row[j as usize]))
                 .collect()
         };
-        let positions = |node: i64| {
-            let found = matrices.positions.get(&node);
-            let found =
-                found.ok_or_else(|| ImportError::NoPosition(node, matrices.told_unread()))?;
-            Ok(found.map(|v| v * unit.length))
-        };
+        if options.is_bonded {
+            let (_, bodies) = bodies(rows, &scaled(stiffness, 1.0), &scaled(mass, 1.0));
+            if bodies > 1 {
+                doubts.push(format!(
+                    "without [contact] nothing joins the {bodies} bodies of the structure: give structure.interface, or a *TIE in the deck"
+                ));
+            }
+        }
         let mut row_of = HashMap::new();
         for (row, dof) in dofs.iter().enumerate() {
             if let Some(place) = place[row] {
@@ -223,7 +242,6 @@ impl Imported {
             }
         }
         let stiffness_si = scaled(stiffness, unit.mass / (unit.time * unit.time));
-        let [mut lower, mut upper] = sides(matrices, options.facing, unit, &positions)?;
         let points = options.points.iter().map(|name| point(matrices, name));
         let mut points = points.collect::<Result<Vec<_>, _>>()?;
         let mut preload = None;
@@ -266,31 +284,26 @@ impl Imported {
         let mut all: Vec<i64> = matrices.positions.keys().copied().collect();
         all.sort_unstable();
         let all: Result<Vec<[f64; 3]>, ImportError> = all.into_iter().map(positions).collect();
-        let interface = Interface::find(
-            [&lower, &upper],
-            &all?,
-            options.size,
-            options.elements,
-            options.wanted,
-        )?;
-        doubts.extend(interface.apart_told());
-        if let Facing::Pairs(_) = options.facing {
-            check_pairs(&interface, &lower, &upper)?;
-        } else if lower.nodes.len() != upper.nodes.len() {
-            notes.push(format!(
-                "the faces of the joint have {} nodes above and {} below: contact is where the upper ones are",
-                upper.nodes.len(),
-                lower.nodes.len()
-            ));
+        let mut interface = None;
+        if !options.is_bonded {
+            let found = Interface::find(
+                [&lower, &upper],
+                &all?,
+                options.size,
+                options.elements,
+                options.wanted,
+            )?;
+            doubts.extend(found.apart_told());
+            notes.extend(told_of_faces(&found, options.facing, [&lower, &upper])?);
+            interface = Some(found);
         }
-        if !interface.is_regular && !interface.array.absent.is_empty() {
-            let all = interface.array.counts[0] * interface.array.counts[1];
-            notes.push(format!(
-                "{} of {all} rectangles of joint.elements are near no node and bear nothing: holes, or fewer elements are wanted",
-                interface.array.absent.len()
-            ));
-        }
-        let at_joint = |node: &i64| Ok((*node, interface.place(positions(*node)?)));
+        let at_joint = |node: &i64| {
+            let at = positions(*node)?;
+            Ok((
+                *node,
+                interface.as_ref().map_or(at, |joint| joint.place(at)),
+            ))
+        };
         let edge = |nodes: &Vec<i64>| nodes.iter().map(at_joint).collect();
         let outline: Result<_, ImportError> = matrices.outline.iter().map(edge).collect();
         let outline = outline?;
@@ -387,15 +400,16 @@ impl Imported {
     }
 
     /// Median stiffness of the nodes of the joint along its normal, each held alone, over the shorter side of a contact element \[Pa\]: near
-    /// Young's modulus, whatever the mesh.
-    pub fn apparent_modulus(&self) -> f64 {
+    /// Young's modulus, whatever the mesh; none of a bonded joint.
+    pub fn apparent_modulus(&self) -> Option<f64> {
+        let interface = self.interface.as_ref()?;
         let mut diagonal = vec![0.0; self.rows];
         for &(i, j, value) in &self.stiffness {
             if i == j {
                 diagonal[i as usize] = value;
             }
         }
-        let normal = self.interface.axes[2];
+        let normal = interface.axes[2];
         let of_node = |node: &i64| -> f64 {
             let rows = (0..3).map(|d| (normal[d], self.row_of.get(&(*node, d as u32 + 1))));
             rows.map(|(n, row)| row.map_or(0.0, |row| n * n * diagonal[*row]))
@@ -408,8 +422,8 @@ impl Imported {
             .map(of_node)
             .collect();
         each.sort_by(f64::total_cmp);
-        let sides = self.interface.array.sides();
-        each[each.len() / 2] / sides[0].min(sides[1])
+        let sides = interface.array.sides();
+        Some(each[each.len() / 2] / sides[0].min(sides[1]))
     }
 
     /// True where the files have a damping matrix.
@@ -427,27 +441,30 @@ impl Imported {
     /// # Errors
     /// [`InterfaceError`] for a contact element that has no nodes around it.
     pub fn ports(&self, at: ContactPorts) -> Result<Ports, InterfaceError> {
-        let [lower, upper] = &self.sides;
-        let above = self.interface.weights(upper, true, at)?;
-        let below = match self.is_paired {
-            true => above.clone(),
-            false => self.interface.weights(lower, false, at)?,
-        };
-        let weights = [below, above];
-        let contacts = weights[0].len();
-        let mut combinations = Vec::with_capacity(3 * (contacts + self.points.len()));
-        for element in 0..contacts {
-            for axis in self.interface.axes {
-                let mut port = Vec::new();
-                for (side, sign) in [(0, -1.0), (1, 1.0)] {
-                    for &(n, weight) in &weights[side][element] {
-                        let node = self.sides[side].nodes[n];
-                        for (d, along) in axis.into_iter().enumerate().filter(|a| a.1 != 0.0) {
-                            port.push((self.row_of[&(node, d as u32 + 1)], sign * weight * along));
+        let (mut combinations, mut contacts) = (Vec::new(), 0);
+        if let Some(interface) = &self.interface {
+            let [lower, upper] = &self.sides;
+            let above = interface.weights(upper, true, at)?;
+            let below = match self.is_paired {
+                true => above.clone(),
+                false => interface.weights(lower, false, at)?,
+            };
+            let weights = [below, above];
+            contacts = weights[0].len();
+            for element in 0..contacts {
+                for axis in interface.axes {
+                    let mut port = Vec::new();
+                    for (side, sign) in [(0, -1.0), (1, 1.0)] {
+                        for &(n, weight) in &weights[side][element] {
+                            let node = self.sides[side].nodes[n];
+                            for (d, along) in axis.into_iter().enumerate().filter(|a| a.1 != 0.0) {
+                                let row = self.row_of[&(node, d as u32 + 1)];
+                                port.push((row, sign * weight * along));
+                            }
                         }
                     }
+                    combinations.push(port);
                 }
-                combinations.push(port);
             }
         }
         for (_, nodes) in &self.points {
@@ -463,6 +480,32 @@ impl Imported {
             points: self.points.iter().map(|point| point.0.clone()).collect(),
         })
     }
+}
+
+/// What a user should know of the faces.
+fn told_of_faces(
+    interface: &Interface,
+    facing: &Facing,
+    [lower, upper]: [&Side; 2],
+) -> Result<Vec<String>, ImportError> {
+    let mut notes = Vec::new();
+    if let Facing::Pairs(_) = facing {
+        check_pairs(interface, lower, upper)?;
+    } else if lower.nodes.len() != upper.nodes.len() {
+        notes.push(format!(
+            "the faces of the joint have {} nodes above and {} below: contact is where the upper ones are",
+            upper.nodes.len(),
+            lower.nodes.len()
+        ));
+    }
+    if !interface.is_regular && !interface.array.absent.is_empty() {
+        let all = interface.array.counts[0] * interface.array.counts[1];
+        notes.push(format!(
+            "{} of {all} rectangles of joint.elements are near no node and bear nothing: holes, or fewer elements are wanted",
+            interface.array.absent.len()
+        ));
+    }
+    Ok(notes)
 }
 
 fn required(matrices: &Matrices, role: Role) -> Result<&Triplets, ImportError> {

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::{ImportError, Lower, UnitSystem};
 use crate::linalg::vectors::{cross, dot, minus};
 use crate::structure::interface::{Interface, Side};
-use crate::structure::matrices::Matrices;
+use crate::structure::matrices::{Dof, Matrices};
 
 /// The nodes of a pair may be so far apart along the joint, in sides of a contact element: what other elements of curved meshes leave.
 const ASKEW: f64 = 0.05;
@@ -192,6 +192,63 @@ fn nodes_of(matrices: &Matrices, key: &'static str, name: &str) -> Result<Vec<i6
     nodes.sort_unstable();
     nodes.dedup();
     Ok(nodes)
+}
+
+/// Distance of two nodes that become one, over the side of the box around their face.
+const SAME_PLACE: f64 = 1e-4;
+
+/// Gives each upper node the rows of the lower one that it faces, those of a pair or at its place; how many rows there are then.
+///
+/// # Errors
+/// [`ImportError::NotNodeForNode`] for a node that faces none.
+pub(super) fn bond(
+    dofs: &[Dof],
+    facing: &Facing,
+    [lower, upper]: [&Side; 2],
+    place: &mut [Option<u32>],
+) -> Result<usize, ImportError> {
+    let row_of: HashMap<(i64, u32), usize> = (dofs.iter().enumerate())
+        .map(|(row, dof)| ((dof.node, dof.direction), row))
+        .collect();
+    let spread = |d: usize| {
+        let along = upper.positions.iter().map(|at| at[d]);
+        let (least, most) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
+            (a.min(x), b.max(x))
+        });
+        most - least
+    };
+    let within = SAME_PLACE * (0..3).map(spread).fold(0.0, f64::max);
+    let mut taken = HashSet::new();
+    for (n, (node, at)) in upper.nodes.iter().zip(&upper.positions).enumerate() {
+        let apart = |other: &usize| {
+            let between = minus(lower.positions[*other], *at);
+            dot(between, between)
+        };
+        let faced = match facing {
+            Facing::Pairs(_) => Some(n),
+            Facing::Sets { .. } => (0..lower.nodes.len())
+                .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+                .filter(|other| apart(other).sqrt() <= within && taken.insert(*other)),
+        };
+        let Some(faced) = faced else {
+            return Err(ImportError::NotNodeForNode { node: *node });
+        };
+        for direction in 1..=6 {
+            let [below, above] = [lower.nodes[faced], *node].map(|n| row_of.get(&(n, direction)));
+            if let (Some(&below), Some(&above)) = (below, above) {
+                // What holds one of them holds both.
+                let one = place[below].filter(|_| place[above].is_some());
+                (place[below], place[above]) = (one, one);
+            }
+        }
+    }
+    let mut used: Vec<u32> = place.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    for own in place.iter_mut().flatten() {
+        *own = used.partition_point(|other| other < own) as u32;
+    }
+    Ok(used.len())
 }
 
 /// Other nodes of the bodies that the stiffness joins with each side of the joint, those whose position is known.

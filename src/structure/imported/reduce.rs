@@ -3,6 +3,7 @@
 use super::{ImportError, Imported, Lower};
 use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
+use crate::structure::assembly::Combination;
 use crate::structure::frequencies::{DENSE, Whole, dense};
 use crate::structure::modes::{ModeOptions, lowest_of, shift_of};
 use crate::structure::order::elimination_order;
@@ -17,6 +18,7 @@ const USUAL: [f64; 2] = [1e-4, 100.0];
 const NEGATIVE: f64 = 1e-9;
 /// Elastic modes that are looked for to know the lowest.
 const LOWEST: usize = 1;
+const AXES_OF_MODEL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl Imported {
     /// The structure at its ports: its lowest `count` elastic modes, all that it has if it has fewer, and the residual of the others; and the edges
@@ -62,11 +64,7 @@ impl Imported {
             .into());
         };
         let shift = shift_near(first, &stiffness, &mass);
-        let mut last: Vec<usize> = ports.combinations.iter().flatten().map(|c| c.0).collect();
-        last.sort_unstable();
-        last.dedup();
-        let places = self.places.as_deref();
-        let order = elimination_order(&stiffness.plus(shift, &mass), places, &last)?;
+        let (order, last) = self.elimination(&stiffness.plus(shift, &mass), &ports.combinations)?;
         let factored = |shift: f64| {
             SparseCholesky::new(&stiffness.plus(shift, &mass), &order).map_err(|source| {
                 StructureError::Factorization {
@@ -142,13 +140,7 @@ impl Imported {
             shapes: ports.displacements(&shapes.columns_of(rigid..rigid + elastic)),
             residual,
         };
-        let reduced = complete(
-            ports,
-            modes,
-            self.mass,
-            (factor, shift, last.len()),
-            factored,
-        )?;
+        let reduced = complete(ports, modes, self.mass, (factor, shift, last), factored)?;
         let reduced = Reduced {
             damping,
             hysteretic,
@@ -157,9 +149,48 @@ impl Imported {
         Ok((reduced, outline))
     }
 
+    /// The order in which rows of a matrix are eliminated, those of the ports last, and how many these are.
+    ///
+    /// # Errors
+    /// Those of [`elimination_order`].
+    fn elimination(
+        &self,
+        matrix: &SparseSymmetric,
+        ports: &[Combination],
+    ) -> Result<(Vec<usize>, usize), StructureError> {
+        let mut last: Vec<usize> = ports.iter().flatten().map(|c| c.0).collect();
+        last.sort_unstable();
+        last.dedup();
+        let order = elimination_order(matrix, self.places.as_deref(), &last)?;
+        Ok((order, last.len()))
+    }
+
+    /// Entries of stiffness, mass and factor, and rows that ports hold.
+    ///
+    /// # Errors
+    /// Where memory does not suffice for the places of the factor's entries.
+    pub(in crate::structure) fn entries_to_reduce(
+        &self,
+        ports: &[Combination],
+    ) -> Result<[usize; 4], StructureError> {
+        let [stiffness, mass] = [&self.stiffness, &self.inertia];
+        let matrix = |entries| SparseSymmetric::from_sorted(self.rows, entries);
+        let shifted = matrix(stiffness).plus(1.0, &matrix(mass));
+        let (order, held) = self.elimination(&shifted, ports)?;
+        let factor = SparseCholesky::entries_of(&shifted, &order).map_err(|source| {
+            StructureError::Factorization {
+                matrix: "the shifted stiffness",
+                source,
+            }
+        })?;
+        Ok([stiffness.len(), mass.len(), factor, held])
+    }
+
     /// The edges of the bodies in these modes, along the axes of the joint; none without elements.
     fn outline_in(&self, modes: &Matrix) -> Option<Outline> {
         let points: Vec<&(i64, [f64; 3])> = self.outline.iter().flatten().collect();
+        let joint = self.interface.as_ref();
+        let axes = joint.map_or(AXES_OF_MODEL, |joint| joint.axes);
         let mut shapes = Matrix::zeros(3 * points.len(), modes.columns());
         for mode in 0..modes.columns() {
             let of_rows = modes.column(mode);
@@ -174,7 +205,7 @@ impl Imported {
                         .map_or(0.0, |row| of_rows[*row])
                 };
                 let moved = [at(1), at(2), at(3)];
-                for (along, axis) in along.iter_mut().zip(&self.interface.axes) {
+                for (along, axis) in along.iter_mut().zip(&axes) {
                     *along = (0..3).map(|d| axis[d] * moved[d]).sum();
                 }
             }

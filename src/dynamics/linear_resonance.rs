@@ -1,0 +1,401 @@
+//! The resonance of a joint whose contact elements are linear springs. It bounds the resonance of the joint with friction, and is exact at small loads.
+//!
+//! Every natural frequency of a structure rises with its springs (Courant and Fischer). So mode r of a joint that slips lies between mode r without
+//! tangential springs and mode r with tied bodies, as long as no element opens or closes.
+
+use std::f64::consts::TAU;
+
+use super::aft::InterfaceElement;
+use super::cycle::half_range;
+use super::slider::Slider;
+use super::{ContactElement, DynamicsError, SecondOrder, Vibration, reference_springs};
+use crate::linalg::RowMatrix;
+
+/// Stiffness of a tied joint over that of its contact elements.
+const TIED_STIFFNESS_RATIO: f64 = 1e4;
+/// The bodies are tied if ten times stiffer springs raise the frequency by no more than this factor.
+const TIED_FREQUENCY_RATIO: f64 = 1.05;
+/// Normal load \[N\] of a slider that neither slips nor opens.
+const UNREACHABLE_LOAD: f64 = 1e30;
+/// Safety factor of the sticking limit for elements of one slider. It covers the tolerance of the resonance search.
+const STICKING_MARGIN: f64 = 0.95;
+/// Safety factor of the sticking limit for banks, whose weaker sliders slip earlier (`tests/drawn/resonances.py`).
+const STICKING_MARGIN_OF_BANKS: f64 = 0.5;
+/// Share of the joint's load that the least loaded elements of banks may carry together without limiting the load.
+const NEGLECTED_LOAD_SHARE: f64 = 1e-3;
+/// Largest ratio of frequency between a mode and its phase resonance.
+const PHASE_RESONANCE_RATIO: f64 = 1.05;
+/// Lowest searched frequency over that of the highest mode.
+const LOWEST_FREQUENCY_RATIO: f64 = 1e-4;
+/// Largest frequency of a rigid mode over that of the highest mode. Rounding leaves as much.
+const RIGID_FREQUENCY_RATIO: f64 = 1e-6;
+/// Bisections of a limit.
+const BISECTIONS: usize = 40;
+
+/// Factors of the tangential and the normal springs of all contact elements.
+type Factors = [f64; 2];
+const STUCK: Factors = [1.0, 1.0];
+
+/// A mode of the linear structure, and its response at resonance to the loads of the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearResonance {
+    /// Number of the mode, from 1, by ascending frequency.
+    pub mode: usize,
+    /// Frequency of its phase resonance \[Hz\], or its natural frequency if it has no phase resonance.
+    pub frequency: f64,
+    /// Modal damping ratio of all linear damping.
+    pub damping_ratio: f64,
+    /// Response to the loads at that frequency. Without damping there is none.
+    pub response: Option<LinearResponse>,
+}
+
+/// Half ranges over a cycle of a linear response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearResponse {
+    /// Displacement of the response point \[m\].
+    pub displacement: f64,
+    /// Tangential force of the joint \[N\].
+    pub force: f64,
+    /// Moment of that force about the normal through the origin of the joint \[N m\].
+    pub moment: f64,
+    /// Largest share of its load at rest that an element loses.
+    pub load_lost: f64,
+}
+
+/// Limits of the linear response of a stuck joint, as multiples of the loads of the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearLimits {
+    /// Up to this load no element slips as a whole and none opens. With one slider per element the linear response is then exact. In a bank, some sliders slip
+    /// under any load. The limit of banks is a share of the linear one, over the elements that carry 99.9 % of the load.
+    pub sticks: f64,
+    /// From this load on an element slips as a whole in the linear response. Infinite if no element slips.
+    pub may_slip: f64,
+    /// From this load on an element opens in the linear response. Infinite if no element opens.
+    pub may_open: f64,
+    /// From this load on the tangential force of the joint exceeds its friction limit. Infinite without tangential force.
+    pub joint_may_slip: f64,
+}
+
+/// Resonances of the linear structure with a stuck, a free and a tied joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearResonances {
+    /// With all springs of the contact elements, or without contact elements.
+    pub stuck: LinearResonance,
+    /// Frequencies of all phase resonances in the range, with these springs \[Hz\].
+    pub in_range: Vec<f64>,
+    /// With normal springs alone. None without contact elements.
+    pub free: Option<LinearResonance>,
+    /// With tied bodies. None without contact elements, and none if the joint connects the structure to the ground: then no frequency is the highest.
+    pub tied: Option<LinearResonance>,
+    /// Limits of the stuck response. None without contact elements or damping.
+    pub limits: Option<LinearLimits>,
+}
+
+/// Coefficients of the displacement of contact elements, three rows each.
+type Coefficients = Vec<f64>;
+
+impl Vibration {
+    /// Linear resonances of the mode that the drive excites most in the range, with contact elements at these `centres` \[m\]. If no phase resonance lies
+    /// in the range, returns the frequencies of those outside \[Hz\].
+    ///
+    /// # Errors
+    /// Those of [`SecondOrder::modes`] and of a linear solve.
+    pub fn linear_resonances(
+        &self,
+        elements: &[ContactElement],
+        centres: &[[f64; 2]],
+    ) -> Result<Result<LinearResonances, Vec<f64>>, DynamicsError> {
+        let (frequencies, _) = self.model.modes(&reference_springs(elements))?;
+        let (omega, in_range) = match self.stuck_resonance(elements, &frequencies)? {
+            Ok(found) => found,
+            Err(outside) => return Ok(Err(outside)),
+        };
+        let distance = |mode: usize| (frequencies[mode] / omega - 1.0).abs();
+        let nearest = (0..frequencies.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+        let mode = nearest.unwrap_or(0);
+        let of = |factors| self.linear_resonance(elements, centres, factors, mode);
+        let (stuck, displacement) = of(STUCK)?;
+        let has_contact = elements.iter().any(|element| !element.sliders.is_empty());
+        let mut found = LinearResonances {
+            stuck,
+            in_range,
+            free: None,
+            tied: None,
+            limits: None,
+        };
+        if !has_contact {
+            return Ok(Ok(found));
+        }
+        found.free = Some(of([0.0, 1.0])?.0);
+        let tied = of([TIED_STIFFNESS_RATIO; 2])?.0;
+        let below = of([0.1 * TIED_STIFFNESS_RATIO; 2])?.0;
+        found.tied =
+            Some(tied).filter(|tied| tied.frequency <= TIED_FREQUENCY_RATIO * below.frequency);
+        if let (Some(displacement), Some(response)) = (displacement, stuck.response) {
+            found.limits = Some(self.linear_limits(elements, &displacement, response.force)?);
+        }
+        Ok(Ok(found))
+    }
+
+    /// Phase resonances of the stuck joint in the range, or of all if the frequency is given: the one that the response is at \[rad/s\], and all
+    /// frequencies \[Hz\]. Else those outside \[Hz\].
+    fn stuck_resonance(
+        &self,
+        elements: &[ContactElement],
+        frequencies: &[f64],
+    ) -> Result<Result<(f64, Vec<f64>), Vec<f64>>, DynamicsError> {
+        let linear = elements.iter().map(|own| springs_of(own, STUCK)).collect();
+        let balance = self.balance_of(linear, self.harmonics.clone())?;
+        let highest = frequencies.last().copied().unwrap_or(0.0);
+        let everywhere = (LOWEST_FREQUENCY_RATIO * highest, highest);
+        let in_hertz = |found: &[(f64, f64)]| found.iter().map(|(omega, _)| omega / TAU).collect();
+        let range = match self.at_omega {
+            Some(_) => everywhere,
+            None => self.range,
+        };
+        let resonances = balance.linear_phase_resonances(range)?;
+        let rank = |(omega, amplitude): &(f64, f64)| match self.at_omega {
+            Some(at) => -(omega / at - 1.0).abs(),
+            None => *amplitude,
+        };
+        match resonances.iter().max_by(|a, b| rank(a).total_cmp(&rank(b))) {
+            Some((omega, _)) => Ok(Ok((*omega, in_hertz(&resonances)))),
+            None => {
+                let outside = balance.linear_phase_resonances(everywhere)?;
+                Ok(Err(in_hertz(&outside)))
+            }
+        }
+    }
+
+    /// The resonance with scaled contact springs, and the displacement of the contact elements.
+    fn linear_resonance(
+        &self,
+        elements: &[ContactElement],
+        centres: &[[f64; 2]],
+        factors: Factors,
+        mode: usize,
+    ) -> Result<(LinearResonance, Option<Coefficients>), DynamicsError> {
+        let linear: Vec<ContactElement> = elements
+            .iter()
+            .map(|own| springs_of(own, factors))
+            .collect();
+        let springs = reference_springs(&linear);
+        let (frequencies, modes) = self.model.modes(&springs)?;
+        let natural = frequencies[mode];
+        let highest = frequencies[frequencies.len() - 1];
+        if natural <= RIGID_FREQUENCY_RATIO * highest {
+            let rigid = LinearResonance {
+                mode: mode + 1,
+                frequency: 0.0,
+                damping_ratio: 0.0,
+                response: None,
+            };
+            return Ok((rigid, None));
+        }
+        let shape: Vec<f64> = (0..modes.rows()).map(|q| modes.at(q, mode)).collect();
+        let damping_ratio = damping_ratio(&self.model, &shape, natural);
+        let balance = self.balance_of(linear, self.harmonics.clone())?;
+        let near = (
+            natural / PHASE_RESONANCE_RATIO,
+            natural * PHASE_RESONANCE_RATIO,
+        );
+        let found = balance.linear_phase_resonances(near)?;
+        let strongest = found
+            .into_iter()
+            .reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let own = strongest.map_or(natural, |(omega, _)| omega);
+        let mut found = LinearResonance {
+            mode: mode + 1,
+            frequency: own / TAU,
+            damping_ratio,
+            response: None,
+        };
+        let omega = match self.at_omega {
+            Some(omega) if factors == STUCK => omega,
+            _ => own,
+        };
+        if !(omega > 0.0 && damping_ratio > 0.0) {
+            return Ok((found, None));
+        }
+        let response = balance.solve(omega, None)?;
+        let sampling = balance.sampling();
+        let width = 3 * sampling.harmonics().coefficients();
+        let samples = sampling.samples();
+        let (mut force, mut moment) = (vec![[0.0; 2]; samples], vec![0.0; samples]);
+        let mut load_lost = 0.0_f64;
+        let each = elements.iter().zip(response.displacement.chunks(width));
+        for (e, (element, rows)) in each.enumerate() {
+            let [kt, _, kn] = [0, 1, 2].map(|d| springs[3 * e + d]);
+            let [x, y] = centres.get(e).copied().unwrap_or([0.0; 2]);
+            let motion = sampling.synthesise(rows);
+            for ((u, force), moment) in motion.iter().zip(&mut force).zip(&mut moment) {
+                force[0] += kt * u[0];
+                force[1] += kt * u[1];
+                *moment += kt * (x * u[1] - y * u[0]);
+            }
+            let rest = element.normal_load();
+            if rest > 0.0 {
+                let least = motion.iter().map(|u| kn * u[2]).fold(0.0, f64::min);
+                load_lost = load_lost.max(-least / rest);
+            }
+        }
+        let along = |d: usize| half_range(force.iter().map(|f| f[d]));
+        found.response = Some(LinearResponse {
+            displacement: balance.amplitude(&response, self.response_port)?.0,
+            force: along(0).hypot(along(1)),
+            moment: half_range(moment),
+            load_lost,
+        });
+        let mut displacement = response.displacement;
+        displacement.truncate(width * elements.len());
+        Ok((found, Some(displacement)))
+    }
+
+    /// Limits of the stuck response, with its tangential `force` \[N\]. Loads of harmonic 0 keep their size; all others are multiplied.
+    fn linear_limits(
+        &self,
+        elements: &[ContactElement],
+        displacement: &[f64],
+        force: f64,
+    ) -> Result<LinearLimits, DynamicsError> {
+        let balance = self.balance_of(elements.to_vec(), self.harmonics.clone())?;
+        let sampling = balance.sampling();
+        let n = sampling.harmonics().coefficients();
+        let constant = sampling.harmonics().slot_of(0);
+        let mut limits = LinearLimits {
+            sticks: f64::INFINITY,
+            may_slip: f64::INFINITY,
+            may_open: f64::INFINITY,
+            joint_may_slip: f64::INFINITY,
+        };
+        let held = elements
+            .iter()
+            .map(|e| e.friction_coefficient * e.normal_load());
+        if force > 0.0 {
+            limits.joint_may_slip = held.sum::<f64>() / force;
+        }
+        let is_bank = elements.iter().any(|element| element.sliders.len() > 1);
+        let aside = least_loaded(elements);
+        for (element, rows) in elements.iter().zip(displacement.chunks(3 * n)) {
+            let motion = |factor: f64| {
+                let scaled = rows.iter().enumerate();
+                let scaled = scaled.map(|(c, u)| match constant == Some(c % n) {
+                    true => *u,
+                    false => factor * u,
+                });
+                sampling.synthesise(&scaled.collect::<Vec<f64>>())
+            };
+            let lower = |limit: &mut f64, holds: &dyn Fn(&[[f64; 3]]) -> bool| {
+                *limit = limit.min(largest(*limit, |factor| holds(&motion(factor))));
+            };
+            if is_bank && element.normal_load() <= aside {
+                continue;
+            }
+            if !is_bank {
+                lower(&mut limits.sticks, &|u| element.follows_reference(u));
+            }
+            if element.normal_load() > 0.0 {
+                let whole = one_slider(element);
+                lower(&mut limits.may_slip, &|u| whole.follows_reference(u));
+                let [slider, ..] = whole.sliders[..] else {
+                    continue;
+                };
+                lower(&mut limits.may_open, &|u| {
+                    u.iter().all(|u| slider.bilateral_load(u[2]) >= 0.0)
+                });
+            }
+        }
+        limits.sticks *= STICKING_MARGIN;
+        if is_bank {
+            limits.sticks = limits
+                .sticks
+                .min(STICKING_MARGIN_OF_BANKS * limits.may_slip);
+        }
+        Ok(limits)
+    }
+}
+
+/// Linear springs in place of a contact element.
+fn springs_of(element: &ContactElement, [along, normal]: Factors) -> ContactElement {
+    let [kt, _, kn] = element.reference_stiffness();
+    ContactElement {
+        friction_coefficient: 1.0,
+        sliders: vec![Slider {
+            normal_load: UNREACHABLE_LOAD,
+            gap: 0.0,
+            tangential_stiffness: along * kt,
+            normal_stiffness: normal * kn,
+        }],
+        springs: Vec::new(),
+        ..element.clone()
+    }
+}
+
+/// One slider in place of a bank. It slips when all sliders of the bank do.
+fn one_slider(element: &ContactElement) -> ContactElement {
+    let [kt, _, kn] = element.reference_stiffness();
+    ContactElement {
+        sliders: vec![Slider {
+            normal_load: element.normal_load(),
+            gap: 0.0,
+            tangential_stiffness: kt,
+            normal_stiffness: kn,
+        }],
+        springs: Vec::new(),
+        ..element.clone()
+    }
+}
+
+/// Largest load of the elements that carry no more than [`NEGLECTED_LOAD_SHARE`] of the joint's load together \[N\].
+fn least_loaded(elements: &[ContactElement]) -> f64 {
+    let mut loads: Vec<f64> = elements.iter().map(ContactElement::normal_load).collect();
+    loads.sort_by(f64::total_cmp);
+    let all: f64 = loads.iter().sum();
+    let (mut together, mut largest) = (0.0, 0.0);
+    for load in loads {
+        together += load;
+        if together > NEGLECTED_LOAD_SHARE * all {
+            break;
+        }
+        largest = load;
+    }
+    largest
+}
+
+/// Largest factor up to `most` at which a condition holds. The condition holds below some factor and fails above.
+fn largest(most: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    if !holds(0.0) {
+        return 0.0;
+    }
+    let mut high = if most.is_finite() { most } else { 1.0 };
+    if most.is_finite() && holds(most) {
+        return most;
+    }
+    while holds(high) {
+        high *= 16.0;
+        if high > 1e12 {
+            return f64::INFINITY;
+        }
+    }
+    let mut low = 0.0;
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        match holds(middle) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    low
+}
+
+/// φᵀCφ/(2ω) + φᵀHφ/(2ω²) of a mode of unit modal mass.
+fn damping_ratio(model: &SecondOrder, shape: &[f64], omega: f64) -> f64 {
+    let work = |matrix: &RowMatrix| {
+        let moved = matrix.apply(shape);
+        moved.iter().zip(shape).map(|(a, b)| a * b).sum::<f64>()
+    };
+    match omega > 0.0 {
+        true => 0.5 * (work(&model.damping) / omega + work(&model.hysteretic) / (omega * omega)),
+        false => 0.0,
+    }
+}
