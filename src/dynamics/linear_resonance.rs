@@ -107,8 +107,8 @@ impl Vibration {
     ) -> Result<Result<LinearResonances, Vec<f64>>, DynamicsError> {
         let (frequencies, _) = self.model.modes(&reference_springs(elements))?;
         let (omega, in_range) = match self.stuck_resonance(elements, &frequencies)? {
-            Ok(found) => found,
-            Err(outside) => return Ok(Err(outside)),
+            (Some(omega), in_range) => (omega, in_range),
+            (None, outside) => return Ok(Err(outside)),
         };
         let distance = |mode: usize| (frequencies[mode] / omega - 1.0).abs();
         let nearest = (0..frequencies.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
@@ -137,18 +137,20 @@ impl Vibration {
         Ok(Ok(found))
     }
 
-    /// Phase resonances of the stuck joint in the range, or of all if the frequency is given: the one that the response is at \[rad/s\], and all
-    /// frequencies \[Hz\]. Else those outside \[Hz\].
+    /// Phase resonances of the stuck joint: the one of the response \[rad/s\], and all in the range \[Hz\]. A given frequency takes the nearest of all
+    /// resonances. If none lies in the range, those outside \[Hz\].
     fn stuck_resonance(
         &self,
         elements: &[ContactElement],
         frequencies: &[f64],
-    ) -> Result<Result<(f64, Vec<f64>), Vec<f64>>, DynamicsError> {
+    ) -> Result<(Option<f64>, Vec<f64>), DynamicsError> {
         let linear = elements.iter().map(|own| springs_of(own, STUCK)).collect();
         let balance = self.balance_of(linear, self.harmonics.clone())?;
         let highest = frequencies.last().copied().unwrap_or(0.0);
         let everywhere = (LOWEST_FREQUENCY_RATIO * highest, highest);
-        let in_hertz = |found: &[(f64, f64)]| found.iter().map(|(omega, _)| omega / TAU).collect();
+        let in_hertz = |found: &[(f64, f64)]| -> Vec<f64> {
+            found.iter().map(|(omega, _)| omega / TAU).collect()
+        };
         let range = match self.at_omega {
             Some(_) => everywhere,
             None => self.range,
@@ -159,10 +161,10 @@ impl Vibration {
             None => *amplitude,
         };
         match resonances.iter().max_by(|a, b| rank(a).total_cmp(&rank(b))) {
-            Some((omega, _)) => Ok(Ok((*omega, in_hertz(&resonances)))),
+            Some((omega, _)) => Ok((Some(*omega), in_hertz(&resonances))),
             None => {
                 let outside = balance.linear_phase_resonances(everywhere)?;
-                Ok(Err(in_hertz(&outside)))
+                Ok((None, in_hertz(&outside)))
             }
         }
     }
