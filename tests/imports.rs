@@ -640,7 +640,7 @@ fn each_kind_is_matched_in_one_file() {
                 "contact/pair.rs",
                 "recipe/contact.rs",
                 "scene/plan/rough.rs",
-                "wear/stiffness.rs",
+                "wear/joint.rs",
             ],
         ),
         (&["Cells::"], &["recipe/surface.rs", "scene/plan/rough.rs"]),

@@ -7,12 +7,9 @@
 //! the modal damping ratio of the extended periodic motion concept (M. Krack, Computers & Structures 154, 2015, 59), whose
 //! fundamental dissipates 2π ζ ω² a² at the modal amplitude a = √(q̂ᴴ M q̂).
 
-use num_complex::Complex64;
-
 use super::branch::{Branch, Over};
-use super::closed_model::ClosedModel;
 use super::contact_element::ContactElement;
-use super::{DynamicsError, Energy, HarmonicBalance, Response, Vibration};
+use super::{DynamicsError, Energy, HarmonicBalance, Vibration};
 use crate::linalg::RowMatrix as Matrix;
 
 /// Levels at which the backbone is wanted: half ranges of the drive \[N\], or values of another parameter, in whatever unit.
@@ -268,46 +265,5 @@ impl Levels {
             k => from * (to / from).powf(k as f64 / last as f64),
         };
         Ok((0..=last).map(level).collect())
-    }
-}
-
-impl HarmonicBalance<ContactElement> {
-    /// Peak kinetic energy of the first harmonic, ½ ω² q̂ᴴ M q̂, in the coordinates of the structure with the mass matrix `mass`. What
-    /// moves by the static residual of modes left out has no mass.
-    pub(super) fn kinetic_energy(
-        &self,
-        mass: &Matrix,
-        response: &Response,
-    ) -> Result<f64, DynamicsError> {
-        let harmonics = self.harmonics();
-        let slot = harmonics.require(1, "kinetic energy of the first harmonic")?;
-        let n = harmonics.coefficients();
-        // All forces on the structure closed by its reference springs: loads, and contact forces beyond the reference.
-        let mut ports = self.load_ports.clone();
-        let mut rows = self.loads_at(response.omega, response.load_factor);
-        let displacement = response.displacement.chunks(n);
-        for (dof, (force, u)) in response.force.chunks(n).zip(displacement).enumerate() {
-            if response.active[dof / 3] {
-                let stiffness = self.reference[dof / 3][dof % 3];
-                ports.push(dof);
-                rows.extend(force.iter().zip(u).map(|(f, u)| stiffness * u - f));
-            }
-        }
-        let generalised = self.model.generalised(harmonics, &ports, &rows);
-        let index = harmonics.orders().iter().position(|order| *order == 1);
-        let (core, index) = (
-            self.model.core.receptance(response.omega)?,
-            index.unwrap_or(1),
-        );
-        debug_assert_eq!(harmonics.slot(index), slot);
-        let (q, _) = ClosedModel::amplitudes(harmonics, index, &core, &generalised);
-        let inertia: f64 = (0..mass.rows())
-            .map(|i| {
-                let row = mass.row(i).iter().zip(&q);
-                let momentum: Complex64 = row.map(|(m, q)| *q * *m).sum();
-                (q[i].conj() * momentum).re
-            })
-            .sum();
-        Ok(0.5 * response.omega.powi(2) * inertia)
     }
 }

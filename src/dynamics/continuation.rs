@@ -12,7 +12,7 @@ use num_complex::Complex64;
 use super::aft::InterfaceElement;
 use super::effort::Effort;
 use super::forced_response::gives_energy;
-use super::newton_step::{Condition, Frame, Term};
+use super::newton::{Condition, Frame, Term};
 use super::predictor::{REMEMBERED, foretold, foretold_number};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 use crate::journal::Journal;

@@ -4,7 +4,7 @@ pub use super::line::Line;
 use crate::threads::Threads;
 
 use super::contact_element::{ContactElement, ElementCycle, ElementState};
-use super::{DynamicsError, HarmonicBalance, Response, Sampling};
+use super::{DynamicsError, Sampling};
 
 /// The whole joint at the samples of one cycle.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,67 +34,6 @@ impl JointCycle {
                 0.0
             }
         })
-    }
-}
-
-impl HarmonicBalance<ContactElement> {
-    /// [`element_cycles`] of a response of this balance.
-    pub fn element_cycles(&self, response: &Response, sampling: &Sampling) -> Vec<ElementCycle> {
-        element_cycles(self.elements(), &response.displacement, sampling)
-    }
-
-    /// How the joint moves, slips and is loaded, in few numbers.
-    pub fn joint_summary(&self, response: &Response) -> JointSummary {
-        let width = 3 * self.harmonics().coefficients();
-        let samples = self.sampling().samples();
-        let mut mean = vec![[0.0; 3]; samples];
-        let mut total = vec![0.0; samples];
-        let mut summary = JointSummary {
-            states: Vec::with_capacity(self.elements().len()),
-            displacement: [0.0; 3],
-            least_displacement: [f64::INFINITY; 3],
-            largest_displacement: [0.0; 3],
-            normal_load: 0.0,
-            largest_normal_load: 0.0,
-        };
-        let rows = response.displacement.chunks(width);
-        let elements = self.elements().iter().zip(weights(self.elements()));
-        for ((element, weight), row) in elements.zip(rows) {
-            let displacement = self.sampling().synthesise(row);
-            let cycle = element.cycle(&displacement);
-            summary.states.push(cycle.state);
-            for d in 0..3 {
-                let amplitude = half_range(displacement.iter().map(|u| u[d]));
-                summary.least_displacement[d] = summary.least_displacement[d].min(amplitude);
-                summary.largest_displacement[d] = summary.largest_displacement[d].max(amplitude);
-            }
-            for j in 0..samples {
-                for d in 0..3 {
-                    mean[j][d] += weight * displacement[j][d];
-                }
-                total[j] += cycle.force[j][2];
-            }
-            let load = element.normal_load();
-            if load > 0.0 {
-                let amplitude = half_range(cycle.force.iter().map(|f| f[2]));
-                let share = amplitude / load;
-                summary.largest_normal_load = summary.largest_normal_load.max(share);
-            }
-        }
-        if summary.states.is_empty() {
-            summary.least_displacement = [0.0; 3];
-        } else {
-            summary.displacement = [0, 1, 2].map(|d| half_range(mean.iter().map(|u| u[d])));
-        }
-        let preload: f64 = self
-            .elements()
-            .iter()
-            .map(ContactElement::normal_load)
-            .sum();
-        if preload > 0.0 {
-            summary.normal_load = half_range(total) / preload;
-        }
-        summary
     }
 }
 
@@ -203,7 +142,7 @@ pub fn half_range(values: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// Shares of the elements in means over the joint: by area, or alike if they have none.
-fn weights(elements: &[ContactElement]) -> impl Iterator<Item = f64> {
+pub(super) fn weights(elements: &[ContactElement]) -> impl Iterator<Item = f64> {
     let area: f64 = elements.iter().map(|e| e.area).sum();
     let alike = 1.0 / elements.len() as f64;
     let shares = elements.iter();

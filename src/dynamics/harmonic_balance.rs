@@ -7,16 +7,23 @@
 
 use std::sync::Arc;
 
+use num_complex::Complex64;
+
 use super::aft::{InterfaceElement, Sampling};
 use super::closed_model::ClosedModel;
+use super::contact_element::{ContactElement, ElementCycle};
+use super::continuation::{Continuation, ContinuationSettings};
+use super::cycle::{JointSummary, element_cycles, half_range, weights};
 use super::effort::Effort;
 use super::linear_model::LinearModel;
-use super::newton_step::{Condition, State};
+use super::newton::{Condition, State};
+use super::predictor::{REMEMBERED, foretold};
 use super::response::{Response, Start};
+use super::truncation::FAINT_DISSIPATION;
 use super::{DynamicsError, Harmonics};
 use crate::gauge::Gauge;
 use crate::journal::Journal;
-use crate::linalg::add_scaled;
+use crate::linalg::{RowMatrix as Matrix, add_scaled};
 use crate::threads::Threads;
 
 /// Least increment of the load on the way to a state that Newton's method does not reach at once.
@@ -431,5 +438,212 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             contact,
             active,
         }
+    }
+}
+
+// Responses at given frequencies, one after the other, each from those before.
+
+impl<E: InterfaceElement> HarmonicBalance<E> {
+    /// Responses at each of `omegas`, each from those before, or the error of a point that has none.
+    ///
+    /// Where there are several, it is that of the branch on which a sweep in the order of `omegas` arrives: where the branch turns
+    /// back before the next frequency, it is followed over its turning points to there, so that the sweep jumps where a slow
+    /// experiment does. Only what no branch leads to is looked for from the other end of the sweep and from the linear response.
+    pub fn sweep(&self, omegas: &[f64]) -> Vec<Result<Response, DynamicsError>> {
+        let mut found: Vec<Response> = Vec::with_capacity(omegas.len());
+        let mut points = Vec::with_capacity(omegas.len());
+        for &omega in omegas {
+            let response = match self.next_of_sweep(omega, &found) {
+                Some(response) => Ok(response),
+                None => {
+                    let guess = found.last().map(Response::start);
+                    self.solve(omega, guess.as_ref())
+                        .or_else(|error| self.backwards_to(omega, omegas).ok_or(error))
+                }
+            };
+            if let Ok(response) = &response {
+                self.gauge.add_point(response.omega);
+                found.push(response.clone());
+            }
+            points.push(response);
+        }
+        points
+    }
+
+    /// The response at `omega` that is connected with those before.
+    fn next_of_sweep(&self, omega: f64, responses: &[Response]) -> Option<Response> {
+        let last = responses.last()?;
+        let before = responses.iter().rev().nth(1);
+        let at = |start: &Start| {
+            let start = self.start_from(start, omega, 1.0).ok()?;
+            self.newton(start, 1.0, &Condition::Frequency).ok()
+        };
+        let first = responses.len().saturating_sub(REMEMBERED);
+        let known: Vec<Start> = responses[first..].iter().map(Response::start).collect();
+        let omegas: Vec<f64> = known.iter().map(|start| start.omega).collect();
+        let ahead = foretold(&known, &omegas, omega).and_then(|start| at(&start));
+        if ahead.is_some() {
+            return ahead;
+        }
+        if let Some(response) = at(&last.start()) {
+            return Some(response);
+        }
+        let first = responses.first()?;
+        self.follow(before, last, first.omega, omega)
+    }
+
+    /// The response at `omega` on the branch through `last`, unless that leads back beyond `from`.
+    fn follow(
+        &self,
+        before: Option<&Response>,
+        last: &Response,
+        from: f64,
+        omega: f64,
+    ) -> Option<Response> {
+        let port = self.drive()?.port;
+        let settings = ContinuationSettings::over(from, omega, port);
+        let width = (omega - from).abs();
+        Continuation::reach(self, settings, before, last, width).ok()
+    }
+
+    /// The response at `omega` on the branch from the other end of a sweep.
+    fn backwards_to(&self, omega: f64, omegas: &[f64]) -> Option<Response> {
+        let end = *omegas.last()?;
+        let last = self.solve(end, None).ok()?;
+        self.follow(None, &last, end, omega)
+    }
+}
+
+// Figures of a response of contact elements.
+
+impl HarmonicBalance<ContactElement> {
+    /// [`element_cycles`] of a response of this balance.
+    pub fn element_cycles(&self, response: &Response, sampling: &Sampling) -> Vec<ElementCycle> {
+        element_cycles(self.elements(), &response.displacement, sampling)
+    }
+
+    /// How the joint moves, slips and is loaded, in few numbers.
+    pub fn joint_summary(&self, response: &Response) -> JointSummary {
+        let width = 3 * self.harmonics().coefficients();
+        let samples = self.sampling().samples();
+        let mut mean = vec![[0.0; 3]; samples];
+        let mut total = vec![0.0; samples];
+        let mut summary = JointSummary {
+            states: Vec::with_capacity(self.elements().len()),
+            displacement: [0.0; 3],
+            least_displacement: [f64::INFINITY; 3],
+            largest_displacement: [0.0; 3],
+            normal_load: 0.0,
+            largest_normal_load: 0.0,
+        };
+        let rows = response.displacement.chunks(width);
+        let elements = self.elements().iter().zip(weights(self.elements()));
+        for ((element, weight), row) in elements.zip(rows) {
+            let displacement = self.sampling().synthesise(row);
+            let cycle = element.cycle(&displacement);
+            summary.states.push(cycle.state);
+            for d in 0..3 {
+                let amplitude = half_range(displacement.iter().map(|u| u[d]));
+                summary.least_displacement[d] = summary.least_displacement[d].min(amplitude);
+                summary.largest_displacement[d] = summary.largest_displacement[d].max(amplitude);
+            }
+            for j in 0..samples {
+                for d in 0..3 {
+                    mean[j][d] += weight * displacement[j][d];
+                }
+                total[j] += cycle.force[j][2];
+            }
+            let load = element.normal_load();
+            if load > 0.0 {
+                let amplitude = half_range(cycle.force.iter().map(|f| f[2]));
+                let share = amplitude / load;
+                summary.largest_normal_load = summary.largest_normal_load.max(share);
+            }
+        }
+        if summary.states.is_empty() {
+            summary.least_displacement = [0.0; 3];
+        } else {
+            summary.displacement = [0, 1, 2].map(|d| half_range(mean.iter().map(|u| u[d])));
+        }
+        let preload: f64 = self
+            .elements()
+            .iter()
+            .map(ContactElement::normal_load)
+            .sum();
+        if preload > 0.0 {
+            summary.normal_load = half_range(total) / preload;
+        }
+        summary
+    }
+
+    /// Contact forces of all elements at the displacements of a response, `contact_dofs × coefficients` \[N\].
+    pub(super) fn forces(&self, displacement: &[f64]) -> Vec<f64> {
+        let width = 3 * self.harmonics().coefficients();
+        let mut force = vec![0.0; self.elements().len() * width];
+        let mut work = self.sampling().workspace();
+        let rows = force.chunks_mut(width).zip(displacement.chunks(width));
+        for (element, (force, row)) in self.elements().iter().zip(rows) {
+            self.sampling()
+                .evaluate(element, row, force, None, &mut work);
+        }
+        force
+    }
+
+    /// Energy that the sliders of each element dissipate in a cycle \[J\].
+    pub(super) fn dissipated_energies(&self, response: &Response) -> Vec<f64> {
+        let cycles = self.element_cycles(response, self.sampling());
+        cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
+    }
+
+    /// What samples make of the work of the contact forces beyond what the sliders dissipate, relative to it: of a contact without friction all of it.
+    pub(super) fn work_error(&self, response: &Response) -> f64 {
+        let work = response.energy.friction;
+        let dissipated: f64 = self.dissipated_energies(response).iter().sum();
+        let size = work
+            .abs()
+            .max(FAINT_DISSIPATION * response.energy.input.abs());
+        match (work - dissipated).abs() / size {
+            error if error.is_finite() => error,
+            _ => 0.0,
+        }
+    }
+
+    /// Peak kinetic energy of the first harmonic, ½ ω² q̂ᴴ M q̂, in the coordinates of the structure with the mass matrix `mass`. What
+    /// moves by the static residual of modes left out has no mass.
+    pub(super) fn kinetic_energy(
+        &self,
+        mass: &Matrix,
+        response: &Response,
+    ) -> Result<f64, DynamicsError> {
+        let harmonics = self.harmonics();
+        let slot = harmonics.require(1, "kinetic energy of the first harmonic")?;
+        let n = harmonics.coefficients();
+        // All forces on the structure closed by its reference springs: loads, and contact forces beyond the reference.
+        let mut ports = self.load_ports.clone();
+        let mut rows = self.loads_at(response.omega, response.load_factor);
+        let displacement = response.displacement.chunks(n);
+        for (dof, (force, u)) in response.force.chunks(n).zip(displacement).enumerate() {
+            if response.active[dof / 3] {
+                let stiffness = self.reference[dof / 3][dof % 3];
+                ports.push(dof);
+                rows.extend(force.iter().zip(u).map(|(f, u)| stiffness * u - f));
+            }
+        }
+        let generalised = self.model.generalised(harmonics, &ports, &rows);
+        let index = harmonics.orders().iter().position(|order| *order == 1);
+        let (core, index) = (
+            self.model.core.receptance(response.omega)?,
+            index.unwrap_or(1),
+        );
+        debug_assert_eq!(harmonics.slot(index), slot);
+        let (q, _) = ClosedModel::amplitudes(harmonics, index, &core, &generalised);
+        let inertia: f64 = (0..mass.rows())
+            .map(|i| {
+                let row = mass.row(i).iter().zip(&q);
+                let momentum: Complex64 = row.map(|(m, q)| *q * *m).sum();
+                (q[i].conj() * momentum).re
+            })
+            .sum();
+        Ok(0.5 * response.omega.powi(2) * inertia)
     }
 }

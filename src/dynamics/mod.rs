@@ -50,7 +50,6 @@
 
 pub mod aft;
 pub mod backbone;
-mod border;
 mod branch;
 mod closed_model;
 pub mod contact_element;
@@ -61,17 +60,13 @@ mod error;
 pub mod forced_response;
 pub mod harmonic_balance;
 pub mod harmonics;
-mod homotopy;
-mod kept_solve;
 mod krylov;
 mod line;
 pub mod linear_model;
 mod linear_resonance;
 mod march;
 mod newton;
-mod newton_step;
 pub mod oscillator;
-mod peak;
 mod peak_bound;
 mod preconditioner;
 mod predictor;
@@ -82,7 +77,6 @@ pub mod resonance;
 pub mod response;
 mod slider;
 pub mod spring;
-mod sweep;
 pub mod truncation;
 pub mod vibration;
 

@@ -12,7 +12,7 @@
 use num_complex::Complex64;
 use std::collections::BTreeMap;
 
-use super::{Load, SecondOrder, Vibration};
+use super::{Load, SecondOrder};
 use crate::linalg::{RowMatrix, generalised_eigen};
 
 /// Share of the largest damping rate below which a coordinate is not damped.
@@ -20,26 +20,10 @@ const UNDAMPED: f64 = 1e-12;
 /// Share of a port along what is not damped that is rounding.
 const ROUNDING: f64 = 1e-9;
 
-impl Vibration {
-    /// Bound on the amplitude of the first harmonic at the response port \[m\], at the given frequency or over the range. No motion with the period of
-    /// the drive exceeds it. `None` where a load or the response is along what is not damped, and for a model with a residual or hysteretic damping.
-    pub(super) fn peak_bound(&self) -> Option<f64> {
-        let damping = DampingRates::of(&self.model)?;
-        let port = damping.scaled(self.response_port)?;
-        let shares = self.model.sharing(self.response_port);
-        let of = |loads: &[Load], power: i32| -> Option<f64> {
-            Some(velocity(&port, &damping.forces(loads, power, &shares)?))
-        };
-        let (low, high) = self.at_omega.map_or(self.range, |omega| (omega, omega));
-        // What both kinds of loads move is no more than what each moves by itself; the second grows with the square of frequency.
-        Some(of(&self.loads, 0)? / low + of(&self.inertial_loads, 2)? * high)
-    }
-}
-
 impl SecondOrder {
     /// Whether each coordinate may exchange energy with what a port moves: over mass, damping or stiffness, along one normal or in one
     /// plane of a contact.
-    fn sharing(&self, port: usize) -> Vec<bool> {
+    pub(super) fn sharing(&self, port: usize) -> Vec<bool> {
         let n = self.mass.rows();
         let moves = |port: usize, k: usize| self.basis.at(port, k) != 0.0;
         // Ports that take part in one exchange each.
@@ -75,7 +59,7 @@ impl SecondOrder {
 type Forces = BTreeMap<u32, Vec<Complex64>>;
 
 /// Coordinates in which the damping is a rate each.
-struct DampingRates<'a> {
+pub(super) struct DampingRates<'a> {
     model: &'a SecondOrder,
     /// Rates \[1/s\], ascending, and mass-normalised shapes, `coordinates × rates`.
     rates: Vec<f64>,
@@ -83,7 +67,7 @@ struct DampingRates<'a> {
 }
 
 impl DampingRates<'_> {
-    fn of(model: &SecondOrder) -> Option<DampingRates<'_>> {
+    pub(super) fn of(model: &SecondOrder) -> Option<DampingRates<'_>> {
         let is_hysteretic = model.hysteretic.values().iter().any(|h| *h != 0.0);
         if model.residual.is_some() || is_hysteretic {
             return None;
@@ -97,7 +81,7 @@ impl DampingRates<'_> {
     }
 
     /// C^-½ of a port; none where a part of it is not damped.
-    fn scaled(&self, port: usize) -> Option<Vec<f64>> {
+    pub(super) fn scaled(&self, port: usize) -> Option<Vec<f64>> {
         let row = self.model.basis.row(port);
         let along = |r: usize| -> f64 {
             let each = row.iter().enumerate();
@@ -115,7 +99,7 @@ impl DampingRates<'_> {
     }
 
     /// C^-½ of the loads that move coordinates of a set, times a power of their order.
-    fn forces(&self, loads: &[Load], power: i32, set: &[bool]) -> Option<Forces> {
+    pub(super) fn forces(&self, loads: &[Load], power: i32, set: &[bool]) -> Option<Forces> {
         let mut forces = Forces::new();
         let moves = |load: &Load| {
             let mut row = self.model.basis.row(load.port).iter().zip(set);
@@ -140,7 +124,7 @@ fn size(forces: &Forces) -> f64 {
 }
 
 /// The largest velocity of a port in the first harmonic \[m/s\].
-fn velocity(port: &[f64], forces: &Forces) -> f64 {
+pub(super) fn velocity(port: &[f64], forces: &Forces) -> f64 {
     let along = forces.get(&1).map_or(0.0, |force| {
         let each = force.iter().zip(port);
         each.map(|(f, s)| f * s).sum::<Complex64>().norm()

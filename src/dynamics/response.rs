@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::aft::InterfaceElement;
 use super::closed_model::ClosedModel;
-use super::newton_step::{Evaluation, State};
+use super::newton::{Evaluation, State};
 use super::{DynamicsError, HarmonicBalance, Harmonics};
 
 /// Mean force on an unsupported motion, relative to the forces it is the balance of, that is rounding.

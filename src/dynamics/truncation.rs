@@ -28,7 +28,7 @@ pub(super) const UNKNOWN: f64 = 1.0;
 /// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
 const HIGHEST: u32 = 31;
 /// Share of the input below which a dissipation is faint: what is rounding of the input is no error of it.
-const FAINT: f64 = 1e-6;
+pub(super) const FAINT_DISSIPATION: f64 = 1e-6;
 /// Highest order of the harmonics with which a response of many is looked for first.
 const FEW: u32 = 3;
 
@@ -615,7 +615,7 @@ impl Resolved<'_> {
         ];
         let moved: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
         let all: f64 = after.iter().map(|energy| energy.abs()).sum();
-        let all = all.max(FAINT * fine.in_force().energy.input.abs());
+        let all = all.max(FAINT_DISSIPATION * fine.in_force().energy.input.abs());
         let energy = match moved / all + left {
             change if change <= UNKNOWN => change,
             _ if moved == 0.0 => 0.0,
@@ -640,38 +640,6 @@ impl Resolved<'_> {
             expected: Some(fine.in_force().omega / coarse.omega - 1.0),
         };
         Some((truncation, fine))
-    }
-}
-
-impl HarmonicBalance<ContactElement> {
-    /// Contact forces of all elements at the displacements of a response, `contact_dofs × coefficients` \[N\].
-    fn forces(&self, displacement: &[f64]) -> Vec<f64> {
-        let width = 3 * self.harmonics().coefficients();
-        let mut force = vec![0.0; self.elements().len() * width];
-        let mut work = self.sampling().workspace();
-        let rows = force.chunks_mut(width).zip(displacement.chunks(width));
-        for (element, (force, row)) in self.elements().iter().zip(rows) {
-            self.sampling()
-                .evaluate(element, row, force, None, &mut work);
-        }
-        force
-    }
-
-    /// Energy that the sliders of each element dissipate in a cycle \[J\].
-    fn dissipated_energies(&self, response: &Response) -> Vec<f64> {
-        let cycles = self.element_cycles(response, self.sampling());
-        cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
-    }
-
-    /// What samples make of the work of the contact forces beyond what the sliders dissipate, relative to it: of a contact without friction all of it.
-    pub(super) fn work_error(&self, response: &Response) -> f64 {
-        let work = response.energy.friction;
-        let dissipated: f64 = self.dissipated_energies(response).iter().sum();
-        let size = work.abs().max(FAINT * response.energy.input.abs());
-        match (work - dissipated).abs() / size {
-            error if error.is_finite() => error,
-            _ => 0.0,
-        }
     }
 }
 

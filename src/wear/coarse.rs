@@ -15,10 +15,10 @@
 //! twice, the differences of other joints are two and a half times as large.
 
 use super::WearLaw;
+use super::cycle::FEWEST;
 use super::cycle::March;
 use super::implicit;
 use super::joint::{FrettingJoint, WearError, WornState};
-use super::sampled::FEWEST;
 use crate::grid::Patch;
 
 /// How often the error of a coarse step is taken away from it: the step is then half as far again beyond the run's own, on the other side.

@@ -8,11 +8,15 @@
 use super::fields::{InstantFields, Kept};
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, Step, StraightMotion};
-use crate::contact::normal::NormalSolution;
-use crate::contact::tangential::{
-    CellState, TangentialOptions, TangentialProblem, TangentialSolution,
+use super::sequence::{Closed, Sequence};
+
+use crate::contact::normal::{
+    self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
 };
-use crate::grid::{ByAxis, Grid};
+use crate::contact::tangential::{
+    self, CellState, TangentialOptions, TangentialProblem, TangentialSolution,
+};
+use crate::grid::{ByAxis, Grid, Patch};
 
 /// How the cycle is marched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -20,10 +24,10 @@ use crate::grid::{ByAxis, Grid};
 pub enum March {
     /// One exact solve a branch between the two reversals of a straight motion at constant load.
     Reversal,
-    /// One exact solve at every sample of the motion, see [`super::sampled`].
+    /// One exact solve at every sample of the motion.
     Stepped,
-    /// As `Reversal`, with the shear of Ciavarella and Jäger in place of the exact one: a fast mode and an approximation, see
-    /// [`super::superposition`]. [`CycleSolution::error`] says how good.
+    /// As `Reversal`, with the shear of Ciavarella and Jäger in place of the exact one: a fast approximation
+    /// (Ciavarella 1998; Jäger 1998). [`CycleSolution::error`] says how good.
     Superposition,
 }
 
@@ -493,4 +497,383 @@ fn twice(
         *force = q.iter().sum::<f64>() * grid.cell_area();
     }
     step
+}
+
+// The steady cycle of any motion, sample by sample.
+//
+// The cycle is marched twice, over every other sample until it closes and from there over all of them (`sequence`). The steps are
+// of second order, so that a third of the change between the two takes slip path and energy of each cell to steps of no length, and the
+// change says what is left.
+
+/// What extrapolation leaves of the energy, in parts of what half of the samples change on all cells. Measured on rough joints, it is 0.1 most often
+/// and 0.8 at most in 70 drawn ones, where the motion turns between samples.
+const LEFT: f64 = 0.8;
+
+/// What it leaves where the motion is a history: a table of places has corners, at which steps are of first order. Measured, it is 1.33 at most.
+const LEFT_OF_HISTORY: f64 = 1.6;
+
+/// The least of that change, in parts of the energy of a cell times the square of the samples: of a single cell half of them may change nothing by
+/// chance.
+const LEAST_CHANGE: f64 = 16.0;
+
+/// Part of what a cell slips and dissipates that extrapolation leaves it at least: where half of the samples change it by more, it is
+/// not yet of second order, and to take all of it would be to say that the cell sticks.
+const LEAST_EXTRAPOLATED: f64 = 0.5;
+
+/// Half of fewer samples has no inside.
+pub(super) const FEWEST: usize = 8;
+
+impl FrettingJoint {
+    /// Marches sample by sample until the cycle closes. An odd number of samples, fewer than 8, and any without
+    /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate) are marched once.
+    ///
+    /// The fields are those of the march over all samples: extrapolated are slip path and energy alone.
+    pub(super) fn by_samples(
+        &mut self,
+        wear: &[f64],
+        contact: &NormalSolution,
+        start: Option<&ByAxis<Vec<f64>>>,
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Result<(CycleSolution, Vec<InstantFields>), WearError> {
+        let samples = self.motion.samples();
+        // The last instant is the first one again.
+        let instants: Vec<usize> = (0..=samples).filter(|k| wanted(*k)).collect();
+        let limits = self.limits_over_cycle(wear, contact, !instants.is_empty())?;
+        let halved = self.options.extrapolate && samples.is_multiple_of(2) && samples >= FEWEST;
+        let cell_area = self.patch.grid.cell_area();
+        let coarse = match halved {
+            true => Some(Sequence::new(self, &limits, 2, start)?.close()?),
+            false => None,
+        };
+        let start = coarse.as_ref().map_or(start, |coarse| Some(&coarse.shear));
+        let Closed {
+            mut tally,
+            shear,
+            instants: mut marched,
+            mut kept,
+        } = Sequence::new(self, &limits, 1, start)?
+            .keeping(&instants)
+            .close()?;
+        let left = match self.motion.by_order {
+            true => LEFT_OF_HISTORY,
+            false => LEFT,
+        };
+        match &coarse {
+            Some(coarse) => extrapolate(&mut tally, &coarse.tally, samples, left, cell_area),
+            // So few samples say nothing of what they leave.
+            None if self.options.extrapolate && samples < FEWEST => {
+                let part = LEAST_CHANGE / (samples * samples) as f64;
+                tally.dissipation_error += part * tally.energy.iter().sum::<f64>() * cell_area;
+            }
+            None => {}
+        }
+        self.about_their_middle(&mut marched);
+        let solution = tally.finish(cell_area, shear, marched);
+        let mut shear_of = |instant: usize| match instant {
+            0 => kept.get(&0).cloned(),
+            _ => kept.remove(&(instant % samples)),
+        };
+        let kept = instants.into_iter().map(|instant| Kept {
+            instant,
+            sample: instant % samples,
+            shear: shear_of(instant).expect("every sample of a cycle is marched"),
+        });
+        let kept = kept.collect();
+        let fields = self.fields(contact, Some(&limits), &solution, kept);
+        Ok((solution, fields))
+    }
+
+    /// Shifts displacements that were found, and are known up to a constant, to the middle of their range.
+    fn about_their_middle(&self, instants: &mut [Instant]) {
+        let shift = |instants: &mut [Instant], value: fn(&mut Instant, usize) -> &mut f64, k| {
+            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+            for instant in instants.iter_mut() {
+                let value = *value(instant, k);
+                (least, most) = (least.min(value), most.max(value));
+            }
+            for instant in instants.iter_mut() {
+                *value(instant, k) -= 0.5 * (least + most);
+            }
+        };
+        for (axis, channel) in self.motion.drive.iter().enumerate() {
+            if channel.is_force() {
+                shift(
+                    instants,
+                    |instant, axis| &mut instant.displacement[axis],
+                    axis,
+                );
+            }
+        }
+        if self.motion.rotation.as_ref().is_some_and(Channel::is_force) {
+            let rotation: fn(&mut Instant, usize) -> &mut f64 =
+                |instant, _| &mut instant.torsion.as_mut().expect("a rotation is driven")[0];
+            shift(instants, rotation, 0);
+        }
+    }
+}
+
+/// Takes slip path and energy to steps of no length, and estimates what that leaves: the part `left` of what half of the samples change.
+fn extrapolate(tally: &mut Tally, coarse: &Tally, samples: usize, left: f64, cell_area: f64) {
+    let least = LEAST_CHANGE / (samples * samples) as f64;
+    let changes = tally.energy.iter().zip(&coarse.energy);
+    let change: f64 = changes
+        .map(|(fine, coarse)| (fine - coarse).abs().max(least * fine))
+        .sum();
+    tally.steps += coarse.steps;
+    tally.error = tally.error.max(coarse.error);
+    let extrapolated = |fine: f64, coarse: f64| fine + (fine - coarse) / 3.0;
+    for (fine, coarse) in [
+        (&mut tally.energy, &coarse.energy),
+        (&mut tally.slip_path, &coarse.slip_path),
+    ] {
+        for (fine, coarse) in fine.iter_mut().zip(coarse) {
+            *fine = extrapolated(*fine, *coarse).max(LEAST_EXTRAPOLATED * *fine);
+        }
+    }
+    // The errors of the solves are amplified as the energies are.
+    let of_solves = [tally.dissipation_error, -coarse.dissipation_error];
+    tally.dissipation_error = extrapolated(of_solves[0], of_solves[1]) + left * change * cell_area;
+}
+
+// The shear of Ciavarella and Jäger: two pressures superposed, in place of a tangential solve.
+//
+// Under constant load and a motion along a line d from rest, q = µ (p − p*) d, where p* is a pressure of the same surfaces at a
+// reduced load, N* = N − T/µ, or a reduced approach, δ* = δ − u/(µκ), with κ the tangential over the normal compliance
+// (Ciavarella 1998; Jäger 1998). Cells with p* > 0 stick. Between half spaces of one material this is exact where shear displaces
+// as pressure does, κ times as far and along itself alone: for ν = 0. Otherwise it is an approximation: the stick cells
+// slip a little and the displacement is not the one asked for. Both count in [`TangentialSolution::error`], the relative duality
+// gap of this shear as the exact solve has it, for the true kernels.
+//
+// On the cells in contact p* is the pressure of heights K p against a flat, so that cells at the pressure's cap and bodies that
+// turned are taken as they are.
+
+/// Tolerance of the reduced pressure. What it leaves is far below the error of the superposition itself.
+const SUPERPOSITION_TOLERANCE: f64 = 1e-3;
+
+impl FrettingJoint {
+    /// The first loading from rest to `end`, a state of the motion's channels, under the static `contact`. `start` is a shear of
+    /// an earlier one, used for speed alone.
+    ///
+    /// # Errors
+    /// [`WearError::NotSuperposed`] unless what moves is displaced, or loaded, along all its axes, and does not turn.
+    pub(super) fn superposed(
+        &mut self,
+        contact: &NormalSolution,
+        end: &[f64],
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<TangentialSolution, WearError> {
+        let axes = self.motion.drive.len();
+        let (along, turned) = end.split_at(axes);
+        let amount = along.iter().map(|e| e * e).sum::<f64>().sqrt();
+        let moving = || {
+            self.motion
+                .drive
+                .iter()
+                .zip(along)
+                .filter(|(_, e)| **e != 0.0)
+        };
+        let by_force = moving().any(|(channel, _)| channel.is_force());
+        if turned.iter().any(|e| *e != 0.0) || moving().any(|(c, _)| c.is_force() != by_force) {
+            return Err(WearError::NotSuperposed);
+        }
+        let limit = self.limit(&contact.pressure);
+        let mut shear = vec![vec![0.0; limit.len()]; axes];
+        if amount > 0.0 {
+            let direction: Vec<f64> = along.iter().map(|e| e / amount).collect();
+            let reduced = self.reduced(contact, &direction, amount, by_force, start)?;
+            for (q, direction) in shear.iter_mut().zip(&direction) {
+                let pressures = contact.pressure.iter().zip(&reduced);
+                for (q, (p, reduced)) in q.iter_mut().zip(pressures) {
+                    *q = self.friction_coefficient * (p - reduced.min(*p)) * direction;
+                }
+            }
+        }
+        let driven = self.motion.between(&vec![0.0; end.len()], end);
+        let problem = TangentialProblem {
+            patch: &self.patch,
+            limit: &limit,
+            previous: None,
+            drive: &driven.drive,
+            rotation: driven.rotation,
+            offset: None,
+        };
+        Ok(tangential::evaluate(
+            &mut self.half_space,
+            &problem,
+            &shear,
+        )?)
+    }
+
+    /// The pressure p* on the cells in contact, 0 elsewhere.
+    fn reduced(
+        &mut self,
+        contact: &NormalSolution,
+        direction: &[f64],
+        amount: f64,
+        by_force: bool,
+        start: Option<&ByAxis<Vec<f64>>>,
+    ) -> Result<Vec<f64>, WearError> {
+        let pressure = &contact.pressure;
+        let mut height = vec![0.0; pressure.len()];
+        self.half_space.normal(pressure, &mut height);
+        let control = if by_force {
+            Control::Load((contact.load - amount / self.friction_coefficient).max(0.0))
+        } else {
+            let ratio = self.compliance_ratio(pressure, &height, direction);
+            Control::Approach(-amount / (self.friction_coefficient * ratio))
+        };
+        let patch = Patch {
+            grid: self.patch.grid,
+            kept: pressure.iter().map(|p| *p > 0.0).collect(),
+        };
+        let first: Vec<f64> = match start {
+            Some(shear) => (0..pressure.len())
+                .map(|c| {
+                    let q = shear.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();
+                    (pressure[c] - q / self.friction_coefficient).max(0.0)
+                })
+                .collect(),
+            None => pressure.clone(),
+        };
+        let problem = NormalProblem {
+            patch: &patch,
+            height: &height,
+            compliance: None,
+            control,
+            rotation: Rotation::FIXED,
+            pressure_cap: None,
+        };
+        let options = NormalOptions {
+            tolerance: self.options.normal.tolerance.max(SUPERPOSITION_TOLERANCE),
+            ..self.options.normal
+        };
+        Ok(normal::solve(&mut self.half_space, &problem, Some(&first), options)?.pressure)
+    }
+
+    /// κ: the energy of shear in proportion to the pressure over that of the pressure.
+    fn compliance_ratio(&mut self, pressure: &[f64], normal: &[f64], direction: &[f64]) -> f64 {
+        let energy = |u: &[f64]| pressure.iter().zip(u).map(|(p, u)| p * u).sum::<f64>();
+        let mut displacement = vec![0.0; pressure.len()];
+        let tangential = match direction {
+            [_] => {
+                self.half_space.shear_x(pressure, &mut displacement);
+                energy(&displacement)
+            }
+            _ => {
+                let shear = [0, 1].map(|axis| {
+                    let part = direction[axis];
+                    pressure.iter().map(|p| part * p).collect::<Vec<f64>>()
+                });
+                let mut along_y = displacement.clone();
+                self.half_space
+                    .shear([&shear[0], &shear[1]], [&mut displacement, &mut along_y]);
+                direction[0] * energy(&displacement) + direction[1] * energy(&along_y)
+            }
+        };
+        tangential / energy(normal)
+    }
+}
+
+// Cycles in which each place of a joint has a load of its own: its nodes come closer to each other at one end of the motion than at the
+// other, although the load of the joint hardly varies.
+//
+// The static contact is found under the load of the joint, by the half spaces alone. From there on the nodes are displaced as the
+// structure says, and what the cells between them answer with is the half spaces less what the mesh has of them
+// ([`crate::contact::nodes`]), as it is in the plane.
+
+impl FrettingJoint {
+    /// The contacts at every sample, one after the other; none where every place has the load of the static contact.
+    pub(super) fn contacts_by_place(
+        &mut self,
+        contact: &NormalSolution,
+        mut each: impl FnMut(&Self, &NormalSolution),
+    ) -> Result<bool, WearError> {
+        let own = self.motion.own.as_ref();
+        let Some(own) = own.filter(|own| !own.approach.is_empty()) else {
+            return Ok(false);
+        };
+        let approaches = (0..self.motion.samples()).map(|k| own.approach_of_cells(k));
+        let approaches: Vec<Vec<f64>> = approaches.collect();
+        self.closer(contact, approaches, self.options.normal, &mut each)?;
+        Ok(true)
+    }
+
+    /// Pressures where cells come closer than in a static contact by each of these \[m\], one field after the other \[Pa\].
+    ///
+    /// # Errors
+    /// [`WearError::Contact`].
+    pub fn pressures_by_place(
+        &mut self,
+        contact: &NormalSolution,
+        approaches: Vec<Vec<f64>>,
+        options: NormalOptions,
+    ) -> Result<Vec<Vec<f64>>, WearError> {
+        let mut pressures = Vec::with_capacity(approaches.len());
+        self.closer(contact, approaches, options, &mut |_, found| {
+            pressures.push(found.pressure.clone());
+        })?;
+        Ok(pressures)
+    }
+
+    fn closer(
+        &mut self,
+        contact: &NormalSolution,
+        approaches: Vec<Vec<f64>>,
+        options: NormalOptions,
+        each: &mut impl FnMut(&Self, &NormalSolution),
+    ) -> Result<(), WearError> {
+        // The height under which the static contact is one of the kernel that answers the nodes.
+        let mut rest = vec![0.0; self.patch.grid.len()];
+        self.half_space.normal(&contact.pressure, &mut rest);
+        rest.iter_mut().zip(&contact.gap).for_each(|(u, g)| *u -= g);
+        let mut start = contact.pressure.clone();
+        for mut height in approaches {
+            height.iter_mut().zip(&rest).for_each(|(h, u)| *h += u);
+            let problem = NormalProblem {
+                patch: &self.patch,
+                height: &height,
+                compliance: None,
+                control: Control::Approach(0.0),
+                rotation: Rotation::Given([0.0; 2]),
+                pressure_cap: self.pressure_cap,
+            };
+            let found = normal::solve(&mut self.half_space, &problem, Some(&start), options)?;
+            each(self, &found);
+            start = found.pressure;
+        }
+        Ok(())
+    }
+}
+
+// The first loading of a joint along its motion, from rest to an end of it and beyond.
+
+/// Relative duality gap of a point on the way: its force is in error by some thousandths of the largest. Half of the loop of a straight
+/// motion is twice this loading (Masing), so that points are no more exact than what is made of the loop.
+const TOLERANCE: f64 = 1e-5;
+
+impl FrettingJoint {
+    /// Shear of the cells at `parts` of the way from the middle of a straight motion to its end, ascending; 1 is the end \[Pa\].
+    ///
+    /// # Errors
+    /// [`WearError::NotStraight`], and [`WearError::Contact`].
+    pub fn loading(
+        &mut self,
+        contact: &NormalSolution,
+        parts: &[f64],
+    ) -> Result<Vec<ByAxis<Vec<f64>>>, WearError> {
+        let motion = self.motion.straight().ok_or(WearError::NotStraight)?;
+        let limit = self.limit(&contact.pressure);
+        let rest = vec![0.0; motion.end.len()];
+        let options = TangentialOptions {
+            tolerance: TOLERANCE.max(self.options.tangential.tolerance),
+            ..self.options.tangential
+        };
+        let mut shears: Vec<ByAxis<Vec<f64>>> = Vec::with_capacity(parts.len());
+        for part in parts {
+            let place: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
+            let step = self.step_within(options, &limit, None, [&rest, &place], shears.last())?;
+            shears.push(step.shear);
+        }
+        Ok(shears)
+    }
 }

@@ -5,9 +5,11 @@ use std::rc::Rc;
 use super::cycle::{CycleSolution, March};
 use super::motion::Motion;
 use super::pressing::Pressing;
+
 use crate::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
 };
+use crate::contact::stiffness::{self, Direction};
 use crate::contact::tangential::TangentialOptions;
 use crate::contact::{ContactError, Coupling, HalfSpace, Shear};
 use crate::grid::Patch;
@@ -247,4 +249,98 @@ impl FrettingJoint {
     pub fn volume(&self, wear: &[f64]) -> f64 {
         wear.iter().sum::<f64>() * self.patch.grid.cell_area()
     }
+}
+
+// Stiffness of a joint at a contact that it has.
+
+impl FrettingJoint {
+    /// kn and kt \[N/m\] under `pressure` \[Pa\], of half spaces. Capped cells count in kt alone; kn is that of bodies that turn where the
+    /// rotation is free. Those of coupled bodies are at full stick, but for kn without friction.
+    /// They are right to 1e-6.
+    ///
+    /// # Errors
+    /// [`WearError::Contact`].
+    pub fn stiffness(
+        &mut self,
+        pressure: &[f64],
+        shear: Shear,
+        coupling: Coupling,
+    ) -> Result<(f64, f64), WearError> {
+        let solve = self.linearised(pressure, shear, coupling, stiffness::FIGURE_TOLERANCE);
+        Ok(self.half_space.without_nodal(solve)?)
+    }
+
+    /// kn and kt \[N/m\] as [`FrettingJoint::stiffness`], without the compliance of a structure's own mesh where that is taken from the
+    /// half spaces; right to some 1e-4, enough to hold them against the contact elements'.
+    ///
+    /// # Errors
+    /// [`WearError::Contact`].
+    pub fn stiffness_beyond_mesh(
+        &mut self,
+        pressure: &[f64],
+        shear: Shear,
+        coupling: Coupling,
+    ) -> Result<(f64, f64), WearError> {
+        let solve = self.linearised(pressure, shear, coupling, stiffness::COMPARED_TOLERANCE);
+        Ok(solve(&mut self.half_space)?)
+    }
+
+    /// What finds both stiffnesses on a half space.
+    fn linearised<'a>(
+        &self,
+        pressure: &'a [f64],
+        shear: Shear,
+        coupling: Coupling,
+        tolerance: f64,
+    ) -> impl FnOnce(&mut HalfSpace) -> Result<(f64, f64), ContactError> + use<'a> {
+        let (cap, rotation) = (self.pressure_cap, self.rotation);
+        move |half_space| {
+            of(
+                half_space, pressure, cap, rotation, shear, coupling, tolerance,
+            )
+        }
+    }
+}
+
+fn of(
+    half_space: &mut HalfSpace,
+    pressure: &[f64],
+    cap: Option<f64>,
+    rotation: Rotation,
+    shear: Shear,
+    coupling: Coupling,
+    tolerance: f64,
+) -> Result<(f64, f64), ContactError> {
+    let elastic = stiffness::elastic_cells(pressure, cap);
+    let contact: Vec<bool> = pressure.iter().map(|&p| p > 0.0).collect();
+    let kn = match (coupling, rotation) {
+        (Coupling::None | Coupling::Frictionless, Rotation::Given(_)) => {
+            stiffness::normal_to(half_space, &elastic, tolerance)?
+        }
+        (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
+            stiffness::turning(half_space, &elastic)?
+        }
+        _ => stiffness::coupled(
+            half_space,
+            Direction::Normal,
+            &elastic,
+            &contact,
+            shear,
+            tolerance,
+        )?,
+    };
+    let kt = match coupling {
+        Coupling::None => {
+            stiffness::tangential_from(half_space, &contact, shear, tolerance, Some(&kn))?
+        }
+        _ => stiffness::coupled(
+            half_space,
+            Direction::AlongX,
+            &elastic,
+            &contact,
+            shear,
+            tolerance,
+        )?,
+    };
+    Ok((kn.total, kt.total))
 }

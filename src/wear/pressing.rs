@@ -9,7 +9,7 @@
 //! [Broyden 1965]. A softness far beyond that of the contact never enters its solver.
 //!
 //! A given *load* acts through this. Displacements that are given to the nodes act through K − A S M Sᵀ, because they have G already
-//! ([`super::local_load`]).
+//! ([`super::cycle`]).
 
 use std::sync::Arc;
 

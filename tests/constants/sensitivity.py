@@ -1,0 +1,295 @@
+#!/usr/bin/env python3
+"""Measure which numeric constants of the solvers decide a result.
+
+    python tests/constants/sensitivity.py FOLDER [--module dynamics] [--table sensitivity.csv] [--jobs 2]
+
+A copy of the sources is built in FOLDER in which every `const NAME: f64 = …` (also usize, u64, u32, i32) of the modules below can
+be scaled by the environment. Each constant is halved and doubled, and the scenes of the yardstick that read it run again.
+A constant decides a result if a figure of `--json` changes by more than a tenth of its error bar, or if a run ends otherwise.
+Constants that the compiler needs before the run (lengths of arrays, patterns) cannot be varied; the table lists them too.
+
+The table has one row per constant: module, file, name, value, whether it decides, the largest change in units of the error bar,
+the figure and the scene of that change. Wants pyarrow and numpy, as the yardstick does.
+"""
+
+import argparse
+import concurrent.futures
+import csv
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(REPOSITORY / "tests" / "yardstick"))
+import scenes  # noqa: E402
+
+MODULES = ["dynamics", "contact", "structure", "wear", "model_update"]
+FACTORS = [0.5, 2.0]
+# Share of the error bar above which a change counts.
+SHARE = 0.1
+# A run that takes so many times as long does not end [s].
+LONGEST = 120.0
+
+DECLARATION = re.compile(
+    r"^(?P<indent> *)(?P<visibility>pub(?:\([a-z:\s_]+\))? )?const (?P<name>[A-Z][A-Z0-9_]*): (?P<type>f64|usize|u64|u32|i32) =\s*(?P<value>[^;]+);",
+    re.MULTILINE,
+)
+COPIED = ["src", "schemas", "pipelines", "data", "docs", "Cargo.toml", "Cargo.lock", "README.md"]
+
+TUNED = """
+//! Constants that the environment scales: FRETWEAR_SCALE="file:NAME=2.0". FRETWEAR_READ names a file that lists those that a run reads.
+
+use std::io::Write;
+use std::sync::OnceLock;
+
+/// A constant, scaled.
+pub fn scaled(key: &str, value: f64) -> f64 {
+    static SCALE: OnceLock<Option<(String, f64)>> = OnceLock::new();
+    if let Some(path) = std::env::var_os("FRETWEAR_READ") {
+        let file = std::fs::OpenOptions::new().append(true).create(true).open(path);
+        let _ = file.map(|mut file| file.write_all(format!("{key}\\n").as_bytes()));
+    }
+    let scale = SCALE.get_or_init(|| {
+        let text = std::env::var("FRETWEAR_SCALE").ok()?;
+        let (key, factor) = text.rsplit_once('=')?;
+        Some((key.to_owned(), factor.parse().ok()?))
+    });
+    match scale {
+        Some((name, factor)) if name == key => value * factor,
+        _ => value,
+    }
+}
+"""
+
+
+class Constant:
+    """One declaration in the sources."""
+
+    def __init__(self, path, found):
+        self.path, self.name = path, found["name"]
+        self.type, self.value = found["type"], " ".join(found["value"].split())
+        self.key = f"{path}:{self.name}"
+        self.module = path.split("/")[0]
+
+    def function(self, found):
+        """The function that stands in its place."""
+        whole = "" if self.type == "f64" else ".round().max(1.0)"
+        first = found["indent"] + (found["visibility"] or "")
+        return (
+            f"{first}fn {self.name}() -> {self.type} {{ static VALUE: std::sync::OnceLock<{self.type}> = std::sync::OnceLock::new(); "
+            f'*VALUE.get_or_init(|| crate::tuned::scaled("{self.key}", ({found["value"]}) as f64){whole} as {self.type}) }}'
+        )
+
+
+def declared(modules):
+    """All constants, by file."""
+    found = {}
+    for module in modules:
+        for path in sorted((REPOSITORY / "src" / module).rglob("*.rs")):
+            name = str(path.relative_to(REPOSITORY / "src"))
+            text = path.read_text(encoding="utf-8")
+            constants = [Constant(name, match) for match in DECLARATION.finditer(text)]
+            if constants:
+                found[name] = constants
+    return found
+
+
+def rewrite(folder, constants, left):
+    """Writes the sources in which all constants but those `left` are functions."""
+    source = folder / "src"
+    shutil.rmtree(source, ignore_errors=True)
+    shutil.copytree(REPOSITORY / "src", source)
+    (source / "tuned.rs").write_text(TUNED, encoding="utf-8")
+    library = source / "lib.rs"
+    library.write_text(library.read_text(encoding="utf-8").replace("pub mod", "#[doc(hidden)]\npub mod tuned;\npub mod", 1), encoding="utf-8")
+    varied = [constant for constant in constants if constant.key not in left]
+    own = {}
+    for constant in varied:
+        own.setdefault(constant.path, {})[constant.name] = constant
+    shared = {constant.name for constant in varied}
+    # The files that declare a name, by what a path ends with.
+    declaring = {}
+    for constant in varied:
+        declaring.setdefault(constant.name, set()).add(Path(constant.path).stem)
+
+    def called(found):
+        ends_with = found[1].rstrip(":").split("::")[-1]
+        return found[0] + ("()" if ends_with in declaring.get(found[2], ()) else "")
+
+    for path in source.rglob("*.rs"):
+        name = str(path.relative_to(source))
+        text = path.read_text(encoding="utf-8")
+        mine = own.get(name, {})
+        declares = {match["name"] for match in re.finditer(r"\b(?:const|static) (?P<name>[A-Z][A-Z0-9_]*):", text)}
+        imported = {n for use in re.findall(r"\buse [^;]+;", text) for n in re.findall(r"\b[A-Z][A-Z0-9_]+\b", use)}
+        text = DECLARATION.sub(lambda m: mine[m["name"]].function(m) if m["name"] in mine else m[0], text)
+        lines, in_use = [], False
+        for line in text.split("\n"):
+            stripped = line.lstrip()
+            in_use = in_use or re.match(r"(?:pub(?:\([a-z:\s_]+\))? )?use ", stripped) is not None
+            if in_use or stripped.startswith("//"):
+                lines.append(line)
+                in_use = in_use and not stripped.endswith(";")
+                continue
+            names = set(mine) | {n for n in imported & shared if n not in declares}
+            body = line
+            if names:
+                body = re.sub(rf"(?<![\w\"])((?:\w+::)*)({'|'.join(sorted(names, key=len, reverse=True))})\b(?!\s*\()", r"\1\2()", body)
+            lines.append(re.sub(r"\b((?:\w+::)+)([A-Z][A-Z0-9_]+)\b(?!\s*[(:])", called, body))
+        path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def build(folder, constants):
+    """Builds the program, leaving out constants that the compiler wants to know; returns it and those left out."""
+    for name in COPIED[1:]:
+        target = folder / name
+        if (REPOSITORY / name).is_dir():
+            shutil.copytree(REPOSITORY / name, target, dirs_exist_ok=True)
+        else:
+            shutil.copy(REPOSITORY / name, target)
+    left = set()
+    while True:
+        rewrite(folder, constants, left)
+        environment = os.environ | {"RUSTFLAGS": "--cap-lints allow", "CARGO_TARGET_DIR": str(folder / "target")}
+        command = ["cargo", "check", "--release", "--message-format", "json", "--bin", "fretwear"]
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+        if done.returncode == 0:
+            break
+        by_name = {}
+        for constant in constants:
+            by_name.setdefault(constant.name, []).append(constant)
+        named = set()
+        for line in done.stdout.splitlines():
+            message = json.loads(line).get("message")
+            if not message or message.get("level") != "error":
+                continue
+            for span in message["spans"]:
+                shown = " ".join(part["text"] for part in span["text"])
+                path = str(Path(span["file_name"]).relative_to("src")) if span["file_name"].startswith("src/") else ""
+                for name in set(re.findall(r"\b[A-Z][A-Z0-9_]+\b", shown)) & set(by_name):
+                    here = [c for c in by_name[name] if c.path == path]
+                    named |= {c.key for c in here or by_name[name]}
+        if not named - left:
+            sys.exit(f"the copy does not compile:\n{done.stderr[-3000:]}")
+        left |= named
+        print(f"{len(left)} constants cannot be varied", flush=True)
+    command = ["cargo", "build", "--release", "--bin", "fretwear"]
+    subprocess.run(command, cwd=folder, env=environment, check=True)
+    return folder / "target" / "release" / "fretwear", left
+
+
+def figures(printed):
+    """Figures with error bars of what a start prints: value and absolute bar."""
+    found = {}
+    for line in printed.splitlines():
+        try:
+            values = json.loads(line)
+        except ValueError:
+            continue
+        if not isinstance(values, dict):
+            continue
+        for name, bar in values.items():
+            if not name.startswith("error_") or not isinstance(bar, float):
+                continue
+            value = values.get(name.removeprefix("error_"))
+            if isinstance(value, (int, float)):
+                found[name.removeprefix("error_")] = (float(value), abs(bar * value))
+    return found
+
+
+def start(program, case, folder, environment):
+    """Exit codes and figures of the starts of a case."""
+    place = Path(tempfile.mkdtemp(dir=folder))
+    case.prepare(place / "case")
+    found = []
+    for arguments in case.starts:
+        try:
+            done = subprocess.run(
+                [str(program), *arguments],
+                cwd=place / "case",
+                env=os.environ | environment | {"FRETWEAR_CACHE": ""},
+                capture_output=True,
+                text=True,
+                timeout=LONGEST,
+                stdin=subprocess.DEVNULL,
+                check=False,
+            )
+            found.append((done.returncode, figures(done.stdout)))
+        except subprocess.TimeoutExpired:
+            found.append((None, {}))
+    shutil.rmtree(place)
+    return found
+
+
+def change(before, after):
+    """The largest change in units of the bar, and its figure; infinite where a start ends otherwise."""
+    largest = (0.0, "")
+    for (code, old), (other, new) in zip(before, after, strict=True):
+        if code != other:
+            return (math.inf, f"ends with {other} in place of {code}")
+        for name in old.keys() & new.keys():
+            moved, bar = abs(new[name][0] - old[name][0]), old[name][1]
+            if moved > 0.0:
+                largest = max(largest, (moved / bar if bar > 0.0 else math.inf, name))
+    return largest
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--module", action="append", choices=MODULES)
+    parser.add_argument("--table", type=Path, default=Path("sensitivity.csv"))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--case", action="append")
+    given = parser.parse_args()
+    folder = given.folder.resolve()
+    folder.mkdir(parents=True, exist_ok=True)
+    constants = [constant for each in declared(given.module or MODULES).values() for constant in each]
+    program, left = build(folder, constants)
+    cases = [case for case in [*scenes.shipped(False), *scenes.drawn()] if not case.folders]
+    cases = [case for case in cases if not given.case or case.name in given.case]
+    print(f"{len(constants)} constants, {len(left)} cannot be varied; {len(cases)} cases", flush=True)
+
+    def read_by(case):
+        log = folder / f"read-{case.name.replace('/', '_')}"
+        log.unlink(missing_ok=True)
+        found = start(program, case, folder, {"FRETWEAR_READ": str(log)})
+        return case, found, set(log.read_text().split("\n")) if log.exists() else set()
+
+    with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
+        plain = list(pool.map(read_by, cases))
+
+        def judge(constant):
+            largest = (0.0, "", "", "")
+            for case, before, read in plain:
+                if constant.key not in read or largest[0] == math.inf:
+                    continue
+                for factor in FACTORS:
+                    after = start(program, case, folder, {"FRETWEAR_SCALE": f"{constant.key}={factor}"})
+                    found, figure = change(before, after)
+                    largest = max(largest, (found, figure, case.name, factor))
+            is_read = any(constant.key in read for _, _, read in plain)
+            return constant, is_read, largest
+
+        varied = [constant for constant in constants if constant.key not in left]
+        with open(given.table, "w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file)
+            table.writerow(["module", "file", "name", "value", "decides", "change_over_bar", "figure", "case", "factor"])
+            for constant, is_read, (largest, figure, case, factor) in pool.map(judge, varied):
+                decides = "yes" if largest > SHARE else "no" if is_read else "not read"
+                row = [constant.module, constant.path, constant.name, constant.value, decides, f"{largest:.3g}", figure, case, factor]
+                table.writerow(row)
+                file.flush()
+            for constant in constants:
+                if constant.key in left:
+                    table.writerow([constant.module, constant.path, constant.name, constant.value, "not varied", "", "", "", ""])
+
+
+if __name__ == "__main__":
+    main()
