@@ -35,7 +35,7 @@ const AT_ONCE: usize = 64;
 
 /// What a collection did.
 #[derive(Debug, Default)]
-pub struct Collected {
+pub struct CollectionSummary {
     /// Runs that were collected now.
     pub runs: usize,
     /// Runs that are in shards, with these.
@@ -260,7 +260,7 @@ impl Folder {
     ///
     /// # Errors
     /// [`CampaignError::Locked`], [`CampaignError::Io`], [`CampaignError::Damaged`] for a shard that cannot be read.
-    pub fn collect(&self, campaign: &Campaign) -> Result<Collected, CampaignError> {
+    pub fn collect(&self, campaign: &Campaign) -> Result<CollectionSummary, CampaignError> {
         let _guard = self.lock()?;
         let before = self.collected(campaign)?;
         let mut ended = self.all_ended()?;
@@ -269,9 +269,9 @@ impl Folder {
             Some(last) => last + 1,
             None => 0,
         };
-        let mut collected = Collected {
+        let mut collected = CollectionSummary {
             all: before.len(),
-            ..Collected::default()
+            ..CollectionSummary::default()
         };
         let threads = thread::available_parallelism().map_or(1, usize::from);
         let mut gathered = Gathered::default();
@@ -305,7 +305,7 @@ impl Folder {
         next: &mut u64,
         campaign: &Campaign,
         gathered: Gathered,
-        collected: &mut Collected,
+        collected: &mut CollectionSummary,
     ) -> Result<(), CampaignError> {
         let path = self
             .root

@@ -6,8 +6,8 @@ use super::collect::{INDEX, WEAR_ITERATION};
 use super::error::CampaignError;
 use super::folder::{About, Folder, Section};
 use super::statistics::{
-    self, Spread, at, classes, crossed_share, drawn_share, rank_correlation, spread, variance,
-    variance_share,
+    self, SampleStatistics, at, classes, crossed_share, drawn_share, rank_correlation, spread,
+    variance, variance_share,
 };
 use super::table::Campaign;
 use crate::tables::{Nullable, Table, TableError, TableName};
@@ -43,12 +43,12 @@ const LEAST_PART: f64 = 0.5;
 pub struct Figure {
     /// Column of the summary.
     pub name: &'static str,
-    /// At the end of every run, by its place among the [`Group::rows`]; none where it has no such figure.
+    /// At the end of every run, by its place among the [`CollectedRuns::rows`]; none where it has no such figure.
     pub ends: Vec<Option<f64>>,
     /// Of these.
-    pub spread: Spread,
+    pub spread: SampleStatistics,
     /// Over the cycles.
-    pub band: Vec<(f64, Spread)>,
+    pub band: Vec<(f64, SampleStatistics)>,
 }
 
 /// How a figure depends on a key.
@@ -68,7 +68,7 @@ pub struct Sensitivity {
 
 /// The runs that were collected.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Group {
+pub struct CollectedRuns {
     /// Their rows in the campaign, ascending.
     pub rows: Vec<usize>,
     /// Cycles at the end of each, where it wears.
@@ -79,7 +79,7 @@ pub struct Group {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Findings {
     /// The runs.
-    pub runs: Group,
+    pub runs: CollectedRuns,
     /// The figures that there are.
     pub figures: Vec<Figure>,
     /// Of every figure that varies to every key that does.
@@ -134,7 +134,7 @@ impl Findings {
         }
         let cycles = found.get(CYCLES).map(numbers).unwrap_or_default();
         let cycles_of = |row: usize| cycles.get(row).copied().flatten();
-        let runs = Group {
+        let runs = CollectedRuns {
             rows: of_runs.keys().copied().collect(),
             cycles: of_runs.values().map(|(_, last)| cycles_of(*last)).collect(),
         };
@@ -185,8 +185,8 @@ impl Findings {
         let all = self.figures.iter();
         let left = all.flat_map(|f| f.band.iter().map(|(_, s)| f.spread.count - s.count));
         let left: Vec<i64> = left.map(|runs| runs as i64).collect();
-        let spreads = |name: TableName, of: &[(&'static str, Option<f64>, Spread)]| {
-            let all = |of_one: &dyn Fn(&Spread) -> f64| -> Vec<f64> {
+        let spreads = |name: TableName, of: &[(&'static str, Option<f64>, SampleStatistics)]| {
+            let all = |of_one: &dyn Fn(&SampleStatistics) -> f64| -> Vec<f64> {
                 of.iter().map(|(.., spread)| of_one(spread)).collect()
             };
             let names: Vec<String> = of.iter().map(|(name, ..)| (*name).to_owned()).collect();
@@ -250,7 +250,7 @@ fn grid(ends: &[Option<f64>], firsts: impl Iterator<Item = f64>) -> Vec<f64> {
     [0.0].into_iter().chain(inner).chain([most]).collect()
 }
 
-fn band(courses: &[Vec<[f64; 2]>], grid: &[f64], count: usize) -> Vec<(f64, Spread)> {
+fn band(courses: &[Vec<[f64; 2]>], grid: &[f64], count: usize) -> Vec<(f64, SampleStatistics)> {
     let point = |x: &f64| {
         let values: Vec<f64> = courses.iter().filter_map(|course| at(course, *x)).collect();
         let spread = spread(&values)?;

@@ -342,7 +342,7 @@ impl Folder {
                 ));
             }
             if old.content_key != new.content_key {
-                let of = |row: &super::Planned| {
+                let of = |row: &super::PlannedRun| {
                     format!("{} of content {}", row.settings.join(", "), row.content_key)
                 };
                 return Err(changed(index, of(old), of(new)));

@@ -31,12 +31,12 @@ pub mod statistics;
 pub mod survival;
 mod table;
 
-pub use collect::Collected;
+pub use collect::CollectionSummary;
 pub use definition::{Definition, Setting};
 pub use distribution::Distribution;
 pub use error::CampaignError;
-pub use findings::{FIGURES, Figure, Findings, Group, Sensitivity};
+pub use findings::{CollectedRuns, FIGURES, Figure, Findings, Sensitivity};
 pub use folder::{About, Folder, KeepRuns, Section};
 pub use lifetimes::{Histories, Lifetimes};
 pub use rows::{Failure, State, indices};
-pub use table::{Campaign, KeyColumn, Planned, Resolved};
+pub use table::{Campaign, KeyColumn, PlannedRun, Resolved};

@@ -4,7 +4,7 @@ use statrs::statistics::{Data, OrderStatistics, RankTieBreaker};
 
 /// Of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
+pub struct SampleStatistics {
     /// Values in it.
     pub count: usize,
     /// Mean.
@@ -19,11 +19,11 @@ pub struct Spread {
     pub most: f64,
 }
 
-/// The quantiles of a [`Spread`].
+/// The quantiles of a [`SampleStatistics`].
 pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 /// Of the values that are finite; none without any. Quantiles are those of Hyndman and Fan's eighth definition.
-pub fn spread(values: &[f64]) -> Option<Spread> {
+pub fn spread(values: &[f64]) -> Option<SampleStatistics> {
     let mut values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     let (&least, &most) = (values.first()?, values.last()?);
@@ -35,7 +35,7 @@ pub fn spread(values: &[f64]) -> Option<Spread> {
         _ => (squares / (count - 1) as f64).sqrt(),
     };
     let mut data = Data::new(values);
-    Some(Spread {
+    Some(SampleStatistics {
         count,
         mean,
         sd,
@@ -159,12 +159,12 @@ pub fn drawn_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64>
 }
 
 /// What ranks of so many independent samples agree by less than in 95 of 100.
-pub fn chance_of_rank(count: usize) -> f64 {
+pub fn rank_threshold(count: usize) -> f64 {
     1.96 / (count.max(2) as f64 - 1.0).sqrt()
 }
 
 /// What the share of a key without influence stays below in 95 of 100 samples: its deviation with k = √n classes is √(2k)/n.
-pub fn chance_of_share(count: usize) -> f64 {
+pub fn share_threshold(count: usize) -> f64 {
     1.645 * 2.0_f64.sqrt() * (count.max(1) as f64).powf(-0.75)
 }
 

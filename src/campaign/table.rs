@@ -80,7 +80,7 @@ impl Resolved {
 
 /// A row: a run as it is planned.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Planned {
+pub struct PlannedRun {
     /// `key=value` each, as after `--set`.
     pub settings: Vec<String>,
     /// Of the keys that vary, in the order of [`Campaign::keys`].
@@ -108,7 +108,7 @@ pub struct Campaign {
     /// The keys that vary.
     pub keys: Vec<KeyColumn>,
     /// The rows.
-    pub rows: Vec<Planned>,
+    pub rows: Vec<PlannedRun>,
 }
 
 impl Campaign {
@@ -150,7 +150,7 @@ impl Campaign {
         let all: Vec<usize> = (0..self.rows.len()).collect();
         let plain = |name, kind, unit| ColumnSchema::plain(name, kind, unit);
         let rows = || self.rows.iter();
-        let settings = |row: &Planned| Some(json!(row.settings).to_string());
+        let settings = |row: &PlannedRun| Some(json!(row.settings).to_string());
         let mut columns = vec![
             (
                 plain(INDEX, ColumnType::I64, "1"),
@@ -264,7 +264,7 @@ impl Campaign {
                     return Err(format!("{key} of row {k} is {number}, which no scene has"));
                 }
             }
-            rows.push(Planned {
+            rows.push(PlannedRun {
                 settings,
                 values,
                 content_key,

@@ -5,10 +5,10 @@ use clap::{Command, CommandFactory};
 use super::arguments::Cli;
 
 /// The commands of a task: the name of each, and an example.
-pub type Group = (&'static str, &'static [(&'static str, &'static str)]);
+pub type CollectedRuns = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// All commands by task. [`CAMPAIGN_COMMANDS`] has the examples of `campaign`.
-pub const GROUPS: [Group; 5] = [
+pub const GROUPS: [CollectedRuns; 5] = [
     (
         "Write a scene",
         &[

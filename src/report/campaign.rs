@@ -16,7 +16,7 @@ use super::quantity::{
 use super::table::table;
 use super::template::{Page, Part, Section, drawings};
 use super::text::NONE;
-use crate::campaign::statistics::{Spread, chance_of_rank, chance_of_share};
+use crate::campaign::statistics::{SampleStatistics, rank_threshold, share_threshold};
 use crate::campaign::{About, Campaign, Failure, Figure, Findings, Resolved, Sensitivity, State};
 use crate::tables::{Provenance, TableError, to_parquet};
 
@@ -81,7 +81,7 @@ fn shares(text: f64) -> String {
 /// A figure's values in one unit: mean, deviation, quantiles.
 pub fn told(figure: &Figure) -> [String; 5] {
     let unit = unit_of(units(figure.name), figure.spread.mean.abs());
-    let Spread {
+    let SampleStatistics {
         mean,
         sd,
         quantiles: [low, _, median, _, high],
@@ -113,7 +113,7 @@ impl CampaignReport<'_> {
             .filter(|s| {
                 let rank = s.rank.map_or(0.0, f64::abs);
                 let share = s.share.unwrap_or(0.0);
-                rank > chance_of_rank(s.count) || share >= LEAST_SHARE.max(chance_of_share(s.count))
+                rank > rank_threshold(s.count) || share >= LEAST_SHARE.max(share_threshold(s.count))
             })
             .collect();
         found.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
@@ -193,7 +193,7 @@ impl CampaignReport<'_> {
         let rows: Vec<Vec<String>> = rows.collect();
         let counts = all.iter().map(|s| s.count).filter(|count| *count > 0);
         let count = counts.min().unwrap_or(0);
-        let chance = chance_of_rank(count);
+        let chance = rank_threshold(count);
         Section {
             id: "sensitivity",
             title: "Which key moves which figure".to_owned(),
@@ -269,19 +269,20 @@ impl CampaignReport<'_> {
     /// Bands of a figure over the cycles.
     fn band(&self, figure: &Figure) -> Option<Drawing> {
         // One that is the same in all runs at all times draws nothing but a line.
-        let varies = |(_, s): &(f64, Spread)| s.most > s.least;
+        let varies = |(_, s): &(f64, SampleStatistics)| s.most > s.least;
         if figure.band.len() < 2 || !figure.band.iter().any(varies) {
             return None;
         }
         let largest = figure.band.iter().map(|(_, s)| s.quantiles[4].abs());
         let unit = unit_of(units(figure.name), largest.fold(0.0, f64::max));
-        let curve = |name: &str, style: usize, mark: Mark, of: &dyn Fn(&Spread) -> f64| {
-            let points = figure.band.iter().map(|(x, s)| [*x, of(s) / unit.size]);
-            Curve {
-                mark,
-                ..Curve::line(name, style_of_run(style), points.collect())
-            }
-        };
+        let curve =
+            |name: &str, style: usize, mark: Mark, of: &dyn Fn(&SampleStatistics) -> f64| {
+                let points = figure.band.iter().map(|(x, s)| [*x, of(s) / unit.size]);
+                Curve {
+                    mark,
+                    ..Curve::line(name, style_of_run(style), points.collect())
+                }
+            };
         let band = |name: &str, style: usize, [low, high]: [usize; 2]| {
             let points = figure.band.iter();
             let points = points.map(|(x, s)| {

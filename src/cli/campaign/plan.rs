@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::thread;
 
 use fretwear::campaign::{
-    About, Campaign, Definition, Folder, KeyColumn, Planned, Resolved, Setting,
+    About, Campaign, Definition, Folder, KeyColumn, PlannedRun, Resolved, Setting,
 };
 use fretwear::json::flatten;
 use fretwear::recipe::Counted;
@@ -40,7 +40,7 @@ const SEPARATING: [&str; 13] = [
 
 /// What is known of a row before it is rehearsed.
 struct Resolution {
-    row: Planned,
+    row: PlannedRun,
     like: String,
     warnings: Vec<String>,
 }
@@ -73,7 +73,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
         costs.push(Cost::of(&plan, is_rehearsed));
     }
     told_once(resolved.iter().map(|resolution| &resolution.warnings[..]));
-    let mut rows: Vec<Planned> = resolved
+    let mut rows: Vec<PlannedRun> = resolved
         .into_iter()
         .map(|resolution| resolution.row)
         .collect();
@@ -278,7 +278,7 @@ fn resolution(
         .map(Setting::text);
     let like = like.collect::<Vec<_>>().join(", ");
     Ok(Resolution {
-        row: Planned {
+        row: PlannedRun {
             values: row.iter().map(value).collect(),
             settings,
             content_key: content_key(&plan),
@@ -314,7 +314,7 @@ fn grouped(resolved: &mut [Resolution]) -> Vec<usize> {
 }
 
 /// How many rows have the content of an earlier one, and the first such pair.
-fn twins(rows: &[Planned]) -> Option<(usize, [usize; 2])> {
+fn twins(rows: &[PlannedRun]) -> Option<(usize, [usize; 2])> {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     let (mut count, mut pair) = (0, None);
     for (index, row) in rows.iter().enumerate() {
