@@ -21,7 +21,7 @@ pub struct Job<'a> {
 }
 
 /// What came of them.
-pub struct Ran {
+pub struct RunOutcomes {
     /// Of each run that came to an end, in order, why it failed if it did.
     pub ended: Vec<Option<RunError>>,
     /// True if it was stopped before the end.
@@ -53,14 +53,14 @@ const SAME: &str = "the same command";
 
 /// Runs them all. One that fails does not keep the others from running, but for a run that belongs to another scene or is damaged. A run
 /// that another process computes stops them, as a signal does.
-pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<Ran, CliError> {
+pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOutcomes, CliError> {
     let stopping = Stopping::listen(execution.max_wall, i32::from(Exit::Stopped.code()));
     let stopping = stopping.map_err(CliError::Signals)?;
     let latest = |root: &Path| {
         let reader = RunReader::open(Arc::new(RealFileSystem), root);
         reader.ok().and_then(|reader| reader.latest())
     };
-    let mut ran = Ran {
+    let mut ran = RunOutcomes {
         ended: Vec::new(),
         stopped: true,
     };

@@ -267,10 +267,10 @@ fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, C
 }
 
 /// What became of a run, and why it failed if it did and is a reference.
-type Ran = (Trial, Option<RunError>);
+type RunOutcomes = (Trial, Option<RunError>);
 
 /// The trials, and why references failed.
-fn parted(ran: Vec<Ran>) -> (Vec<Trial>, Vec<RunError>) {
+fn parted(ran: Vec<RunOutcomes>) -> (Vec<Trial>, Vec<RunError>) {
     let (trials, failures): (Vec<_>, Vec<_>) = ran.into_iter().unzip();
     (trials, failures.into_iter().flatten().collect())
 }
@@ -280,7 +280,7 @@ fn run_all(
     arguments: &TradeArguments,
     what: &str,
     jobs: &[(String, PathBuf, &Job)],
-) -> Result<(Vec<Ran>, bool), CliError> {
+) -> Result<(Vec<RunOutcomes>, bool), CliError> {
     let runs: Vec<many::Job> = jobs
         .iter()
         .map(|(name, root, job)| many::Job {

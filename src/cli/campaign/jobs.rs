@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use fretwear::campaign::{About, Campaign, Failure, Folder, State};
 
 use super::super::cost;
-use super::run::{Ended, Tally};
+use super::run::{RowCounts, RowOutcome};
 use super::{CliError, RunArguments};
 use crate::progress::{Asked, Rows};
 
@@ -37,12 +37,12 @@ pub fn run(
     campaign: &Campaign,
     rows: &[usize],
     jobs: usize,
-) -> Result<Tally, CliError> {
+) -> Result<RowCounts, CliError> {
     let asked = Asked::listen().map_err(CliError::Signals)?;
     let begin = Instant::now();
     let execution = &arguments.execution;
     let states = folder.states(campaign.rows.len())?;
-    let mut tally = Tally::default();
+    let mut tally = RowCounts::default();
     let mut waiting: VecDeque<usize> = VecDeque::new();
     for &index in rows {
         match states[index] {
@@ -120,26 +120,28 @@ pub fn run(
             notices.iter().for_each(|text| progress.notice(text));
             let code = status.as_ref().ok().and_then(|status| status.code());
             let ended = match code {
-                Some(0) => Ended::Done,
+                Some(0) => RowOutcome::Done,
                 Some(code) if code == i32::from(arguments.resumable_exit) => {
                     match folder.holder(row.index) {
-                        Some(_) => Ended::InUse,
-                        None => Ended::Stopped,
+                        Some(_) => RowOutcome::InUse,
+                        None => RowOutcome::Stopped,
                     }
                 }
                 code => failed(folder, row.index, &said, code, &status)?,
             };
             tally.add(row.index, &ended);
             match &ended {
-                Ended::Failed(error) => {
+                RowOutcome::Failed(error) => {
                     progress.say(&error.to_string());
                     progress.ended(&format!("row {}: failed", row.index));
                 }
-                Ended::Done | Ended::Before => progress.ended(&format!("row {}: done", row.index)),
-                Ended::InUse => {
+                RowOutcome::Done | RowOutcome::Before => {
+                    progress.ended(&format!("row {}: done", row.index))
+                }
+                RowOutcome::InUse => {
                     progress.say(&format!("row {} is computed by another process", row.index));
                 }
-                Ended::Stopped => (),
+                RowOutcome::Stopped => (),
             }
         }
         if running.is_empty() && (stopping || waiting.is_empty()) {
@@ -159,10 +161,10 @@ fn failed(
     said: &[&str],
     code: Option<i32>,
     status: &std::io::Result<std::process::ExitStatus>,
-) -> Result<Ended, CliError> {
+) -> Result<RowOutcome, CliError> {
     if let (Some(1..=4), Some(failure)) = (code, folder.failure(index)?) {
         let reason = failure.message;
-        return Ok(Ended::Failed(CliError::RowFailedNow { index, reason }));
+        return Ok(RowOutcome::Failed(CliError::RowFailedNow { index, reason }));
     }
     let how = match status {
         Ok(status) => format!("its process ended with {status}"),
@@ -172,7 +174,7 @@ fn failed(
     let reason = last.map_or(how.clone(), |last| format!("{how}: {last}"));
     // A process that was killed may have been the victim of another.
     drop(folder.fail(index, &Failure::now(reason.clone(), true, 1)));
-    Ok(Ended::Failed(CliError::RowFailedNow { index, reason }))
+    Ok(RowOutcome::Failed(CliError::RowFailedNow { index, reason }))
 }
 
 /// The process of a row.

@@ -19,7 +19,7 @@ use crate::progress::{Rows, Stopping, Watcher, stop_with_parent};
 use crate::terminal::{Results, say};
 
 /// What became of a row.
-pub enum Ended {
+pub enum RowOutcome {
     /// It is done.
     Done,
     /// It was done before.
@@ -34,7 +34,7 @@ pub enum Ended {
 
 /// What became of many.
 #[derive(Default)]
-pub struct Tally {
+pub struct RowCounts {
     pub done: usize,
     pub before: usize,
     pub stopped: Vec<usize>,
@@ -44,14 +44,14 @@ pub struct Tally {
     pub left: usize,
 }
 
-impl Tally {
-    pub fn add(&mut self, index: usize, ended: &Ended) {
+impl RowCounts {
+    pub fn add(&mut self, index: usize, ended: &RowOutcome) {
         match ended {
-            Ended::Done => self.done += 1,
-            Ended::Before => self.before += 1,
-            Ended::Stopped => self.stopped.push(index),
-            Ended::InUse => self.in_use.push(index),
-            Ended::Failed(_) => self.failed.push(index),
+            RowOutcome::Done => self.done += 1,
+            RowOutcome::Before => self.before += 1,
+            RowOutcome::Stopped => self.stopped.push(index),
+            RowOutcome::InUse => self.in_use.push(index),
+            RowOutcome::Failed(_) => self.failed.push(index),
         }
     }
 
@@ -90,9 +90,9 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
         (Some(jobs), _) => jobs::run(arguments, &folder, &about, &campaign, &rows, jobs)?,
         (None, [index]) => match alone(arguments, &folder, &about, &campaign, *index)? {
             // The code says why.
-            Ended::Failed(error) => return Err(error),
+            RowOutcome::Failed(error) => return Err(error),
             ended => {
-                let mut tally = Tally::default();
+                let mut tally = RowCounts::default();
                 tally.add(*index, &ended);
                 tally
             }
@@ -138,7 +138,7 @@ fn alone(
     about: &About,
     campaign: &Campaign,
     index: usize,
-) -> Result<Ended, CliError> {
+) -> Result<RowOutcome, CliError> {
     if let Some(ended) = ended_before(arguments, folder, about, campaign, index)? {
         return Ok(ended);
     }
@@ -160,12 +160,12 @@ fn one_by_one(
     about: &About,
     campaign: &Campaign,
     rows: &[usize],
-) -> Result<Tally, CliError> {
+) -> Result<RowCounts, CliError> {
     let execution = &arguments.execution;
     let exit = i32::from(arguments.resumable_exit);
     let stopping = Stopping::listen(execution.max_wall, exit).map_err(CliError::Signals)?;
     let progress = Rows::new(rows.len(), 0, execution.quiet);
-    let mut tally = Tally::default();
+    let mut tally = RowCounts::default();
     for (place, &index) in rows.iter().enumerate() {
         let worked = tally.done > 0;
         // A start computes something in any case, so that one with little time after another gets through.
@@ -182,9 +182,9 @@ fn one_by_one(
         };
         tally.add(index, &ended);
         match &ended {
-            Ended::Done => progress.ended(&format!("row {index}: done")),
-            Ended::Before => progress.ended(&format!("row {index}: done before")),
-            Ended::Failed(error) => {
+            RowOutcome::Done => progress.ended(&format!("row {index}: done")),
+            RowOutcome::Before => progress.ended(&format!("row {index}: done before")),
+            RowOutcome::Failed(error) => {
                 let reason = match error {
                     CliError::RowFailed { .. } => error.to_string(),
                     error => format!("row {index} failed: {error}"),
@@ -192,8 +192,10 @@ fn one_by_one(
                 progress.say(&reason);
                 progress.ended(&format!("row {index}: failed"));
             }
-            Ended::InUse => progress.say(&format!("row {index} is computed by another process")),
-            Ended::Stopped => {
+            RowOutcome::InUse => {
+                progress.say(&format!("row {index} is computed by another process"))
+            }
+            RowOutcome::Stopped => {
                 tally.left = rows.len() - place - 1;
                 break;
             }
@@ -245,18 +247,18 @@ fn ended_before(
     about: &About,
     campaign: &Campaign,
     index: usize,
-) -> Result<Option<Ended>, CliError> {
+) -> Result<Option<RowOutcome>, CliError> {
     Ok(match folder.state(index)? {
         State::Done => {
             tidy(arguments, folder, about, campaign, index);
-            Some(Ended::Before)
+            Some(RowOutcome::Before)
         }
         State::Failed => {
             let failure = folder.failure(index)?;
             let lasts = failure.filter(|failure| !(failure.again || arguments.retry));
             lasts.map(|Failure { message, code, .. }| {
                 let reason = message;
-                Ended::Failed(CliError::RowFailed {
+                RowOutcome::Failed(CliError::RowFailed {
                     index,
                     reason,
                     code,
@@ -276,15 +278,15 @@ fn row(
     index: usize,
     stopping: &Stopping,
     rows: Option<&Rows>,
-) -> Result<Ended, CliError> {
+) -> Result<RowOutcome, CliError> {
     let claim = match folder.claim(index) {
         Ok(LockAttempt::Taken(claim)) => claim,
-        Ok(LockAttempt::Held { .. }) => return Ok(Ended::InUse),
+        Ok(LockAttempt::Held { .. }) => return Ok(RowOutcome::InUse),
         Err(error) => return kept(folder, index, error.into()),
     };
     // Another start may have ended it until now.
     let ended = match folder.state(index)? {
-        State::Done => Ok(Ended::Before),
+        State::Done => Ok(RowOutcome::Before),
         state => {
             if state == State::Failed {
                 folder.forget(index)?;
@@ -299,9 +301,9 @@ fn row(
 }
 
 /// Keeps why a row failed.
-fn kept(folder: &Folder, index: usize, error: CliError) -> Result<Ended, CliError> {
+fn kept(folder: &Folder, index: usize, error: CliError) -> Result<RowOutcome, CliError> {
     if let CliError::Run(RunError::Store(StoreError::Locked { .. })) = &error {
-        return Ok(Ended::InUse);
+        return Ok(RowOutcome::InUse);
     }
     // The disk, the machine and files that scenes name may be better next time; a scene computes to the same failure.
     let again = match &error {
@@ -314,7 +316,7 @@ fn kept(folder: &Folder, index: usize, error: CliError) -> Result<Ended, CliErro
             "warning: why row {index} failed cannot be kept: {unkept}"
         ));
     }
-    Ok(Ended::Failed(error))
+    Ok(RowOutcome::Failed(error))
 }
 
 fn compute(
@@ -325,7 +327,7 @@ fn compute(
     index: usize,
     stopping: &Stopping,
     rows: Option<&Rows>,
-) -> Result<Ended, CliError> {
+) -> Result<RowOutcome, CliError> {
     let planned = &campaign.rows[index];
     let plan = plan_of(folder, about, &planned.settings)?;
     if content_key(&plan) != planned.content_key {
@@ -364,10 +366,10 @@ fn compute(
     watcher.finish();
     let outcome = result?;
     if outcome.ending == Ending::Stopped {
-        return Ok(Ended::Stopped);
+        return Ok(RowOutcome::Stopped);
     }
     let Some(history) = own_history(files, &root, &outcome)? else {
-        return Ok(Ended::InUse);
+        return Ok(RowOutcome::InUse);
     };
     let bytes = history
         .to_bytes_of(Some(&planned.content_key))
@@ -380,7 +382,7 @@ fn compute(
         // A folder that stays does no harm: the row has ended, and the next start removes it.
         drop(remove_run(&RealFileSystem, &root, &planned.content_key));
     }
-    Ok(Ended::Done)
+    Ok(RowOutcome::Done)
 }
 
 /// The history in a run folder, if it is that of the run which this process has ended: it has all rows up to the last iteration, and the same
