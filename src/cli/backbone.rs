@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
-use fretwear::dynamics::{Backbone, BackboneEnd, Levels};
+use fretwear::dynamics::{Backbone, BackboneEnd, LoadLevels};
 use fretwear::recipe::{Inputs, Recipe};
 use fretwear::report::{output, word};
 use fretwear::scene::{self, Plan};
@@ -134,13 +134,13 @@ struct Found {
     cycles: u64,
     scene_hash: String,
     backbone: Backbone,
-    over: Option<Over>,
+    over: Option<LevelParameter>,
     /// Why it ends where it is not for the resonance.
     broken: Option<CliError>,
 }
 
 /// What varies in place of the force.
-struct Over {
+struct LevelParameter {
     key: String,
     /// That of the levels.
     unit: String,
@@ -305,7 +305,7 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     // The curve takes any number between the ends: a key of integers is refused before anything is computed.
     inputs_at(from * (to / from).powf(BETWEEN))?;
     drive_of(&first.recipe, path)?;
-    let levels = Levels {
+    let levels = LoadLevels {
         from,
         to,
         count: arguments.levels.map(|count| count as usize),
@@ -326,7 +326,7 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     let values = values.collect::<Result<_, CliError>>()?;
     let key = key.to_owned();
     Ok(Found {
-        over: Some(Over { key, unit, values }),
+        over: Some(LevelParameter { key, unit, values }),
         broken,
         ..found(&first, 0, 0, backbone)
     })
@@ -379,7 +379,11 @@ fn drive_of(recipe: &Recipe, path: &Path) -> Result<f64, CliError> {
 }
 
 /// The levels asked for; what is not said follows from the drive of the scene.
-fn levels(arguments: &BackboneArguments, recipe: &Recipe, path: &Path) -> Result<Levels, CliError> {
+fn levels(
+    arguments: &BackboneArguments,
+    recipe: &Recipe,
+    path: &Path,
+) -> Result<LoadLevels, CliError> {
     let drive = drive_of(recipe, path)?;
     let given = |end, amount: &Option<Amount>| -> Result<Option<f64>, CliError> {
         amount.as_ref().map(|amount| force(end, amount)).transpose()
@@ -387,7 +391,7 @@ fn levels(arguments: &BackboneArguments, recipe: &Recipe, path: &Path) -> Result
     let from = given("--from", &arguments.from)?.unwrap_or(drive / 1000.0);
     let to = given("--to", &arguments.to)?.unwrap_or(2.0 * drive);
     match from < to {
-        true => Ok(Levels {
+        true => Ok(LoadLevels {
             from,
             to,
             count: arguments.levels.map(|count| count as usize),

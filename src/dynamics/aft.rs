@@ -49,7 +49,7 @@ pub trait InterfaceElement: Sync {
         &self,
         displacement: &[[f64; 3]],
         force: &mut [[f64; 3]],
-        derivative: Option<&mut Derivative<'_>>,
+        derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
     ) -> Closure;
 }
@@ -90,7 +90,7 @@ impl Closure {
 /// Derivatives of the sampled forces with respect to the coefficients of displacement, as what each part of them is: a stiffness throughout
 /// the cycle, a stiffness at one sample, or a change that lasts from a sample to the end of the cycle. Forces along the normal have no memory:
 /// changes that last are those of tangential forces.
-pub struct Derivative<'a> {
+pub struct ForceDerivatives<'a> {
     /// Coefficients per direction.
     pub coefficients: usize,
     /// Basis functions, `samples × coefficients`.
@@ -113,7 +113,7 @@ struct Parts {
     lasting: Vec<f64>,
 }
 
-impl Derivative<'_> {
+impl ForceDerivatives<'_> {
     /// Adds a stiffness \[N/m\] throughout the cycle.
     pub fn add_stiffness(&mut self, direction: usize, stiffness: f64) {
         self.parts.stiffness[direction] += stiffness;
@@ -126,7 +126,7 @@ impl Derivative<'_> {
 
     /// What the derivatives of both tangential forces change by at sample `j` and keep to the end of the cycle: the row of x, then that
     /// of y, `3 × coefficients` each.
-    pub fn lasting_from(&mut self, j: usize) -> &mut [f64] {
+    pub fn persistent_derivatives(&mut self, j: usize) -> &mut [f64] {
         let width = 6 * self.coefficients;
         let Parts {
             from,
@@ -318,7 +318,7 @@ impl Sampling {
             self.analyse_into(&work.force, force);
             return closure;
         };
-        let mut derivative = Derivative {
+        let mut derivative = ForceDerivatives {
             coefficients: n,
             basis: &self.basis,
             parts: work.parts.cleared(self.samples),

@@ -7,14 +7,14 @@
 //! the modal damping ratio of the extended periodic motion concept (M. Krack, Computers & Structures 154, 2015, 59), whose
 //! fundamental dissipates 2π ζ ω² a² at the modal amplitude a = √(q̂ᴴ M q̂).
 
-use super::branch::{Branch, Over};
+use super::branch::{Branch, LevelParameter};
 use super::contact_element::ContactElement;
 use super::{DynamicsError, Energy, HarmonicBalance, Vibration};
 use crate::linalg::RowMatrix as Matrix;
 
 /// Levels at which the backbone is wanted: half ranges of the drive \[N\], or values of another parameter, in whatever unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Levels {
+pub struct LoadLevels {
     /// That to begin at, above 0.
     pub from: f64,
     /// That to end at; above the first where it is a force, another one where it is another parameter.
@@ -28,7 +28,7 @@ pub struct Levels {
 pub struct BackbonePoint {
     /// Counted from 0, one more after each level at which the amplitude leaps.
     pub branch: usize,
-    /// The level, as in [`Levels`].
+    /// The level, as in [`LoadLevels`].
     pub level: f64,
     /// Half range of the drive \[N\].
     pub force: f64,
@@ -118,7 +118,7 @@ pub struct Backbone {
 }
 
 /// A driven structure whose phase resonance is wanted.
-pub struct Driven {
+pub struct DrivenStructure {
     /// Its balance.
     pub balance: HarmonicBalance<ContactElement>,
     /// Mass matrix of the reduced structure.
@@ -129,7 +129,7 @@ pub struct Driven {
     pub(super) response_port: usize,
 }
 
-impl Driven {
+impl DrivenStructure {
     /// Half range of the drive \[N\]; 0 without one.
     pub(super) fn drive(&self) -> f64 {
         let drive = self.balance.drive();
@@ -139,8 +139,8 @@ impl Driven {
 
 impl Vibration {
     /// This vibration by a balance of it.
-    pub fn with_balance(&self, balance: HarmonicBalance<ContactElement>) -> Driven {
-        Driven {
+    pub fn with_balance(&self, balance: HarmonicBalance<ContactElement>) -> DrivenStructure {
+        DrivenStructure {
             balance,
             mass: self.model.mass.clone(),
             range: self.range,
@@ -159,16 +159,16 @@ impl Vibration {
     pub fn backbone(
         &self,
         balance: HarmonicBalance<ContactElement>,
-        levels: Levels,
+        levels: LoadLevels,
     ) -> Result<Backbone, DynamicsError> {
-        let targets = levels.targets(Over::Force)?;
+        let targets = levels.targets(LevelParameter::Force)?;
         let rows = balance.load_rows.clone();
         let mean = balance.harmonics().slot_of(0);
         let n = balance.harmonics().coefficients();
         let driven = self.with_balance(balance);
         let drive = driven.drive();
         // All loads but the constant ones are scaled.
-        let scale = |driven: &mut Driven, force: f64| {
+        let scale = |driven: &mut DrivenStructure, force: f64| {
             let factor = force / drive;
             let scaled = driven.balance.load_rows.iter_mut().zip(&rows);
             for (index, (load, given)) in scaled.enumerate() {
@@ -179,7 +179,7 @@ impl Vibration {
             }
             Ok(())
         };
-        let mut branch = Branch::new(driven, scale, Over::Force);
+        let mut branch = Branch::new(driven, scale, LevelParameter::Force);
         let (backbone, _) = branch.along::<DynamicsError>(&targets, levels.count.is_none())?;
         Ok(backbone)
     }
@@ -193,36 +193,36 @@ impl Vibration {
 /// Those of `at` before the first phase resonance; [`DynamicsError::OutOfRange`] for levels that are no range; that of
 /// [`HarmonicBalance::phase_resonance`] at the first value if there is none at a later one either. Where the resonance ceases on the way, the backbone ends.
 pub fn resonance_over<E: From<DynamicsError>>(
-    levels: Levels,
-    mut at: impl FnMut(f64) -> Result<Driven, E>,
+    levels: LoadLevels,
+    mut at: impl FnMut(f64) -> Result<DrivenStructure, E>,
 ) -> Result<(Backbone, Option<E>), E> {
-    let targets = levels.targets(Over::Parameter)?;
+    let targets = levels.targets(LevelParameter::Parameter)?;
     let mut now = targets[0];
     let driven = at(now)?;
     // What leads to a resonance may cost far more than the resonance: no value is made twice in a row.
-    let make = |driven: &mut Driven, value: f64| {
+    let make = |driven: &mut DrivenStructure, value: f64| {
         if value != now {
             *driven = at(value)?;
             now = value;
         }
         Ok(())
     };
-    Branch::new(driven, make, Over::Parameter).along(&targets, levels.count.is_none())
+    Branch::new(driven, make, LevelParameter::Parameter).along(&targets, levels.count.is_none())
 }
 
-impl Levels {
-    fn targets(&self, over: Over) -> Result<Vec<f64>, DynamicsError> {
-        let Levels { from, to, count } = *self;
+impl LoadLevels {
+    fn targets(&self, over: LevelParameter) -> Result<Vec<f64>, DynamicsError> {
+        let LoadLevels { from, to, count } = *self;
         let is_positive = |value: f64| value > 0.0 && value.is_finite();
         for (name, value, expected, is_right) in [
             match over {
-                Over::Force => (
+                LevelParameter::Force => (
                     "the least force of the backbone",
                     from,
                     "a positive finite number of newtons",
                     is_positive(from),
                 ),
-                Over::Parameter => (
+                LevelParameter::Parameter => (
                     "the first level of the backbone",
                     from,
                     "a positive finite number",
@@ -230,13 +230,13 @@ impl Levels {
                 ),
             },
             match over {
-                Over::Force => (
+                LevelParameter::Force => (
                     "the largest force of the backbone",
                     to,
                     "a finite number of newtons above the least force",
                     to > from && to.is_finite(),
                 ),
-                Over::Parameter => (
+                LevelParameter::Parameter => (
                     "the last level of the backbone",
                     to,
                     "a positive finite number other than the first",

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::backbone::{Backbone, BackboneEnd, BackbonePoint, Driven};
+use super::backbone::{Backbone, BackboneEnd, BackbonePoint, DrivenStructure};
 use super::contact_element::ElementState;
 use super::{DynamicsError, Response, Start};
 
@@ -59,7 +59,7 @@ impl Place {
 
 /// What the levels are of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Over {
+pub enum LevelParameter {
     /// The force: an amplitude that friction holds does not grow with it, one that nothing but damping holds grows as it does.
     Force,
     /// Another parameter, over which the amplitude may rise or fall.
@@ -68,9 +68,9 @@ pub enum Over {
 
 /// The way along a backbone, from level to level. `set` brings the structure to a level.
 pub struct Branch<S> {
-    driven: Driven,
+    driven: DrivenStructure,
     set: S,
-    over: Over,
+    over: LevelParameter,
     /// 1 where levels rise, −1 where they fall.
     direction: f64,
     solves: usize,
@@ -81,7 +81,7 @@ pub struct Branch<S> {
 type Found = Result<Place, DynamicsError>;
 
 impl<S> Branch<S> {
-    pub fn new(driven: Driven, set: S, over: Over) -> Branch<S> {
+    pub fn new(driven: DrivenStructure, set: S, over: LevelParameter) -> Branch<S> {
         Branch {
             driven,
             set,
@@ -101,7 +101,7 @@ impl<S> Branch<S> {
     pub fn along<E>(&mut self, targets: &[f64], is_free: bool) -> Result<(Backbone, Option<E>), E>
     where
         E: From<DynamicsError>,
-        S: FnMut(&mut Driven, f64) -> Result<(), E>,
+        S: FnMut(&mut DrivenStructure, f64) -> Result<(), E>,
     {
         self.direction = (targets[targets.len() - 1] - targets[0]).signum();
         let (mut last, begin) = self.first(targets)?;
@@ -197,7 +197,7 @@ impl<S> Branch<S> {
     fn first<E>(&mut self, targets: &[f64]) -> Result<(Place, Option<DynamicsError>), E>
     where
         E: From<DynamicsError>,
-        S: FnMut(&mut Driven, f64) -> Result<(), E>,
+        S: FnMut(&mut DrivenStructure, f64) -> Result<(), E>,
     {
         let (least, most) = (targets[0], targets[targets.len() - 1]);
         let mut level = least;
@@ -205,7 +205,7 @@ impl<S> Branch<S> {
         let mut last = loop {
             (self.set)(&mut self.driven, level)?;
             self.solves += 1;
-            let Driven { balance, range, .. } = &self.driven;
+            let DrivenStructure { balance, range, .. } = &self.driven;
             match balance.phase_resonance(*range, None) {
                 Ok(response) => break self.place(level, &response)?,
                 Err(error) => failure = failure.or(Some(error)),
@@ -237,7 +237,7 @@ impl<S> Branch<S> {
     /// The phase resonance at a level, from where the last two lead.
     fn step<E>(&mut self, before: Option<&Place>, last: &Place, level: f64) -> Result<Found, E>
     where
-        S: FnMut(&mut Driven, f64) -> Result<(), E>,
+        S: FnMut(&mut DrivenStructure, f64) -> Result<(), E>,
     {
         (self.set)(&mut self.driven, level)?;
         Ok(self.solve(before, last, level))
@@ -255,14 +255,14 @@ impl<S> Branch<S> {
                     .zip(&before.start.displacement);
                 pairs.for_each(|(u, old)| *u += share * (*u - old));
             }
-            None if self.over == Over::Force => {
+            None if self.over == LevelParameter::Force => {
                 let ratio = level / last.point.level;
                 start.displacement.iter_mut().for_each(|u| *u *= ratio);
             }
             None => {}
         }
         self.solves += 1;
-        let Driven { balance, range, .. } = &self.driven;
+        let DrivenStructure { balance, range, .. } = &self.driven;
         // Where the curve bends, what is straight ahead may be farther than where it comes from.
         let response = match balance.phase_resonance_near(*range, &start) {
             Ok(response) => response,
@@ -275,7 +275,7 @@ impl<S> Branch<S> {
 
     fn place(&mut self, level: f64, response: &Response) -> Found {
         self.iterations += response.iterations;
-        let Driven { balance, mass, .. } = &self.driven;
+        let DrivenStructure { balance, mass, .. } = &self.driven;
         let kinetic_energy = balance.kinetic_energy(mass, response)?;
         let states = balance.joint_summary(response).states;
         // Elements without unknowns stick, whatever rounding makes of their samples.
@@ -294,8 +294,8 @@ impl<S> Branch<S> {
                 branch: 0,
                 level,
                 force: match self.over {
-                    Over::Force => level,
-                    Over::Parameter => self.driven.drive(),
+                    LevelParameter::Force => level,
+                    LevelParameter::Parameter => self.driven.drive(),
                 },
                 frequency: response.frequency(),
                 damping_ratio: (energy.friction + energy.viscous + energy.hysteretic)
@@ -312,12 +312,12 @@ impl<S> Branch<S> {
     }
 }
 
-impl Over {
+impl LevelParameter {
     /// Least and largest growth of the amplitude over a step of the level along a branch, all as logarithms.
     fn growths(self, step: f64) -> [f64; 2] {
         match self {
-            Over::Force => [step.min(0.0), step.max(0.0)],
-            Over::Parameter => [-step.abs(), step.abs()],
+            LevelParameter::Force => [step.min(0.0), step.max(0.0)],
+            LevelParameter::Parameter => [-step.abs(), step.abs()],
         }
     }
 
@@ -331,9 +331,10 @@ impl Over {
 
     /// Deviation of `next` from the line through the two before, in parts of [`BEND`]; through the last alone, amplitude grows as a force.
     fn bend(self, before: Option<&Place>, last: &Place, next: &Place) -> f64 {
-        let slope = before.map_or([f64::from(self == Over::Force), 0.0, 0.0], |before| {
-            last.slope(before)
-        });
+        let slope = before.map_or(
+            [f64::from(self == LevelParameter::Force), 0.0, 0.0],
+            |before| last.slope(before),
+        );
         let (old, new, step) = (last.shape(), next.shape(), next.beyond(last));
         let deviations = [0, 1, 2].map(|k| (new[k] - old[k] - slope[k] * step).abs() / BEND[k]);
         // What is not damped at all has no logarithm, and no bend.

@@ -25,12 +25,12 @@ pub trait Core: Send + Sync {
     }
 
     /// Energy that damping takes over one cycle of `omega` at the amplitudes `displacement` caused by `force`.
-    fn loss(&self, omega: f64, displacement: &[Complex64], force: &[Complex64]) -> Loss;
+    fn loss(&self, omega: f64, displacement: &[Complex64], force: &[Complex64]) -> DampingLoss;
 }
 
 /// Energy that damping takes over a cycle \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Loss {
+pub struct DampingLoss {
     /// π ω ûᴴ C û.
     pub viscous: f64,
     /// π ûᴴ H û.

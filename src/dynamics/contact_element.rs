@@ -14,7 +14,7 @@
 //! cycle to the steady one. Between samples the displacement goes straight and the load changes linearly, for which the law is
 //! integrated exactly.
 
-use super::aft::{Closure, Derivative, InterfaceElement, Scratch};
+use super::aft::{Closure, ForceDerivatives, InterfaceElement, Scratch};
 use super::march::March;
 use super::slider::{FrictionLaw, Slider};
 use super::spring::Spring;
@@ -181,7 +181,7 @@ impl ContactElement {
         &self,
         slider: &Slider,
         displacement: &[[f64; 3]],
-        derivative: Option<&mut Derivative<'_>>,
+        derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
     ) -> Closure {
         if slider.gripping_stiffness(self.friction_coefficient) == 0.0 {
@@ -300,7 +300,7 @@ impl InterfaceElement for ContactElement {
         &self,
         displacement: &[[f64; 3]],
         force: &mut [[f64; 3]],
-        mut derivative: Option<&mut Derivative<'_>>,
+        mut derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
     ) -> Closure {
         self.normal_forces(displacement, force, derivative.as_deref_mut());
@@ -344,7 +344,7 @@ impl ContactElement {
         &self,
         displacement: &[[f64; 3]],
         force: &mut [[f64; 3]],
-        mut derivative: Option<&mut Derivative<'_>>,
+        mut derivative: Option<&mut ForceDerivatives<'_>>,
     ) {
         let mut usual = None;
         for (j, (u, force)) in displacement.iter().zip(force).enumerate() {
@@ -377,7 +377,7 @@ impl ContactElement {
         &self,
         displacement: &[[f64; 3]],
         force: &mut [[f64; 3]],
-        mut derivative: Option<&mut Derivative<'_>>,
+        mut derivative: Option<&mut ForceDerivatives<'_>>,
     ) {
         for stop in self.springs.iter().filter(|spring| spring.is_sampled()) {
             let d = stop.direction();

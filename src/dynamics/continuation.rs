@@ -13,7 +13,7 @@ use super::aft::InterfaceElement;
 use super::effort::Effort;
 use super::forced_response::gives_energy;
 use super::newton::{Condition, Frame, Term};
-use super::predictor::{REMEMBERED, foretold, foretold_number};
+use super::predictor::{REMEMBERED, extrapolated_number, extrapolated_start};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 use crate::journal::Journal;
 
@@ -447,7 +447,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
         let places = self.lengths(&known, &branch.largest);
         let starts: Vec<Start> = known.iter().map(|response| response.start()).collect();
-        let ahead = foretold(&starts, &places, places[places.len() - 1] + step);
+        let ahead = extrapolated_start(&starts, &places, places[places.len() - 1] + step);
         ahead.filter(|start| start.omega > 0.0)
     }
 
@@ -478,7 +478,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         };
         let displacements: Vec<Complex64> = known.iter().map(displacement).collect();
         let stiffness: Vec<Complex64> = displacements.iter().map(Complex64::inv).collect();
-        let stiffness = foretold_number(&stiffness, &omegas)?;
+        let stiffness = extrapolated_number(&stiffness, &omegas)?;
         let over_frequency = |omega: f64| Some(stiffness(omega)?.inv());
         let omega = find(now, now - before, &over_frequency)?;
         let seen = known.iter().zip(&displacements);
@@ -486,11 +486,11 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             .map(|(response, u)| response.start().turned(harmonics, -u.arg(), 1.0 / u.norm()))
             .collect();
         let u = over_frequency(omega)?;
-        let mut ahead = foretold(&seen, &omegas, omega)?;
+        let mut ahead = extrapolated_start(&seen, &omegas, omega)?;
         ahead = ahead.turned(harmonics, u.arg(), u.norm());
         // Friction locks means in: one that was not foretold better than it stayed stays.
         let (last, earlier) = seen.split_last()?;
-        let told = foretold(earlier, &omegas[..earlier.len()], now);
+        let told = extrapolated_start(earlier, &omegas[..earlier.len()], now);
         let stayed = earlier.last()?;
         for (place, row) in ahead.displacement.chunks_mut(n).enumerate() {
             let mean = |start: &Start| start.displacement[place * n];
@@ -551,7 +551,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let ahead = match beyond {
             Some(beyond) => {
                 let starts = [branch.now.start(), beyond.start()];
-                foretold(&starts, &[branch.now.omega, beyond.omega], end)
+                extrapolated_start(&starts, &[branch.now.omega, beyond.omega], end)
             }
             None if self.keeps_frame => self.ahead_by_stiffness(branch, |_, _, _| Some(end)),
             None => None,

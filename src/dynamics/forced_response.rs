@@ -41,7 +41,7 @@ const GIVEN: f64 = 0.01;
 
 /// How a point of a forced response was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FoundBy {
+pub enum SolutionMethod {
     /// As a solution of the harmonic balance.
     Balance,
     /// As a solution of the harmonic balance in which friction gives energy: with these samples or harmonics, and none in truth.
@@ -50,13 +50,13 @@ pub enum FoundBy {
     Nothing,
 }
 
-impl FoundBy {
+impl SolutionMethod {
     /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
-            FoundBy::Balance => "harmonic_balance",
-            FoundBy::Unphysical => "unphysical",
-            FoundBy::Nothing => "not_found",
+            SolutionMethod::Balance => "harmonic_balance",
+            SolutionMethod::Unphysical => "unphysical",
+            SolutionMethod::Nothing => "not_found",
         }
     }
 }
@@ -86,7 +86,7 @@ pub struct ForcedPoint {
     /// Frequency of the fundamental \[Hz\].
     pub frequency: f64,
     /// How it was found.
-    pub found_by: FoundBy,
+    pub found_by: SolutionMethod,
     /// The correction that Newton's method left, relative to the displacements; where nothing was found, what the last attempt had left.
     pub residual: f64,
     /// Number of the branch that it is on; none of a point by itself.
@@ -102,7 +102,7 @@ impl ForcedPoint {
     fn missing(omega: f64, error: &DynamicsError) -> ForcedPoint {
         ForcedPoint {
             frequency: omega / TAU,
-            found_by: FoundBy::Nothing,
+            found_by: SolutionMethod::Nothing,
             residual: match error {
                 // As large as the displacements: nothing is known.
                 DynamicsError::NotConverged { correction, .. } => correction.min(1.0),
@@ -116,7 +116,7 @@ impl ForcedPoint {
 }
 
 /// Contact elements that stay as they are: their resonance and their response over the range.
-pub struct OverRange<'a> {
+pub struct RangeResponse<'a> {
     /// The resonance, whose peak is no lower than the points.
     pub resolved: Resolved<'a>,
     /// The points, in the harmonics of the resonance. None if no point was found with these harmonics.
@@ -134,11 +134,11 @@ impl Vibration {
         &self,
         elements: Vec<ContactElement>,
         tolerance: Option<f64>,
-    ) -> Result<OverRange<'_>, DynamicsError> {
+    ) -> Result<RangeResponse<'_>, DynamicsError> {
         let mut known = self.resolve(elements.clone(), None, tolerance);
         if self.at_omega.is_some() {
             let points = None;
-            return known.map(|resolved| OverRange { resolved, points });
+            return known.map(|resolved| RangeResponse { resolved, points });
         }
         loop {
             let harmonics = match &known {
@@ -161,14 +161,14 @@ impl Vibration {
                     points
                 }
                 Err(_) => {
-                    return known.map(|resolved| OverRange {
+                    return known.map(|resolved| RangeResponse {
                         resolved,
                         points: None,
                     });
                 }
             };
             let Some((highest, top)) = highest(&points) else {
-                return known.map(|resolved| OverRange {
+                return known.map(|resolved| RangeResponse {
                     resolved,
                     points: Some(points),
                 });
@@ -177,7 +177,7 @@ impl Vibration {
                 Ok(resolved) => {
                     let peak = resolved.resonance.peak_amplitude;
                     if top.amplitude <= peak * (1.0 + FLAT) {
-                        return Ok(OverRange {
+                        return Ok(RangeResponse {
                             resolved,
                             points: Some(points),
                         });
@@ -191,7 +191,7 @@ impl Vibration {
             resonance.branch = points[highest].branch;
             let resolved = self.extended(balance, resonance, tolerance, None)?;
             if *resolved.balance.harmonics() == harmonics {
-                return Ok(OverRange {
+                return Ok(RangeResponse {
                     resolved,
                     points: Some(points),
                 });
@@ -375,8 +375,8 @@ impl Vibration {
         Ok(ForcedPoint {
             frequency: response.frequency(),
             found_by: match is_physical {
-                true => FoundBy::Balance,
-                false => FoundBy::Unphysical,
+                true => SolutionMethod::Balance,
+                false => SolutionMethod::Unphysical,
             },
             residual: response.correction,
             branch,

@@ -17,7 +17,7 @@ use super::cycle::{JointSummary, element_cycles, half_range, weights};
 use super::effort::Effort;
 use super::linear_model::LinearModel;
 use super::newton::{Condition, State};
-use super::predictor::{REMEMBERED, foretold};
+use super::predictor::{REMEMBERED, extrapolated_start};
 use super::response::{Response, Start};
 use super::truncation::FAINT_DISSIPATION;
 use super::{DynamicsError, Harmonics};
@@ -481,7 +481,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let first = responses.len().saturating_sub(REMEMBERED);
         let known: Vec<Start> = responses[first..].iter().map(Response::start).collect();
         let omegas: Vec<f64> = known.iter().map(|start| start.omega).collect();
-        let ahead = foretold(&known, &omegas, omega).and_then(|start| at(&start));
+        let ahead = extrapolated_start(&known, &omegas, omega).and_then(|start| at(&start));
         if ahead.is_some() {
             return ahead;
         }

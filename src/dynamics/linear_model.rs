@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::DynamicsError;
-use super::closed_model::{ClosedModel, Core, Loss};
+use super::closed_model::{ClosedModel, Core, DampingLoss};
 use crate::linalg::{RowMatrix as Matrix, add_scaled, generalised_eigen};
 
 /// Share of the largest eigenvalue below which a coordinate is a rigid body motion; modes of one structure span 1e8.
@@ -523,7 +523,7 @@ impl Core for SecondOrderCore {
             .inverse())
     }
 
-    fn loss(&self, omega: f64, displacement: &[Complex64], _force: &[Complex64]) -> Loss {
+    fn loss(&self, omega: f64, displacement: &[Complex64], _force: &[Complex64]) -> DampingLoss {
         let of = |matrix: &Matrix| -> f64 {
             let rows = displacement.iter().enumerate();
             let row = |(i, a): (usize, &Complex64)| -> f64 {
@@ -532,7 +532,7 @@ impl Core for SecondOrderCore {
             };
             std::f64::consts::PI * rows.map(row).sum::<f64>()
         };
-        Loss {
+        DampingLoss {
             viscous: omega * of(&self.damping),
             hysteretic: of(&self.hysteretic),
         }

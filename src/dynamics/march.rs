@@ -3,7 +3,7 @@
 //! Where the march closes slowly, the steady cycle is the fixed point of the force over one cycle, found by Newton's method; it is
 //! that of the march as long as the slider slips in it.
 
-use super::aft::{Closure, Derivative, Scratch};
+use super::aft::{Closure, ForceDerivatives, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
 use crate::linalg::{add_scaled, vectorised};
 
@@ -82,7 +82,7 @@ impl March<'_> {
     /// form of [`Self::propagate`].
     pub(super) fn run(
         &self,
-        derivative: Option<&mut Derivative<'_>>,
+        derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
     ) -> Closure {
         scratch.force.resize(self.displacement.len(), [0.0; 2]);
@@ -208,7 +208,7 @@ impl March<'_> {
         &self,
         steady: &Steady,
         last: [f64; 3],
-        derivative: &mut Derivative<'_>,
+        derivative: &mut ForceDerivatives<'_>,
         scratch: &mut Scratch,
     ) {
         let width = 3 * derivative.coefficients;
@@ -369,7 +369,7 @@ impl March<'_> {
         &self,
         scratch: &mut Scratch,
         follows: bool,
-        derivative: &mut Derivative<'_>,
+        derivative: &mut ForceDerivatives<'_>,
         store: bool,
     ) {
         vectorised(
@@ -383,7 +383,7 @@ impl March<'_> {
         &self,
         scratch: &mut Scratch,
         follows: bool,
-        derivative: &mut Derivative<'_>,
+        derivative: &mut ForceDerivatives<'_>,
         store: bool,
     ) {
         let n = derivative.coefficients;
@@ -399,7 +399,7 @@ impl March<'_> {
             ..
         } = scratch;
         if store && offset.iter().any(|value| *value != 0.0) {
-            add_scaled(derivative.lasting_from(0), 1.0, offset);
+            add_scaled(derivative.persistent_derivatives(0), 1.0, offset);
         }
         next.clear();
         next.resize(2 * width, 0.0);
@@ -433,7 +433,7 @@ impl March<'_> {
                 }
             }
             if store {
-                let sums = derivative.lasting_from(j).iter_mut();
+                let sums = derivative.persistent_derivatives(j).iter_mut();
                 for (sum, (next, offset)) in sums.zip(next.iter().zip(&*offset)) {
                     *sum += next - offset;
                 }
@@ -444,8 +444,8 @@ impl March<'_> {
 }
 
 /// Adds what an `offset` at the start of a steady cycle adds to its derivative, see [`March::propagate`].
-fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut Derivative<'_>) {
-    add_scaled(derivative.lasting_from(0), 1.0, offset);
+fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut ForceDerivatives<'_>) {
+    add_scaled(derivative.persistent_derivatives(0), 1.0, offset);
     let (first, second) = offset.split_at(3 * derivative.coefficients);
     let mut before = UNCHANGED;
     for (j, slope) in slopes.iter().enumerate() {
@@ -457,7 +457,9 @@ fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut Derivative<'_>) {
         if is_forgotten {
             after = [[0.0; 2]; 2];
         }
-        let rows = derivative.lasting_from(j).chunks_exact_mut(first.len());
+        let rows = derivative
+            .persistent_derivatives(j)
+            .chunks_exact_mut(first.len());
         for (sums, (after, before)) in rows.zip(after.iter().zip(before)) {
             let change = [after[0] - before[0], after[1] - before[1]];
             for (sum, (a, b)) in sums.iter_mut().zip(first.iter().zip(second)) {

@@ -81,13 +81,15 @@ pub mod truncation;
 pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};
-pub use backbone::{Backbone, BackboneEnd, BackbonePoint, Driven, Levels, resonance_over};
+pub use backbone::{
+    Backbone, BackboneEnd, BackbonePoint, DrivenStructure, LoadLevels, resonance_over,
+};
 pub use closed_model::{ClosedModel, Core};
 pub use contact_element::{ContactElement, ElementState};
 pub use continuation::{Continuation, ContinuationSettings};
 pub use cycle::{JointCycle, JointSummary};
 pub use error::DynamicsError;
-pub use forced_response::{ForcedPoint, FoundBy, OverRange};
+pub use forced_response::{ForcedPoint, RangeResponse, SolutionMethod};
 pub use harmonic_balance::{HarmonicBalance, Load, Settings};
 pub use harmonics::Harmonics;
 pub use linear_model::{LinearModel, Rayleigh, SecondOrder};
@@ -98,5 +100,5 @@ pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
 pub use slider::{FrictionLaw, Slider};
 pub use spring::Spring;
-pub use truncation::{Correction, Extension, Resolved, Taken, Truncation};
+pub use truncation::{Correction, Extension, HarmonicCorrection, Resolved, Truncation};
 pub use vibration::{Resonance, ResonanceKind, Vibration};

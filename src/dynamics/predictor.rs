@@ -13,12 +13,12 @@ pub(super) const REMEMBERED: usize = HIGHEST_ORDER + 2;
 
 /// Start at `place`, from responses that lie at `places` along a curve or a sweep, in their order: on the polynomial through the last
 /// of them, of the order that would have foretold the last one best. None of fewer than two.
-pub(super) fn foretold(responses: &[Start], places: &[f64], place: f64) -> Option<Start> {
+pub(super) fn extrapolated_start(responses: &[Start], places: &[f64], place: f64) -> Option<Start> {
     extrapolated(responses, places, order(responses, places)?, place)
 }
 
-/// Complex numbers at places, foretold as [`foretold`] does responses: the highest order of the polynomial is that of the numbers.
-pub(super) fn foretold_number(
+/// Complex numbers at places, foretold as [`extrapolated_start`] does responses: the highest order of the polynomial is that of the numbers.
+pub(super) fn extrapolated_number(
     numbers: &[Complex64],
     places: &[f64],
 ) -> Option<impl Fn(f64) -> Option<Complex64>> {

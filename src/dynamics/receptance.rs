@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use super::DynamicsError;
-use super::closed_model::{ClosedModel, Core, Loss};
+use super::closed_model::{ClosedModel, Core, DampingLoss};
 use super::linear_model::LinearModel;
 use crate::linalg::RowMatrix as Matrix;
 
@@ -86,10 +86,10 @@ impl<F: Fn(f64) -> Matrix<Complex64> + Send + Sync> Core for ReceptanceCore<F> {
         Ok(free)
     }
 
-    fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> Loss {
+    fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> DampingLoss {
         // Springs take nothing: what the forces on the closed structure put in is what it loses.
         let pairs = force.iter().zip(displacement);
-        Loss {
+        DampingLoss {
             viscous: std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>(),
             hysteretic: 0.0,
         }

@@ -122,7 +122,7 @@ pub struct Resolved<'a> {
 
 /// That the response with more harmonics is taken for a response.
 #[derive(Debug, Clone, Copy)]
-pub struct Taken<'a> {
+pub struct HarmonicCorrection<'a> {
     /// What it had otherwise in a response near it, where that is known: it begins from there.
     pub near: Option<&'a Correction>,
 }
@@ -296,7 +296,7 @@ impl Vibration {
         balance: HarmonicBalance<ContactElement>,
         resonance: Resonance,
         tolerance: Option<f64>,
-        taken: Option<Taken>,
+        taken: Option<HarmonicCorrection>,
     ) -> Result<Resolved<'_>, DynamicsError> {
         let mut resolved = Resolved {
             resonance,
@@ -410,7 +410,7 @@ impl Resolved<'_> {
     pub fn completed(
         mut self,
         tolerance: Option<f64>,
-        taken: Option<Taken>,
+        taken: Option<HarmonicCorrection>,
     ) -> Result<Self, DynamicsError> {
         self = self.with_peak()?;
         let mut extended =
@@ -492,7 +492,7 @@ impl Resolved<'_> {
     #[allow(clippy::type_complexity)]
     fn estimate(
         &self,
-        taken: Option<Taken>,
+        taken: Option<HarmonicCorrection>,
     ) -> Option<(
         Truncation,
         Option<(HarmonicBalance<ContactElement>, Resonance)>,
@@ -546,7 +546,7 @@ impl Resolved<'_> {
     fn errors_by(
         &self,
         finer: &HarmonicBalance<ContactElement>,
-        taken: Option<Taken>,
+        taken: Option<HarmonicCorrection>,
     ) -> Option<(Truncation, Resonance)> {
         let coarse = self.resonance.in_force();
         let harmonics = self.balance.harmonics();

@@ -13,8 +13,8 @@ use super::stage::Stage;
 use std::rc::Rc;
 
 use crate::dynamics::{
-    Backbone, ContactElement, Driven, DynamicsError, HarmonicBalance, Harmonics, Levels, Vibration,
-    resonance_over,
+    Backbone, ContactElement, DrivenStructure, DynamicsError, HarmonicBalance, Harmonics,
+    LoadLevels, Vibration, resonance_over,
 };
 use crate::recipe::Inputs;
 use crate::store::{Cache, RunReader};
@@ -31,7 +31,7 @@ use crate::tables::{Tables, typed};
 pub fn backbone_of_scene(
     inputs: &Inputs,
     cache: Option<&Cache>,
-    levels: Levels,
+    levels: LoadLevels,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Backbone, RunError> {
@@ -57,12 +57,12 @@ pub fn backbone_of_scene(
 pub fn resonance_of_scenes<E: From<RunError>>(
     mut inputs_at: impl FnMut(f64) -> Result<Inputs, E>,
     cache: Option<&Cache>,
-    levels: Levels,
+    levels: LoadLevels,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<(Backbone, Option<E>), E> {
     let mut harmonics: Option<Harmonics> = None;
-    let driven = |value: f64| -> Result<Driven, Of<E>> {
+    let driven = |value: f64| -> Result<DrivenStructure, Of<E>> {
         let inputs = inputs_at(value).map_err(Of)?;
         let has_resonance = harmonic_tolerance(&inputs.recipe).is_some();
         let found = unworn(
@@ -129,7 +129,7 @@ pub fn backbone_of_run(
     reader: &RunReader,
     inputs: &Inputs,
     wear_iteration: u64,
-    levels: Levels,
+    levels: LoadLevels,
     threads: usize,
     observer: &dyn Observer,
 ) -> Result<Backbone, RunError> {
@@ -168,7 +168,11 @@ pub(super) fn at_iteration<T>(
 }
 
 /// What the forced response reads is what the backbone reads.
-fn backbone(reads: &Reads, solvers: &mut Solvers, levels: Levels) -> Result<Backbone, RunError> {
+fn backbone(
+    reads: &Reads,
+    solvers: &mut Solvers,
+    levels: LoadLevels,
+) -> Result<Backbone, RunError> {
     let (vibration, balance) = balance(reads, solvers, None)?;
     let found = vibration.backbone(balance, levels);
     found.map_err(|source| failed(reads, source))

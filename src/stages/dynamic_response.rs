@@ -19,8 +19,9 @@ use super::told::{
 };
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
-    ContactElement, Correction, DynamicsError, ElementState, HarmonicBalance, Harmonics, OverRange,
-    Resolved, Resonance, ResonanceKind, Response, Start, Taken, Truncation, Vibration,
+    ContactElement, Correction, DynamicsError, ElementState, HarmonicBalance, HarmonicCorrection,
+    Harmonics, RangeResponse, Resolved, Resonance, ResonanceKind, Response, Start, Truncation,
+    Vibration,
 };
 use crate::model_update::{ElementParameters, is_steady};
 use crate::recipe::Layout;
@@ -140,7 +141,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         None => None,
     };
     let near = known.as_ref().map(|(_, correction)| correction);
-    let resolved = resolved.completed(tolerance, corrects.then_some(Taken { near }));
+    let resolved = resolved.completed(tolerance, corrects.then_some(HarmonicCorrection { near }));
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     tell_extensions(&mut outputs, &resolved.extensions);
     let solved = Solved::of(&resolved);
@@ -192,7 +193,7 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
     let elements = contact_elements(reads, &parameters, 1.0);
     let tolerance = harmonic_tolerance(&reads.recipe);
     match vibration.resolve_over_range(elements, tolerance) {
-        Ok(OverRange { resolved, points }) => {
+        Ok(RangeResponse { resolved, points }) => {
             let harmonics = resolved.balance.harmonics().clone();
             solvers.forced_response = points.map(|points| (harmonics, points));
             tell_missed(outputs, tolerance, &resolved);

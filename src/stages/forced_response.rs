@@ -14,7 +14,7 @@ use super::reduced;
 use super::solvers::{Solvers, given};
 use super::stage::{Stage, When};
 use super::told::tell_missed;
-use crate::dynamics::forced_response::{ForcedPoint, FoundBy, PointResponse};
+use crate::dynamics::forced_response::{ForcedPoint, PointResponse, SolutionMethod};
 use crate::dynamics::{
     ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,
     Start, Vibration,
@@ -264,7 +264,7 @@ fn forced_response(
         None => points_of(reads, vibration, &balance, resonance),
     };
     let has_branch = match &points {
-        Ok(points) => points.iter().any(|p| p.found_by == FoundBy::Balance),
+        Ok(points) => points.iter().any(|p| p.found_by == SolutionMethod::Balance),
         Err(error) => !error.is_not_converged(),
     };
     if !has_branch && harmonics != vibration.harmonics {
@@ -354,10 +354,10 @@ fn put(
 fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
     for (found_by, what) in [
         (
-            FoundBy::Unphysical,
+            SolutionMethod::Unphysical,
             "without a response: the contact would give energy in that of the harmonic balance, whose samples or harmonics are too few there",
         ),
-        (FoundBy::Nothing, "not found"),
+        (SolutionMethod::Nothing, "not found"),
     ] {
         let some = points.iter().filter(|point| point.found_by == found_by);
         let frequencies: Vec<f64> = some.map(|point| point.frequency).collect();

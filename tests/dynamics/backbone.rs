@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use fretwear::dynamics::oscillator::mass_on_springs;
 use fretwear::dynamics::{
     Backbone, BackboneEnd, ContactElement, DynamicsError, ForcedPoint, FrictionLaw, Harmonics,
-    Levels, Load, Oscillator, Vibration, resonance_over,
+    Load, LoadLevels, Oscillator, Vibration, resonance_over,
 };
 use fretwear::reference::{Jenkins, JenkinsOscillator};
 
@@ -25,14 +25,14 @@ fn vibration(oscillator: &Oscillator, loads: Vec<Load>, samples: usize) -> Vibra
     }
 }
 
-fn climb(vibration: &Vibration, element: &ContactElement, levels: Levels) -> Backbone {
+fn climb(vibration: &Vibration, element: &ContactElement, levels: LoadLevels) -> Backbone {
     let balance = vibration.balance(vec![element.clone()]).expect("right");
     let backbone = vibration.backbone(balance, levels);
     backbone.unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn levels(from: f64, to: f64, count: Option<usize>) -> Levels {
-    Levels { from, to, count }
+fn levels(from: f64, to: f64, count: Option<usize>) -> LoadLevels {
+    LoadLevels { from, to, count }
 }
 
 /// An oscillator with another dashpot along x.

@@ -8,7 +8,7 @@
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 
-use fretwear::dynamics::{ContactElement, FrictionLaw, Levels, Oscillator, Slider, Vibration};
+use fretwear::dynamics::{ContactElement, FrictionLaw, LoadLevels, Oscillator, Slider, Vibration};
 use fretwear::reference::Jenkins;
 
 /// Displacements at which sliders begin to slide, in modal amplitudes: twelve a decade over those of the data and a decade beyond.
@@ -162,7 +162,7 @@ fn a_bank_of_sliders_has_the_published_backbones() {
         let (vibration, element) = bank.vibration(1024, range);
         // The forces of the modal phase resonances at both ends.
         let force = |k: usize| 2.0 * curve.damping[k] * curve.omega[k].powi(2) * curve.amplitude[k];
-        let levels = Levels {
+        let levels = LoadLevels {
             from: 0.8 * force(0),
             to: 1.2 * force(last),
             count: None,

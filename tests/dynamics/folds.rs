@@ -2,7 +2,7 @@
 
 use fretwear::dynamics::{
     ContactElement, ContinuationSettings, DynamicsError, FrictionLaw, HarmonicBalance, Oscillator,
-    OverRange, Response, Settings, Vibration,
+    RangeResponse, Response, Settings, Vibration,
 };
 
 use super::continuation::collect;
@@ -130,7 +130,7 @@ fn the_highest_of_several_peaks() {
         ..vibration(&oscillator, 5, loads, (TURN * 160.0, TURN * 750.0))
     };
     let found = vibration.resolve_over_range(vec![oscillator.element.clone()], None);
-    let OverRange { resolved, points } = found.unwrap_or_else(|error| panic!("{error}"));
+    let RangeResponse { resolved, points } = found.unwrap_or_else(|error| panic!("{error}"));
     let points = points.expect("a forced response");
     let responses = points.iter().filter_map(|p| p.response.as_ref());
     let top = responses.map(|r| r.amplitude).fold(0.0, f64::max);

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use fretwear::dynamics::forced_response::FoundBy;
+use fretwear::dynamics::forced_response::SolutionMethod;
 use fretwear::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, Oscillator, OverRange,
+    ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, Oscillator, RangeResponse,
     ResonanceKind, Spring, Vibration,
 };
 
@@ -36,7 +36,7 @@ fn light(element: ContactElement) -> Oscillator {
     }
 }
 
-fn over_range<'a>(vibration: &'a Vibration, element: &ContactElement) -> OverRange<'a> {
+fn over_range<'a>(vibration: &'a Vibration, element: &ContactElement) -> RangeResponse<'a> {
     let found = vibration.resolve_over_range(vec![element.clone()], None);
     found.expect("a resonance")
 }
@@ -45,7 +45,7 @@ fn over_range<'a>(vibration: &'a Vibration, element: &ContactElement) -> OverRan
 fn top(vibration: &Vibration, oscillator: &Oscillator) -> f64 {
     /// What a peak may be below a point beside it.
     const FLAT: f64 = 2e-5;
-    let OverRange { resolved, points } = over_range(vibration, &oscillator.element);
+    let RangeResponse { resolved, points } = over_range(vibration, &oscillator.element);
     let peak = resolved.resonance.peak_amplitude;
     for point in points.expect("a forced response") {
         let Some(response) = point.response else {
@@ -144,8 +144,10 @@ fn no_preload_has_a_response() {
     assert!(found >= 29, "{found} of 31");
     for point in points {
         match point.found_by {
-            FoundBy::Balance => assert!(point.residual <= 1e-6, "{point:?}"),
-            FoundBy::Unphysical | FoundBy::Nothing => assert!(point.response.is_none()),
+            SolutionMethod::Balance => assert!(point.residual <= 1e-6, "{point:?}"),
+            SolutionMethod::Unphysical | SolutionMethod::Nothing => {
+                assert!(point.response.is_none())
+            }
         }
     }
 }
