@@ -35,7 +35,7 @@ pub struct Bolt {
 
 /// A contact solution as the bolt sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Approach {
+pub struct BoltContact {
     /// Approach δ under the load \[m\]; at no load, that of the first touch.
     pub approach: f64,
     /// dN/dδ there \[N/m\]; steers the search only, so that 0 where it is not known costs contact solutions and no accuracy.
@@ -66,7 +66,7 @@ pub struct Preload {
 pub fn preload<E: From<ModelUpdateError>>(
     bolt: Bolt,
     start: Option<f64>,
-    mut worn: impl FnMut(f64) -> Result<Approach, E>,
+    mut worn: impl FnMut(f64) -> Result<BoltContact, E>,
 ) -> Result<Preload, E> {
     check(bolt)?;
     let tolerance = PRELOAD_TOLERANCE * bolt.load;

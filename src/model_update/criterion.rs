@@ -10,7 +10,7 @@ const PASSED: f64 = 0.15;
 /// What makes an update due, measured from the last update.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Criterion {
+pub enum UpdateCriterion {
     /// Nothing.
     #[default]
     Never,
@@ -85,7 +85,7 @@ impl CycleFigures {
 /// What made an update due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum DueTo {
+pub enum UpdateCause {
     /// Change of kn.
     Kn,
     /// Change of kt.
@@ -104,9 +104,9 @@ pub enum DueTo {
 
 /// An update that is due, to be recorded with it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Due {
+pub struct DueUpdate {
     /// Which quantity; of several, the one that changed most.
-    pub to: DueTo,
+    pub to: UpdateCause,
     /// Its value since the last update: k/k_ref − 1 (and so of force and energy) with its sign (∞ if the joint has become rigid), iterations, or volume
     /// \[m³\].
     pub value: f64,
@@ -114,12 +114,12 @@ pub struct Due {
     pub limit: f64,
 }
 
-impl Criterion {
+impl UpdateCriterion {
     /// When an update is due, in words.
     pub fn told(&self) -> String {
         match self {
-            Criterion::Never => "never".to_owned(),
-            Criterion::StiffnessChange {
+            UpdateCriterion::Never => "never".to_owned(),
+            UpdateCriterion::StiffnessChange {
                 change,
                 volume_growth,
             } => {
@@ -132,18 +132,18 @@ impl Criterion {
                      cycle{growth}"
                 )
             }
-            Criterion::Iterations(every) => format!("every {every} wear iterations"),
-            Criterion::WearVolume(volume) => format!("after wear: at every {volume:e} m^3"),
+            UpdateCriterion::Iterations(every) => format!("every {every} wear iterations"),
+            UpdateCriterion::WearVolume(volume) => format!("after wear: at every {volume:e} m^3"),
         }
     }
 
     /// The key of a scene that it comes from; none if nothing makes an update due.
     pub fn key(&self) -> Option<&'static str> {
         match self {
-            Criterion::Never => None,
-            Criterion::StiffnessChange { .. } => Some("update.stiffness_change"),
-            Criterion::Iterations(_) => Some("update.iterations"),
-            Criterion::WearVolume(_) => Some("update.wear_volume"),
+            UpdateCriterion::Never => None,
+            UpdateCriterion::StiffnessChange { .. } => Some("update.stiffness_change"),
+            UpdateCriterion::Iterations(_) => Some("update.iterations"),
+            UpdateCriterion::WearVolume(_) => Some("update.wear_volume"),
         }
     }
 
@@ -153,8 +153,8 @@ impl Criterion {
     /// [`ModelUpdateError::OutOfRange`] with the scene's key.
     pub fn check(&self) -> Result<(), ModelUpdateError> {
         let (name, value, expected) = match *self {
-            Criterion::Never => return Ok(()),
-            Criterion::StiffnessChange {
+            UpdateCriterion::Never => return Ok(()),
+            UpdateCriterion::StiffnessChange {
                 change,
                 volume_growth,
             } => match volume_growth {
@@ -169,8 +169,8 @@ impl Criterion {
                     "positive, a part of k: 0.10",
                 ),
             },
-            Criterion::Iterations(n) => ("update.iterations", n as f64, "at least 1"),
-            Criterion::WearVolume(v) => ("update.wear_volume", v, "positive"),
+            UpdateCriterion::Iterations(n) => ("update.iterations", n as f64, "at least 1"),
+            UpdateCriterion::WearVolume(v) => ("update.wear_volume", v, "positive"),
         };
         if value > 0.0 && value.is_finite() {
             return Ok(());
@@ -183,7 +183,7 @@ impl Criterion {
     }
 
     /// Whether an update is due, and why; `reference` is the state at the last update.
-    pub fn due(&self, reference: &UpdateState, now: &UpdateState) -> Option<Due> {
+    pub fn due(&self, reference: &UpdateState, now: &UpdateState) -> Option<DueUpdate> {
         let change = self.change(reference, now)?;
         (change.value.abs() >= change.limit).then_some(change)
     }
@@ -194,7 +194,7 @@ impl Criterion {
         self.change(reference, now).map_or(0.0, |change| {
             let progress = change.value.abs() / change.limit;
             match change.to {
-                DueTo::VolumeGrowth if progress > 1.0 => (progress - PASSED).max(1.0),
+                UpdateCause::VolumeGrowth if progress > 1.0 => (progress - PASSED).max(1.0),
                 _ => progress,
             }
         })
@@ -203,7 +203,7 @@ impl Criterion {
     /// Volume at which an update is due for its growth \[m³\]; none where that does not count.
     pub fn due_volume(&self, reference: &UpdateState, running_in: f64) -> Option<f64> {
         match *self {
-            Criterion::StiffnessChange {
+            UpdateCriterion::StiffnessChange {
                 volume_growth: Some(growth),
                 ..
             } => Some(reference.wear_volume.max(running_in) * (1.0 + growth)),
@@ -211,48 +211,48 @@ impl Criterion {
         }
     }
 
-    fn change(&self, reference: &UpdateState, now: &UpdateState) -> Option<Due> {
+    fn change(&self, reference: &UpdateState, now: &UpdateState) -> Option<DueUpdate> {
         let (to, value, limit) = match *self {
-            Criterion::Never => return None,
-            Criterion::StiffnessChange {
+            UpdateCriterion::Never => return None,
+            UpdateCriterion::StiffnessChange {
                 change: limit,
                 volume_growth,
             } => {
                 let (old, new) = (reference.compliance, now.compliance);
-                let mut most = (DueTo::Kn, change(old.normal, new.normal));
+                let mut most = (UpdateCause::Kn, change(old.normal, new.normal));
                 let mut also = |to, value: f64| {
                     if value.abs() > most.1.abs() {
                         most = (to, value);
                     }
                 };
-                also(DueTo::Kt, change(old.tangential, new.tangential));
+                also(UpdateCause::Kt, change(old.tangential, new.tangential));
                 if let (Some(old), Some(new)) = (reference.cycle, now.cycle) {
-                    also(DueTo::Force, change(new.force, old.force));
-                    also(DueTo::Energy, change(new.energy, old.energy));
+                    also(UpdateCause::Force, change(new.force, old.force));
+                    also(UpdateCause::Energy, change(new.energy, old.energy));
                 }
                 let growth = volume_growth.map(|limit| (grown(reference, now), limit));
                 // Each in parts of its own limit.
                 match growth {
                     Some((grown, of)) if grown / of > most.1.abs() / limit => {
-                        (DueTo::VolumeGrowth, grown, of)
+                        (UpdateCause::VolumeGrowth, grown, of)
                     }
                     _ => (most.0, most.1, limit),
                 }
             }
-            Criterion::Iterations(limit) => {
+            UpdateCriterion::Iterations(limit) => {
                 let passed = now.iteration.saturating_sub(reference.iteration);
-                (DueTo::Iterations, passed as f64, limit as f64)
+                (UpdateCause::Iterations, passed as f64, limit as f64)
             }
-            Criterion::WearVolume(limit) => (
-                DueTo::WearVolume,
+            UpdateCriterion::WearVolume(limit) => (
+                UpdateCause::WearVolume,
                 now.wear_volume - reference.wear_volume,
                 limit,
             ),
         };
-        Some(Due { to, value, limit })
+        Some(DueUpdate { to, value, limit })
     }
 
-    /// [`Criterion::due`] without the reason.
+    /// [`UpdateCriterion::due`] without the reason.
     pub fn is_due(&self, reference: &UpdateState, now: &UpdateState) -> bool {
         self.due(reference, now).is_some()
     }

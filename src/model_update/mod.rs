@@ -2,7 +2,7 @@
 //!
 //! The fine contact is solved on the joint's grid, with hundreds of cells along a side; the structure has a few hundred contact
 //! elements. [`ContactElements`] is the map between both, [`Springs`] says what of the fine contact's compliance the elements
-//! get, [`ElementParameters`] is the result; or [`Laws`] gives each a law of its own. [`Criterion`] decides after a wear step whether they are renewed, and [`preload`]
+//! get, [`ElementParameters`] is the result; or [`Laws`] gives each a law of its own. [`UpdateCriterion`] decides after a wear step whether they are renewed, and [`preload`]
 //! how much of the bolt's load is left.
 
 mod bolt;
@@ -17,9 +17,9 @@ pub mod sliders;
 mod stiffness;
 mod trend;
 
-pub use bolt::{Approach, Bolt, PRELOAD_TOLERANCE, Preload, preload};
+pub use bolt::{Bolt, BoltContact, PRELOAD_TOLERANCE, Preload, preload};
 pub use bolt_compliance::{BoltHead, BoltedJoint, Clamping, metric_thread};
-pub use criterion::{Criterion, CycleFigures, Due, DueTo, UpdateState};
+pub use criterion::{CycleFigures, DueUpdate, UpdateCause, UpdateCriterion, UpdateState};
 pub use elements::{ContactElements, Nodes};
 pub use end_loads::EndLoads;
 pub use error::ModelUpdateError;

@@ -6,7 +6,7 @@ use super::Reasons;
 use super::decision::Told;
 use super::element_table::ElementTable;
 use crate::dynamics::{ContactElement, FrictionLaw, Slider};
-use crate::model_update::{Criterion, Distribution, ElementParameters, StiffnessKind};
+use crate::model_update::{Distribution, ElementParameters, StiffnessKind, UpdateCriterion};
 
 /// The contact elements of a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,7 @@ pub struct Elements {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Updates {
     /// What makes an update due.
-    pub criterion: Criterion,
+    pub criterion: UpdateCriterion,
     /// Whether their motion goes on to change from one update to the next as it has since the one before.
     pub extrapolates: bool,
 }

@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-pub use crate::model_update::Criterion;
+pub use crate::model_update::UpdateCriterion;
 pub use crate::structure::contact_array::ContactArray;
 pub use crate::wear::Scheme;
 pub use check::Check;

@@ -47,8 +47,8 @@ pub use crate::contact::Boundary;
 pub use crate::dynamics::{FrictionLaw, Rayleigh};
 pub use crate::model_update::{Distribution, StiffnessKind as Stiffness};
 pub use crate::recipe::{
-    Base, BaseMotion, Criterion as Update, DampingBasis, Force, Heights as Surface, Keep, Output,
-    Port, StructureSource as Structure, Updates, Wear,
+    Base, BaseMotion, DampingBasis, Force, Heights as Surface, Keep, Output, Port,
+    StructureSource as Structure, UpdateCriterion as Update, Updates, Wear,
 };
 pub use crate::structure::resonator::Resonator;
 pub use crate::surface::prepare::{Detrend, Fill};

@@ -9,7 +9,7 @@ use super::ledger::Drift;
 use super::reads::{Outputs, Reads};
 use super::solvers::{Solvers, layout, smooth};
 use super::stage::{Stage, When};
-use crate::model_update::{Compliance, Criterion, CycleFigures, DueTo, UpdateState};
+use crate::model_update::{Compliance, CycleFigures, UpdateCause, UpdateCriterion, UpdateState};
 use crate::recipe::{Contact, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
@@ -90,13 +90,13 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         }
         None => "",
         Some(Some(due)) => match due.to {
-            DueTo::Kn => "kn",
-            DueTo::Kt => "kt",
-            DueTo::Force => "force_along_motion",
-            DueTo::Energy => "dissipated_energy",
-            DueTo::Iterations => "iterations",
-            DueTo::WearVolume => "wear_volume",
-            DueTo::VolumeGrowth => "volume_growth",
+            UpdateCause::Kn => "kn",
+            UpdateCause::Kt => "kt",
+            UpdateCause::Force => "force_along_motion",
+            UpdateCause::Energy => "dissipated_energy",
+            UpdateCause::Iterations => "iterations",
+            UpdateCause::WearVolume => "wear_volume",
+            UpdateCause::VolumeGrowth => "volume_growth",
         },
     };
     let fine = match extrapolates(reads) {
@@ -179,9 +179,9 @@ pub fn extrapolates(reads: &Reads) -> bool {
 }
 
 /// When the contact elements are due.
-fn criterion(reads: &Reads) -> Criterion {
+fn criterion(reads: &Reads) -> UpdateCriterion {
     let elements = reads.recipe.elements();
-    elements.map_or(Criterion::Never, |elements| elements.update.criterion)
+    elements.map_or(UpdateCriterion::Never, |elements| elements.update.criterion)
 }
 
 /// Compliance of the springs of a joint of this compliance together.
@@ -207,7 +207,7 @@ pub fn figures_of(
 /// The next update, seen from the beginning of a step that may pass it.
 pub struct NextUpdate {
     smooth: Option<Compliance>,
-    criterion: Criterion,
+    criterion: UpdateCriterion,
     reference: UpdateState,
     running_in: f64,
     /// The cycle at the beginning.
@@ -225,7 +225,10 @@ impl NextUpdate {
         let Some(row) = reads.maybe_before::<typed::ModelUpdate>()? else {
             return Ok(None);
         };
-        if matches!(criterion, Criterion::Never | Criterion::Iterations(_)) {
+        if matches!(
+            criterion,
+            UpdateCriterion::Never | UpdateCriterion::Iterations(_)
+        ) {
             return Ok(None);
         }
         let summary: typed::Summary = reads.before()?;
@@ -270,7 +273,7 @@ impl NextUpdate {
     ) -> Result<f64, NumericsError> {
         let pressure = &step.contact.pressure;
         let (kn, kt) = match self.criterion {
-            Criterion::StiffnessChange { .. } => {
+            UpdateCriterion::StiffnessChange { .. } => {
                 joint.stiffness(pressure, contact.shear, contact.coupling)?
             }
             _ => (f64::INFINITY, f64::INFINITY),

@@ -13,7 +13,7 @@ use super::reduced::ReducedTables;
 use super::run_cost::RunCost;
 use super::runner::Runner;
 use super::stage::{Stage, When};
-use crate::model_update::Criterion;
+use crate::model_update::UpdateCriterion;
 use crate::recipe::{Durability, Inputs, Keep as KeepOf, KeptPlan, Recipe};
 use crate::store::{
     Cache, FileSystem, Keep, RunIdentity, RunReader, RunStore, UnsyncedFileSystem, check_plan,
@@ -344,7 +344,7 @@ fn prune(store: &mut RunStore, inputs: &Inputs) -> Result<(), RunError> {
             .recipe
             .elements()
             .map(|elements| elements.update.criterion);
-        if updates && criterion.is_some_and(|criterion| criterion != Criterion::Never) {
+        if updates && criterion.is_some_and(|criterion| criterion != UpdateCriterion::Never) {
             for wear_iteration in store.reader().iterations() {
                 if store.typed::<typed::ModelUpdate>(wear_iteration)?.updated {
                     also.insert(wear_iteration);

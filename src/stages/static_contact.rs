@@ -10,7 +10,7 @@ use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::contact::normal::{Control, NormalSolution, Rotation};
 use crate::contact::stiffness;
-use crate::model_update::{Approach, Bolt, preload};
+use crate::model_update::{Bolt, BoltContact, preload};
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
@@ -224,20 +224,20 @@ fn pulled(
     preload(
         bolt,
         Some(first),
-        |force| -> Result<Approach, NumericsError> {
+        |force| -> Result<BoltContact, NumericsError> {
             if force == 0.0 {
                 // Nothing is bent: the faces touch at their highest point.
                 let worn = joint.height.iter().zip(wear).zip(&joint.patch.kept);
                 let heights = worn.filter(|(_, kept)| **kept).map(|((h, w), _)| h - w);
                 let approach = -heights.fold(f64::NEG_INFINITY, f64::max);
-                return Ok(Approach { approach, kn: 0.0 });
+                return Ok(BoltContact { approach, kn: 0.0 });
             }
             joint.pressing.iter_mut().for_each(|of| of.preload = force);
             let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
             last = Some(joint.contact(wear, None, force, from)?);
             let approach = joint.pressing.as_ref().map_or(0.0, |of| of.shortening);
             let kn = (force / approach).max(0.0);
-            Ok(Approach { approach, kn })
+            Ok(BoltContact { approach, kn })
         },
     )?;
     let solution = last.expect("a bolt that is not loose presses");
@@ -256,13 +256,13 @@ fn clamped(
     let found = preload(
         bolt,
         Some(first),
-        |load| -> Result<Approach, NumericsError> {
+        |load| -> Result<BoltContact, NumericsError> {
             let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
             let solution = joint.contact(wear, None, load, from)?;
             let elastic = stiffness::elastic_cells(&solution.pressure, joint.pressure_cap);
             let normal = |half_space: &mut _| stiffness::normal(half_space, &elastic);
             let kn = joint.half_space.without_nodal(normal)?;
-            let approach = Approach {
+            let approach = BoltContact {
                 approach: solution.approach,
                 kn: kn.total,
             };

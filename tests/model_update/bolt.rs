@@ -2,7 +2,7 @@ use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::{Pair, stiffness};
 use fretwear::grid::{Grid, Patch};
 use fretwear::model_update::{
-    Approach, Bolt, ModelUpdateError, PRELOAD_TOLERANCE, Preload, preload,
+    Bolt, BoltContact, ModelUpdateError, PRELOAD_TOLERANCE, Preload, preload,
 };
 use fretwear::reference::Hertz;
 
@@ -15,7 +15,7 @@ const LOAD: f64 = 30e3;
 /// Contact solutions that Newton's steps take from the unworn preload.
 const FEW: usize = 8;
 
-fn solve(bolt: Bolt, worn: impl Fn(f64) -> Approach) -> Result<Preload, ModelUpdateError> {
+fn solve(bolt: Bolt, worn: impl Fn(f64) -> BoltContact) -> Result<Preload, ModelUpdateError> {
     preload(bolt, None, |load| Ok(worn(load)))
 }
 
@@ -29,7 +29,7 @@ fn a_linear_contact_shares_the_wear_with_the_bolt() {
             load: LOAD,
             approach: LOAD / k,
         };
-        let found = solve(bolt, |load| Approach {
+        let found = solve(bolt, |load| BoltContact {
             approach: load / k + wear,
             kn: k,
         })
@@ -51,8 +51,8 @@ fn sphere(load: f64) -> Hertz {
     }
 }
 
-fn hertz(load: f64, wear: f64) -> Approach {
-    Approach {
+fn hertz(load: f64, wear: f64) -> BoltContact {
+    BoltContact {
         approach: sphere(load).approach() + wear,
         kn: sphere(load).normal_stiffness(),
     }
@@ -84,7 +84,7 @@ fn a_sphere_keeps_the_preload_that_its_wear_leaves() {
             });
             assert_eq!(again.expect("a preload").calls, 1);
             // Without slopes it is the same, later.
-            let halved = solve(bolt, |load| Approach {
+            let halved = solve(bolt, |load| BoltContact {
                 kn: 0.0,
                 ..hertz(load, wear)
             });
@@ -121,7 +121,7 @@ fn a_joint_that_came_loose_says_by_how_much() {
         if load > 0.0 {
             hertz(load, wear)
         } else {
-            Approach {
+            BoltContact {
                 approach: wear,
                 kn: 0.0,
             }
@@ -171,7 +171,7 @@ fn a_bolt_that_is_none_is_refused() {
             "{found:?}"
         );
     }
-    let found = solve(right, |_| Approach {
+    let found = solve(right, |_| BoltContact {
         approach: f64::NAN,
         kn: 1.0,
     });
@@ -200,12 +200,12 @@ fn the_balance_holds_for_a_contact_that_is_solved() {
         tolerance: 1e-9,
         ..NormalOptions::default()
     };
-    let mut contact = |height: &[f64], load: f64| -> Result<Approach, ModelUpdateError> {
+    let mut contact = |height: &[f64], load: f64| -> Result<BoltContact, ModelUpdateError> {
         let problem = NormalProblem::new(&patch, height, load);
         let solution = normal::solve(&mut half_space, &problem, None, options).expect("contact");
         let set: Vec<bool> = solution.pressure.iter().map(|&p| p > 0.0).collect();
         let kn = stiffness::normal(&mut half_space, &set).expect("kn");
-        Ok(Approach {
+        Ok(BoltContact {
             approach: solution.approach,
             kn: kn.total,
         })

@@ -1,9 +1,9 @@
 use fretwear::model_update::{
-    Compliance, Criterion, CycleFigures, DueTo, ModelUpdateError, UpdateState,
+    Compliance, CycleFigures, ModelUpdateError, UpdateCause, UpdateCriterion, UpdateState,
 };
 
-fn of_stiffness(change: f64) -> Criterion {
-    Criterion::StiffnessChange {
+fn of_stiffness(change: f64) -> UpdateCriterion {
+    UpdateCriterion::StiffnessChange {
         change,
         volume_growth: None,
     }
@@ -26,55 +26,59 @@ fn what_makes_an_update_due() {
     let reference = state(7, 4e9, 3e9, 2e-12);
     let change = of_stiffness;
     let cases = [
-        (Criterion::Never, state(999, RIGID, RIGID, 1.0), None),
+        (UpdateCriterion::Never, state(999, RIGID, RIGID, 1.0), None),
         (change(0.1), state(8, 4.39e9, 3.29e9, 1.0), None),
         (
             change(0.1),
             state(8, 4.41e9, 3.2e9, 0.0),
-            Some((DueTo::Kn, 0.1025)),
+            Some((UpdateCause::Kn, 0.1025)),
         ),
         (
             change(0.1),
             state(8, 4.1e9, 3.31e9, 0.0),
-            Some((DueTo::Kt, 0.31 / 3.0)),
+            Some((UpdateCause::Kt, 0.31 / 3.0)),
         ),
         // It falls as well as it rises, and the larger change is the reason.
         (
             change(0.1),
             state(8, 3.5e9, 3.31e9, 0.0),
-            Some((DueTo::Kn, -0.125)),
+            Some((UpdateCause::Kn, -0.125)),
         ),
         (change(0.1), state(8, 3.61e9, 2.71e9, 0.0), None),
         (
             change(0.2),
             state(8, RIGID, 3e9, 0.0),
-            Some((DueTo::Kn, RIGID)),
+            Some((UpdateCause::Kn, RIGID)),
         ),
         (
             change(0.2),
             state(8, 4e9, RIGID, 0.0),
-            Some((DueTo::Kt, RIGID)),
+            Some((UpdateCause::Kt, RIGID)),
         ),
         (
             change(0.2),
             state(8, 0.0, 3e9, 0.0),
-            Some((DueTo::Kn, -1.0)),
+            Some((UpdateCause::Kn, -1.0)),
         ),
-        (Criterion::Iterations(5), state(11, 9e9, 9e9, 1.0), None),
         (
-            Criterion::Iterations(5),
+            UpdateCriterion::Iterations(5),
+            state(11, 9e9, 9e9, 1.0),
+            None,
+        ),
+        (
+            UpdateCriterion::Iterations(5),
             state(12, 4e9, 3e9, 0.0),
-            Some((DueTo::Iterations, 5.0)),
+            Some((UpdateCause::Iterations, 5.0)),
         ),
         (
-            Criterion::WearVolume(1e-12),
+            UpdateCriterion::WearVolume(1e-12),
             state(99, 9e9, 9e9, 2.9e-12),
             None,
         ),
         (
-            Criterion::WearVolume(1e-12),
+            UpdateCriterion::WearVolume(1e-12),
             state(8, 4e9, 3e9, 3.5e-12),
-            Some((DueTo::WearVolume, 1.5e-12)),
+            Some((UpdateCause::WearVolume, 1.5e-12)),
         ),
     ];
     for (criterion, now, expected) in cases {
@@ -106,18 +110,18 @@ fn a_rigid_joint_that_stays_rigid_has_not_changed() {
 #[test]
 fn limits_that_are_none_are_refused() {
     for right in [
-        Criterion::Never,
+        UpdateCriterion::Never,
         of_stiffness(0.05),
-        Criterion::Iterations(1),
-        Criterion::WearVolume(1e-15),
+        UpdateCriterion::Iterations(1),
+        UpdateCriterion::WearVolume(1e-15),
     ] {
         assert_eq!(right.check(), Ok(()));
     }
     for (wrong, key) in [
         (of_stiffness(0.0), "update.stiffness_change"),
         (of_stiffness(f64::NAN), "update.stiffness_change"),
-        (Criterion::Iterations(0), "update.iterations"),
-        (Criterion::WearVolume(-1e-12), "update.wear_volume"),
+        (UpdateCriterion::Iterations(0), "update.iterations"),
+        (UpdateCriterion::WearVolume(-1e-12), "update.wear_volume"),
     ] {
         let found = wrong.check();
         assert!(
@@ -137,12 +141,12 @@ fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
     let criterion = of_stiffness(0.1);
     let before = with(100.0, 0.2);
     for (now, to) in [
-        (with(89.0, 0.21), Some(DueTo::Force)),
-        (with(95.0, 0.23), Some(DueTo::Energy)),
+        (with(89.0, 0.21), Some(UpdateCause::Force)),
+        (with(95.0, 0.23), Some(UpdateCause::Energy)),
         (with(105.0, 0.19), None),
         // Without a cycle to compare with, stiffness alone decides.
         (state(0, 2.0, 1.05, 0.0), None),
-        (state(0, 2.3, 1.0, 0.0), Some(DueTo::Kn)),
+        (state(0, 2.3, 1.0, 0.0), Some(UpdateCause::Kn)),
     ] {
         assert_eq!(
             criterion.due(&before, &now).map(|due| due.to),
@@ -162,7 +166,7 @@ fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
 /// The growth counts from the last update, or from where the joint has run in; a little more of it is as good.
 #[test]
 fn a_grown_volume_makes_an_update_due() {
-    let criterion = Criterion::StiffnessChange {
+    let criterion = UpdateCriterion::StiffnessChange {
         change: 0.1,
         volume_growth: Some(0.5),
     };
@@ -175,7 +179,7 @@ fn a_grown_volume_makes_an_update_due() {
     let due = criterion
         .due(&reference, &grown(3.2e-12, 0.0))
         .expect("due");
-    assert_eq!((due.to, due.limit), (DueTo::VolumeGrowth, 0.5));
+    assert_eq!((due.to, due.limit), (UpdateCause::VolumeGrowth, 0.5));
     assert!((due.value - 0.6).abs() < 1e-12, "{due:?}");
     // Up to 5e-12 m3 it runs in: from there to 7.5e-12.
     assert!(!criterion.is_due(&reference, &grown(7.4e-12, 5e-12)));
@@ -189,11 +193,11 @@ fn a_grown_volume_makes_an_update_due() {
     };
     assert_eq!(
         criterion.due(&reference, &stiffer).map(|due| due.to),
-        Some(DueTo::Kn)
+        Some(UpdateCause::Kn)
     );
     assert_eq!(criterion.progress(&reference, &grown(3.05e-12, 0.0)), 1.0);
     assert!(criterion.progress(&reference, &grown(3.5e-12, 0.0)) > 1.2);
-    let wrong = Criterion::StiffnessChange {
+    let wrong = UpdateCriterion::StiffnessChange {
         change: 0.1,
         volume_growth: Some(0.0),
     };

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fretwear::recipe::Criterion;
+use fretwear::recipe::UpdateCriterion;
 use fretwear::scene::{self, Plan};
 use fretwear::study::{JOINTS, Law, OTHERS};
 
@@ -52,7 +52,10 @@ fn they_are_in_the_papers_setting() {
         let scene = scene::load(&folder().join(format!("{name}.toml")), &[]).expect("a scene");
         let plan = Plan::of(&scene).expect("a plan");
         let elements = plan.inputs.recipe.elements().expect("contact elements");
-        let updates = matches!(elements.update.criterion, Criterion::StiffnessChange { .. });
+        let updates = matches!(
+            elements.update.criterion,
+            UpdateCriterion::StiffnessChange { .. }
+        );
         assert_eq!(updates, name.starts_with("update"), "{name}");
         let wear = plan.inputs.recipe.wear.as_ref().expect("wear");
         assert_eq!(wear.scheme.is_explicit(), name == "explicit", "{name}");

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::recipe::{Criterion, ElementStiffness, Recipe};
+use crate::recipe::{ElementStiffness, Recipe, UpdateCriterion};
 
 /// What of a scene decides which part a run plays.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -88,7 +88,7 @@ impl Setting {
                 update => update.to_string(),
             },
             stiffness_change: elements.and_then(|elements| match elements.update.criterion {
-                Criterion::StiffnessChange { change, .. } => Some(change),
+                UpdateCriterion::StiffnessChange { change, .. } => Some(change),
                 _ => None,
             }),
             vibrates: recipe.structure.is_some(),
