@@ -19,7 +19,7 @@ use serde_json::{Value, json};
 use super::arguments::{parse_threads, threads_or_cores};
 use super::run::{cache_folder, parse_source, scene_of_run};
 use super::{CliError, Exit};
-use crate::progress::{Asked, Watcher, grouped};
+use crate::progress::{ForwardedSignals, Watcher, grouped};
 use crate::terminal::Results;
 
 #[derive(Args)]
@@ -289,7 +289,8 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     };
     let Amount { number: from, unit } = from.clone();
     // A value ends before a stop does: what it has cost is not lost.
-    let asked = Asked::listen_once(i32::from(Exit::Stopped.code())).map_err(CliError::Signals)?;
+    let asked = ForwardedSignals::listen_once(i32::from(Exit::Stopped.code()))
+        .map_err(CliError::Signals)?;
     let reached = Cell::new(from);
     let amount = |number: f64| Amount {
         number,

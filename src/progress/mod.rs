@@ -20,7 +20,7 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::terminal::{is_watched, log_into, note, say};
 pub use rows::Rows;
-pub use stopping::{Asked, Stopping, stop_with_parent};
+pub use stopping::{ForwardedSignals, Stopping, stop_with_parent};
 
 /// Redraws of the bar between iterations, so that a long stage is seen to be alive.
 const TICK: Duration = Duration::from_millis(200);
@@ -35,7 +35,7 @@ pub struct Watcher {
     /// The stage that is computed, and since when.
     stage: Cell<Option<(Stage, Instant)>>,
     gauge: Gauge,
-    at: Arc<Mutex<At>>,
+    at: Arc<Mutex<ProcessPhase>>,
     end: Arc<Mutex<Option<End>>>,
     /// Degrees of freedom of the structure's mesh.
     unknowns: Option<usize>,
@@ -49,7 +49,10 @@ pub struct Watcher {
 
 impl Watcher {
     pub fn new(recipe: &Recipe, root: &Path, quiet: bool) -> Self {
-        let (gauge, at) = (Gauge::default(), Arc::new(Mutex::new(At::default())));
+        let (gauge, at) = (
+            Gauge::default(),
+            Arc::new(Mutex::new(ProcessPhase::default())),
+        );
         let end = Arc::new(Mutex::new(None));
         if !quiet && !is_watched() {
             beat(gauge.clone(), &at);
@@ -193,16 +196,16 @@ const SHORT: Duration = Duration::from_secs(1);
 
 /// The stage that is computed.
 #[derive(Default)]
-struct At {
+struct ProcessPhase {
     words: String,
     since: Option<Instant>,
     /// After how long more is said of it, where nobody sees a bar.
     next: Duration,
 }
 
-impl At {
+impl ProcessPhase {
     fn begun(words: String) -> Self {
-        At {
+        ProcessPhase {
             words,
             since: Some(Instant::now()),
             next: FIRST_BEAT,
@@ -227,7 +230,7 @@ fn how_far(gauge: &Gauge, elapsed: Duration) -> String {
 
 fn within(
     gauge: Gauge,
-    at: Arc<Mutex<At>>,
+    at: Arc<Mutex<ProcessPhase>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
         let elapsed = locked(&at).elapsed();
@@ -241,7 +244,7 @@ fn within(
 const FIRST_BEAT: Duration = Duration::from_secs(4);
 
 /// Says so as long as somebody has `at`.
-fn beat(gauge: Gauge, at: &Arc<Mutex<At>>) {
+fn beat(gauge: Gauge, at: &Arc<Mutex<ProcessPhase>>) {
     let at = Arc::downgrade(at);
     thread::spawn(move || {
         while let Some(at) = at.upgrade() {
@@ -328,7 +331,7 @@ impl Observer for Watcher {
         let at = unknowns.map_or(at.clone(), |all| {
             format!("{at}, {} unknowns", grouped(all as u64))
         });
-        *locked(&self.at) = At::begun(at.clone());
+        *locked(&self.at) = ProcessPhase::begun(at.clone());
         if let Some(bar) = &self.bar {
             bar.set_prefix(at);
         }

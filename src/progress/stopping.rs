@@ -23,7 +23,7 @@ const GRACE: Duration = Duration::from_millis(1500);
 
 /// What a process is at, for who ends it.
 #[derive(Default)]
-pub struct At {
+pub struct ProcessPhase {
     /// Stage and iteration in words, and since when; none between runs.
     /// With whether it goes on from where it is interrupted.
     stage: Option<(String, bool, Instant)>,
@@ -37,30 +37,30 @@ pub struct At {
 }
 
 /// Signals to a command that computes nothing itself, and hands them on to those that do.
-pub struct Asked(Arc<AtomicBool>);
+pub struct ForwardedSignals(Arc<AtomicBool>);
 
-impl Asked {
+impl ForwardedSignals {
     /// Listens to signals.
-    pub fn listen() -> io::Result<Asked> {
+    pub fn listen() -> io::Result<ForwardedSignals> {
         let signalled = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
             flag::register(signal, signalled.clone())?;
         }
-        Ok(Asked(signalled))
+        Ok(ForwardedSignals(signalled))
     }
 
     /// Listens to the first signal; a second ends the process with `exit`.
     ///
     /// # Errors
     /// Those of the operating system.
-    pub fn listen_once(exit: i32) -> io::Result<Asked> {
+    pub fn listen_once(exit: i32) -> io::Result<ForwardedSignals> {
         let signalled = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
             // In this order: the first signal finds the flag down.
             flag::register_conditional_shutdown(signal, exit, signalled.clone())?;
             flag::register(signal, signalled.clone())?;
         }
-        Ok(Asked(signalled))
+        Ok(ForwardedSignals(signalled))
     }
 
     /// True once a signal has come.
@@ -90,7 +90,7 @@ pub struct Stopping {
     asked: Arc<AtomicBool>,
     begin: Instant,
     limit: Option<Duration>,
-    at: Arc<Mutex<At>>,
+    at: Arc<Mutex<ProcessPhase>>,
     /// The thread looks on as long as somebody has it.
     alive: Arc<()>,
 }
@@ -152,7 +152,7 @@ impl Stopping {
         self.at().over = true;
     }
 
-    fn at(&self) -> std::sync::MutexGuard<'_, At> {
+    fn at(&self) -> std::sync::MutexGuard<'_, ProcessPhase> {
         self.at.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -161,7 +161,7 @@ impl Stopping {
 struct Watch {
     signalled: Arc<AtomicBool>,
     asked: Arc<AtomicBool>,
-    at: Arc<Mutex<At>>,
+    at: Arc<Mutex<ProcessPhase>>,
     /// When the limit of time is over.
     end: Option<Instant>,
     exit: i32,

@@ -13,7 +13,7 @@ use fretwear::campaign::{About, Campaign, Failure, Folder, State};
 use super::super::cost;
 use super::run::{RowCounts, RowOutcome};
 use super::{CliError, RunArguments};
-use crate::progress::{Asked, Rows};
+use crate::progress::{ForwardedSignals, Rows};
 
 /// How often processes are looked at.
 const TICK: Duration = Duration::from_millis(3);
@@ -38,7 +38,7 @@ pub fn run(
     rows: &[usize],
     jobs: usize,
 ) -> Result<RowCounts, CliError> {
-    let asked = Asked::listen().map_err(CliError::Signals)?;
+    let asked = ForwardedSignals::listen().map_err(CliError::Signals)?;
     let begin = Instant::now();
     let execution = &arguments.execution;
     let states = folder.states(campaign.rows.len())?;
