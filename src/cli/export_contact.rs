@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use fretwear::dynamics::ContactElement;
 use fretwear::linalg::Matrix;
 use fretwear::recipe::element_table::{COLUMNS, ElementTable};
-use fretwear::recipe::{KeptPlan, Recipe};
+use fretwear::recipe::{Recipe, StoredPlan};
 use fretwear::scene::Plan;
 use fretwear::scene::plan::element_table::ports_line;
 use fretwear::stages::{ExportedContact, exported_contact};
@@ -49,7 +49,7 @@ pub fn export_contact(
 ) -> Result<Exit, CliError> {
     let (root, iteration) = place(run)?;
     let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
-    let recipe = reader.plan(KeptPlan::of)?.recipe;
+    let recipe = reader.plan(StoredPlan::of)?.recipe;
     if recipe.elements().is_none() || recipe.response.is_none() {
         return Err(CliError::NoElements { path: root });
     }

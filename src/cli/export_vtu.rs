@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fretwear::grid::Patch;
-use fretwear::recipe::{KeptPlan, Recipe};
+use fretwear::recipe::{Recipe, StoredPlan};
 use fretwear::store::{RealFileSystem, RunReader, StoreError};
 use fretwear::tables::{Table, TableName, TypedTable, typed};
 use fretwear::vtu::{UnstructuredGrid, VtuError, write_series};
@@ -27,7 +27,7 @@ pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, 
         None => (run, None),
     };
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let recipe = reader.plan(KeptPlan::of)?.recipe;
+    let recipe = reader.plan(StoredPlan::of)?.recipe;
     let iterations: Vec<u64> = match only {
         Some(iteration) => vec![iteration],
         None => reader.iterations().collect(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::{fs, io};
 
-use fretwear::recipe::{KeptPlan, Recipe};
+use fretwear::recipe::{Recipe, StoredPlan};
 use fretwear::report::{continuation, one_line_name, word};
 use fretwear::stages::{RunCost, RunEnds, RunStatus, judged};
 use fretwear::store::{Layout, LockHolder, RealFileSystem, RunReader};
@@ -30,7 +30,7 @@ pub fn status(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, C
 
 fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let KeptPlan { recipe, warnings } = reader.plan(KeptPlan::of)?;
+    let StoredPlan { recipe, warnings } = reader.plan(StoredPlan::of)?;
     let standing = RunStatus::of(&reader, &recipe)?;
     let ends = RunEnds::of(&reader)?;
     let spent = RunCost::of(&reader)?;
@@ -277,7 +277,7 @@ fn short(message: &str) -> String {
 
 fn line(root: &Path) -> Result<serde_json::Value, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let recipe = reader.plan(KeptPlan::of)?.recipe;
+    let recipe = reader.plan(StoredPlan::of)?.recipe;
     let standing = RunStatus::of(&reader, &recipe)?;
     let summary = standing.wear_iteration.map(|k| reader.typed::<Summary>(k));
     let summary = summary.transpose()?.unwrap_or_default();

@@ -7,7 +7,7 @@ use clap::Args;
 use fretwear::campaign::survival::Quantile;
 use fretwear::campaign::{self, Lifetimes, State};
 use fretwear::milestones::{Crossing, Figure, History, Milestone, MilestoneError, Missing, States};
-use fretwear::recipe::KeptPlan;
+use fretwear::recipe::StoredPlan;
 use fretwear::report::quantity::{self, Units};
 use fretwear::report::{continuation, one_line_name, told, word};
 use fretwear::stages::RunStatus;
@@ -73,7 +73,7 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
         return of_campaign(arguments, out);
     }
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
-    let recipe = reader.plan(KeptPlan::of)?.recipe;
+    let recipe = reader.plan(StoredPlan::of)?.recipe;
     if recipe.wear.is_none() {
         return Err(CliError::NothingWears { path: root.clone() });
     }

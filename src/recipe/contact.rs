@@ -135,17 +135,17 @@ impl Contact {
 
     /// True if wear takes load away: a bolt gives way, or the approach is held.
     pub fn load_falls(&self) -> bool {
-        self.bolt_gives_way() || self.conditions.approach.is_some()
+        self.bolt_loses_load() || self.conditions.approach.is_some()
     }
 
     /// True if wear takes load from a bolt, in the mesh or outside of it.
-    pub fn bolt_gives_way(&self) -> bool {
+    pub fn bolt_loses_load(&self) -> bool {
         let preload = self.pressing.as_ref().map(|of| &of.preload);
         self.conditions.bolt_stiffness.is_some() || preload.is_some_and(Preload::is_found)
     }
 
     /// What is to be said of the peak pressure \[Pa\] of a contact without a cap, if a real one would yield.
-    pub fn remark_on_peak(&self, peak: f64) -> Option<String> {
+    pub fn peak_pressure_note(&self, peak: f64) -> Option<String> {
         let modulus = self.least_modulus();
         if self.conditions.pressure_cap.is_some() || peak <= YIELDS * modulus {
             return None;

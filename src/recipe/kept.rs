@@ -7,20 +7,20 @@ use super::Recipe;
 
 /// The recipe of a run and the warnings about its scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct KeptPlan {
+pub struct StoredPlan {
     /// All that the run is computed from.
     pub recipe: Recipe,
     /// Warnings about the scene, from before the run.
     pub warnings: Vec<String>,
 }
 
-impl KeptPlan {
+impl StoredPlan {
     /// Parses a `plan.json` that this program wrote.
     ///
     /// # Errors
     /// The field that is missing, unknown, or written in another form.
-    pub fn of(value: &Value) -> Result<KeptPlan, String> {
-        let plan = KeptPlan::deserialize(value).map_err(|error| error.to_string())?;
+    pub fn of(value: &Value) -> Result<StoredPlan, String> {
+        let plan = StoredPlan::deserialize(value).map_err(|error| error.to_string())?;
         let written = serde_json::to_value(&plan).map_err(|error| error.to_string())?;
         match difference("", value, &written) {
             None => Ok(plan),

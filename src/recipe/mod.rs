@@ -38,7 +38,7 @@ pub use cycle_fields::CycleFields;
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout, Updates};
 pub use inputs::{GridTwin, Identity, Inputs};
-pub use kept::KeptPlan;
+pub use kept::StoredPlan;
 pub use parts::Part;
 pub use pressing::{Preload, StructureMesh, StructurePressing};
 pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};

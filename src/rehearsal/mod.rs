@@ -208,7 +208,7 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
     let mean = (of(run.worn.normal_load) / of(run.worn.contact_area)).min(peak);
     let remark = recipe
         .contact()
-        .and_then(|contact| contact.remark_on_peak(peak));
+        .and_then(|contact| contact.peak_pressure_note(peak));
     let step = unstable_explicit_step(recipe, peak, mean);
     found.warnings.extend(step.into_iter().chain(remark));
 

@@ -8,7 +8,7 @@ use polars::prelude::*;
 use super::ReportError;
 use super::passed_over::{PassedOver, open_each};
 use super::scan::{ORDER, RUN, Scan, column};
-use crate::recipe::{KeptPlan, Recipe};
+use crate::recipe::{Recipe, StoredPlan};
 use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
 use crate::tables::{Table, TableName};
 
@@ -18,7 +18,7 @@ use crate::tables::{Table, TableName};
 pub struct RunTables {
     reader: RunReader,
     name: String,
-    plan: KeptPlan,
+    plan: StoredPlan,
     iterations: Vec<u64>,
     latest: u64,
 }
@@ -34,7 +34,7 @@ impl RunTables {
             run: root.to_owned(),
             source,
         };
-        let plan = reader.plan(KeptPlan::of).map_err(of_run)?;
+        let plan = reader.plan(StoredPlan::of).map_err(of_run)?;
         let iterations: Vec<u64> = reader.iterations().collect();
         Ok(RunTables {
             name: name_of(root),

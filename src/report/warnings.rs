@@ -90,7 +90,7 @@ fn peak(study: &Study, run: &Of) -> Option<Warning> {
     let mut peaks = states.into_iter().zip(run.column("max_pressure")?);
     peaks.find_map(|(k, peak)| {
         let state = titled(study, run, &run.state(k as u64));
-        let remark = contact.remark_on_peak(peak)?;
+        let remark = contact.peak_pressure_note(peak)?;
         Some(Warning {
             text: format!("{state}: {remark}."),
             places: PEAK,

@@ -53,7 +53,7 @@ fn peak(contact: &Contact, what: &'static str, pressure: Option<f64>) -> Option<
             pressure / contact.least_modulus()
         ),
         warning: None,
-        remark: contact.remark_on_peak(pressure),
+        remark: contact.peak_pressure_note(pressure),
     })
 }
 

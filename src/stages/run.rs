@@ -14,7 +14,7 @@ use super::run_cost::RunCost;
 use super::runner::Runner;
 use super::stage::{Stage, When};
 use crate::model_update::UpdateCriterion;
-use crate::recipe::{Durability, Inputs, Keep as KeepOf, KeptPlan, Recipe};
+use crate::recipe::{Durability, Inputs, Keep as KeepOf, Recipe, StoredPlan};
 use crate::store::{
     Cache, FileSystem, Keep, RunIdentity, RunReader, RunStore, UnsyncedFileSystem, check_plan,
     sync_all,
@@ -292,7 +292,7 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         Durability::Commit => options.file_system.clone(),
         Durability::End => Arc::new(UnsyncedFileSystem(options.file_system.clone())),
     };
-    check_plan(file_system.clone(), &options.root, KeptPlan::of)?;
+    check_plan(file_system.clone(), &options.root, StoredPlan::of)?;
     let (mut store, opening) = match &options.source {
         None => RunStore::create_or_open(file_system, &options.root, &identity)?,
         Some(source) => RunStore::create_sibling(

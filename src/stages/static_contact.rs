@@ -155,7 +155,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let predicted = predicted.map(|fields| fields.shear);
     if reads.wear_iteration == 0 {
         let peak = solution.pressure.iter().copied().fold(0.0, f64::max);
-        if let Some(remark) = contact.remark_on_peak(peak) {
+        if let Some(remark) = contact.peak_pressure_note(peak) {
             outputs.notice(remark);
         }
     }

@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::Scene;
 use crate::model_update::ModelUpdateError;
-use crate::recipe::{Check, CycleError, Decision, Inputs, Joint, KeptPlan, told};
+use crate::recipe::{Check, CycleError, Decision, Inputs, Joint, StoredPlan, told};
 use crate::surface::SurfaceError;
 use files::Files;
 use rough::Contents;
@@ -291,7 +291,7 @@ impl Plan {
             .chain(implausible)
             .chain(doubts)
             .collect();
-        inputs.identity.plan = json!(KeptPlan {
+        inputs.identity.plan = json!(StoredPlan {
             recipe: recipe.clone(),
             warnings: warnings.clone(),
         });
@@ -336,7 +336,7 @@ fn decide(scene: &Scene, contents: &Contents, inputs: &mut Inputs) -> Result<(),
     if ends_by_load
         && !recipe
             .contact()
-            .is_some_and(|contact| contact.bolt_gives_way())
+            .is_some_and(|contact| contact.bolt_loses_load())
     {
         return Err(PlanError::LoadStays);
     }
