@@ -15,7 +15,7 @@ use std::sync::{Mutex, PoisonError};
 
 use fretwear::store::{Layout, date};
 
-use fretwear::report::{is_obeyed, visible};
+use fretwear::report::{is_control, visible};
 use serde_json::Value;
 
 /// One line on stderr, and in the log. A command does its work where nobody listens any more, or where the disk of its log is full.
@@ -161,7 +161,7 @@ impl Results {
         for c in value.to_string().chars() {
             match c {
                 // All that JSON lets stand of them is in texts, and below 0x10000.
-                c if is_obeyed(c) => line += &format!("\\u{:04x}", c as u32),
+                c if is_control(c) => line += &format!("\\u{:04x}", c as u32),
                 c => line.push(c),
             }
         }

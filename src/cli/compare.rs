@@ -1,6 +1,6 @@
 //! `fretwear compare`.
 
-use fretwear::report::{self, Compared, Comparison, PassedOver, Rows, one_line_name};
+use fretwear::report::{self, ComparedRun, Comparison, Rows, SkippedFolder, one_line_name};
 
 use super::arguments::CompareArguments;
 use super::figures::{DIGITS, FIGURES};
@@ -36,11 +36,11 @@ pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, 
 }
 
 /// Says what is passed over, and how the command ends for it.
-pub fn notices(passed_over: &[PassedOver]) -> Exit {
+pub fn notices(passed_over: &[SkippedFolder]) -> Exit {
     for each in passed_over {
         say(&one_line_name(&format!("note: {each}")));
     }
-    if passed_over.iter().any(PassedOver::is_damage_or_mismatch) {
+    if passed_over.iter().any(SkippedFolder::is_damage_or_mismatch) {
         Exit::Damaged
     } else {
         Exit::Done
@@ -71,8 +71,8 @@ impl Columns {
     /// The figures that any of the states has, each in one unit.
     fn of(comparison: &Comparison, rows: Rows) -> Columns {
         let compared = comparison.states();
-        let iteration = |row: &Compared| row.state.wear_iteration;
-        let each = |cell: &dyn Fn(&Compared) -> Option<String>| -> Vec<String> {
+        let iteration = |row: &ComparedRun| row.state.wear_iteration;
+        let each = |cell: &dyn Fn(&ComparedRun) -> Option<String>| -> Vec<String> {
             let cells = compared.iter().map(cell);
             cells
                 .map(|cell| cell.unwrap_or_else(|| NONE.to_owned()))
@@ -91,12 +91,12 @@ impl Columns {
                 each(&|row| Some(iteration(row).to_string())),
             );
         }
-        let cycles = |row: &Compared| Some(grouped(row.state.summary.cycles?.unsigned_abs()));
+        let cycles = |row: &ComparedRun| Some(grouped(row.state.summary.cycles?.unsigned_abs()));
         add("cycles", "", each(&cycles));
         for figure in &FIGURES {
             let unit = figure.unit(compared.iter().map(|row| &row.state));
             let text =
-                |row: &Compared| figure.text(&row.state, |value| unit.rounded(value, DIGITS));
+                |row: &ComparedRun| figure.text(&row.state, |value| unit.rounded(value, DIGITS));
             add(figure.title, unit.symbol, each(&text));
         }
         add(

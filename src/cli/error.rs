@@ -299,7 +299,7 @@ impl CliError {
                 Exit::Damaged
             }
             #[cfg(feature = "polars")]
-            CliError::Report(error) if error.is_nothing_to_read() => Exit::Scene,
+            CliError::Report(error) if error.is_no_run() => Exit::Scene,
             #[cfg(feature = "polars")]
             CliError::Report(error) if error.is_damage_or_mismatch() => Exit::Damaged,
             _ => Exit::Failure,

@@ -93,7 +93,7 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
         "The claims of the paper",
         claims::section(&findings, &evidence),
     );
-    report.lay_beside(&claims::FIGURES, "[A]");
+    report.add_comparisons(&claims::FIGURES, "[A]");
     report.replace(&page)?;
     print(&findings, &evidence, arguments.json, out);
     if !arguments.execution.quiet {

@@ -35,7 +35,7 @@ pub struct Watcher {
     /// The stage that is computed, and since when.
     stage: Cell<Option<(Stage, Instant)>>,
     gauge: Gauge,
-    at: Arc<Mutex<ProcessPhase>>,
+    at: Arc<Mutex<StageInProgress>>,
     end: Arc<Mutex<Option<End>>>,
     /// Degrees of freedom of the structure's mesh.
     unknowns: Option<usize>,
@@ -51,7 +51,7 @@ impl Watcher {
     pub fn new(recipe: &Recipe, root: &Path, quiet: bool) -> Self {
         let (gauge, at) = (
             Gauge::default(),
-            Arc::new(Mutex::new(ProcessPhase::default())),
+            Arc::new(Mutex::new(StageInProgress::default())),
         );
         let end = Arc::new(Mutex::new(None));
         if !quiet && !is_watched() {
@@ -196,16 +196,16 @@ const SHORT: Duration = Duration::from_secs(1);
 
 /// The stage that is computed.
 #[derive(Default)]
-struct ProcessPhase {
+struct StageInProgress {
     words: String,
     since: Option<Instant>,
     /// After how long more is said of it, where nobody sees a bar.
     next: Duration,
 }
 
-impl ProcessPhase {
+impl StageInProgress {
     fn begun(words: String) -> Self {
-        ProcessPhase {
+        StageInProgress {
             words,
             since: Some(Instant::now()),
             next: FIRST_BEAT,
@@ -230,7 +230,7 @@ fn how_far(gauge: &Gauge, elapsed: Duration) -> String {
 
 fn within(
     gauge: Gauge,
-    at: Arc<Mutex<ProcessPhase>>,
+    at: Arc<Mutex<StageInProgress>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
         let elapsed = locked(&at).elapsed();
@@ -244,7 +244,7 @@ fn within(
 const FIRST_BEAT: Duration = Duration::from_secs(4);
 
 /// Says so as long as somebody has `at`.
-fn beat(gauge: Gauge, at: &Arc<Mutex<ProcessPhase>>) {
+fn beat(gauge: Gauge, at: &Arc<Mutex<StageInProgress>>) {
     let at = Arc::downgrade(at);
     thread::spawn(move || {
         while let Some(at) = at.upgrade() {
@@ -331,7 +331,7 @@ impl Observer for Watcher {
         let at = unknowns.map_or(at.clone(), |all| {
             format!("{at}, {} unknowns", grouped(all as u64))
         });
-        *locked(&self.at) = ProcessPhase::begun(at.clone());
+        *locked(&self.at) = StageInProgress::begun(at.clone());
         if let Some(bar) = &self.bar {
             bar.set_prefix(at);
         }

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::ReportError;
 use super::output;
 use super::page::failed;
-use super::passed_over::{PassedOver, open_each};
+use super::passed_over::{SkippedFolder, open_each};
 use super::run_tables::{damage_of, open};
 use super::scan::{ORDER, RUN, Scan, WEAR_ITERATION};
 use crate::stages::{JointState, RunCost, RunEnds};
@@ -91,7 +91,7 @@ impl Cell {
 
 /// The state of a row with the error bars of its figures, as a person compares runs.
 #[derive(Debug, Clone)]
-pub struct Compared {
+pub struct ComparedRun {
     /// The run as it was asked for.
     pub run: String,
     /// Of a row of a whole run with its own forced response where the run has those of both its ends.
@@ -105,9 +105,9 @@ pub struct Compared {
 pub struct Comparison {
     columns: Vec<ColumnSchema>,
     frame: DataFrame,
-    states: Vec<Compared>,
+    states: Vec<ComparedRun>,
     damage: Vec<Damage>,
-    passed_over: Vec<PassedOver>,
+    passed_over: Vec<SkippedFolder>,
 }
 
 /// Puts the summaries of runs into one table. A run that lacks a column, as a static contact lacks wear, has it
@@ -156,8 +156,8 @@ pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> 
 }
 
 /// The states of the rows of a run.
-fn states_of(run: String, reader: &RunReader, rows: Rows) -> Result<Vec<Compared>, StoreError> {
-    let compared = |state, fft_pairs| Compared {
+fn states_of(run: String, reader: &RunReader, rows: Rows) -> Result<Vec<ComparedRun>, StoreError> {
+    let compared = |state, fft_pairs| ComparedRun {
         run: run.clone(),
         state,
         fft_pairs,
@@ -275,7 +275,7 @@ impl Comparison {
     }
 
     /// The states of the rows, in their order.
-    pub fn states(&self) -> &[Compared] {
+    pub fn states(&self) -> &[ComparedRun] {
         &self.states
     }
 
@@ -285,7 +285,7 @@ impl Comparison {
     }
 
     /// The folders that are no runs and have no row.
-    pub fn passed_over(&self) -> &[PassedOver] {
+    pub fn passed_over(&self) -> &[SkippedFolder] {
         &self.passed_over
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use polars::error::PolarsError;
 
-use super::passed_over::PassedOver;
+use super::passed_over::SkippedFolder;
 use super::text::continuation;
 use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};
@@ -35,7 +35,7 @@ pub enum ReportError {
     #[error("no run to read among {} folders: {}", passed_over.len(), reasons(passed_over))]
     NoneLeft {
         /// The folders, each with the reason.
-        passed_over: Vec<PassedOver>,
+        passed_over: Vec<SkippedFolder>,
     },
     /// Tables that do not join.
     #[error("the tables `{table}` of {runs} cannot be read together: {source}")]
@@ -67,7 +67,7 @@ pub enum ReportError {
 
 impl ReportError {
     /// True for a folder that is no run, or a run without an iteration.
-    pub fn is_nothing_to_read(&self) -> bool {
+    pub fn is_no_run(&self) -> bool {
         match self {
             ReportError::Run { source, .. } => matches!(
                 source,
@@ -85,14 +85,14 @@ impl ReportError {
             ReportError::Run { source, .. } => source.is_damage_or_mismatch(),
             ReportError::Empty { damage, .. } => !damage.is_empty(),
             ReportError::NoneLeft { passed_over } => {
-                passed_over.iter().any(PassedOver::is_damage_or_mismatch)
+                passed_over.iter().any(SkippedFolder::is_damage_or_mismatch)
             }
             _ => false,
         }
     }
 }
 
-fn reasons(passed_over: &[PassedOver]) -> String {
+fn reasons(passed_over: &[SkippedFolder]) -> String {
     passed_over
         .iter()
         .map(|each| format!("{}: {}", each.path().display(), each.reason()))

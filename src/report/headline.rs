@@ -1,6 +1,6 @@
 //! What became of a joint, in a few words.
 
-use super::figures::{Of, Study};
+use super::figures::{ReportedRun, Study};
 use super::known::below as known_below;
 use super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Unit, Units, VOLUME,
@@ -23,7 +23,7 @@ const DIGITS: usize = 3;
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read.
-pub fn headline(study: &Study, run: &Of) -> Result<Option<String>, ReportError> {
+pub fn headline(study: &Study, run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let vibration = vibration(study, run)?;
     let stiffness = || course(study, run, "kn", "normal stiffness", STIFFNESS, true);
     let worn = run.column("wear_volume").and_then(|v| v.last().copied());
@@ -78,7 +78,7 @@ pub fn headlines(study: &Study) -> Result<Vec<(Option<String>, String)>, ReportE
 }
 
 /// The contact of a joint that has not worn.
-fn pressed(study: &Study, run: &Of) -> Option<String> {
+fn pressed(study: &Study, run: &ReportedRun) -> Option<String> {
     let last = |column: &str| {
         run.column(column)?
             .last()
@@ -104,8 +104,8 @@ fn pressed(study: &Study, run: &Of) -> Option<String> {
 
 /// The resonance and its amplitude: of every state with its own contact elements where the run has that of its last one; else that of
 /// the vibration that drives the wear, whose largest amplitude is known and not that at the phase resonance.
-fn vibration(study: &Study, run: &Of) -> Result<Vec<String>, ReportError> {
-    let own = own_resonances(run)?;
+fn vibration(study: &Study, run: &ReportedRun) -> Result<Vec<String>, ReportError> {
+    let own = state_resonances(run)?;
     let own = own.filter(|[.., last]| last.wear_iteration == run.tables.latest());
     let pairs = |column: &str, of: fn(&Resonance) -> f64| match &own {
         Some([first, last]) => Some([of(first), of(last)]),
@@ -164,7 +164,7 @@ pub struct Resonance {
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read.
-pub fn own_resonances(run: &Of) -> Result<Option<[Resonance; 2]>, ReportError> {
+pub fn state_resonances(run: &ReportedRun) -> Result<Option<[Resonance; 2]>, ReportError> {
     let states = run.with(TableName::WornResponse, 2);
     let read = |k: u64| -> Result<Option<Resonance>, ReportError> {
         let frame = run
@@ -194,7 +194,7 @@ pub fn own_resonances(run: &Of) -> Result<Option<[Resonance; 2]>, ReportError> {
 /// The change of a column of the summary; `None` where the run has none of it.
 fn course(
     study: &Study,
-    run: &Of,
+    run: &ReportedRun,
     column: &str,
     name: &str,
     units: Units,
@@ -214,7 +214,7 @@ fn course(
 }
 
 /// What a figure that has come to zero is below, by its absolute error bar; none where it has none.
-fn zero_below(run: &Of, column: &str) -> Option<f64> {
+fn zero_below(run: &ReportedRun, column: &str) -> Option<f64> {
     let limit = run.column(&format!("error_{column}_absolute"))?;
     limit.last().copied().filter(|limit| *limit > 0.0)
 }
@@ -223,7 +223,7 @@ fn zero_below(run: &Of, column: &str) -> Option<f64> {
 const LOST: [f64; 5] = [0.5, 0.3, 0.2, 0.1, 0.05];
 
 /// After how many cycles the most of these parts was lost, with the earliest and the latest.
-fn lost_load(run: &Of) -> Result<Option<String>, ReportError> {
+fn lost_load(run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let reader = run.tables.reader();
     let states = States::of(reader).map_err(|source| ReportError::Run {
         run: run.tables.root().to_owned(),
@@ -308,7 +308,7 @@ fn below(name: &str, first: f64, most: f64, unit: Unit) -> String {
 }
 
 /// The error bar of the last iteration, where it has one.
-fn bar(run: &Of, column: &str) -> Option<f64> {
+fn bar(run: &ReportedRun, column: &str) -> Option<f64> {
     let bar = run.column(error_bar_of(column)?)?.last().copied()?;
     (bar.is_finite() && bar > 0.0).then_some(bar)
 }

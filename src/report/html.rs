@@ -7,7 +7,7 @@ use super::text::visible;
 pub const NONE: &str = "–";
 
 /// Text as it stands in HTML and SVG, between tags and in attributes.
-pub fn escaped(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     visible(text)
         .replace('&', "&amp;")
         .replace('<', "&lt;")

@@ -46,7 +46,7 @@ mod warnings;
 #[cfg(feature = "polars")]
 pub use backbone::backbone_svg;
 #[cfg(feature = "polars")]
-pub use compare::{Cell, Compared, Comparison, Rows, compare};
+pub use compare::{Cell, ComparedRun, Comparison, Rows, compare};
 #[cfg(feature = "polars")]
 pub use error::ReportError;
 pub use error_bars::{ERROR_BARS, error_bar_of, percent};
@@ -56,7 +56,7 @@ pub use known::{Sizes, below, told};
 #[cfg(feature = "polars")]
 pub use page::Report;
 #[cfg(feature = "polars")]
-pub use passed_over::PassedOver;
+pub use passed_over::SkippedFolder;
 #[cfg(feature = "polars")]
 pub use plot::Drawing;
 #[cfg(feature = "polars")]
@@ -65,4 +65,4 @@ pub use run_tables::{RunTables, numbers, scan_runs, texts};
 pub use scan::{ORDER, RUN, WEAR_ITERATION};
 #[cfg(feature = "polars")]
 pub use template::Section;
-pub use text::{continuation, is_obeyed, one_line_name, visible, word};
+pub use text::{continuation, is_control, one_line_name, visible, word};

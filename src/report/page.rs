@@ -102,7 +102,7 @@ impl Report {
     }
 
     /// Says before the captions of figures, by their names, what they may be laid beside.
-    pub fn lay_beside(&mut self, others: &[(&str, &str)], source: &str) {
+    pub fn add_comparisons(&mut self, others: &[(&str, &str)], source: &str) {
         for figure in &mut self.figures {
             if let Some((_, other)) = others.iter().find(|(name, _)| *name == figure.id) {
                 figure

@@ -8,12 +8,12 @@ use crate::store::StoreError;
 
 /// A folder, or file, among several that is no run that can be read.
 #[derive(Debug)]
-pub struct PassedOver {
+pub struct SkippedFolder {
     path: PathBuf,
     error: ReportError,
 }
 
-impl PassedOver {
+impl SkippedFolder {
     /// What was given.
     pub fn path(&self) -> &Path {
         &self.path
@@ -42,7 +42,7 @@ impl PassedOver {
 }
 
 /// As a notice says it.
-impl fmt::Display for PassedOver {
+impl fmt::Display for SkippedFolder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
@@ -72,20 +72,19 @@ fn is_no_folder(error: &ReportError) -> bool {
 pub fn open_each<T>(
     runs: &[PathBuf],
     mut open: impl FnMut(&Path) -> Result<T, ReportError>,
-) -> Result<(Vec<T>, Vec<PassedOver>), ReportError> {
+) -> Result<(Vec<T>, Vec<SkippedFolder>), ReportError> {
     let mut opened = Vec::new();
     let mut passed_over = Vec::new();
     for path in runs {
         match open(path) {
             Ok(run) => opened.push(run),
             Err(error) => {
-                let foreign = is_no_folder(&error)
-                    || error.is_nothing_to_read()
-                    || error.is_damage_or_mismatch();
+                let foreign =
+                    is_no_folder(&error) || error.is_no_run() || error.is_damage_or_mismatch();
                 if runs.len() == 1 || !foreign || path.symlink_metadata().is_err() {
                     return Err(error);
                 }
-                passed_over.push(PassedOver {
+                passed_over.push(SkippedFolder {
                     path: path.clone(),
                     error,
                 });

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use polars::prelude::*;
 
 use super::ReportError;
-use super::passed_over::{PassedOver, open_each};
+use super::passed_over::{SkippedFolder, open_each};
 use super::scan::{ORDER, RUN, Scan, column};
 use crate::recipe::{Recipe, StoredPlan};
 use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
@@ -50,7 +50,9 @@ impl RunTables {
     /// # Errors
     /// [`ReportError::NoneLeft`] if none is a run; those of [`RunTables::open`] for a path given alone, one that nothing has, and a
     /// run that the system does not let be read.
-    pub fn open_all(roots: &[PathBuf]) -> Result<(Vec<RunTables>, Vec<PassedOver>), ReportError> {
+    pub fn open_all(
+        roots: &[PathBuf],
+    ) -> Result<(Vec<RunTables>, Vec<SkippedFolder>), ReportError> {
         open_each(roots, RunTables::open)
     }
 

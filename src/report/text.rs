@@ -6,7 +6,7 @@ use std::path::Path;
 pub const NONE: &str = "–";
 
 /// True for a character that a terminal obeys rather than shows: controls, and those that turn the direction of what follows.
-pub fn is_obeyed(c: char) -> bool {
+pub fn is_control(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
@@ -16,7 +16,7 @@ pub fn visible(text: &str) -> String {
     for c in text.chars() {
         match c {
             '\n' | '\t' => shown.push(c),
-            c if is_obeyed(c) => shown.extend(c.escape_unicode()),
+            c if is_control(c) => shown.extend(c.escape_unicode()),
             c => shown.push(c),
         }
     }

@@ -1,6 +1,6 @@
 //! The warnings about runs, and the figures and sections that they concern.
 
-use super::figures::{Of, Study, titled, told};
+use super::figures::{ReportedRun, Study, titled, told};
 use super::quantity::{self, CYCLES, shown};
 use super::run_tables::numbers;
 use super::template::Warning;
@@ -71,7 +71,7 @@ fn concerned(warning: &str) -> &'static [&'static str] {
 }
 
 /// The scene as it was written, if its file is damaged.
-fn scene(study: &Study, run: &Of) -> Option<Warning> {
+fn scene(study: &Study, run: &ReportedRun) -> Option<Warning> {
     let damage = match run.tables.reader().written_scene_damage() {
         Ok(damage) => damage?.to_string(),
         Err(error) => error.to_string(),
@@ -84,7 +84,7 @@ fn scene(study: &Study, run: &Of) -> Option<Warning> {
 }
 
 /// The first state of a run whose peak pressure a real contact would not bear.
-fn peak(study: &Study, run: &Of) -> Option<Warning> {
+fn peak(study: &Study, run: &ReportedRun) -> Option<Warning> {
     let contact = run.tables.recipe().contact()?;
     let states = numbers(&run.summary, WEAR_ITERATION)?;
     let mut peaks = states.into_iter().zip(run.column("max_pressure")?);
@@ -99,7 +99,7 @@ fn peak(study: &Study, run: &Of) -> Option<Warning> {
 }
 
 /// How far a run is that has not come to its end.
-fn progress(run: &Of) -> Result<Option<String>, ReportError> {
+fn progress(run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let last = |column: &str| run.column(column)?.last().copied();
     let tables = run.tables;
     let wear = tables.recipe().wear.as_ref();

@@ -218,7 +218,7 @@ const WIDTH_OF_LETTER: f64 = 0.6;
 
 /// A text of a drawing, with the box that it takes: left, top, right, bottom.
 #[derive(Debug)]
-struct Placed {
+struct PlacedAxis {
     text: String,
     place: [f64; 4],
 }
@@ -229,7 +229,7 @@ fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
     &tag[begin..begin + end]
 }
 
-fn texts(svg: &str) -> Vec<Placed> {
+fn texts(svg: &str) -> Vec<PlacedAxis> {
     let parts = svg.split("<text").skip(1);
     parts
         .map(|part| {
@@ -248,7 +248,7 @@ fn texts(svg: &str) -> Vec<Placed> {
             };
             // A line of DejaVu Sans reaches so far above and below where it stands.
             let place = [left, y - 0.93 * size, left + width, y + 0.24 * size];
-            Placed { text, place }
+            PlacedAxis { text, place }
         })
         .collect()
 }

@@ -1,13 +1,13 @@
 //! Figures of the summary over the cycles.
 
-use super::super::headline::own_resonances;
+use super::super::headline::state_resonances;
 use super::super::plot::{Axis, Chart, Curve, LONGEST_BAR, Mark};
 use super::super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, NUMBER, PRESSURE, SHARE, STIFFNESS, Units, VOLUME,
     VOLUME_RATE, in_unit, shown,
 };
 use super::super::{ReportError, below, error_bar_of, told};
-use super::{Figure, Of, Study, dotted};
+use super::{Figure, ReportedRun, Study, dotted};
 
 /// A column of the summary.
 struct Course {
@@ -117,8 +117,8 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 }
 
 fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Figure>, ReportError> {
-    let wears = |run: &&Of| run.cycles.len() > 1 && run.column("cycles").is_some();
-    let runs: Vec<&Of> = study.runs.iter().filter(wears).collect();
+    let wears = |run: &&ReportedRun| run.cycles.len() > 1 && run.column("cycles").is_some();
+    let runs: Vec<&ReportedRun> = study.runs.iter().filter(wears).collect();
     let (mut drawings, mut sentences, mut columns) = (Vec::new(), Vec::new(), vec!["cycles"]);
     let mut early = Vec::new();
     // A load that stays has no course.
@@ -198,7 +198,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
 }
 
 /// True where the change of a column begins so early that an even axis of cycles hides it.
-fn runs_in(run: &Of, column: &str) -> bool {
+fn runs_in(run: &ReportedRun, column: &str) -> bool {
     let (Some(values), Some(end)) = (run.column(column), run.cycles.last()) else {
         return false;
     };
@@ -214,7 +214,7 @@ fn runs_in(run: &Of, column: &str) -> bool {
 }
 
 /// Where the unworn joint stands on a logarithmic axis of cycles: a power of ten below all others.
-fn place_of_zero(study: &Study, runs: &[&Of]) -> Option<f64> {
+fn place_of_zero(study: &Study, runs: &[&ReportedRun]) -> Option<f64> {
     let worn = runs
         .iter()
         .flat_map(|run| &run.cycles)
@@ -226,11 +226,11 @@ fn place_of_zero(study: &Study, runs: &[&Of]) -> Option<f64> {
 }
 
 /// The phase resonance of the last state by itself, where it is another than the one that drives the wear.
-fn own_resonances_sentence(study: &Study, runs: &[&Of]) -> Result<String, ReportError> {
+fn own_resonances_sentence(study: &Study, runs: &[&ReportedRun]) -> Result<String, ReportError> {
     let mut each = Vec::new();
     let unit = study.unit("peak_amplitude", LENGTH);
     for run in runs {
-        let Some([_, own]) = own_resonances(run)? else {
+        let Some([_, own]) = state_resonances(run)? else {
             continue;
         };
         let amplitude = in_unit(own.amplitude, unit);
@@ -250,12 +250,12 @@ fn own_resonances_sentence(study: &Study, runs: &[&Of]) -> Result<String, Report
     })
 }
 
-fn has(runs: &[&Of], column: &str) -> bool {
+fn has(runs: &[&ReportedRun], column: &str) -> bool {
     runs.iter().any(|run| run.column(column).is_some())
 }
 
 /// The rows at which the contact elements were renewed, the first elements not counted.
-fn updates(run: &Of) -> Vec<usize> {
+fn updates(run: &ReportedRun) -> Vec<usize> {
     let flags = run.column("updated").unwrap_or_default();
     let renewed = flags.iter().enumerate().skip(1);
     renewed
@@ -264,7 +264,7 @@ fn updates(run: &Of) -> Vec<usize> {
         .collect()
 }
 
-fn updates_sentence(runs: &[&Of]) -> String {
+fn updates_sentence(runs: &[&ReportedRun]) -> String {
     let counts: Vec<usize> = runs.iter().map(|run| updates(run).len()).collect();
     match counts[..] {
         _ if counts.iter().all(|count| *count == 0) => String::new(),
@@ -280,14 +280,19 @@ fn updates_sentence(runs: &[&Of]) -> String {
     }
 }
 
-fn chart(study: &Study, runs: &[&Of], course: &Course, zero: Option<f64>) -> Option<Chart> {
+fn chart(
+    study: &Study,
+    runs: &[&ReportedRun],
+    course: &Course,
+    zero: Option<f64>,
+) -> Option<Chart> {
     let columns = runs.iter().filter_map(|run| {
         let (mut values, resolution) = (run.column(course.column)?, run.resolution(course.column));
         let left = values.iter_mut().filter(|value| value.abs() < resolution);
         left.for_each(|value| *value = 0.0);
         Some((run, values))
     });
-    let columns: Vec<(&&Of, Vec<f64>)> = columns.collect();
+    let columns: Vec<(&&ReportedRun, Vec<f64>)> = columns.collect();
     let all = || columns.iter().flat_map(|(_, values)| values);
     let unit = study.unit(course.column, course.units);
     let cycles = study.cycles();
@@ -366,7 +371,7 @@ pub fn capitalised(text: &str) -> String {
     }
 }
 
-fn sentence(study: &Study, runs: &[&Of], course: &Course) -> String {
+fn sentence(study: &Study, runs: &[&ReportedRun], course: &Course) -> String {
     let unit = study.unit(course.column, course.units);
     let each: Vec<String> = runs
         .iter()

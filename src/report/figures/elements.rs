@@ -10,7 +10,7 @@ use super::super::quantity::{self, FORCE, STIFFNESS, Units, in_unit, number, sho
 use super::super::run_tables::{numbers, texts};
 use super::course::labelled;
 use super::surface::titled;
-use super::{Figure, Of, Study, range_of, widened};
+use super::{Figure, ReportedRun, Study, range_of, widened};
 use crate::recipe::ContactArray;
 use crate::tables::TableName;
 
@@ -90,7 +90,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 }
 
 /// `None` for a single element, which makes no map.
-fn lattice(run: &Of, frame: &DataFrame) -> Option<Lattice> {
+fn lattice(run: &ReportedRun, frame: &DataFrame) -> Option<Lattice> {
     let structure = run.tables.recipe().structure.as_ref()?;
     let array = structure.source.contact_array()?;
     let (x, y) = (numbers(frame, "x")?, numbers(frame, "y")?);
@@ -136,8 +136,8 @@ impl Lattice {
 
 fn maps(
     study: &Study,
-    run: &Of,
-    all: &[(&Of, DataFrame)],
+    run: &ReportedRun,
+    all: &[(&ReportedRun, DataFrame)],
     frame: &DataFrame,
     lattice: &Lattice,
     states: &[String],

@@ -15,7 +15,7 @@ mod surface;
 
 use polars::prelude::DataFrame;
 
-pub use study::{Of, Study};
+pub use study::{ReportedRun, Study};
 pub use surface::{titled, told};
 
 use super::ReportError;

@@ -5,7 +5,7 @@ use super::super::plot::{Axis, Chart, Curve, NOTHING, Scale, UNWORN, WORN};
 use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
 use super::course::labelled;
 use super::surface::{map, titled, told};
-use super::{Figure, Of, Study, range_of, top_of};
+use super::{Figure, ReportedRun, Study, range_of, top_of};
 use crate::tables::TableName;
 
 /// Classes of the histogram, ten a decade.
@@ -19,7 +19,7 @@ pub const LOADED: f64 = 1e-3;
 const STATES: usize = 4;
 
 /// Pressure of a state: the run, the state, one value a cell.
-type State<'a> = (&'a Of<'a>, u64, Vec<f64>);
+type State<'a> = (&'a ReportedRun<'a>, u64, Vec<f64>);
 
 /// The maps and the histogram.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
@@ -38,12 +38,12 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         return Ok(Vec::new());
     }
     let maps = maps(study, &states)?;
-    let is_end = |run: &Of, k: u64| run.ends().contains(&k);
+    let is_end = |run: &ReportedRun, k: u64| run.ends().contains(&k);
     states.retain(|(run, k, _)| is_end(run, *k));
     Ok(vec![maps, histogram(study, &states)?])
 }
 
-fn cap(run: &Of) -> Option<f64> {
+fn cap(run: &ReportedRun) -> Option<f64> {
     run.tables.recipe().contact()?.conditions.pressure_cap
 }
 

@@ -3,7 +3,7 @@
 use polars::prelude::DataFrame;
 
 use super::super::ReportError;
-use super::super::headline::own_resonances;
+use super::super::headline::state_resonances;
 use super::super::known::rounding;
 use super::super::plot::{Axis, Chart, Curve, style_of_state};
 use super::super::quantity::{
@@ -11,7 +11,7 @@ use super::super::quantity::{
 };
 use super::super::run_tables::numbers;
 use super::course::labelled;
-use super::{Figure, Of, Study, points};
+use super::{Figure, ReportedRun, Study, points};
 use crate::tables::TableName;
 
 /// Forced responses along wear at most: more curves than styles cannot be told apart.
@@ -47,7 +47,7 @@ pub fn states_with(
     tables: &[TableName],
     most: usize,
 ) -> Result<Vec<(String, Vec<Named>)>, ReportError> {
-    let read = |run: &Of, k: u64| run.tables.at(k, table).map(Option::unwrap_or_default);
+    let read = |run: &ReportedRun, k: u64| run.tables.at(k, table).map(Option::unwrap_or_default);
     if let [run] = &study.runs[..] {
         let mut states = Vec::new();
         let mut iterations = run.along_wear(tables, most);
@@ -180,7 +180,7 @@ fn phase_resonances(study: &Study) -> Result<String, ReportError> {
     let unit = study.unit("peak_amplitude", LENGTH);
     let mut each = Vec::new();
     for run in &study.runs {
-        let Some(both) = own_resonances(run)? else {
+        let Some(both) = state_resonances(run)? else {
             continue;
         };
         let both = both.map(|one| {
@@ -211,7 +211,7 @@ fn phase_resonances(study: &Study) -> Result<String, ReportError> {
 
 /// How to have the figure that a worn run lacks.
 fn none_between(study: &Study) -> &'static str {
-    let lacks = |run: &Of| {
+    let lacks = |run: &ReportedRun| {
         let recipe = run.tables.recipe();
         recipe.wear.is_some() && recipe.output.response_at.is_empty()
     };

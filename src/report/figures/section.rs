@@ -5,7 +5,7 @@ use super::super::plot::{Axis, BEFORE_ZERO, Chart, Curve, style_of_state};
 use super::super::quantity::{self, LENGTH, PRESSURE, Unit, in_unit, shown, unit_of};
 use super::course::labelled;
 use super::surface::{name_of, titled};
-use super::{Figure, Of, Study, range_of};
+use super::{Figure, ReportedRun, Study, range_of};
 use crate::tables::TableName;
 
 /// Part of the joint's length that a section shows.
@@ -24,7 +24,7 @@ type State = (String, Vec<f64>, Vec<f64>);
 
 /// Profiles and pressures of a run along its line, in the order of wear.
 struct Section<'a> {
-    run: &'a Of<'a>,
+    run: &'a ReportedRun<'a>,
     /// Abscissae \[mm\].
     x: Vec<f64>,
     states: Vec<State>,
@@ -38,7 +38,7 @@ struct Section<'a> {
 /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
 pub fn figure(
     study: &Study,
-    fields: &[(&Of, Vec<f64>)],
+    fields: &[(&ReportedRun, Vec<f64>)],
     line: [f64; 2],
 ) -> Result<Figure, ReportError> {
     const ID: &str = "section";
@@ -165,7 +165,7 @@ fn roomy([low, high]: [f64; 2]) -> [f64; 2] {
 
 fn section<'a>(
     study: &Study,
-    run: &'a Of<'a>,
+    run: &'a ReportedRun<'a>,
     depth: &[f64],
     line: [f64; 2],
 ) -> Result<Option<Section<'a>>, ReportError> {

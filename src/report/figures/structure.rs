@@ -10,7 +10,7 @@ use super::super::plot::{Axis, Chart, Curve, Mark, style_of_run};
 use super::super::quantity::{FORCE, FREQUENCY, LENGTH, number, shown};
 use super::super::run_tables::{numbers, texts};
 use super::surface::titled;
-use super::{Figure, Of, Study};
+use super::{Figure, ReportedRun, Study};
 use crate::recipe::ContactArray;
 use crate::recipe::Port;
 use crate::tables::TableName;
@@ -47,7 +47,7 @@ struct Shape {
 
 /// The generalised forces on the modes of a structure at the resonance: φᵀf of the contact forces and the loads, as the coefficients of
 /// the cosine and the sine of the first harmonic \[N kg^-1/2\].
-fn modal_forces(run: &Of, response: &DataFrame, shapes: &Ports) -> Option<Vec<[f64; 2]>> {
+fn modal_forces(run: &ReportedRun, response: &DataFrame, shapes: &Ports) -> Option<Vec<[f64; 2]>> {
     let harmonic = numbers(response, "harmonic")?;
     let element = numbers(response, "element")?;
     let axis = texts(response, "axis")?;
@@ -106,7 +106,7 @@ struct Ports {
 }
 
 impl Ports {
-    fn of(run: &Of) -> Result<Option<Ports>, ReportError> {
+    fn of(run: &ReportedRun) -> Result<Option<Ports>, ReportError> {
         let port = run.tables.once(TableName::StructurePort)?;
         let mode = run.tables.once(TableName::StructureMode)?;
         Ok(port.zip(mode).and_then(|(port, mode)| {
@@ -135,7 +135,7 @@ impl Ports {
 
 impl Shape {
     /// The sum of the modes under the forces that are stored; the residual of the modes that were left out is not in it.
-    fn of(run: &Of) -> Result<Option<Shape>, ReportError> {
+    fn of(run: &ReportedRun) -> Result<Option<Shape>, ReportError> {
         let last = run.tables.latest();
         let tables = (
             run.tables.once(TableName::StructureOutline)?,
@@ -150,7 +150,7 @@ impl Shape {
     }
 
     fn within(
-        run: &Of,
+        run: &ReportedRun,
         outline: &DataFrame,
         modes: &DataFrame,
         response: &DataFrame,

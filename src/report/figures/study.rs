@@ -13,7 +13,7 @@ use crate::store::table_file;
 use crate::tables::TableName;
 
 /// A run among those of a report.
-pub struct Of<'a> {
+pub struct ReportedRun<'a> {
     /// Its tables.
     pub tables: &'a RunTables,
     /// `summary` of all iterations.
@@ -31,7 +31,7 @@ pub struct Of<'a> {
 /// The runs of a report.
 pub struct Study<'a> {
     /// In the order in which they were asked for.
-    pub runs: Vec<Of<'a>>,
+    pub runs: Vec<ReportedRun<'a>>,
 }
 
 impl<'a> Study<'a> {
@@ -47,7 +47,7 @@ impl<'a> Study<'a> {
                 1 => tables.name().to_owned(),
                 _ => tables.root().display().to_string(),
             };
-            Ok(Of {
+            Ok(ReportedRun {
                 cycles: numbers(&summary, "cycles").unwrap_or_else(|| vec![0.0; summary.height()]),
                 iterations: numbers(&summary, WEAR_ITERATION).unwrap_or_default(),
                 tables,
@@ -56,7 +56,8 @@ impl<'a> Study<'a> {
                 style: style_of_run(place),
             })
         };
-        let runs: Result<Vec<Of>, ReportError> = runs.iter().enumerate().map(read).collect();
+        let runs: Result<Vec<ReportedRun>, ReportError> =
+            runs.iter().enumerate().map(read).collect();
         Ok(Study { runs: runs? })
     }
 
@@ -85,9 +86,9 @@ impl<'a> Study<'a> {
     }
 
     /// The runs that have a table.
-    fn having(&self, table: &str) -> Vec<&Of<'a>> {
+    fn having(&self, table: &str) -> Vec<&ReportedRun<'a>> {
         let table = TableName::from_name(table);
-        let has = |run: &&Of| {
+        let has = |run: &&ReportedRun| {
             let of_iterations = |table| !run.with(table, 1).is_empty();
             let of_run = |table| run.tables.once(table).is_ok_and(|table| table.is_some());
             table.is_some_and(|table| of_iterations(table) || of_run(table))
@@ -126,8 +127,9 @@ impl<'a> Study<'a> {
                 ))
             ),
             runs => {
-                let each =
-                    |run: &&Of| format!("{}: {}", quoted(&run.folder()), run.tables.latest());
+                let each = |run: &&ReportedRun| {
+                    format!("{}: {}", quoted(&run.folder()), run.tables.latest())
+                };
                 let each: Vec<String> = runs.iter().map(each).collect();
                 format!(
                     "{{run: pl.read_parquet(f\"{{run}}/{}\", columns=[{columns}]) for run, k in {{{}}}.items()}}",
@@ -170,7 +172,7 @@ fn listed<T: AsRef<str>>(texts: &[T]) -> String {
     quoted.join(", ")
 }
 
-impl Of<'_> {
+impl ReportedRun<'_> {
     /// Folder of the run, as it was given.
     pub fn folder(&self) -> String {
         self.tables.root().display().to_string()

@@ -4,7 +4,7 @@ use super::super::ReportError;
 use super::super::plot::{Curve, Map, Scale, WORN};
 use super::super::quantity::{self, LENGTH, in_unit, shown, unit_of};
 use super::course::labelled;
-use super::{Figure, Of, Study, range_of, scale_of, section, top_of, widened};
+use super::{Figure, ReportedRun, Study, range_of, scale_of, section, top_of, widened};
 use crate::tables::TableName;
 
 /// One millimetre \[m\].
@@ -57,14 +57,14 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 }
 
 /// Heights of the last state; `None` without wear.
-fn worn(run: &Of, heights: &[f64]) -> Result<Option<Vec<f64>>, ReportError> {
+fn worn(run: &ReportedRun, heights: &[f64]) -> Result<Option<Vec<f64>>, ReportError> {
     let depth = run.field(run.tables.latest(), TableName::WearField, "wear_depth")?;
     let below = |depth: Vec<f64>| heights.iter().zip(depth).map(|(h, d)| h - d).collect();
     Ok(depth.map(below))
 }
 
 /// With the name of the run in front where there are several: a heading.
-pub fn titled(study: &Study, run: &Of, text: &str) -> String {
+pub fn titled(study: &Study, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => super::course::capitalised(text),
         false => told(study, run, text),
@@ -72,7 +72,7 @@ pub fn titled(study: &Study, run: &Of, text: &str) -> String {
 }
 
 /// A text within a sentence, with the name of the run in front where there are several.
-pub fn told(study: &Study, run: &Of, text: &str) -> String {
+pub fn told(study: &Study, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => text.to_owned(),
         false => format!("{}: {text}", run.label),
@@ -81,7 +81,7 @@ pub fn told(study: &Study, run: &Of, text: &str) -> String {
 
 /// The map of a field in the unit that suits its range; `None` where the run has no grid.
 pub fn map(
-    run: &Of,
+    run: &ReportedRun,
     title: String,
     values: &[f64],
     range: [f64; 2],
@@ -131,8 +131,8 @@ pub fn wear_figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 }
 
 /// The deepest point of all runs \[m\]: sections of all are taken through it, so that they can be compared.
-fn line_of(fields: &[(&Of, Vec<f64>)]) -> Option<[f64; 2]> {
-    let of_depth = |a: &&(&Of, Vec<f64>), b: &&(&Of, Vec<f64>)| {
+fn line_of(fields: &[(&ReportedRun, Vec<f64>)]) -> Option<[f64; 2]> {
+    let of_depth = |a: &&(&ReportedRun, Vec<f64>), b: &&(&ReportedRun, Vec<f64>)| {
         quantity::largest(&a.1).total_cmp(&quantity::largest(&b.1))
     };
     let (run, depth) = fields.iter().max_by(of_depth)?;
@@ -156,7 +156,7 @@ fn deepest(depth: &[f64]) -> usize {
 
 fn wear_map(
     study: &Study,
-    fields: &[(&Of, Vec<f64>)],
+    fields: &[(&ReportedRun, Vec<f64>)],
     line: [f64; 2],
 ) -> Result<Figure, ReportError> {
     const ID: &str = "wear-map";
@@ -203,7 +203,7 @@ fn wear_map(
     })
 }
 
-pub fn name_of(study: &Study, run: &Of) -> String {
+pub fn name_of(study: &Study, run: &ReportedRun) -> String {
     match study.is_single() {
         true => String::new(),
         false => format!("{} ", run.label),

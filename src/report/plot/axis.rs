@@ -48,7 +48,7 @@ impl Axis {
 }
 
 /// An axis in a drawing.
-pub struct Placed<'a> {
+pub struct PlacedAxis<'a> {
     axis: &'a Axis,
     /// Places of its ends.
     ends: [f64; 2],
@@ -56,9 +56,9 @@ pub struct Placed<'a> {
     pub range: [f64; 2],
 }
 
-impl<'a> Placed<'a> {
+impl<'a> PlacedAxis<'a> {
     pub fn new(axis: &'a Axis, ends: [f64; 2], range: [f64; 2]) -> Self {
-        Placed { axis, ends, range }
+        PlacedAxis { axis, ends, range }
     }
 
     /// Where a value stands.

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::super::text::visible;
-use super::axis::{Axis, Placed};
+use super::axis::{Axis, PlacedAxis};
 use super::{
     Drawing, HEAD, STYLES, TEXT, WIDTH, heading, line, polyline, text, text_width, two, upwards,
 };
@@ -159,8 +159,8 @@ impl Chart {
         let top = HEAD + rows * ROW + TOP;
         let (width, height) = (WIDTH - RIGHT - left, HEIGHT - TOP - BOTTOM);
         let ranges = self.ranges();
-        let x = Placed::new(&self.x, [left, left + width], ranges[0]);
-        let y = Placed::new(&self.y, [top + height, top], ranges[1]);
+        let x = PlacedAxis::new(&self.x, [left, left + width], ranges[0]);
+        let y = PlacedAxis::new(&self.y, [top + height, top], ranges[1]);
         let (right, bottom) = (left + width, top + height);
         let [m, wide, high] = [MARGIN, width + 2.0 * MARGIN, height + 2.0 * MARGIN];
         let window = [left - m, top - m, wide, high].map(two);
@@ -309,7 +309,7 @@ impl Chart {
     }
 
     /// A curve with its error bars and dots.
-    fn curve(&self, curve: &Curve, x: &Placed, y: &Placed) -> Markup {
+    fn curve(&self, curve: &Curve, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
         let style = curve.style % STYLES;
         let bars = curve.bars.iter().copied().chain(std::iter::repeat(0.0));
         let placed = curve
@@ -353,7 +353,7 @@ impl Chart {
 }
 
 /// A band: the area between its ends.
-fn area(band: &Band, x: &Placed, y: &Placed) -> Markup {
+fn area(band: &Band, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
     let above = band
         .points
         .iter()

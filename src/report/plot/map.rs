@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 use super::super::text::visible;
-use super::axis::{Axis, Placed};
+use super::axis::{Axis, PlacedAxis};
 use super::chart::Curve;
 use super::{
     Drawing, EMPTY, HATCHING, TEXT, WIDTH, heading, polyline, rect, text, text_width, two, upwards,
@@ -85,8 +85,8 @@ impl Map {
             ..Axis::default()
         };
         let [along_x, along_y] = ["x / mm", "y / mm"].map(axis);
-        let x = Placed::new(&along_x, [LEFT, right], [0.0, self.size[0]]);
-        let y = Placed::new(&along_y, [bottom, TOP], [0.0, self.size[1]]);
+        let x = PlacedAxis::new(&along_x, [LEFT, right], [0.0, self.size[0]]);
+        let y = PlacedAxis::new(&along_y, [bottom, TOP], [0.0, self.size[1]]);
         let keys = self.keys();
         let body = html! {
             (heading(&self.title))
@@ -136,7 +136,7 @@ impl Map {
             log,
             ..Axis::default()
         };
-        let scale = Placed::new(&axis, [y + height, y], range);
+        let scale = PlacedAxis::new(&axis, [y + height, y], range);
         let bar = x + width + BAR[1];
         let end = bar + BAR[0];
         let left = bar.min(WIDTH - text_width(label) - 4.0).max(0.0);

@@ -94,7 +94,7 @@ pub struct WearField {
 
 /// What a run cost, and what came out.
 #[derive(Debug, Clone, Default)]
-pub struct Measured {
+pub struct MeasuredVariant {
     /// Wall time \[s\].
     pub seconds: f64,
     /// CPU time \[s\]; none where a stage does not tell it.
@@ -130,16 +130,16 @@ const SHARED: &str = "structure";
 const DYNAMICS: &str = "dynamics";
 
 /// Reads a run; one that does not exist has cost nothing.
-pub fn measure(root: &Path) -> Result<Measured, StoreError> {
+pub fn measure(root: &Path) -> Result<MeasuredVariant, StoreError> {
     let reader = match RunReader::open(Arc::new(RealFileSystem), root) {
         Ok(reader) => reader,
-        Err(StoreError::NoRun { .. }) => return Ok(Measured::default()),
+        Err(StoreError::NoRun { .. }) => return Ok(MeasuredVariant::default()),
         Err(error) => return Err(error),
     };
     let scene = &reader.record().scene;
     let grid = &scene["joint"]["grid"];
     let cells = [&grid[0], &grid[1]].map(|n| n.as_u64().map(|n| n as usize));
-    let mut measured = Measured {
+    let mut measured = MeasuredVariant {
         machine: Some(reader.record().machine.clone()),
         scene_hash: reader.record().scene_hash.clone(),
         vibrates: scene
@@ -147,7 +147,7 @@ pub fn measure(root: &Path) -> Result<Measured, StoreError> {
             .is_some_and(|section| !section.is_null()),
         cells: cells[0].zip(cells[1]).map(|(nx, ny)| [nx, ny]),
         cpu_seconds: Some(0.0),
-        ..Measured::default()
+        ..MeasuredVariant::default()
     };
     for (stage, cost) in reader.history()?.cost() {
         if stage != SHARED {
@@ -213,7 +213,7 @@ fn wear_field(table: &typed::WearField, cells: [usize; 2]) -> WearField {
 }
 
 /// Errors of `of` against `reference`; none where one of them lacks the figure.
-pub fn errors(of: &Measured, reference: &Measured) -> Values {
+pub fn errors(of: &MeasuredVariant, reference: &MeasuredVariant) -> Values {
     let mut errors: Values = std::array::from_fn(|k| {
         let (value, reference) = (of.values[k]?, reference.values[k]?);
         deviation(value, reference)

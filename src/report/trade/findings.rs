@@ -17,7 +17,7 @@ const GAIN: f64 = 0.5;
 
 /// A promise of a preset about one figure, and what became of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Kept {
+pub struct PresetPromise {
     /// The preset.
     pub preset: String,
     /// The figure.
@@ -36,12 +36,12 @@ pub struct Saving {
     /// Largest error of the promised figures.
     pub within: f64,
     /// The knob; none if none saves more than noise, or than is worth it.
-    pub buy: Option<Buy>,
+    pub buy: Option<KnobEffect>,
 }
 
 /// What one knob alone makes of `balanced`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Buy {
+pub struct KnobEffect {
     /// The variant.
     pub variant: String,
     /// The knob.
@@ -104,11 +104,11 @@ pub struct Findings {
     /// How far the seconds of two equal runs are apart, in parts of them; none where that is not known.
     pub noise: Option<f64>,
     /// Promise by promise.
-    pub promises: Vec<Kept>,
+    pub promises: Vec<PresetPromise>,
     /// Within the promise of `balanced`, then within that of `fast`.
     pub savings: Vec<Saving>,
     /// The solver's knob that gives most accuracy for its cost; none if none halves the error.
-    pub accuracy: Option<Buy>,
+    pub accuracy: Option<KnobEffect>,
     /// One entry a discretisation tried.
     pub convergence: Vec<Convergence>,
     /// Knobs that change no digit of any figure, whatever they are set to.
@@ -138,7 +138,7 @@ pub fn findings(trade: &Trade) -> Findings {
     }
 }
 
-fn promises(trade: &Trade) -> Vec<Kept> {
+fn promises(trade: &Trade) -> Vec<PresetPromise> {
     let mut promises = Vec::new();
     let reference = trade.reference();
     for row in &trade.rows {
@@ -150,7 +150,7 @@ fn promises(trade: &Trade) -> Vec<Kept> {
             if !figure.promised || !concerned {
                 continue;
             }
-            promises.push(Kept {
+            promises.push(PresetPromise {
                 preset: row.variant.name.clone(),
                 figure: figure.title,
                 promise,
@@ -162,9 +162,9 @@ fn promises(trade: &Trade) -> Vec<Kept> {
     promises
 }
 
-fn buy(row: &Row, balanced: &Row) -> Option<Buy> {
+fn buy(row: &Row, balanced: &Row) -> Option<KnobEffect> {
     let saved = balanced.cost - row.cost;
-    Some(Buy {
+    Some(KnobEffect {
         variant: row.variant.name.clone(),
         knob: row.variant.knob,
         value: row.variant.value.clone(),
@@ -176,7 +176,7 @@ fn buy(row: &Row, balanced: &Row) -> Option<Buy> {
 }
 
 /// The variants that change one knob of `balanced`, and no model.
-fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, Buy)> {
+fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, KnobEffect)> {
     let balanced = trade.row(BALANCED);
     trade
         .rows
@@ -213,7 +213,7 @@ fn is_same_joint(row: &Row, bound: f64) -> bool {
     row.variant.kind != KnobKind::Discretisation || row.errors.iter().all(holds)
 }
 
-fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
+fn saving(trade: &Trade, bound: f64) -> Option<KnobEffect> {
     let least = resolved(trade)?.max(WORTH);
     turned(trade)
         .filter(|(row, _)| !is_finer(trade, row) && is_same_joint(row, bound))
@@ -223,10 +223,10 @@ fn saving(trade: &Trade, bound: f64) -> Option<Buy> {
 }
 
 /// A finer mesh than the reference's does not come closer to it, which says nothing about the mesh: only solvers count.
-fn accuracy(trade: &Trade) -> Option<Buy> {
+fn accuracy(trade: &Trade) -> Option<KnobEffect> {
     let least = resolved(trade)?;
     // What costs no more than noise tells costs as much as noise.
-    let rate = |buy: &Buy| (buy.error_before - buy.error) / (-buy.saved_part).max(least);
+    let rate = |buy: &KnobEffect| (buy.error_before - buy.error) / (-buy.saved_part).max(least);
     turned(trade)
         .filter(|(row, _)| row.variant.kind == KnobKind::Solver && is_finer(trade, row))
         .map(|(_, buy)| buy)

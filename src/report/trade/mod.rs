@@ -20,11 +20,11 @@ use crate::tables::{Provenance, Table, TableError, TableName, to_parquet};
 pub use figures::{
     COUNT, FIELD, FIGURES, Figure, Values, WearField, deviation, field_error, noise,
 };
-pub use findings::{Buy, Convergence, Findings, Kept, Saving, Step, findings};
+pub use findings::{Convergence, Findings, KnobEffect, PresetPromise, Saving, Step, findings};
 pub use page::{Page, page, page_of_scenes};
-pub use scenes::{InBar, Miss, Tally, misses, tallies};
+pub use scenes::{FigureCount, Miss, Tally, misses, tallies};
 
-use figures::{Measured, errors, measure, work_of_pair};
+use figures::{MeasuredVariant, errors, measure, work_of_pair};
 
 /// A variant that was run, or that failed.
 #[derive(Debug, Clone)]
@@ -149,7 +149,7 @@ pub fn trade(
         measured.push((trial, found));
     }
     let against = reference.unwrap_or_default();
-    let of = |name: &str| -> Option<&Measured> {
+    let of = |name: &str| -> Option<&MeasuredVariant> {
         let mut named = measured.iter().filter(|(trial, _)| trial.failure.is_none());
         let (_, found) = named.find(|(trial, _)| trial.variant.name == name)?;
         Some(found)
@@ -164,7 +164,7 @@ pub fn trade(
     };
     let unit = of(BALANCED).and_then(|found| found.cells).map(work_of_pair);
     let cpu = all().all(|found| found.cpu_seconds.is_some());
-    let cost = |found: &Measured| match by {
+    let cost = |found: &MeasuredVariant| match by {
         Cost::Seconds => found.cpu_seconds.filter(|_| cpu).unwrap_or(found.seconds),
         Cost::FftPairs => {
             let work = found.cells.map(work_of_pair).zip(unit);
@@ -196,7 +196,7 @@ pub fn trade(
     })
 }
 
-fn row(trial: Trial, found: Measured, cost: f64, reference: &Measured) -> Row {
+fn row(trial: Trial, found: MeasuredVariant, cost: f64, reference: &MeasuredVariant) -> Row {
     let errors = errors(&found, reference);
     Row {
         worst: worst(&errors, reference),
@@ -217,7 +217,7 @@ fn row(trial: Trial, found: Measured, cost: f64, reference: &Measured) -> Row {
     }
 }
 
-fn worst(errors: &Values, reference: &Measured) -> Option<f64> {
+fn worst(errors: &Values, reference: &MeasuredVariant) -> Option<f64> {
     let mut worst = None;
     for (k, figure) in FIGURES.iter().enumerate() {
         if figure.promised && reference.values[k].is_some() {

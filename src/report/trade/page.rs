@@ -8,8 +8,8 @@ use super::super::text;
 use super::super::text::NONE;
 use super::chart::{Chart, FLOOR, Point};
 use super::findings::CONVERGED;
-use super::scenes::{InBar, Miss, Tally, misses, tallies};
-use super::{Buy, Cost, FIELD, FIGURES, Findings, Row, Trade, findings};
+use super::scenes::{FigureCount, Miss, Tally, misses, tallies};
+use super::{Cost, FIELD, FIGURES, Findings, KnobEffect, Row, Trade, findings};
 use crate::recipe::MotionKind;
 use crate::scene::variants::{BALANCED, FAST, KnobKind, REFERENCE, promise};
 
@@ -417,7 +417,7 @@ fn lists(trades: &[Trade], entries: &[Entry]) -> Vec<(&'static str, Vec<String>)
 /// The presets by kind of motion.
 fn summary(found: &[Tally]) -> Sheet {
     let or_none = |value: Option<f64>| value.map_or(NONE.to_owned(), percent);
-    let of_figure = |f: &InBar| {
+    let of_figure = |f: &FigureCount| {
         let [median, worst] = [f.median, f.worst].map(or_none);
         format!("{median} / {worst}; {} of {}", f.within, f.scenes)
     };
@@ -522,13 +522,13 @@ fn buys(found: &Findings) -> Vec<String> {
         true => format!("{} s", seconds(amount)),
         false => format!("{amount:.0} FFT pairs"),
     };
-    let told = |Buy {
+    let told = |KnobEffect {
                     knob,
                     value,
                     error,
                     error_before,
                     ..
-                }: &Buy,
+                }: &KnobEffect,
                 cost: String| {
         let [error, before] = [*error, *error_before].map(percent);
         format!("{knob} = {value} {cost}, for an error of {error} in place of {before}")

@@ -31,12 +31,12 @@ pub struct Tally {
     /// How many scenes keep that.
     pub kept: usize,
     /// Figure by figure; those that no scene has are left out.
-    pub figures: Vec<InBar>,
+    pub figures: Vec<FigureCount>,
 }
 
 /// A figure over these scenes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct InBar {
+pub struct FigureCount {
     /// The figure.
     pub figure: &'static str,
     /// Scenes in which it has an error bar of its own.
@@ -140,14 +140,14 @@ fn tally(
     }
 }
 
-fn in_bar(found: &[(&Trade, &Row)], k: usize) -> Option<InBar> {
+fn in_bar(found: &[(&Trade, &Row)], k: usize) -> Option<FigureCount> {
     let within = found.iter().filter_map(|(trade, row)| trade.within(row, k));
     let within: Vec<bool> = within.collect();
     let errors = found
         .iter()
         .filter_map(|(_, row)| Some(row.errors[k]?.abs()));
     let errors: Vec<f64> = errors.collect();
-    (!within.is_empty()).then(|| InBar {
+    (!within.is_empty()).then(|| FigureCount {
         figure: FIGURES[k].title,
         scenes: within.len(),
         worst: errors.iter().copied().max_by(f64::total_cmp),

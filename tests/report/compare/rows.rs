@@ -139,7 +139,7 @@ fn a_folder_without_a_run_is_named() {
         error.to_string().contains(absent.to_str().unwrap()),
         "{error}"
     );
-    assert!(error.is_nothing_to_read() && !error.is_damage_or_mismatch());
+    assert!(error.is_no_run() && !error.is_damage_or_mismatch());
 }
 
 #[test]
