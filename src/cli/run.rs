@@ -45,7 +45,7 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
     let stopping = stopping.map_err(CliError::Signals)?;
     let mut plan = Plan::of(&scene)?;
     if let Some(scene) = &arguments.scene {
-        plan.inputs.identity.scene_written = Some(scene::as_written(scene, &arguments.sets)?);
+        plan.inputs.identity.scene_written = Some(scene::source_text(scene, &arguments.sets)?);
     }
     let command: Vec<String> = std::env::args().skip(1).collect();
     note(&format!(

@@ -6,7 +6,7 @@ use fretwear::recipe::Counted;
 use fretwear::recipe::MotionKind;
 use fretwear::report::trade::{self, Trial};
 use fretwear::scene::variants::{
-    self, BALANCED, Choice, KnobKind, LeftOut, REFERENCE, Variant, Variants,
+    self, BALANCED, Choice, KnobKind, REFERENCE, SkippedVariant, Variant, Variants,
 };
 use fretwear::scene::{self, Plan};
 use fretwear::stages::RunError;
@@ -247,7 +247,7 @@ fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, C
                 let same = jobs.iter().find(same);
                 match same.filter(|_| variant.kind != KnobKind::Repeat) {
                     // A scene that says nothing but `preset = "fast"` is that preset.
-                    Some(job) => made.left_out.push(LeftOut {
+                    Some(job) => made.left_out.push(SkippedVariant {
                         what,
                         reason: format!("it is the same as {}", job.variant.name),
                     }),
@@ -257,7 +257,7 @@ fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, C
             Err(error) if [BALANCED, REFERENCE].contains(&variant.name.as_str()) => {
                 return Err(error);
             }
-            Err(error) => made.left_out.push(LeftOut {
+            Err(error) => made.left_out.push(SkippedVariant {
                 what,
                 reason: error.to_string(),
             }),

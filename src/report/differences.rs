@@ -10,7 +10,7 @@ use super::table::table;
 use super::template::Section;
 use super::text::NONE;
 use crate::json::{differences, flatten, made};
-use crate::scene::{FOLLOWING_KEYS, means_something};
+use crate::scene::{FOLLOWING_KEYS, is_relevant};
 
 /// The keys whose values are not the same in all runs, with the value of each run; `None` for a single run.
 pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
@@ -90,7 +90,7 @@ impl Told {
     /// The value of a key that is not written, as a default.
     fn by_default(&self, key: &str) -> Option<String> {
         let value = self.scene.get(key).filter(|value| !value.is_null())?;
-        if !means_something(&self.canonical, key) {
+        if !is_relevant(&self.canonical, key) {
             return None;
         }
         Some(

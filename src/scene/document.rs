@@ -11,7 +11,7 @@ use toml::{Table, Value};
 
 use super::error::{Place, Problem, SceneError};
 use super::faults::Faults;
-use super::keys::{self, Given, join};
+use super::keys::{self, GivenValue, join};
 use crate::files;
 
 /// A scene has some hundred lines; a file of more bytes than this is none.
@@ -244,7 +244,7 @@ impl Node {
             else {
                 continue;
             };
-            let given = Given {
+            let given = GivenValue {
                 key: key.name.to_owned(),
                 node,
             };
@@ -296,7 +296,7 @@ pub(super) fn read_kept(path: &Path, text: &str, sets: &[String]) -> Result<Node
     read_text(path, text, sets)
 }
 
-/// See [`super::as_written`].
+/// See [`super::source_text`].
 pub(super) fn written(path: &Path, sets: &[String]) -> Result<String, SceneError> {
     let text = files::read_text(path, LONGEST_SCENE)
         .map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 
 use super::Preset;
 use super::error::suggestion;
-use super::keys::{self, AnyKey, Default, Formed, Key, Value as _, join, meant};
+use super::keys::{self, AnyKey, Default, HasForm, Key, Value as _, join, meant};
 
 /// A key of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -169,7 +169,7 @@ pub struct UnknownKey {
 
 /// What a key that is none may have been.
 fn hint(name: &str, nearest: &Option<String>, known: &[String]) -> String {
-    match keys::instead_of_former(name) {
+    match keys::replacement_of_former(name) {
         Some(instead) => format!(" any more: {instead}"),
         None => suggestion(nearest, known),
     }
@@ -188,7 +188,7 @@ pub fn explain(name: &str) -> Result<About, UnknownKey> {
         None => Err(UnknownKey {
             name: name.to_owned(),
             nearest: keys::nearest_key(name),
-            is_former: keys::instead_of_former(name).is_some(),
+            is_former: keys::replacement_of_former(name).is_some(),
             known: keys::children(keys::section_of(name))
                 .into_iter()
                 .map(str::to_owned)
@@ -248,7 +248,7 @@ fn property(name: &str) -> Value {
 }
 
 /// A schema with what an editor shows.
-fn with_words(key: &Key<impl Formed + ?Sized>, mut schema: Value) -> Value {
+fn with_words(key: &Key<impl HasForm + ?Sized>, mut schema: Value) -> Value {
     let form = key.value.told();
     let json_of = |text| json!(meant(text));
     let mut description = key.doc();

@@ -56,7 +56,7 @@ pub use crate::wear::Scheme;
 pub use error::{Place, Problem, SceneError};
 pub use faults::MOST as MOST_FAULTS;
 pub use plan::{InputError, Plan, PlanError};
-pub use record::{FOLLOWING_KEYS, means_something};
+pub use record::{FOLLOWING_KEYS, is_relevant};
 
 /// A complete, checked scene. All quantities are SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -254,7 +254,7 @@ pub fn load_kept(path: &Path, text: &str, sets: &[String]) -> Result<Scene, Scen
 ///
 /// # Errors
 /// As for [`load`], of files that cannot be read.
-pub fn as_written(path: &Path, sets: &[String]) -> Result<String, SceneError> {
+pub fn source_text(path: &Path, sets: &[String]) -> Result<String, SceneError> {
     document::written(path, sets)
 }
 

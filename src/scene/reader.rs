@@ -9,7 +9,9 @@ use super::Preset;
 use super::document::{Content, Node};
 use super::error::{Problem, SceneError};
 use super::faults::Faults;
-use super::keys::{self, Choice, Even, Given, Key, ListOrPath, Point, Tables, Value, join, meant};
+use super::keys::{
+    self, Choice, EvenInteger, GivenValue, Key, ListOrPath, Point, Tables, Value, join, meant,
+};
 use super::record::Record;
 
 type Result<T> = std::result::Result<T, SceneError>;
@@ -77,8 +79,8 @@ impl<'a> Reader<'a> {
     }
 
     /// A key as it is given; as the whole tree where it is not.
-    fn given(&self, key: impl Named) -> Given<'a> {
-        Given {
+    fn given(&self, key: impl Named) -> GivenValue<'a> {
+        GivenValue {
             key: self.called(key.name()),
             node: self.root.get(key.name()).unwrap_or(self.root),
         }
@@ -151,7 +153,7 @@ impl<'a> Reader<'a> {
             return Ok(None);
         };
         let node = Node::value(&self.root.place, meant(text));
-        let given = Given {
+        let given = GivenValue {
             key: self.called(key.name),
             node: &node,
         };
@@ -193,7 +195,12 @@ impl<'a> Reader<'a> {
     }
 
     /// An even number of at least so many for a reason, if it is given. It is not noted.
-    pub fn even_from(&self, key: &Key<Even>, least: u64, reason: &str) -> Result<Option<usize>> {
+    pub fn even_from(
+        &self,
+        key: &Key<EvenInteger>,
+        least: u64,
+        reason: &str,
+    ) -> Result<Option<usize>> {
         self.has(key)
             .then(|| key.value.read_from(&self.given(key), least, reason))
             .transpose()
@@ -312,7 +319,7 @@ impl<'a> Reader<'a> {
             let names = keys::children(section).join(", ");
             let expected = format!("a section, [{section}], with keys: {names}");
             let key = section.to_owned();
-            return Err(Given { key, node }.wrong_type(expected));
+            return Err(GivenValue { key, node }.wrong_type(expected));
         };
         let mut faults = Faults::default();
         for (name, entry) in entries {
@@ -327,7 +334,7 @@ impl<'a> Reader<'a> {
                 _ if has_keys && (is_section || declared.is_none()) => {
                     self.check_section(&key, entry)
                 }
-                Some(_) => keys::check(&Given {
+                Some(_) => keys::check(&GivenValue {
                     key: self.called(&key),
                     node: entry,
                 }),
@@ -341,7 +348,7 @@ impl<'a> Reader<'a> {
 /// What is wrong with a key that no scene has.
 fn unknown(section: &str, key: String, entry: &Node) -> Problem {
     let value = entry.shown();
-    match keys::instead_of_former(&key) {
+    match keys::replacement_of_former(&key) {
         Some(instead) => Problem::FormerKey {
             key,
             value,

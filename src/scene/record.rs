@@ -31,7 +31,7 @@ pub const FOLLOWING_KEYS: [&str; 5] = [
 ];
 
 /// Whether something may be computed from a key of a canonical scene: some have their default also where what they are about is not there.
-pub fn means_something(canonical: &Value, key: &str) -> bool {
+pub fn is_relevant(canonical: &Value, key: &str) -> bool {
     let is_there = |section: &&str| canonical.get(section).is_some_and(|s| !s.is_null());
     keys::find(key).is_none_or(|key| key.with.iter().all(is_there))
 }

@@ -2,7 +2,7 @@
 
 use super::Default::{Absent, ByPreset, Is};
 use super::keys;
-use super::value::{Even, Integer, Quantity, TOLERANCE, integer};
+use super::value::{EvenInteger, Integer, Quantity, TOLERANCE, integer};
 use super::word::{Boolean, Choice};
 use crate::scene::Preset;
 use crate::units::Dimension;
@@ -39,7 +39,7 @@ keys! {
     // An orbit and a load that varies are solved to within some 1 % of dissipation with 32 steps and 0.3 % with 64, when extrapolated;
     // the published 32 are not.
     /// Time steps of a stepped cycle; of a history twice as many in balanced. A history of fewer rows is stepped between them too, one of more at all of them.
-    STEPS_PER_CYCLE: Even = "fidelity.steps_per_cycle", ByPreset(["32", "32", "64", "128"]), Even(SMALLEST_STEPS, LARGEST_STEPS, "64");
+    STEPS_PER_CYCLE: EvenInteger = "fidelity.steps_per_cycle", ByPreset(["32", "32", "64", "128"]), EvenInteger(SMALLEST_STEPS, LARGEST_STEPS, "64");
     /// Relative error of a normal contact solve.
     NORMAL_TOLERANCE: Quantity = "fidelity.normal_tolerance", ByPreset(["1e-6", "1e-5", "1e-6", "1e-8"]), tolerance("1e-4");
     /// Relative duality gap of a tangential contact solve.
@@ -58,7 +58,7 @@ keys! {
     // their number, and 64 leave less than a thousandth of amplitude.
     /// Samples of a vibration cycle at which the contact elements are evaluated: more than twice the highest harmonic. An oscillator
     /// has eight times the default, many harmonics have more.
-    AFT_SAMPLES: Even = "fidelity.aft_samples", ByPreset(["32", "32", "64", "512"]), Even(SMALLEST_STEPS, LARGEST_STEPS, "256"), with ["dynamics"];
+    AFT_SAMPLES: EvenInteger = "fidelity.aft_samples", ByPreset(["32", "32", "64", "512"]), EvenInteger(SMALLEST_STEPS, LARGEST_STEPS, "256"), with ["dynamics"];
     /// Whether the response with about twice as many harmonics drives the wear. Else it only says the error.
     HARMONIC_CORRECTION: Boolean = "fidelity.harmonic_correction", ByPreset(["false", "true", "true", "true"]), Boolean, with ["dynamics", "wear"];
     /// Relative error by harmonics left out, up to which they are extended. Where the joint wears fast has 0.05 and balanced 0.015: other parts of its error

@@ -16,7 +16,7 @@ use std::fmt;
 
 use super::Preset;
 use super::error::SceneError;
-pub use value::{Even, Form, Given, List, Quantity, Value, as_toml, meant};
+pub use value::{EvenInteger, Form, GivenValue, List, Quantity, Value, as_toml, meant};
 pub use word::{Choice, ListOrPath, Point, Tables};
 
 /// A key, and the type of its value.
@@ -34,34 +34,34 @@ pub struct Key<V: ?Sized> {
 }
 
 /// A key whose value may be of any type.
-pub type AnyKey = Key<dyn Formed>;
+pub type AnyKey = Key<dyn HasForm>;
 
 /// Whatever has a form.
-pub trait Formed {
+pub trait HasForm {
     fn told(&self) -> Form;
 
     /// Refuses what is not of its type or out of its range.
-    fn check(&self, given: &Given<'_>) -> Result<(), SceneError>;
+    fn check(&self, given: &GivenValue<'_>) -> Result<(), SceneError>;
 
     /// Whether what is given is the path of a file.
-    fn names_file(&self, given: &Given<'_>) -> bool;
+    fn names_file(&self, given: &GivenValue<'_>) -> bool;
 }
 
-impl<V: Value> Formed for V {
+impl<V: Value> HasForm for V {
     fn told(&self) -> Form {
         self.form()
     }
 
-    fn check(&self, given: &Given<'_>) -> Result<(), SceneError> {
+    fn check(&self, given: &GivenValue<'_>) -> Result<(), SceneError> {
         self.read(given).map(drop)
     }
 
-    fn names_file(&self, given: &Given<'_>) -> bool {
+    fn names_file(&self, given: &GivenValue<'_>) -> bool {
         Value::names_file(self, given)
     }
 }
 
-impl<V: Formed + ?Sized> Key<V> {
+impl<V: HasForm + ?Sized> Key<V> {
     /// A line of its section that would do.
     pub fn line(&self) -> String {
         format!("{} = {}", self.last(), as_toml(self.value.told().example))
@@ -198,7 +198,7 @@ pub fn find(name: &str) -> Option<&'static AnyKey> {
 const WIDER: [&AnyKey; 1] = [&contact::LOAD_AT_REST];
 
 /// Refuses what no key of this name can be.
-pub fn check(given: &Given<'_>) -> Result<(), SceneError> {
+pub fn check(given: &GivenValue<'_>) -> Result<(), SceneError> {
     let declared = all().chain(WIDER).filter(|key| key.name == given.key);
     let mut checks = declared.map(|key| key.value.check(given));
     let first = checks.next().unwrap_or(Ok(()));
@@ -362,7 +362,7 @@ const FORMER: [(&str, &str); 2] = [
 ];
 
 /// What to do without a key that scenes once had; none of another one.
-pub fn instead_of_former(key: &str) -> Option<&'static str> {
+pub fn replacement_of_former(key: &str) -> Option<&'static str> {
     let mut former = FORMER.iter();
     former.find(|entry| entry.0 == key).map(|entry| entry.1)
 }

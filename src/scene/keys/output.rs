@@ -3,7 +3,7 @@
 use super::Default::{Is, Rule};
 use super::cycles::MOST_ITERATIONS;
 use super::keys;
-use super::value::{FirstLast, Integer, Integers, integer};
+use super::value::{Integer, IntegerRange, Integers, integer};
 use super::word::{Boolean, BooleanOrTable, Choice, WordOrTable};
 use crate::recipe::{Durability, ResonanceOf};
 
@@ -30,9 +30,9 @@ keys! {
     /// step and t = T.
     CYCLE_FIELDS_SAMPLES: Integers = "output.cycle_fields.samples", Rule("all"), Integers(MOST_SAMPLES, "a list of different numbers of samples, such as [0, 16, 32]");
     /// The first and the last cell along x.
-    CYCLE_FIELDS_I: FirstLast = "output.cycle_fields.i", Rule("all"), FirstLast("[0, 63]");
+    CYCLE_FIELDS_I: IntegerRange = "output.cycle_fields.i", Rule("all"), IntegerRange("[0, 63]");
     /// The first and the last cell along y.
-    CYCLE_FIELDS_J: FirstLast = "output.cycle_fields.j", Rule("all"), FirstLast("[20, 20]");
+    CYCLE_FIELDS_J: IntegerRange = "output.cycle_fields.j", Rule("all"), IntegerRange("[20, 20]");
     /// They are written every so many iterations, and of the last.
     CYCLE_FIELDS_EVERY: Integer = "output.cycle_fields.every", Is("1"), integer(1, MOST_ITERATIONS, "10");
     /// Indentation and hysteresis curves are written every so many iterations; 0: never.

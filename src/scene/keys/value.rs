@@ -50,7 +50,7 @@ pub trait Value {
     fn form(&self) -> Form;
 
     /// The value, if it is of this type and within its range.
-    fn read(&self, given: &Given<'_>) -> Result<Self::Read>;
+    fn read(&self, given: &GivenValue<'_>) -> Result<Self::Read>;
 
     /// The value as a scene is known by it.
     fn noted(&self, read: &Self::Read) -> Json {
@@ -58,18 +58,18 @@ pub trait Value {
     }
 
     /// Whether what is given is the path of a file.
-    fn names_file(&self, _: &Given<'_>) -> bool {
+    fn names_file(&self, _: &GivenValue<'_>) -> bool {
         self.form().is_path
     }
 }
 
 /// What a scene gives for a key, and under which name errors speak of it.
-pub struct Given<'a> {
+pub struct GivenValue<'a> {
     pub key: String,
     pub node: &'a Node,
 }
 
-impl Given<'_> {
+impl GivenValue<'_> {
     pub fn fault(&self, problem: impl FnOnce(String) -> Problem) -> SceneError {
         SceneError::new(&self.node.place, problem(self.key.clone()))
     }
@@ -165,7 +165,7 @@ const NUMBER: &str = r"^\s*[-+]?\.?[0-9]";
 const WITH_UNIT: &str = r"^\s*[-+]?\.?[0-9].*[A-Za-z%°µμ]";
 
 impl Quantity {
-    fn number(&self, given: &Given<'_>, value: Option<&Toml>) -> Result<f64> {
+    fn number(&self, given: &GivenValue<'_>, value: Option<&Toml>) -> Result<f64> {
         let Quantity(dimension, check, example) = self;
         let parsed = match value {
             Some(Toml::String(text)) => units::parse(text, *dimension),
@@ -222,20 +222,20 @@ impl Value for Quantity {
         Form::new(self.2, words, self.schema())
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<f64> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<f64> {
         self.number(given, given.value())
     }
 }
 
 /// What a value that stands alone in place of a list means, and how to say it.
-pub struct Alone<const N: usize>(fn(f64) -> [f64; N], &'static str);
+pub struct ScalarForm<const N: usize>(fn(f64) -> [f64; N], &'static str);
 
-pub const FOR_X: Alone<2> = Alone(|x| [x, 0.0], "; one alone is for x");
-pub const FOR_BOTH: Alone<2> = Alone(|both| [both; 2], "; one alone is for both");
-pub const FOR_ALL: Alone<3> = Alone(|all| [all; 3], "");
+pub const FOR_X: ScalarForm<2> = ScalarForm(|x| [x, 0.0], "; one alone is for x");
+pub const FOR_BOTH: ScalarForm<2> = ScalarForm(|both| [both; 2], "; one alone is for both");
+pub const FOR_ALL: ScalarForm<3> = ScalarForm(|all| [all; 3], "");
 
 /// A list of quantities: what it is, the type of each, and what one alone is.
-pub struct List<const N: usize>(pub &'static str, pub Quantity, pub Option<Alone<N>>);
+pub struct List<const N: usize>(pub &'static str, pub Quantity, pub Option<ScalarForm<N>>);
 
 /// What most lists are.
 pub const XY: &str = "a list of two values, for x and y";
@@ -258,7 +258,7 @@ where
         Form::new(each.example, words, schema)
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<[f64; N]> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<[f64; N]> {
         let number = |value| self.1.number(given, Some(value));
         match (given.value(), &self.2) {
             (Some(Toml::Array(items)), _) => {
@@ -314,7 +314,7 @@ impl<T: TryFrom<u64> + Serialize> Value for Integer<T> {
         Form::new(example, words, schema)
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<T> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<T> {
         let Some(number) = given.value().and_then(as_integer) else {
             return Err(given.wrong_type(self.form().words));
         };
@@ -327,11 +327,11 @@ impl<T: TryFrom<u64> + Serialize> Value for Integer<T> {
 }
 
 /// An even integer of the first to the second number; the example.
-pub struct Even(pub u64, pub u64, pub &'static str);
+pub struct EvenInteger(pub u64, pub u64, pub &'static str);
 
-impl Even {
+impl EvenInteger {
     /// The number, of at least so many for a reason beside the declared one.
-    pub fn read_from(&self, given: &Given<'_>, least: u64, reason: &str) -> Result<usize> {
+    pub fn read_from(&self, given: &GivenValue<'_>, least: u64, reason: &str) -> Result<usize> {
         let number = integer(0, LARGEST_INTEGER, self.2).read(given)?;
         Some(number)
             .filter(|n| n % 2 == 0 && (least..=self.1).contains(n))
@@ -342,18 +342,18 @@ impl Even {
     }
 }
 
-impl Value for Even {
+impl Value for EvenInteger {
     type Read = usize;
 
     fn form(&self) -> Form {
-        let Even(smallest, largest, example) = self;
+        let EvenInteger(smallest, largest, example) = self;
         let schema =
             json!({ "type": "integer", "minimum": smallest, "maximum": largest, "multipleOf": 2 });
         let words = format!("an even integer of {smallest} to {largest}");
         Form::new(example, words, schema)
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<usize> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<usize> {
         self.read_from(given, self.0, "")
     }
 }
@@ -371,7 +371,7 @@ impl Value for Counts {
         Form::new(self.1, words, schema)
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<[usize; 2]> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<[usize; 2]> {
         let expected = || format!("{}, such as {}", self.form().words, self.1);
         let items = given.value().and_then(Toml::as_array);
         let numbers: Option<Vec<i64>> =
@@ -392,9 +392,9 @@ impl Value for Counts {
 }
 
 /// The first and the last of a range of integers of 0 or more; the example.
-pub struct FirstLast(pub &'static str);
+pub struct IntegerRange(pub &'static str);
 
-impl Value for FirstLast {
+impl Value for IntegerRange {
     type Read = [u64; 2];
 
     fn form(&self) -> Form {
@@ -407,7 +407,7 @@ impl Value for FirstLast {
         )
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<[u64; 2]> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<[u64; 2]> {
         let expected = || format!("{}, such as {}", self.form().words, self.0);
         let items = given.value().and_then(Toml::as_array);
         let numbers: Option<Vec<i64>> =
@@ -436,7 +436,7 @@ impl Value for Integers {
         Form::new(example, without_example(self.1), schema)
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<Vec<u64>> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<Vec<u64>> {
         let &Integers(longest, expected) = self;
         let Some(items) = given.value().and_then(Toml::as_array) else {
             return Err(given.wrong_type(expected));

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 use toml::Value as Toml;
 
-use super::value::{Form, Given, List, POSITIVE, Quantity, Value, as_toml};
+use super::value::{Form, GivenValue, List, POSITIVE, Quantity, Value, as_toml};
 use crate::scene::document::{Content, Node};
 use crate::scene::error::{Problem, SceneError};
 use crate::units::{self, Dimension};
@@ -23,7 +23,7 @@ impl Value for Boolean {
         Form::new("true", "true or false", json!({ "type": "boolean" }))
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<bool> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<bool> {
         let value = given.value().and_then(Toml::as_bool);
         value.ok_or_else(|| given.wrong_type("true or false"))
     }
@@ -40,7 +40,7 @@ impl Value for Text {
         Form::new(self.0, "a text", schema)
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<String> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<String> {
         let text = given.value().and_then(Toml::as_str);
         let text = text.filter(|text| !text.trim().is_empty());
         let wrong = || given.wrong_type(format!("a text, such as {}", as_toml(self.0)));
@@ -62,7 +62,7 @@ impl Value for FilePath {
         }
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<PathBuf> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<PathBuf> {
         Text(self.0).read(given).map(PathBuf::from)
     }
 }
@@ -83,7 +83,7 @@ impl Value for Unit {
         }
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<f64> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<f64> {
         let value = Text(self.1).read(given)?;
         units::parse_unit(&value, self.0)
             .map_err(|source| given.fault(|key| Problem::Unit { key, value, source }))
@@ -95,7 +95,7 @@ pub struct Choice<T: 'static>(pub &'static [(&'static str, T, &'static str)]);
 
 impl<T: Copy + PartialEq> Choice<T> {
     /// The choice among those of the words that are allowed.
-    pub fn among(&self, given: &Given<'_>, allowed: impl Fn(&str) -> bool) -> Result<T> {
+    pub fn among(&self, given: &GivenValue<'_>, allowed: impl Fn(&str) -> bool) -> Result<T> {
         let choices = || self.0.iter().filter(|choice| allowed(choice.0));
         let word = given.value().and_then(Toml::as_str).unwrap_or_default();
         let chosen = choices().find(|choice| choice.0 == word);
@@ -123,7 +123,7 @@ impl<T: Copy + PartialEq + Serialize> Value for Choice<T> {
         }
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<T> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<T> {
         self.among(given, |_| true)
     }
 
@@ -145,7 +145,7 @@ impl Value for WordOrTable {
         Form::new(self.1, words, json!({ "const": self.0 }))
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<()> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<()> {
         if given.value().and_then(Toml::as_str) == Some(self.0) {
             return Ok(());
         }
@@ -175,7 +175,7 @@ impl Value for PartOrNever {
         Form::new(self.0, format!("{}, or \"{NEVER}\"", part.words), schema)
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<Option<f64>> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<Option<f64>> {
         if given.value().and_then(Toml::as_str) == Some(NEVER) {
             return Ok(None);
         }
@@ -198,7 +198,7 @@ impl Value for BooleanOrTable {
         Form::new(self.0, words, json!({ "type": "boolean" }))
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<bool> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<bool> {
         let value = given.value().and_then(Toml::as_bool);
         let expected = || format!("true, false or a table such as {}", self.0);
         value.ok_or_else(|| given.out_of_range(expected()))
@@ -219,7 +219,7 @@ impl Value for PathOrTable {
         }
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<Option<PathBuf>> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<Option<PathBuf>> {
         if matches!(given.node.content, Content::Section(_)) {
             return Ok(None);
         }
@@ -250,7 +250,7 @@ where
         }
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<()> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<()> {
         // Numbers that are none have an error of their own; a text may be a path.
         match self.1.read(given) {
             Ok(_) => Ok(()),
@@ -258,7 +258,7 @@ where
         }
     }
 
-    fn names_file(&self, given: &Given<'_>) -> bool {
+    fn names_file(&self, given: &GivenValue<'_>) -> bool {
         let text = given.value().and_then(Toml::as_str).unwrap_or_default();
         self.0.read(given).is_err() && is_like_path(text)
     }
@@ -282,7 +282,7 @@ pub struct Point(pub &'static [(&'static str, &'static str)]);
 
 impl Point {
     /// One of the words that are allowed; any node or set where none are.
-    pub fn among(&self, given: &Given<'_>, allowed: &[&'static str]) -> Result<String> {
+    pub fn among(&self, given: &GivenValue<'_>, allowed: &[&'static str]) -> Result<String> {
         let point = self.read(given)?;
         if allowed.is_empty() || allowed.contains(&point.as_str()) {
             return Ok(point);
@@ -309,7 +309,7 @@ impl Value for Point {
         }
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<String> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<String> {
         match given.value() {
             Some(Toml::String(text)) if !text.trim().is_empty() => Ok(text.trim().to_owned()),
             Some(Toml::Integer(node)) => Ok(node.to_string()),
@@ -323,7 +323,7 @@ pub struct Tables(pub &'static str);
 
 impl Tables {
     /// The list, if it is one.
-    pub fn list(&self, given: &Given<'_>) -> Result<Option<Vec<Node>>> {
+    pub fn list(&self, given: &GivenValue<'_>) -> Result<Option<Vec<Node>>> {
         if matches!(given.node.content, Content::Section(_)) {
             return Ok(None);
         }
@@ -341,7 +341,7 @@ impl Value for Tables {
         Form::new(self.0, words, json!({ "type": "array", "minItems": 1 }))
     }
 
-    fn read(&self, given: &Given<'_>) -> Result<()> {
+    fn read(&self, given: &GivenValue<'_>) -> Result<()> {
         self.list(given).map(drop)
     }
 }

@@ -104,7 +104,7 @@ pub struct Variant {
 
 /// What is not tried, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LeftOut {
+pub struct SkippedVariant {
     /// Knob, or knob and value.
     pub what: String,
     /// The reason.
@@ -140,7 +140,7 @@ pub struct Variants {
     /// What `balanced` has in place of each knob that is finer or coarser: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
     /// What does not apply.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<SkippedVariant>,
 }
 
 /// Keys of a scene that say how exact it is, beside those of the preset; grids of space stay as they are, and a
@@ -235,7 +235,7 @@ pub fn variants(
             _ => values::values(knob, written, scene, recipe, choice),
         };
         match values {
-            Err(reason) => made.left_out.push(LeftOut {
+            Err(reason) => made.left_out.push(SkippedVariant {
                 what: knob.name.to_owned(),
                 reason: reason.to_owned(),
             }),
@@ -300,7 +300,7 @@ impl Variants {
                 .extend(values::own_depth(written).map(values::depth));
             self.variants.push(paper);
         } else {
-            self.left_out.push(LeftOut {
+            self.left_out.push(SkippedVariant {
                 what: "preset = paper".to_owned(),
                 reason: "it is slow; --paper runs it too".to_owned(),
             });
