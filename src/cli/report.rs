@@ -5,7 +5,7 @@ use std::path::Path;
 use fretwear::recipe::{Check, Recipe};
 use fretwear::report::{ERROR_BARS, Sizes, error_bar_of, told};
 use fretwear::scene::Plan;
-use fretwear::stages::{Ending, Outcome, no_phase_resonance_between};
+use fretwear::stages::{Ending, Outcome, no_resonance_message};
 use fretwear::tables::{Column, Table};
 use serde_json::{Map, Value, json};
 
@@ -32,7 +32,7 @@ fn no_phase_resonance(summary: &Map<String, Value>, plan: &Plan) -> Option<Strin
         .frequency
         .filter(|_| response.at_frequency.is_none())?;
     let is_absent = is_there("peak_frequency") && !is_there("resonance_frequency");
-    is_absent.then(|| no_phase_resonance_between(range))
+    is_absent.then(|| no_resonance_message(range))
 }
 
 /// Prints what a run left.

@@ -324,7 +324,7 @@ impl Observer for Watcher {
         self.stage.set(Some((stage, Instant::now())));
         let at = format!("{stage} of iteration {wear_iteration}");
         if let Some(stopping) = &self.stopping {
-            stopping.enters(at.clone(), stage.goes_on());
+            stopping.enters(at.clone(), stage.keeps_solves());
         }
         note(&at);
         let unknowns = self.unknowns.filter(|_| stage == Stage::Structure);

@@ -6,7 +6,7 @@ use super::RunError;
 use super::computed_motion::{ElementMotion, let_move, let_move_between_ends};
 use super::contact_state::{AtRest, reach_of};
 use super::dynamic_response::{contact_elements, failed, resolved_in_force, response_table};
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::solvers::{Solvers, layout};
 use crate::contact::normal::NormalOptions;
 use crate::dynamics::cycle::{element_cycles, half_range, joint_cycle};
@@ -48,7 +48,7 @@ pub const TABLES: [TableName; 5] = [
 ];
 
 /// A response with its elements.
-pub struct Agreed<'a> {
+pub struct AgreedResponse<'a> {
     /// The response.
     pub resolved: Resolved<'a>,
     /// Parameters of its elements.
@@ -73,11 +73,11 @@ struct BetweenEnds {
 /// # Errors
 /// Those of the contact solves, and of a response.
 pub fn agreed<'a>(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     vibration: &'a Vibration,
-    begin: Agreed<'a>,
-) -> Result<Agreed<'a>, RunError> {
+    begin: AgreedResponse<'a>,
+) -> Result<AgreedResponse<'a>, RunError> {
     if begin.parameters.sliders.is_none() {
         return Ok(begin);
     }
@@ -96,8 +96,8 @@ pub fn agreed<'a>(
 ///
 /// # Errors
 /// Those of the contact solves.
-pub fn foreseen(
-    reads: &Reads,
+pub fn predicted_parameters(
+    reads: &StageInputs,
     solvers: &mut Solvers,
     before: ElementMotion,
     compliance: Option<f64>,
@@ -116,7 +116,11 @@ pub fn foreseen(
 /// What the fine contact does under a response, held against its elements.
 trait Compared: Sized {
     /// That of a response; none where it is not to be compared.
-    fn of(reads: &Reads, solvers: &mut Solvers, of: &Agreed<'_>) -> Result<Option<Self>, RunError>;
+    fn of(
+        reads: &StageInputs,
+        solvers: &mut Solvers,
+        of: &AgreedResponse<'_>,
+    ) -> Result<Option<Self>, RunError>;
 
     /// The largest difference to the elements, in parts of what is agreement.
     fn gap(&self) -> f64;
@@ -124,20 +128,20 @@ trait Compared: Sized {
     /// The laws by which the elements of that response would agree.
     fn laws(
         &self,
-        reads: &Reads,
+        reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &Agreed<'_>,
+        of: &AgreedResponse<'_>,
     ) -> Result<ElementParameters, RunError>;
 }
 
 /// Responses, each to the laws that the fine contact asks for under the one before, as long as each comes nearer; and what the fine contact does under the
 /// last.
 fn rounds<'a, C: Compared>(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     vibration: &'a Vibration,
-    begin: Agreed<'a>,
-) -> Result<(Agreed<'a>, Option<C>), RunError> {
+    begin: AgreedResponse<'a>,
+) -> Result<(AgreedResponse<'a>, Option<C>), RunError> {
     let mut best = begin;
     let Some(mut fine) = C::of(reads, solvers, &best)? else {
         return Ok((best, None));
@@ -168,16 +172,16 @@ fn rounds<'a, C: Compared>(
 
 /// The response to elements with other `parameters`, from the one at hand; none where it is not found.
 fn resolved_again<'a>(
-    reads: &Reads,
+    reads: &StageInputs,
     vibration: &'a Vibration,
-    last: &Agreed<'a>,
+    last: &AgreedResponse<'a>,
     parameters: ElementParameters,
-) -> Result<Option<Agreed<'a>>, RunError> {
+) -> Result<Option<AgreedResponse<'a>>, RunError> {
     let elements = contact_elements(reads, &parameters, last.stepped_part);
     let harmonics = last.resolved.balance.harmonics().clone();
     let start = last.resolved.resonance.in_force().start();
     match resolved_in_force(vibration, elements, Some((&harmonics, &start))) {
-        Ok(resolved) => Ok(Some(Agreed {
+        Ok(resolved) => Ok(Some(AgreedResponse {
             resolved,
             parameters,
             stepped_part: last.stepped_part,
@@ -201,7 +205,11 @@ struct Stepped {
 }
 
 impl Compared for Stepped {
-    fn of(reads: &Reads, solvers: &mut Solvers, of: &Agreed<'_>) -> Result<Option<Self>, RunError> {
+    fn of(
+        reads: &StageInputs,
+        solvers: &mut Solvers,
+        of: &AgreedResponse<'_>,
+    ) -> Result<Option<Self>, RunError> {
         stepped(reads, solvers, of)
     }
 
@@ -211,9 +219,9 @@ impl Compared for Stepped {
 
     fn laws(
         &self,
-        reads: &Reads,
+        reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &Agreed<'_>,
+        of: &AgreedResponse<'_>,
     ) -> Result<ElementParameters, RunError> {
         let displacement = &of.resolved.resonance.in_force().displacement;
         let dissipated = |parameters: &ElementParameters| -> Vec<f64> {
@@ -236,9 +244,9 @@ impl Compared for Stepped {
 /// The cycle of the fine contact under a response whose cycles are stepped; none of one that goes to and fro between two ends, or where the
 /// cells do not move with the elements.
 fn stepped(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
-    of: &Agreed<'_>,
+    of: &AgreedResponse<'_>,
 ) -> Result<Option<Stepped>, RunError> {
     let at_rest = AtRest::of(reads, solvers)?;
     let displacement = &of.resolved.resonance.in_force().displacement;
@@ -291,7 +299,7 @@ fn stepped(
 /// What the fine contact bears at each element where the element comes closest in a cycle, and where it opens most, among some instants of the
 /// `displacement`.
 fn extreme_loads(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     displacement: &[f64],
     sampling: &Sampling,
@@ -338,8 +346,12 @@ fn extreme_loads(
 }
 
 impl Compared for BetweenEnds {
-    fn of(reads: &Reads, solvers: &mut Solvers, of: &Agreed<'_>) -> Result<Option<Self>, RunError> {
-        let Agreed {
+    fn of(
+        reads: &StageInputs,
+        solvers: &mut Solvers,
+        of: &AgreedResponse<'_>,
+    ) -> Result<Option<Self>, RunError> {
+        let AgreedResponse {
             resolved,
             parameters,
             stepped_part,
@@ -357,9 +369,9 @@ impl Compared for BetweenEnds {
 
     fn laws(
         &self,
-        reads: &Reads,
+        reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &Agreed<'_>,
+        of: &AgreedResponse<'_>,
     ) -> Result<ElementParameters, RunError> {
         self.laws_from(reads, solvers, &of.parameters)
     }
@@ -369,7 +381,7 @@ impl BetweenEnds {
     /// The laws by which elements of these `parameters` would agree under the same motion.
     fn laws_from(
         &self,
-        reads: &Reads,
+        reads: &StageInputs,
         solvers: &mut Solvers,
         parameters: &ElementParameters,
     ) -> Result<ElementParameters, RunError> {
@@ -385,7 +397,7 @@ impl BetweenEnds {
 
 /// The fine contact between the ends of a response, as it is at a `compliance` of the fine contact; none where elements have no laws of their own.
 fn between_ends(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     moved: &ElementMotion,
     compliance: Option<f64>,

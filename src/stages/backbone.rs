@@ -5,7 +5,7 @@ use super::contact_state::harmonics_of;
 use super::dynamic_response::{contact_elements, failed, harmonic_tolerance};
 use super::forced_response;
 use super::observer::Observer;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::recompute::require_own;
 use super::runner::Runner;
 use super::solvers::{Solvers, given};
@@ -107,7 +107,7 @@ pub(super) fn unworn<T>(
     threads: usize,
     observer: &dyn Observer,
     has_resonance: bool,
-    work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
+    work: impl FnOnce(&StageInputs, &mut Solvers) -> Result<T, RunError>,
 ) -> Result<T, RunError> {
     let mut runner = Runner::new(inputs, threads, observer);
     runner.once_in_memory(cache)?;
@@ -151,11 +151,11 @@ pub(super) fn at_iteration<T>(
     wear_iteration: u64,
     threads: usize,
     observer: &dyn Observer,
-    work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
+    work: impl FnOnce(&StageInputs, &mut Solvers) -> Result<T, RunError>,
 ) -> Result<T, RunError> {
     let stage = &forced_response::DECLARATION;
     let mut runner = Runner::new(inputs, threads, observer);
-    runner.take_once(reader)?;
+    runner.load_once(reader)?;
     // A later stage may have written one of them again: pressure and gap, which count here, are the same in both.
     let commit = reader.commit_of(wear_iteration)?;
     let read = stage.reads.iter().copied();
@@ -169,7 +169,7 @@ pub(super) fn at_iteration<T>(
 
 /// What the forced response reads is what the backbone reads.
 fn backbone(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     levels: LoadLevels,
 ) -> Result<Backbone, RunError> {
@@ -182,7 +182,7 @@ type Balance = HarmonicBalance<ContactElement>;
 
 /// The vibration and its balance, in these harmonics, or else in those of the response, or of the scene.
 fn balance(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     harmonics: Option<&Harmonics>,
 ) -> Result<(Rc<Vibration>, Balance), RunError> {

@@ -4,18 +4,18 @@ use std::time::Instant;
 
 /// What work took.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spent {
+pub struct WorkCost {
     /// Wall time \[s\].
     pub seconds: f64,
     /// Time of the processor, of all threads of the program together \[s\]; none where the system does not tell it.
     pub cpu_seconds: Option<f64>,
 }
 
-impl Spent {
+impl WorkCost {
     /// Without a part of it.
-    pub fn less(self, part: Spent) -> Spent {
+    pub fn less(self, part: WorkCost) -> WorkCost {
         let cpu = self.cpu_seconds.zip(part.cpu_seconds);
-        Spent {
+        WorkCost {
             seconds: self.seconds - part.seconds,
             cpu_seconds: cpu.map(|(whole, part)| whole - part),
         }
@@ -39,9 +39,9 @@ impl Clock {
     }
 
     /// What was spent since.
-    pub fn spent(&self) -> Spent {
+    pub fn spent(&self) -> WorkCost {
         let cpu = processor().zip(self.cpu);
-        Spent {
+        WorkCost {
             seconds: self.wall.elapsed().as_secs_f64(),
             cpu_seconds: cpu.map(|(now, begin)| now - begin),
         }

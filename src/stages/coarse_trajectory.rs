@@ -4,7 +4,7 @@ use super::RunError;
 use super::computed_motion::let_move;
 use super::contact_state::{contact_of, worn_state};
 use super::declaration::Declaration;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use super::summary::LOADED;
@@ -47,10 +47,10 @@ const REMARKABLE: f64 = 0.1;
 /// Steps of the run that the coarse trajectory takes at once.
 const STEPS: u64 = 2;
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let patch = solvers.joint(reads)?.patch.clone();
-    let Some(field) = reads.maybe_before::<typed::CoarseField>()? else {
+    let Some(field) = reads.optional_before::<typed::CoarseField>()? else {
         // Both begin alike; so does what goes on from a run without a coarse trajectory.
         let own = own(reads, &patch)?;
         outputs.put(&field_of(&patch, &own, &own))?;
@@ -166,7 +166,7 @@ fn begun(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
 }
 
 /// The run's own state in this iteration.
-fn own(reads: &Reads, patch: &Patch) -> Result<WornState, RunError> {
+fn own(reads: &StageInputs, patch: &Patch) -> Result<WornState, RunError> {
     let (fields, cycle) = (reads.table()?, reads.table()?);
     Ok(worn_state(
         &reads.recipe,
@@ -179,7 +179,7 @@ fn own(reads: &Reads, patch: &Patch) -> Result<WornState, RunError> {
 
 /// The state that the coarse trajectory is in, and that of the run's own at the same cycles.
 fn states_of(
-    reads: &Reads,
+    reads: &StageInputs,
     patch: &Patch,
     field: typed::CoarseField,
     step: &typed::CoarseStep,

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::RunError;
 use super::contact_state::{axes, coefficients_of, contact_of, harmonics_of, parameters_of};
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::solvers::{Solvers, layout, smooth};
 use crate::dynamics::cycle::{JointCycle, WorkBetweenEnds, half_range, joint_cycle_on};
 use crate::dynamics::{ContactElement, DynamicsError, Sampling};
@@ -35,19 +35,19 @@ pub struct ElementMotion {
 
 impl ElementMotion {
     /// That of an iteration; none where no structure moves the joint.
-    pub fn of(reads: &Reads) -> Result<Option<ElementMotion>, RunError> {
+    pub fn of(reads: &StageInputs) -> Result<Option<ElementMotion>, RunError> {
         let tables = (reads.maybe()?, reads.maybe()?, reads.maybe()?);
         Ok(Self::from(tables, reads.maybe()?, reads.maybe()?))
     }
 
     /// That of the iteration before.
-    pub fn before(reads: &Reads) -> Result<Option<ElementMotion>, RunError> {
+    pub fn before(reads: &StageInputs) -> Result<Option<ElementMotion>, RunError> {
         let tables = (
-            reads.maybe_before()?,
-            reads.maybe_before()?,
-            reads.maybe_before()?,
+            reads.optional_before()?,
+            reads.optional_before()?,
+            reads.optional_before()?,
         );
-        let (row, update) = (reads.maybe_before()?, reads.maybe_before()?);
+        let (row, update) = (reads.optional_before()?, reads.optional_before()?);
         Ok(Self::from(tables, row, update))
     }
 
@@ -71,7 +71,7 @@ impl ElementMotion {
     }
 
     /// What the coefficients change by from the last response to a `compliance` of the fine contact, in the order of [`harmonics_of`]; none where they stay.
-    pub fn carried_on(&self, compliance: Option<f64>) -> Option<Vec<f64>> {
+    pub fn extrapolated_coefficients(&self, compliance: Option<f64>) -> Option<Vec<f64>> {
         let (trend, compliance) = self.trend.as_ref().zip(compliance)?;
         let times = trend.times(compliance);
         Some(trend.change.iter().map(|change| times * change).collect())
@@ -201,7 +201,7 @@ struct Marched {
 impl ComputedMotion {
     /// That of a response, under a static `load`.
     fn of(
-        reads: &Reads,
+        reads: &StageInputs,
         solvers: &mut Solvers,
         load: f64,
         moved: &ElementMotion,
@@ -379,7 +379,7 @@ impl Marched {
 }
 
 /// What a joint is let move by.
-pub struct Moved {
+pub struct DrivingMotion {
     /// What marching a computed motion between its reversals leaves out of the work of friction, relative to it.
     pub left_out: f64,
     /// The motion, where it is computed.
@@ -389,12 +389,12 @@ pub struct Moved {
 /// Lets the joint move under a static `load`: as is prescribed, or as a response to its contact elements says at a tangential `compliance` of the fine contact
 /// \[m/N\], and on from there as it wears; without one, as the response itself.
 pub fn let_move(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     load: f64,
     moved: Option<&ElementMotion>,
     compliance: Option<f64>,
-) -> Result<Moved, RunError> {
+) -> Result<DrivingMotion, RunError> {
     let recipe = &reads.recipe;
     let Some(cycle) = recipe.cycle() else {
         unreachable!("a stage that moves the joint declares its cycle");
@@ -409,7 +409,7 @@ pub fn let_move(
         joint.motion = motion;
         joint.march = cycle.march.unwrap_or(March::Reversal);
         joint.options.extrapolate = cycle.extrapolate;
-        return Ok(Moved {
+        return Ok(DrivingMotion {
             left_out: 0.0,
             computed: None,
         });
@@ -440,7 +440,7 @@ pub fn let_move(
             coupling: of_contact.coupling,
         });
     }
-    Ok(Moved {
+    Ok(DrivingMotion {
         left_out,
         computed: Some(computed),
     })
@@ -449,7 +449,7 @@ pub fn let_move(
 /// Lets the joint move to and fro between the ends of a response to its elements, as it is at a `compliance` of the fine contact, under the loads at rest,
 /// whatever the recipe says of cycles, and says what these do there; none if elements have no laws of their own. Of an orbit the ends are those of its longest line.
 pub fn let_move_between_ends(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     load: f64,
     moved: &ElementMotion,

@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::contact_state::{Fields, compliance_of, contact_of};
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::solvers::{Solvers, smooth};
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::ElementState;
@@ -69,7 +69,7 @@ fn shared_springs(
 /// Parameters of the contact elements as the static contact of an iteration gives them, and what their laws leave of it where each
 /// has its own.
 pub fn parameters(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     contact: &typed::StaticContact,
     fields: &typed::ContactField,

@@ -1,7 +1,7 @@
 //! The contact of a joint as the tables hold it: fields on its kept cells, and what moves it.
 
 use super::RunError;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::solvers::Solvers;
 use crate::contact::Shear;
 use crate::contact::normal::NormalSolution;
@@ -181,7 +181,7 @@ pub struct AtRest {
 
 impl AtRest {
     /// That of an iteration.
-    pub fn of(reads: &Reads, solvers: &mut Solvers) -> Result<AtRest, RunError> {
+    pub fn of(reads: &StageInputs, solvers: &mut Solvers) -> Result<AtRest, RunError> {
         let patch = solvers.joint(reads)?.patch.clone();
         let mut fields = Fields::of(&patch, &reads.table()?);
         let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));

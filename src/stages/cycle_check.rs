@@ -4,7 +4,7 @@ use super::RunError;
 use super::computed_motion::{ElementMotion, let_move};
 use super::contact_state::tangential_compliance;
 use super::half_grid::HalfGrid;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::solvers::{Solvers, patch_and_height};
 use crate::gauge::Gauge;
 use crate::tables::{Table, TableName, Tables, TypedTable, typed};
@@ -25,7 +25,7 @@ const CYCLE_TOLERANCE: f64 = 3e-3;
 /// # Errors
 /// Those of the contact solves.
 pub fn stepped_part(
-    reads: &Reads,
+    reads: &StageInputs,
     threads: usize,
     wear: &[f64],
     moved: &ElementMotion,
@@ -46,7 +46,7 @@ pub fn stepped_part(
         Ok(joint.static_contact(&wear, None)?)
     })?;
     let compliance = tangential_compliance(&of_contact);
-    let mut energy = |reads: &Reads| -> Result<Option<f64>, RunError> {
+    let mut energy = |reads: &StageInputs| -> Result<Option<f64>, RunError> {
         match let_move(reads, &mut solvers, load, Some(moved), compliance) {
             Ok(_) => {}
             Err(RunError::Cycle(_)) => return Ok(None),

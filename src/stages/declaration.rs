@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::moment::Moment;
-use super::reads::{Declared, Outputs, Reads};
+use super::reads::{DeclaredInputs, Outputs, StageInputs};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::recipe::{Part, Recipe, Wear};
@@ -29,7 +29,7 @@ pub struct Declaration {
     /// Whether its tables are shared between runs.
     pub shared: bool,
     /// Computes the tables. It holds no state of a run, and the solvers hold none either.
-    pub compute: fn(&Reads, &mut Solvers) -> Result<Outputs, RunError>,
+    pub compute: fn(&StageInputs, &mut Solvers) -> Result<Outputs, RunError>,
 }
 
 /// The tables of several lists, in their order. `N` is the sum of the lengths.
@@ -50,8 +50,8 @@ pub(super) const fn joined<const N: usize>(lists: &[&[TableName]]) -> [TableName
 
 impl Declaration {
     /// What it reads.
-    pub(super) fn declared(&self) -> Declared {
-        Declared {
+    pub(super) fn declared(&self) -> DeclaredInputs {
+        DeclaredInputs {
             stage: self.stage,
             recipe: self.recipe,
             reads: self.reads,

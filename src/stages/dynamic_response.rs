@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::RunError;
-use super::agreement::{self, Agreed, agreed, foreseen};
+use super::agreement::{self, AgreedResponse, agreed, predicted_parameters};
 use super::computed_motion::ElementMotion;
 use super::contact_elements::{element_table, slider_table};
 use super::contact_state::{coefficients_of, harmonics_of, parameters_of};
 use super::declaration::{Declaration, joined};
 use super::model_update::extrapolates;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::reduced;
 use super::solvers::{Solvers, given, layout};
 use super::stage::{Stage, When};
 use super::told::{
-    tell_extensions, tell_leap, tell_missed, tell_open, tell_reduction, tell_resonance,
+    note_extensions, warn_jump, warn_missing_harmonics, warn_open, warn_reduction, warn_resonance,
 };
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
@@ -77,13 +77,13 @@ const IN_FORCE: [TableName; 6] = [
     TableName::ContactSlider,
 ];
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let Some(update) = reads.maybe::<typed::ModelUpdate>()? else {
         alone(reads, solvers, &mut outputs)?;
         return Ok(outputs);
     };
-    let before = match reads.maybe_before::<typed::Response>()? {
+    let before = match reads.optional_before::<typed::Response>()? {
         Some(response) => Some((response, reads.before::<typed::DynamicResponse>()?)),
         None => None,
     };
@@ -93,13 +93,13 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
         outputs.put(&reads.before::<typed::Resonance>()?)?;
         outputs.put(&reads.before::<typed::JointCycle>()?)?;
         outputs.put(&reads.before::<typed::ContactElement>()?)?;
-        if let Some(sliders) = reads.maybe_before::<typed::ContactSlider>()? {
+        if let Some(sliders) = reads.optional_before::<typed::ContactSlider>()? {
             outputs.put(&sliders)?;
         }
         return Ok(outputs);
     }
     let mut parameters = parameters_of(&reads.table()?, reads.maybe()?);
-    let checked = reads.maybe_before::<typed::FrettingCycle>()?;
+    let checked = reads.optional_before::<typed::FrettingCycle>()?;
     let stepped_part = checked.and_then(|cycle| cycle.stepped_part);
     let in_force = stepped_part.filter(|part| (part - 1.0).abs() <= LARGEST_CORRECTION);
     let in_force = in_force.unwrap_or(1.0);
@@ -108,15 +108,18 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut start = start.transpose()?;
     if let Some(motion) = ElementMotion::before(reads)?.filter(ElementMotion::has_laws) {
         let compliance = update.fine_compliance;
-        if let (Some(change), Some((harmonics, start)), Some((response, _))) =
-            (motion.carried_on(compliance), &mut start, &before)
-        {
+        if let (Some(change), Some((harmonics, start)), Some((response, _))) = (
+            motion.extrapolated_coefficients(compliance),
+            &mut start,
+            &before,
+        ) {
             let (of_response, _) = harmonics_of(response)?;
             let change = of_response.transfer(&change, harmonics);
             let pairs = start.displacement.iter_mut().zip(change);
             pairs.for_each(|(u, change)| *u += change);
         }
-        parameters = foreseen(reads, solvers, motion, compliance, parameters, in_force)?;
+        parameters =
+            predicted_parameters(reads, solvers, motion, compliance, parameters, in_force)?;
     }
     let start = start.as_ref().map(|(harmonics, start)| (harmonics, start));
     let vibration = solvers.vibration(reads)?;
@@ -124,12 +127,12 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let tolerance = harmonic_tolerance(&reads.recipe);
     let resolved = resolved_in_force(&vibration, elements, start);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
-    let begin = Agreed {
+    let begin = AgreedResponse {
         resolved,
         parameters,
         stepped_part: in_force,
     };
-    let Agreed {
+    let AgreedResponse {
         resolved,
         parameters,
         ..
@@ -143,15 +146,15 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let near = known.as_ref().map(|(_, correction)| correction);
     let resolved = resolved.completed(tolerance, corrects.then_some(HarmonicCorrection { near }));
     let resolved = resolved.map_err(|source| failed(reads, source))?;
-    tell_extensions(&mut outputs, &resolved.extensions);
+    note_extensions(&mut outputs, &resolved.extensions);
     let solved = Solved::of(&resolved);
     let resolved = resolved.corrected();
     let resolved = resolved.map_err(|source| failed(reads, source))?;
-    tell_missed(&mut outputs, tolerance, &resolved);
-    tell_resonance(&mut outputs, &vibration, &resolved.resonance);
-    tell_reduction(reads, &mut outputs, &resolved)?;
+    warn_missing_harmonics(&mut outputs, tolerance, &resolved);
+    warn_resonance(&mut outputs, &vibration, &resolved.resonance);
+    warn_reduction(reads, &mut outputs, &resolved)?;
     if let Some((_, row)) = &before {
-        tell_leap(reads, &mut outputs, row, &resolved.resonance);
+        warn_jump(reads, &mut outputs, row, &resolved.resonance);
     }
     let before = before.as_ref().map(|(response, _)| response);
     put_in_force(
@@ -183,7 +186,11 @@ pub fn resolved_in_force<'a>(
 
 /// The response of a structure without a rough contact. Its forced response is known with it, and is kept for the stage that writes it; another
 /// start of the program finds none, and makes it again to the same bits.
-fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<(), RunError> {
+fn alone(
+    reads: &StageInputs,
+    solvers: &mut Solvers,
+    outputs: &mut Outputs,
+) -> Result<(), RunError> {
     let parameters = given(reads);
     let has_contact = reads.recipe.elements().is_some();
     if let Some(sliders) = slider_table(&parameters) {
@@ -196,8 +203,8 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
         Ok(RangeResponse { resolved, points }) => {
             let harmonics = resolved.balance.harmonics().clone();
             solvers.forced_response = points.map(|points| (harmonics, points));
-            tell_missed(outputs, tolerance, &resolved);
-            tell_resonance(outputs, &vibration, &resolved.resonance);
+            warn_missing_harmonics(outputs, tolerance, &resolved);
+            warn_resonance(outputs, &vibration, &resolved.resonance);
             put_in_force(reads, &resolved, &parameters, (None, None), None, outputs)
         }
         // The forced response has an answer all the same, or says why it has none.
@@ -218,7 +225,7 @@ fn alone(reads: &Reads, solvers: &mut Solvers, outputs: &mut Outputs) -> Result<
 
 /// The contact elements with these parameters, their friction times the `stepped_part` of its energy; none where there is no contact.
 pub fn contact_elements(
-    reads: &Reads,
+    reads: &StageInputs,
     parameters: &ElementParameters,
     stepped_part: f64,
 ) -> Vec<ContactElement> {
@@ -241,7 +248,7 @@ pub fn harmonic_tolerance(recipe: &Recipe) -> Option<f64> {
 }
 
 /// The error of a run without a steady vibration.
-pub fn failed(reads: &Reads, source: DynamicsError) -> RunError {
+pub fn failed(reads: &StageInputs, source: DynamicsError) -> RunError {
     RunError::Dynamics {
         wear_iteration: reads.wear_iteration,
         source,
@@ -274,7 +281,7 @@ pub fn start_of(
 
 /// Adds the tables of a resonance, of which the response in force was `before`; those of its contact where it has one.
 fn put_in_force(
-    reads: &Reads,
+    reads: &StageInputs,
     resolved: &Resolved,
     parameters: &ElementParameters,
     (solved, stepped_part): (Option<Solved>, Option<f64>),
@@ -300,7 +307,7 @@ fn put_in_force(
         &layout.centres,
     )?;
     if has_contact && reads.wear_iteration == 0 {
-        tell_open(outputs, balance.elements(), &cycle);
+        warn_open(outputs, balance.elements(), &cycle);
     }
     let summary = balance.joint_summary(resonance.in_force());
     let mut response = response_table(&reads.recipe, balance, resonance);

@@ -4,7 +4,7 @@ use super::RunError;
 use super::contact_state::there;
 use super::dynamic_response::UNKNOWN_CHANGE;
 use super::grid_twin::error_of_grid;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use crate::model_update::PRELOAD_TOLERANCE;
 use crate::recipe::Wear;
 use crate::tables::TableName;
@@ -19,19 +19,19 @@ pub(super) const ALL: f64 = 1.0;
 type Figure = fn(&Summary) -> Option<f64>;
 
 /// The response in force.
-pub struct InForce {
+pub struct ResponseInForce {
     pub response: typed::DynamicResponse,
     pub update: typed::ModelUpdate,
 }
 
-impl InForce {
+impl ResponseInForce {
     /// Of both its tables; none where the motion is prescribed.
     pub fn of(
         response: Option<typed::DynamicResponse>,
         update: Option<typed::ModelUpdate>,
-    ) -> Option<InForce> {
+    ) -> Option<ResponseInForce> {
         let both = response.zip(update);
-        both.map(|(response, update)| InForce { response, update })
+        both.map(|(response, update)| ResponseInForce { response, update })
     }
 }
 
@@ -48,15 +48,15 @@ pub struct PreviousIteration {
     bar: VolumeError,
     /// Energy per area of its cycle \[J/m²\].
     dissipation: Vec<f64>,
-    in_force: Option<InForce>,
+    in_force: Option<ResponseInForce>,
     cycle: Option<typed::FrettingCycle>,
     summary: Summary,
 }
 
 impl PreviousIteration {
     /// None of the unworn iteration.
-    pub fn of(reads: &Reads) -> Result<Option<PreviousIteration>, RunError> {
-        let Some(summary) = reads.maybe_before::<Summary>()? else {
+    pub fn of(reads: &StageInputs) -> Result<Option<PreviousIteration>, RunError> {
+        let Some(summary) = reads.optional_before::<Summary>()? else {
             return Ok(None);
         };
         let fields: typed::ContactField = reads.before()?;
@@ -88,8 +88,8 @@ impl PreviousIteration {
                 grid: 0.0,
             },
             dissipation: dissipation.clone(),
-            in_force: InForce::of(reads.maybe_before()?, reads.maybe_before()?),
-            cycle: reads.maybe_before()?,
+            in_force: ResponseInForce::of(reads.optional_before()?, reads.optional_before()?),
+            cycle: reads.optional_before()?,
             summary,
         }))
     }
@@ -102,7 +102,7 @@ pub struct Sources<'a> {
     /// The step that led to it.
     pub step: &'a typed::WearStep,
     /// What moves the joint; none where its motion is prescribed.
-    pub in_force: Option<&'a InForce>,
+    pub in_force: Option<&'a ResponseInForce>,
     /// The unworn state and its response, where there is wear since and they are of this scene.
     pub unworn: Option<&'a Summary>,
     pub unworn_response: Option<&'a typed::DynamicResponse>,
@@ -224,7 +224,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let (mut meanwhile, own) = (step.volume, error_of_energy(cycle, in_force));
     let mut of_vibration = [None; 2];
     let mut of_change = None;
-    if let Some(InForce { response, update }) = in_force {
+    if let Some(ResponseInForce { response, update }) = in_force {
         // The vibration in force stays from one update to the next.
         let since = volume - last.map_or(0.0, |last| last.update.wear_volume);
         if update.updated {
@@ -325,8 +325,11 @@ const OF_DIFFERENCE: f64 = 2.0;
 
 /// Relative error of the energy of a cycle by itself, whatever has worn before: by its solves and samples, by harmonics that the vibration leaves out, and by
 /// what the friction of its contact elements differs by.
-pub(super) fn error_of_energy(cycle: &typed::FrettingCycle, in_force: Option<&InForce>) -> f64 {
-    let Some(InForce { response, .. }) = in_force else {
+pub(super) fn error_of_energy(
+    cycle: &typed::FrettingCycle,
+    in_force: Option<&ResponseInForce>,
+) -> f64 {
+    let Some(ResponseInForce { response, .. }) = in_force else {
         return cycle.error_cycle;
     };
     let energy = cycle.dissipated_energy;
@@ -367,7 +370,7 @@ fn closure_of(sources: &Sources) -> f64 {
         return 0.0;
     };
     let pending = |cycle: &typed::FrettingCycle, since: f64| since * not_yet_known(cycle);
-    let at_update = |of: &InForce| of.update.wear_volume;
+    let at_update = |of: &ResponseInForce| of.update.wear_volume;
     let (Some(last), Some(cycle_before)) = (&before.in_force, &before.cycle) else {
         return before.bar.closure;
     };

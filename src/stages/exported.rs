@@ -6,7 +6,7 @@ use super::contact_state::harmonics_of;
 use super::contact_state::parameters_of;
 use super::dynamic_response::{contact_elements, failed};
 use super::observer::Observer;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::recompute::require_own;
 use super::solvers::{Solvers, given, layout};
 use crate::dynamics::{ContactElement, DynamicsError, Slider};
@@ -65,7 +65,7 @@ pub fn exported_contact(
     at_iteration(reader, inputs, wear_iteration, 1, observer, of_reads)
 }
 
-fn of_reads(reads: &Reads, solvers: &mut Solvers) -> Result<ExportedContact, RunError> {
+fn of_reads(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact, RunError> {
     let vibration = solvers.vibration(reads)?;
     let row: typed::DynamicResponse = reads.table()?;
     let response: typed::Response = reads.table()?;
@@ -139,7 +139,7 @@ fn of_reads(reads: &Reads, solvers: &mut Solvers) -> Result<ExportedContact, Run
 }
 
 /// The springs with which damping in modes of the stuck joint is counted.
-fn damping_springs(reads: &Reads) -> Result<Vec<[f64; 2]>, RunError> {
+fn damping_springs(reads: &StageInputs) -> Result<Vec<[f64; 2]>, RunError> {
     if let Some(rows) = reads.maybe::<typed::ReferenceElement>()? {
         return Ok(rows
             .kn

@@ -1,7 +1,7 @@
 //! The response over the frequency range, without feeding it back: of the worn joint, where it is asked for.
 
 use super::RunError;
-use super::agreement::foreseen;
+use super::agreement::predicted_parameters;
 use super::computed_motion::{ElementMotion, let_move};
 use super::contact_elements::parameters;
 use super::contact_state::{AtRest, harmonics_of, parameters_of, tangential_compliance};
@@ -9,11 +9,11 @@ use super::declaration::{Declaration, joined};
 use super::dynamic_response::{
     contact_elements, correction_of, failed, harmonic_tolerance, response_table, start_of,
 };
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::reduced;
 use super::solvers::{Solvers, given};
 use super::stage::{Stage, When};
-use super::told::tell_missed;
+use super::told::warn_missing_harmonics;
 use crate::dynamics::forced_response::{ForcedPoint, PointResponse, SolutionMethod};
 use crate::dynamics::{
     ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,
@@ -64,7 +64,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let vibration = solvers.vibration(reads)?;
     // The phase resonance of these elements, if it is known.
@@ -108,7 +108,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 
 /// The contact elements of a worn joint: those in force where it has been updated, else those that its fine contact asks for under the motion in force.
 pub fn worn_elements(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     update: &typed::ModelUpdate,
 ) -> Result<ElementParameters, RunError> {
@@ -122,7 +122,7 @@ pub fn worn_elements(
             let compliance = tangential_compliance(&contact);
             let compliance = compliance.filter(|_| update.fine_compliance.is_some());
             let part = motion.stepped_part();
-            foreseen(reads, solvers, motion, compliance, found, part)
+            predicted_parameters(reads, solvers, motion, compliance, found, part)
         }
         None => Ok(found),
     }
@@ -130,7 +130,7 @@ pub fn worn_elements(
 
 /// The worn joint, and its resonance, from the response in force, as a table: of a resonance that is lost there is none.
 fn worn(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     vibration: &Vibration,
     parameters: &ElementParameters,
@@ -163,7 +163,7 @@ fn worn(
         (None, None) => resolved.with_peak(),
     };
     let resolved = resolved.map_err(failed)?;
-    tell_missed(outputs, tolerance, &resolved);
+    warn_missing_harmonics(outputs, tolerance, &resolved);
     let same = match vibration.at_omega {
         Some(_) => Ok(()),
         None => start.require_same_resonance(resolved.resonance.in_force()),
@@ -207,7 +207,7 @@ fn of_response(row: &typed::DynamicResponse) -> typed::WornResponse {
 
 /// What the fine contact dissipates in a cycle under the response of a worn joint \[J\]; none where that would open the joint.
 fn fine_energy(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     resolved: &Resolved,
     parameters: &ElementParameters,
@@ -247,7 +247,7 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
 
 /// The tables `frf` and `frf_harmonic`.
 fn forced_response(
-    reads: &Reads,
+    reads: &StageInputs,
     vibration: &Vibration,
     balance: HarmonicBalance<ContactElement>,
     resonance: Option<&Start>,
@@ -290,7 +290,7 @@ fn forced_response(
 
 /// The points, with their errors where the contact elements stay as they are.
 fn points_of(
-    reads: &Reads,
+    reads: &StageInputs,
     vibration: &Vibration,
     balance: &HarmonicBalance<ContactElement>,
     resonance: Option<&Start>,

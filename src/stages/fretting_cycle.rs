@@ -1,12 +1,14 @@
 //! The steady fretting cycle of an iteration.
 
 use super::RunError;
-use super::computed_motion::{ComputedMotion, ElementFigures, ElementMotion, Moved, let_move};
+use super::computed_motion::{
+    ComputedMotion, DrivingMotion, ElementFigures, ElementMotion, let_move,
+};
 use super::contact_state::{AtRest, Fields, tangential_compliance};
 use super::cycle_check::{LEFT, stepped_part};
 use super::declaration::{Declaration, joined};
 use super::error_bars::ALL;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::reduced;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
@@ -73,7 +75,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let patch = solvers.joint(reads)?.patch.clone();
     let at_rest = AtRest::of(reads, solvers)?;
     let AtRest { wear, contact, .. } = &at_rest;
@@ -82,7 +84,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let by_structure = moved.is_some();
     let compliance = tangential_compliance(&reads.table()?);
     let load = contact.load;
-    let Moved { left_out, computed } = let_move(reads, solvers, load, moved.as_ref(), compliance)?;
+    let DrivingMotion { left_out, computed } =
+        let_move(reads, solvers, load, moved.as_ref(), compliance)?;
     let elements = match &computed {
         Some(computed) => Some(elements_of(reads, computed, compliance)?),
         None => None,
@@ -209,13 +212,13 @@ struct Check {
 
 impl Check {
     fn of(
-        reads: &Reads,
+        reads: &StageInputs,
         solvers: &mut Solvers,
         wear: &[f64],
         moved: &ElementMotion,
         march: March,
     ) -> Result<Check, RunError> {
-        let before = reads.maybe_before::<typed::FrettingCycle>()?;
+        let before = reads.optional_before::<typed::FrettingCycle>()?;
         let before = before.unwrap_or_default();
         let known = before.error_between_ends.is_some_and(|error| error > 0.0);
         let in_force = moved.stepped_part();
@@ -241,7 +244,7 @@ impl Check {
 
 /// What the contact elements do under the motion of this iteration: what they do in the response in force, by what its motion has gone on to.
 fn elements_of(
-    reads: &Reads,
+    reads: &StageInputs,
     computed: &ComputedMotion,
     compliance: Option<f64>,
 ) -> Result<ElementFigures, RunError> {
@@ -262,14 +265,14 @@ fn elements_of(
 /// What the last update has changed the energy of a cycle by on the same surface, and what it leaves between both scales, each in parts of it:
 /// `energy` is that of the cycle of this iteration, `of_elements` that of its contact elements.
 fn at_update(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     at_rest: &AtRest,
     energy: f64,
     of_elements: f64,
 ) -> Result<[f64; 2], RunError> {
     let update: typed::ModelUpdate = reads.table()?;
-    let before = reads.maybe_before::<typed::FrettingCycle>()?;
+    let before = reads.optional_before::<typed::FrettingCycle>()?;
     if !update.updated {
         let before = before.unwrap_or_default();
         return Ok([before.update_jump, before.update_gap].map(|value| value.unwrap_or(0.0)));
@@ -314,7 +317,7 @@ fn tell_band(band: SlipBand, outputs: &mut Outputs) {
 
 /// Samples of the motion from one instant that is written to the next: those between them at which a history is marched too, to
 /// extrapolate it, are not. So the cycle of a run with a history is a history with the same result.
-fn samples_an_instant(reads: &Reads, march: March) -> usize {
+fn samples_an_instant(reads: &StageInputs, march: March) -> usize {
     let cycle = reads.recipe.cycle().filter(|_| march == March::Stepped);
     cycle.map_or(1, Cycle::samples_an_instant)
 }

@@ -8,7 +8,7 @@ use super::RunError;
 use super::declaration::Declaration;
 use super::half_grid::HalfGrid;
 use super::observer::{Observer, Progress};
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::run::{Ending, RunOptions, run};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
@@ -43,7 +43,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let twin = reads.grid_twin().ok_or(RunError::NoGridTwin)?;
     outputs.put(&typed::GridTwin {

@@ -3,7 +3,7 @@
 use super::RunError;
 use super::contact_state::{compliance_of, contact_of, there};
 use super::declaration::Declaration;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::solvers::{Solvers, smooth};
 use super::stage::{Stage, When};
 use crate::dynamics::cycle::half_range;
@@ -89,7 +89,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let joint: typed::JointCycle = reads.table()?;
     let contact: typed::StaticContact = reads.table()?;
     let fields: typed::ContactField = reads.table()?;
@@ -157,7 +157,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     // Between updates a gap is told when it opens, not at every iteration that it stays open.
     let before = reads
-        .maybe_before::<typed::Ledger>()?
+        .optional_before::<typed::Ledger>()?
         .filter(|_| !update.updated);
     let was_open = |quantity: &str| {
         before.as_ref().is_some_and(|ledger| {
@@ -201,7 +201,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 
 /// Compliance of the fine contact beyond what the elements' structure has of the bodies.
 fn compliance(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     contact: &typed::StaticContact,
     fields: &typed::ContactField,

@@ -68,4 +68,4 @@ pub use run::{Ending, FREE_KEYS, Outcome, RunOptions, Source, identity_of, run};
 pub use run_cost::RunCost;
 pub use run_status::{LastUpdate, RunStatus};
 pub use stage::{Stage, UnknownStage, When};
-pub use told::no_phase_resonance_between;
+pub use told::no_resonance_message;

@@ -6,7 +6,7 @@ use super::contact_state::compliance_of;
 use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::ledger::Drift;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::solvers::{Solvers, layout, smooth};
 use super::stage::{Stage, When};
 use crate::model_update::{Compliance, CycleFigures, UpdateCause, UpdateCriterion, UpdateState};
@@ -50,9 +50,11 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let contact: typed::StaticContact = reads.table()?;
-    let summary = reads.maybe_before::<typed::Summary>()?.unwrap_or_default();
+    let summary = reads
+        .optional_before::<typed::Summary>()?
+        .unwrap_or_default();
     let volume_before = summary.wear_volume;
     let step = reads.maybe::<typed::WearStep>()?.unwrap_or_default();
     let smooth = smooth(reads)?;
@@ -65,8 +67,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     };
     let drift = drift(reads)?;
     let mut outputs = Outputs::default();
-    let before = reads.maybe_before::<typed::ModelUpdate>()?;
-    let elements_before = reads.maybe_before::<typed::ContactElement>()?;
+    let before = reads.optional_before::<typed::ModelUpdate>()?;
+    let elements_before = reads.optional_before::<typed::ContactElement>()?;
     let before = before.zip(elements_before);
     let due = before
         .as_ref()
@@ -83,7 +85,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
                 state: None,
                 ..elements
             })?;
-            if let Some(sliders) = reads.maybe_before::<typed::ContactSlider>()? {
+            if let Some(sliders) = reads.optional_before::<typed::ContactSlider>()? {
                 outputs.put(&sliders)?;
             }
             return Ok(outputs);
@@ -127,8 +129,8 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 }
 
 /// Cycles of the fine contact at the last update and in the iteration before; none where updates do not look at them.
-fn drift(reads: &Reads) -> Result<Option<Drift>, RunError> {
-    let ledger = reads.maybe_before::<typed::Ledger>()?;
+fn drift(reads: &StageInputs) -> Result<Option<Drift>, RunError> {
+    let ledger = reads.optional_before::<typed::Ledger>()?;
     Ok(ledger.as_ref().and_then(Drift::of))
 }
 
@@ -156,7 +158,7 @@ fn reference_of(row: &typed::ModelUpdate, drift: Option<Drift>) -> UpdateState {
 const RUNNING_IN: f64 = 0.03;
 
 /// The worn volume up to which it runs in, of a run that wears on as in the iteration of this `summary` \[m³\].
-fn running_in(reads: &Reads, summary: &typed::Summary) -> f64 {
+fn running_in(reads: &StageInputs, summary: &typed::Summary) -> f64 {
     let end = reads.recipe.wear.as_ref().map_or(0.0, |wear| {
         let left = wear.cycles.map_or(f64::INFINITY, |cycles| {
             cycles.saturating_sub(summary.cycles.unwrap_or(0) as u64) as f64
@@ -173,13 +175,13 @@ fn running_in(reads: &Reads, summary: &typed::Summary) -> f64 {
 }
 
 /// Whether the motion goes on to change between updates.
-pub fn extrapolates(reads: &Reads) -> bool {
+pub fn extrapolates(reads: &StageInputs) -> bool {
     let elements = reads.recipe.elements();
     elements.is_some_and(|elements| elements.update.extrapolates)
 }
 
 /// When the contact elements are due.
-fn criterion(reads: &Reads) -> UpdateCriterion {
+fn criterion(reads: &StageInputs) -> UpdateCriterion {
     let elements = reads.recipe.elements();
     elements.map_or(UpdateCriterion::Never, |elements| elements.update.criterion)
 }
@@ -220,9 +222,9 @@ pub struct NextUpdate {
 
 impl NextUpdate {
     /// That of a step from the iteration before; none where the length of a step has no influence on an update.
-    pub fn of(reads: &Reads) -> Result<Option<Self>, RunError> {
+    pub fn of(reads: &StageInputs) -> Result<Option<Self>, RunError> {
         let criterion = criterion(reads);
-        let Some(row) = reads.maybe_before::<typed::ModelUpdate>()? else {
+        let Some(row) = reads.optional_before::<typed::ModelUpdate>()? else {
             return Ok(None);
         };
         if matches!(

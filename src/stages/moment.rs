@@ -9,7 +9,7 @@ const CHECKED: [f64; 2] = [0.25, 0.5];
 
 /// What is written of some iterations only: every so many, and the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Due {
+pub struct OutputSchedule {
     /// The curves behind the stiffnesses.
     pub curves: bool,
     /// Fields of the cycle.
@@ -36,7 +36,7 @@ pub struct Moment {
     /// True if it reaches the end of the scene.
     pub is_last: bool,
     /// What else is written of it.
-    pub due: Due,
+    pub due: OutputSchedule,
     /// True if a resonance of the worn joint belongs to it: where a forced response does, or to all.
     pub resonance_due: bool,
 }
@@ -82,7 +82,7 @@ impl Moment {
             cycles,
             volume,
             is_last,
-            due: Due {
+            due: OutputSchedule {
                 curves: is_due(output.curves_every),
                 cycle_fields: is_due(fields_every),
                 end: is_last,

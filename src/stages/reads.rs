@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::error::NumericsError;
-use super::moment::Due;
+use super::moment::OutputSchedule;
 use super::stage::Stage;
 use crate::recipe::{GridTwin, Inputs, Part, Recipe};
 use crate::structure::imported::Imported;
@@ -11,7 +11,7 @@ use crate::tables::{TableName, Tables, TypedTable};
 use crate::wear::{Motion, WearError};
 
 /// What a stage reads: of everything there is, what it declares.
-pub struct Reads<'a> {
+pub struct StageInputs<'a> {
     /// The parts of the recipe that the stage declares; none of the others.
     pub recipe: Recipe,
     /// The iteration.
@@ -24,7 +24,7 @@ pub struct Reads<'a> {
     pub forced_response_due: bool,
     /// Whether its cycle is held against a stepped one.
     pub cycle_check_due: bool,
-    declared: Declared,
+    declared: DeclaredInputs,
     inputs: &'a Inputs,
     tables: Vec<&'a Tables>,
     before: &'a Tables,
@@ -33,7 +33,7 @@ pub struct Reads<'a> {
 
 /// What a stage declares that it reads.
 #[derive(Clone, Copy)]
-pub struct Declared {
+pub struct DeclaredInputs {
     /// Which stage.
     pub stage: Stage,
     /// Parts of the recipe.
@@ -66,22 +66,22 @@ impl Outputs {
     }
 }
 
-impl<'a> Reads<'a> {
+impl<'a> StageInputs<'a> {
     /// What of a run the stage sees. `tables` are those of the iteration, as the stages before this one have written them, and those of
     /// the run; `before` are those of the iteration before, if there is one, and `unworn` one-row tables of the first.
     pub fn new(
-        declared: Declared,
+        declared: DeclaredInputs,
         inputs: &'a Inputs,
         wear_iteration: u64,
-        due: Due,
+        due: OutputSchedule,
         tables: [&'a Tables; 2],
         [before, unworn]: [&'a Tables; 2],
-    ) -> Reads<'a> {
+    ) -> StageInputs<'a> {
         let mut recipe = inputs.recipe.only(declared.recipe);
         if !due.cycle_fields {
             recipe.output.cycle_fields = None;
         }
-        Reads {
+        StageInputs {
             recipe,
             wear_iteration,
             curves_due: due.curves && declared.recipe.contains(&Part::Curves),
@@ -98,8 +98,8 @@ impl<'a> Reads<'a> {
     }
 
     /// The same of another recipe, with `tables` in place of its own.
-    pub fn with<'b>(&'b self, recipe: &Recipe, tables: &'b Tables) -> Reads<'b> {
-        Reads {
+    pub fn with<'b>(&'b self, recipe: &Recipe, tables: &'b Tables) -> StageInputs<'b> {
+        StageInputs {
             recipe: recipe.clone(),
             tables: [&[tables], &self.tables[..]].concat(),
             ..*self
@@ -120,11 +120,12 @@ impl<'a> Reads<'a> {
 
     /// A table of the iteration before.
     pub fn before<T: TypedTable>(&self) -> Result<T, RunError> {
-        self.maybe_before()?.ok_or_else(|| self.missing(T::TABLE))
+        self.optional_before()?
+            .ok_or_else(|| self.missing(T::TABLE))
     }
 
     /// A table of the iteration before; none where there is none, and none of the unworn state.
-    pub fn maybe_before<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
+    pub fn optional_before<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.before);
         let table = self.before.get(&T::TABLE);
         Ok(table.map(T::of).transpose()?)

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use super::RunError;
 use super::declaration::{Declaration, is_in};
 use super::list::STAGES;
-use super::moment::{Due, Moment};
+use super::moment::{Moment, OutputSchedule};
 use super::observer::Observer;
-use super::runner::{Runner, if_there, stages_in, writer_before};
+use super::runner::{Runner, read_optional, stages_in, writer_before};
 use super::stage::{Stage, When};
 use crate::recipe::{Inputs, Recipe};
 use crate::store::RunReader;
@@ -52,11 +52,11 @@ pub fn recompute(
     };
     require_own(reader, wear_iteration)?;
     let mut runner = Runner::new(inputs, threads, observer);
-    runner.take_once(reader)?;
+    runner.load_once(reader)?;
     let tables = match declaration.when {
         When::Once => {
             let none = Tables::new();
-            runner.compute(declaration, 0, Due::default(), &none, &none)?
+            runner.compute(declaration, 0, OutputSchedule::default(), &none, &none)?
         }
         _ => {
             let before = match wear_iteration.checked_sub(1) {
@@ -142,7 +142,7 @@ impl Recomputation<'_> {
                 continue;
             }
             let table = match last_writer(self.recipe, k, name) == Some(writer.stage) {
-                true => if_there(self.reader, k, name)?,
+                true => read_optional(self.reader, k, name)?,
                 false => self.again(writer)?.remove(&name),
             };
             tables.extend(table.map(|table| (name, table)));

@@ -1,7 +1,7 @@
 //! The reduced structure of a run, from its tables.
 
 use super::RunError;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::structure::AXES;
 use crate::linalg::Matrix;
 use crate::recipe::Recipe;
@@ -19,7 +19,7 @@ pub const TABLES: [TableName; 5] = [
 ];
 
 /// The reduced structure as its tables hold it; none of an oscillator.
-pub fn reduced_of(reads: &Reads) -> Result<Option<Reduced>, RunError> {
+pub fn reduced_of(reads: &StageInputs) -> Result<Option<Reduced>, RunError> {
     let Some(structure) = reads.maybe::<typed::Structure>()? else {
         return Ok(None);
     };

@@ -5,7 +5,7 @@ use super::contact_elements::{linearise, springs};
 use super::contact_state::contact_of;
 use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::reduced;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
@@ -28,7 +28,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let wrong = |source| match source {
         NumericsError::ModelUpdate(source) => RunError::ModelUpdate(source),
         NumericsError::Wear(WearError::Contact(source)) => RunError::Unworn(source),
@@ -48,7 +48,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 }
 
 fn unworn(
-    reads: &Reads,
+    reads: &StageInputs,
     solvers: &mut Solvers,
     wrong: impl Fn(NumericsError) -> RunError,
 ) -> Result<(typed::Reference, Option<typed::ReferenceElement>), RunError> {

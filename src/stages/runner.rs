@@ -9,9 +9,9 @@ use super::RunError;
 use super::clock::Clock;
 use super::declaration::{Declaration, is_in};
 use super::list::{STAGES, stages_of};
-use super::moment::{Due, Moment};
+use super::moment::{Moment, OutputSchedule};
 use super::observer::Observer;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::reduced::ReducedTables;
 use super::run::identity_of;
 use super::solvers::Solvers;
@@ -105,7 +105,7 @@ impl<'a> Runner<'a> {
         wear_iteration: u64,
         keys: &BTreeMap<Stage, StageKey>,
         parent: Option<&StageKey>,
-        due: Due,
+        due: OutputSchedule,
     ) -> StageKey {
         let recipe = self.recipe();
         let mut parameters = recipe.parameters(stage.recipe);
@@ -160,7 +160,7 @@ impl<'a> Runner<'a> {
         store: &mut RunStore,
         cache: Option<&Cache>,
     ) -> Result<(), RunError> {
-        let key = self.key(stage, 0, &self.keys, None, Due::default());
+        let key = self.key(stage, 0, &self.keys, None, OutputSchedule::default());
         let names: Vec<TableName> = stage.writes_in(self.recipe()).collect();
         let cache = cache.filter(|_| stage.shared);
         // What it costs counts for the iteration that is committed next.
@@ -178,7 +178,8 @@ impl<'a> Runner<'a> {
                     Shared::Not { to_be_shared } => {
                         let before = self.timing.stage.len();
                         let none = Tables::new();
-                        let tables = self.compute(stage, 0, Due::default(), &none, &none)?;
+                        let tables =
+                            self.compute(stage, 0, OutputSchedule::default(), &none, &none)?;
                         let cost = Tables::from([(TableName::Timing, self.cost_since(before)?)]);
                         draft.put(&key, &cost, &[TableName::Timing])?;
                         if to_be_shared {
@@ -206,13 +207,13 @@ impl<'a> Runner<'a> {
         let recipe = self.recipe();
         let none = Tables::new();
         for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
-            let key = self.key(stage, 0, &self.keys, None, Due::default());
+            let key = self.key(stage, 0, &self.keys, None, OutputSchedule::default());
             let names: Vec<TableName> = stage.writes_in(recipe).collect();
             let cache = cache.filter(|_| stage.shared);
             let tables = match self.shared(cache, &names, &key) {
                 Shared::Found(tables) => tables,
                 Shared::Not { to_be_shared } => {
-                    let tables = self.compute(stage, 0, Due::default(), &none, &none)?;
+                    let tables = self.compute(stage, 0, OutputSchedule::default(), &none, &none)?;
                     let provenance = Provenance {
                         scene_hash: identity_of(self.inputs).scene_hash(),
                         program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -242,7 +243,7 @@ impl<'a> Runner<'a> {
         let (mut tables, none) = (Tables::new(), Tables::new());
         let before = stages_in(self.recipe(), 0).filter(|stage| stage.stage < end);
         for stage in before.filter(|stage| is_needed(stage.stage)) {
-            match self.compute(stage, 0, Due::default(), &tables, &none) {
+            match self.compute(stage, 0, OutputSchedule::default(), &tables, &none) {
                 Ok(written) => tables.extend(written),
                 Err(error @ RunError::Dynamics { .. }) => self.observer.notice(&error.to_string()),
                 Err(error) => return Err(error),
@@ -260,14 +261,14 @@ impl<'a> Runner<'a> {
         stage: &'static Declaration,
         wear_iteration: u64,
         [tables, before]: [&Tables; 2],
-        work: impl FnOnce(&Reads, &mut Solvers) -> Result<T, RunError>,
+        work: impl FnOnce(&StageInputs, &mut Solvers) -> Result<T, RunError>,
     ) -> Result<T, RunError> {
         let (declared, given) = (stage.declared(), [tables, &self.once]);
-        let reads = Reads::new(
+        let reads = StageInputs::new(
             declared,
             self.inputs,
             wear_iteration,
-            Due::default(),
+            OutputSchedule::default(),
             given,
             [before, &self.unworn],
         );
@@ -285,7 +286,7 @@ impl<'a> Runner<'a> {
     ///
     /// # Errors
     /// [`RunError::NotComputed`] for one that the run does not have yet.
-    pub fn take_once(&mut self, reader: &RunReader) -> Result<(), RunError> {
+    pub fn load_once(&mut self, reader: &RunReader) -> Result<(), RunError> {
         let recipe = self.recipe();
         for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
             for table in stage.writes_in(recipe).filter(is_read) {
@@ -375,7 +376,7 @@ impl<'a> Runner<'a> {
         &mut self,
         stage: &'static Declaration,
         wear_iteration: u64,
-        due: Due,
+        due: OutputSchedule,
         tables: &Tables,
         before: &Tables,
     ) -> Result<Tables, RunError> {
@@ -385,7 +386,7 @@ impl<'a> Runner<'a> {
         self.observer.stage(stage.stage, wear_iteration);
         let clock = Clock::begin();
         let given = [tables, &self.once];
-        let reads = Reads::new(
+        let reads = StageInputs::new(
             stage.declared(),
             self.inputs,
             wear_iteration,
@@ -491,7 +492,13 @@ impl<'a> Runner<'a> {
         let summary = inherited[&TableName::Summary].clone();
         let before = Tables::from([(TableName::Summary, summary)]);
         for stage in stages_of(recipe).filter(|stage| OF_BALANCE.contains(&stage.stage)) {
-            let balanced = self.compute(stage, wear_iteration, Due::default(), &tables, &before)?;
+            let balanced = self.compute(
+                stage,
+                wear_iteration,
+                OutputSchedule::default(),
+                &tables,
+                &before,
+            )?;
             tables.extend(balanced);
         }
         tables.insert(TableName::WearStep, inherited[&TableName::WearStep].clone());
@@ -511,7 +518,7 @@ impl<'a> Runner<'a> {
         // What was uncertain of the wear that is inherited stays so.
         let coarse = [TableName::CoarseField, TableName::CoarseStep];
         for name in coarse.into_iter().filter(|name| is_in(recipe, *name)) {
-            let table = if_there(reader, wear_iteration, name)?;
+            let table = read_optional(reader, wear_iteration, name)?;
             tables.extend(table.map(|table| (name, table)));
         }
         Ok(tables)
@@ -629,7 +636,7 @@ fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> V
 }
 
 /// A table of a committed iteration; none where it was not due, or the run that it is inherited from has none.
-pub fn if_there(
+pub fn read_optional(
     reader: &RunReader,
     wear_iteration: u64,
     name: TableName,

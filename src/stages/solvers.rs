@@ -4,9 +4,9 @@
 use std::rc::Rc;
 
 use super::RunError;
-use super::clock::{Clock, Spent};
+use super::clock::{Clock, WorkCost};
 use super::error::NumericsError;
-use super::reads::Reads;
+use super::reads::StageInputs;
 use super::reduced::reduced_of;
 use crate::dynamics::{ForcedPoint, Harmonics, Vibration};
 use crate::gauge::Gauge;
@@ -26,7 +26,7 @@ pub struct PartCost {
     /// Name of the part; none of the stage itself.
     pub part: Option<&'static str>,
     /// Its time.
-    pub spent: Spent,
+    pub spent: WorkCost,
     /// Forward and inverse transform pairs.
     pub fft_pairs: f64,
 }
@@ -84,7 +84,7 @@ impl Solvers {
     }
 
     /// What the stage has cost in the time it took: of itself, and of the parts that it tells apart.
-    pub fn end(&mut self, spent: Spent) -> Vec<PartCost> {
+    pub fn end(&mut self, spent: WorkCost) -> Vec<PartCost> {
         let left = self.joint.as_mut();
         let mut own = PartCost {
             part: None,
@@ -107,7 +107,7 @@ impl Solvers {
     }
 
     /// The rough joint, at rest unless the stage has set what moves it.
-    pub fn joint(&mut self, reads: &Reads) -> Result<&mut FrettingJoint, RunError> {
+    pub fn joint(&mut self, reads: &StageInputs) -> Result<&mut FrettingJoint, RunError> {
         if self.joint.is_none() {
             let Some(contact) = reads.recipe.contact() else {
                 unreachable!("a stage that solves a contact declares it");
@@ -128,7 +128,7 @@ impl Solvers {
     /// The rough joint whose bodies press each other under a `preload` \[N\], as their structure has it, for stages that press them.
     pub fn pressed_joint(
         &mut self,
-        reads: &Reads,
+        reads: &StageInputs,
         preload: f64,
     ) -> Result<&mut FrettingJoint, RunError> {
         let contact = reads.recipe.contact();
@@ -159,7 +159,7 @@ impl Solvers {
     /// Does work on the joint; what it cost is told apart if the part has a name. The result with the transform pairs of the work.
     pub fn work<T>(
         &mut self,
-        reads: &Reads,
+        reads: &StageInputs,
         part: Option<&'static str>,
         work: impl FnOnce(&mut FrettingJoint) -> Result<T, NumericsError>,
     ) -> Result<(T, f64), RunError> {
@@ -177,7 +177,7 @@ impl Solvers {
     }
 
     /// The contact elements whose cells are those of the joint.
-    pub fn elements(&mut self, reads: &Reads) -> Result<Rc<ContactElements>, RunError> {
+    pub fn elements(&mut self, reads: &StageInputs) -> Result<Rc<ContactElements>, RunError> {
         if self.elements.is_none() {
             let surface = reads.recipe.surface();
             let elements = surface.map(|surface| surface.contact_elements());
@@ -190,7 +190,7 @@ impl Solvers {
     }
 
     /// The structure with a place for contact elements. Damping in modes of the stuck joint is that of the unworn elements.
-    pub fn vibration(&mut self, reads: &Reads) -> Result<Rc<Vibration>, RunError> {
+    pub fn vibration(&mut self, reads: &StageInputs) -> Result<Rc<Vibration>, RunError> {
         if self.vibration.is_none() {
             let recipe = &reads.recipe;
             let (Some(structure), Some(response)) = (&recipe.structure, &recipe.response) else {
@@ -230,7 +230,7 @@ impl Solvers {
 }
 
 /// The cells of the joint and their unworn heights.
-pub fn patch_and_height(reads: &Reads) -> Result<(Patch, Vec<f64>), RunError> {
+pub fn patch_and_height(reads: &StageInputs) -> Result<(Patch, Vec<f64>), RunError> {
     let Some(surface) = reads.recipe.surface() else {
         unreachable!("a stage that reads the surface declares its grid");
     };
@@ -240,20 +240,20 @@ pub fn patch_and_height(reads: &Reads) -> Result<(Patch, Vec<f64>), RunError> {
 }
 
 /// Parameters of contact elements whose stiffness is given; of none where there are none.
-pub fn given(reads: &Reads) -> ElementParameters {
+pub fn given(reads: &StageInputs) -> ElementParameters {
     let elements = reads.recipe.elements();
     let given = elements.and_then(Elements::given);
     given.unwrap_or_default()
 }
 
 /// Where the contact elements are; nowhere without a structure.
-pub fn layout(reads: &Reads) -> Layout {
+pub fn layout(reads: &StageInputs) -> Layout {
     let structure = reads.recipe.structure.as_ref();
     structure.map_or_else(Layout::default, |structure| structure.layout())
 }
 
 /// Compliance of the smooth patch, where the stiffness or the motion needs it.
-pub fn smooth(reads: &Reads) -> Result<Option<Compliance>, RunError> {
+pub fn smooth(reads: &StageInputs) -> Result<Option<Compliance>, RunError> {
     let Some(reference) = reads.maybe::<typed::Reference>()? else {
         return Ok(None);
     };

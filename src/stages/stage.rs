@@ -81,7 +81,7 @@ impl Stage {
     ];
 
     /// Whether what it has solved is kept where it is interrupted, and it goes on from there.
-    pub fn goes_on(self) -> bool {
+    pub fn keeps_solves(self) -> bool {
         matches!(self, Stage::DynamicResponse | Stage::ForcedResponse)
     }
 

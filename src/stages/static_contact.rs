@@ -4,7 +4,7 @@ use super::RunError;
 use super::contact_state::{Fields, contact_of, wear_of};
 use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::reduced;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
@@ -64,7 +64,7 @@ impl Pressed {
     }
 }
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let contact = contact_of(&reads.recipe);
     let (shear, coupling) = (contact.shear, contact.coupling);
     let patch = solvers.joint(reads)?.patch.clone();
@@ -169,7 +169,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 }
 
 /// What clamps the joint, if its load falls with wear.
-fn bolt(reads: &Reads) -> Result<Option<Bolt>, RunError> {
+fn bolt(reads: &StageInputs) -> Result<Option<Bolt>, RunError> {
     let contact = contact_of(&reads.recipe);
     let Some(stiffness) = contact.conditions.bolt_stiffness else {
         return Ok(None);
@@ -183,10 +183,10 @@ fn bolt(reads: &Reads) -> Result<Option<Bolt>, RunError> {
 }
 
 /// Static load \[N\] from which that of a bolt is looked for, and which another joint bears.
-fn load(reads: &Reads) -> Result<f64, RunError> {
+fn load(reads: &StageInputs) -> Result<f64, RunError> {
     let conditions = contact_of(&reads.recipe).conditions;
     let before = match conditions.bolt_stiffness {
-        Some(_) => reads.maybe_before::<typed::StaticContact>()?,
+        Some(_) => reads.optional_before::<typed::StaticContact>()?,
         None => None,
     };
     let found = before.map(|row| row.preload.unwrap_or(row.normal_load));

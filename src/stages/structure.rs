@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::dynamics::reduced::reduction_error;
@@ -41,7 +41,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let Some(structure) = &reads.recipe.structure else {
         unreachable!("a run with this stage has a structure");
     };

@@ -3,9 +3,9 @@
 use super::RunError;
 use super::declaration::Declaration;
 use super::error_bars::{
-    ALL, Cells, InForce, PreviousIteration, Sources, error_bars, error_of_energy, friction,
+    ALL, Cells, PreviousIteration, ResponseInForce, Sources, error_bars, error_of_energy, friction,
 };
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
 use crate::contact::Boundary;
@@ -56,7 +56,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let summary = match reads.maybe::<typed::StaticContact>()? {
         Some(contact) => of_contact(reads, &contact)?,
@@ -67,7 +67,7 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
 }
 
 /// The figures of a vibration without a rough contact.
-fn of_vibration_alone(reads: &Reads) -> Result<typed::Summary, RunError> {
+fn of_vibration_alone(reads: &StageInputs) -> Result<typed::Summary, RunError> {
     let response = reads.maybe::<typed::DynamicResponse>()?;
     let elements = reads.maybe::<typed::ContactElement>()?;
     let of = |value: fn(&typed::DynamicResponse) -> f64| response.as_ref().map(value);
@@ -113,7 +113,10 @@ fn error_of_peak(response: &typed::DynamicResponse, forced: Option<&typed::Frf>)
     }
 }
 
-fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Summary, RunError> {
+fn of_contact(
+    reads: &StageInputs,
+    contact: &typed::StaticContact,
+) -> Result<typed::Summary, RunError> {
     let (patch, height) = patch_and_height(reads)?;
     let fields: typed::ContactField = reads.table()?;
     let pressure = &fields.pressure;
@@ -154,8 +157,8 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
         fft_pairs: contact.fft_pairs + step.fft_pairs,
         ..typed::Summary::default()
     };
-    let in_force = InForce::of(reads.maybe()?, reads.maybe()?);
-    if let Some(InForce { response, update }) = &in_force {
+    let in_force = ResponseInForce::of(reads.maybe()?, reads.maybe()?);
+    if let Some(ResponseInForce { response, update }) = &in_force {
         summary.updated = Some(update.updated);
         summary.resonance_frequency = response.resonance_frequency;
         summary.peak_frequency = Some(response.peak_frequency);
@@ -232,7 +235,7 @@ fn of_contact(reads: &Reads, contact: &typed::StaticContact) -> Result<typed::Su
     Ok(summary)
 }
 
-pub(super) fn is_periodic(reads: &Reads) -> bool {
+pub(super) fn is_periodic(reads: &StageInputs) -> bool {
     let contact = reads.recipe.contact();
     contact.is_some_and(|contact| contact.conditions.boundary == Boundary::Periodic)
 }

@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::grid::Patch;
@@ -22,7 +22,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let Some(surface) = reads.recipe.surface() else {
         unreachable!("a run with this stage has a surface");
     };
@@ -52,7 +52,7 @@ fn compute(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
 
 /// Cells, unworn heights, and what the user should know of them.
 fn heights(
-    reads: &Reads,
+    reads: &StageInputs,
     surface: &recipe::Surface,
 ) -> Result<(Patch, Vec<f64>, Vec<String>), RunError> {
     if let Some(measured) = reads.measured() {

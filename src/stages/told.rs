@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use super::RunError;
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use crate::dynamics::cycle::JointCycle;
 use crate::dynamics::{ContactElement, Extension, Resolved, Resonance, ResonanceKind, Vibration};
 use crate::tables::typed;
@@ -16,7 +16,7 @@ const MUCH: f64 = 0.02;
 /// Factor between the amplitudes before and after an update from which it is told: updates are due at changes of some per cent.
 const LEAP: f64 = 1.25;
 /// Says so where harmonics could not be extended until they suffice.
-pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
+pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
     let Some(tolerance) = tolerance.filter(|_| !resolved.resonance.is_still) else {
         return;
     };
@@ -52,7 +52,7 @@ pub fn tell_missed(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Res
 }
 
 /// Says what each extension of the harmonics has left of an error, and what it took, where there were several.
-pub fn tell_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
+pub fn note_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
     if extensions.len() < 2 {
         return;
     }
@@ -73,8 +73,8 @@ pub fn tell_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
 }
 
 /// Says so, once, where the reduced structure may be off at the harmonics that friction has most of.
-pub fn tell_reduction(
-    reads: &Reads,
+pub fn warn_reduction(
+    reads: &StageInputs,
     outputs: &mut Outputs,
     resolved: &Resolved,
 ) -> Result<(), RunError> {
@@ -100,8 +100,8 @@ pub fn tell_reduction(
 }
 
 /// Says so where the response to the contact elements of an update is far from that `before` it: there may be two, or updates are too far apart.
-pub fn tell_leap(
-    reads: &Reads,
+pub fn warn_jump(
+    reads: &StageInputs,
     outputs: &mut Outputs,
     before: &typed::DynamicResponse,
     now: &Resonance,
@@ -121,7 +121,7 @@ pub fn tell_leap(
 }
 
 /// Says so where the contact never closes in the response in force. Other motions of the range may close it.
-pub fn tell_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &JointCycle) {
+pub fn warn_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &JointCycle) {
     if cycle.force.iter().any(|force| force[2] != 0.0) {
         return;
     }
@@ -141,7 +141,7 @@ pub fn tell_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &Joi
 
 /// Says so where the resonance is no clear one: nothing responds or damps, there is no phase resonance, or the peak lies at an end of the range or
 /// of a branch.
-pub fn tell_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
+pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
     if resonance.is_still {
         let rows = &resonance.peak.displacement;
         let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -168,7 +168,7 @@ pub fn tell_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
     }
     if resonance.phase.is_none() {
         let range = [vibration.range.0, vibration.range.1];
-        outputs.notice(no_phase_resonance_between(range.map(|omega| omega / TAU)));
+        outputs.notice(no_resonance_message(range.map(|omega| omega / TAU)));
     }
     if resonance.peak_kind == ResonanceKind::End {
         let why = match vibration.is_at_end(resonance.peak.omega) {
@@ -185,7 +185,7 @@ pub fn tell_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
 }
 
 /// What is said of a range \[Hz\] without a phase resonance.
-pub fn no_phase_resonance_between([from, to]: [f64; 2]) -> String {
+pub fn no_resonance_message([from, to]: [f64; 2]) -> String {
     format!(
         "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz; the peak stands for it"
     )

@@ -7,7 +7,7 @@ use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
 use super::ledger::Drift;
 use super::model_update::{NextUpdate, figures_of};
-use super::reads::{Outputs, Reads};
+use super::reads::{Outputs, StageInputs};
 use super::reduced;
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
@@ -84,7 +84,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn unworn(reads: &Reads, _: &mut Solvers) -> Result<Outputs, RunError> {
+fn unworn(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let (patch, _) = patch_and_height(reads)?;
     let mut outputs = Outputs::default();
     let wear = vec![0.0; patch.grid.len()];
@@ -112,7 +112,7 @@ struct PreviousState {
 }
 
 impl PreviousState {
-    fn of(reads: &Reads, patch: &Patch) -> Result<PreviousState, RunError> {
+    fn of(reads: &StageInputs, patch: &Patch) -> Result<PreviousState, RunError> {
         let fields: typed::ContactField = reads.before()?;
         let summary: typed::Summary = reads.before()?;
         let step: typed::WearStep = reads.before()?;
@@ -126,12 +126,18 @@ impl PreviousState {
             cycles: of_run(cycles, "cycles")? as u64,
             volume: of_run(summary.wear_volume, "wear_volume")?,
             proposal: (reads.wear_iteration > 1).then_some(step.next_n_cycles),
-            state: worn_state(&reads.recipe, patch, reads.maybe_before()?, &fields, &cycle)?,
+            state: worn_state(
+                &reads.recipe,
+                patch,
+                reads.optional_before()?,
+                &fields,
+                &cycle,
+            )?,
         })
     }
 }
 
-fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let Some(wear) = &reads.recipe.wear else {
         unreachable!("a run with this stage wears");
     };
@@ -202,7 +208,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
             .notices
             .extend(instability(joint, law, state, step.cycles));
     }
-    let drift = reads.maybe_before::<typed::Ledger>()?;
+    let drift = reads.optional_before::<typed::Ledger>()?;
     let drift = drift.as_ref().and_then(Drift::of);
     let end = drift.map(|Drift { now, .. }| match step.middle {
         Some(middle) => now.at_end(figures_of(&middle, &moved)),
@@ -234,7 +240,7 @@ fn compute(reads: &Reads, solvers: &mut Solvers) -> Result<Outputs, RunError> {
 }
 
 /// The cycles that a step from `cycles` must not pass: the end, or where a response is asked for.
-fn landing(reads: &Reads, wear: &Wear, cycles: u64) -> u64 {
+fn landing(reads: &StageInputs, wear: &Wear, cycles: u64) -> u64 {
     let asked = &reads.recipe.output.response_at;
     let next = asked.iter().copied().find(|&at| at > cycles);
     wear.cycles
