@@ -18,7 +18,7 @@ use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use crate::journal::INTERVAL;
 use crate::recipe::{Inputs, Part, Recipe};
-use crate::store::{Cache, Kept, Recompute, RunReader, RunStore, StageKey, StoreError};
+use crate::store::{Cache, DraftEntry, Recompute, RunReader, RunStore, StageKey, StoreError};
 use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
 
 /// The stages that bring an inherited wear into balance under another scene: its own load, friction and motion.
@@ -167,7 +167,7 @@ impl<'a> Runner<'a> {
         let mut draft = store.draft(store.next())?;
         let tables = match self.own(store, &names, &key)? {
             Some(tables) => {
-                if let Kept::Valid(mut kept) = draft.get(&key)? {
+                if let DraftEntry::Valid(mut kept) = draft.get(&key)? {
                     self.adopt(&mut kept)?;
                 }
                 tables
@@ -331,7 +331,7 @@ impl<'a> Runner<'a> {
             let due = moment.due;
             let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), due);
             let written = match draft.get(&key)? {
-                Kept::Valid(mut written) if is_whole(recipe, stage, &written) => {
+                DraftEntry::Valid(mut written) if is_whole(recipe, stage, &written) => {
                     self.adopt(&mut written)?;
                     written
                 }
@@ -534,8 +534,8 @@ impl<'a> Runner<'a> {
         let mut found = Tables::new();
         for &name in names {
             match store.once(name, key)? {
-                Kept::Valid(table) => found.insert(name, table),
-                Kept::Stale(_) => return Ok(None),
+                DraftEntry::Valid(table) => found.insert(name, table),
+                DraftEntry::Stale(_) => return Ok(None),
             };
         }
         match ReducedTables::check_stored(&found, self.recipe()) {
@@ -557,7 +557,7 @@ impl<'a> Runner<'a> {
             };
         };
         let again = match cache.get(names, key) {
-            Ok(Kept::Valid(tables)) => {
+            Ok(DraftEntry::Valid(tables)) => {
                 let tables: Tables = names.iter().copied().zip(tables).collect();
                 match ReducedTables::check_stored(&tables, self.recipe()) {
                     Ok(()) => {
@@ -570,8 +570,8 @@ impl<'a> Runner<'a> {
                     Err(reason) => Some(reason),
                 }
             }
-            Ok(Kept::Stale(Recompute::NotThere)) => None,
-            Ok(Kept::Stale(why)) => Some(why.to_string()),
+            Ok(DraftEntry::Stale(Recompute::NotThere)) => None,
+            Ok(DraftEntry::Stale(why)) => Some(why.to_string()),
             Err(error @ StoreError::Table { .. }) => Some(error.to_string()),
             Err(error) => {
                 self.observer.notice(&format!(

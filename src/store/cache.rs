@@ -1,6 +1,6 @@
 //! Results shared between runs, found by what they were computed from.
 
-use super::draft::{Kept, KeyedEntry, encode, read_keyed};
+use super::draft::{DraftEntry, KeyedEntry, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::FileSystem;
 use super::files::Files;
@@ -39,17 +39,17 @@ impl Cache {
         &self,
         tables: &[TableName],
         key: &StageKey,
-    ) -> Result<Kept<Vec<Table>>, StoreError> {
+    ) -> Result<DraftEntry<Vec<Table>>, StoreError> {
         let folder = self.root.join(key.hash());
         let mut found = Vec::with_capacity(tables.len());
         for &table in tables {
             let key_path = folder.join(format!("{table}.json"));
             match read_keyed(&self.files, &folder, &key_path, table, key)?.0 {
-                Kept::Valid(values) => found.push(values),
-                Kept::Stale(why) => return Ok(Kept::Stale(why)),
+                DraftEntry::Valid(values) => found.push(values),
+                DraftEntry::Stale(why) => return Ok(DraftEntry::Stale(why)),
             }
         }
-        Ok(Kept::Valid(found))
+        Ok(DraftEntry::Valid(found))
     }
 
     /// Adds a result, in place of one that does not verify.

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// What may have been kept from before: a table, or all tables of a stage.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kept<T = Table> {
+pub enum DraftEntry<T = Table> {
     /// It was computed from the same inputs and verifies.
     Valid(T),
     /// It has to be computed, and why.
@@ -123,18 +123,18 @@ impl Draft {
     ///
     /// # Errors
     /// [`StoreError::Io`] if something is there and cannot be read, [`StoreError::Table`] if a file holds another table.
-    pub fn get(&mut self, key: &StageKey) -> Result<Kept<Tables>, StoreError> {
+    pub fn get(&mut self, key: &StageKey) -> Result<DraftEntry<Tables>, StoreError> {
         let key_path = self.key_path(key);
         if !self.files.is_there(&key_path)? {
-            return Ok(Kept::Stale(Recompute::NotThere));
+            return Ok(DraftEntry::Stale(Recompute::NotThere));
         }
-        let damaged = |damage| Ok(Kept::Stale(Recompute::Damaged(damage)));
+        let damaged = |damage| Ok(DraftEntry::Stale(Recompute::Damaged(damage)));
         let of_stage: StageEntry = match read_sealed(&self.files, &key_path)? {
             Ok(of_stage) => of_stage,
             Err(damage) => return damaged(damage),
         };
         if of_stage.key.hash() != key.hash() {
-            return Ok(Kept::Stale(Recompute::KeyChanged {
+            return Ok(DraftEntry::Stale(Recompute::KeyChanged {
                 changes: key.changes_from(&of_stage.key),
             }));
         }
@@ -169,7 +169,7 @@ impl Draft {
         for (table, entry) in entries {
             self.take(table, entry.clone());
         }
-        Ok(Kept::Valid(tables))
+        Ok(DraftEntry::Valid(tables))
     }
 
     /// What an earlier start has kept of a stage that it did not complete, under the same key, and what takes more of it. It is removed
@@ -287,8 +287,8 @@ pub(super) fn read_keyed(
     key_path: &Path,
     table: TableName,
     key: &StageKey,
-) -> Result<(Kept, Option<TableEntry>), StoreError> {
-    let stale = |why| Ok((Kept::Stale(why), None));
+) -> Result<(DraftEntry, Option<TableEntry>), StoreError> {
+    let stale = |why| Ok((DraftEntry::Stale(why), None));
     if !files.is_there(key_path)? {
         return stale(Recompute::NotThere);
     }
@@ -302,7 +302,7 @@ pub(super) fn read_keyed(
         });
     }
     match read_entry(files, folder, table, &keyed.entry)? {
-        Ok(values) => Ok((Kept::Valid(values), Some(keyed.entry))),
+        Ok(values) => Ok((DraftEntry::Valid(values), Some(keyed.entry))),
         Err(damage) => stale(Recompute::Damaged(damage)),
     }
 }

@@ -46,7 +46,7 @@ impl ReadPast {
     }
 
     /// The rows that agree with what is committed.
-    pub fn agreeing(self, chain: &Chain) -> History {
+    pub fn matching_rows(self, chain: &Chain) -> History {
         let Found::Sound(mut history) = self.found else {
             return History::default();
         };

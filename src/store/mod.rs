@@ -51,7 +51,7 @@ mod unsynced;
 pub use cache::Cache;
 pub use chain::{CommitReport, OnceReport, VerifyReport};
 pub use commit::{Commit, TableEntry};
-pub use draft::{Draft, Kept, Recompute};
+pub use draft::{Draft, DraftEntry, Recompute};
 pub use error::{Damage, DamageKind, StoreError};
 pub use file_system::{
     Entry, EntryKind, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
@@ -60,7 +60,7 @@ pub use file_system::{
 pub use history::{History, StageCost, is_in_history};
 pub use key::StageKey;
 pub use layout::{Layout, table_file};
-pub use open::{Opening, SetAside};
+pub use open::{DamagedIteration, Opening};
 pub use reader::RunReader;
 pub use record::{Continuation, Failure, LAYOUT, Machine, Origin, RunIdentity, RunRecord};
 pub use record_file::{SceneOfRun, check_plan};

@@ -29,7 +29,7 @@ pub struct Opening {
     /// The iteration it continues from.
     pub latest: Option<u64>,
     /// Iterations that cannot be continued from and were moved to `damaged/`, ascending.
-    pub set_aside: Vec<SetAside>,
+    pub set_aside: Vec<DamagedIteration>,
     /// Damage that no result depends on. It is mended: `run.json` from its copy; a table without which the run is complete was moved to
     /// `damaged/` and is in no commit any more.
     pub mended: Vec<Damage>,
@@ -51,7 +51,7 @@ pub struct Opening {
 
 /// An iteration that was moved to `damaged/`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SetAside {
+pub struct DamagedIteration {
     /// The iteration.
     pub wear_iteration: u64,
     /// What is wrong with it.
@@ -298,7 +298,7 @@ pub(super) fn resume(
             .is_none_or(|latest| report.wear_iteration > latest);
         if beyond && files.is_there(&layout.iteration(report.wear_iteration))? {
             let moved_to = set_aside(&files, &layout, report.wear_iteration)?;
-            opening.set_aside.push(SetAside {
+            opening.set_aside.push(DamagedIteration {
                 wear_iteration: report.wear_iteration,
                 damage: report.damage.clone(),
                 moved_to,
@@ -313,7 +313,7 @@ pub(super) fn resume(
     }
     // What was pruned beyond the latest will be computed anew.
     let rows_of_file = past.rows();
-    let agreeing = past.agreeing(&chain);
+    let agreeing = past.matching_rows(&chain);
     let rows_agreeing = agreeing.len();
     let mut reader = RunReader {
         files,

@@ -57,7 +57,7 @@ impl RunReader {
         Ok(RunReader {
             files,
             layout,
-            history: past.agreeing(&chain),
+            history: past.matching_rows(&chain),
             record,
             commits: chain.sound,
             reports: chain.reports,

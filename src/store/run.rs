@@ -4,7 +4,7 @@ use super::chain::VerifyReport;
 use super::commit::Commit;
 use super::date;
 use super::draft::{
-    Draft, Kept, KeyedEntry, Recompute, check_cells, clean_staging, encode, read_keyed,
+    Draft, DraftEntry, KeyedEntry, Recompute, check_cells, clean_staging, encode, read_keyed,
 };
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
@@ -157,14 +157,14 @@ impl RunStore {
     ///
     /// # Errors
     /// [`StoreError::Io`] if it is there and cannot be read, [`StoreError::Table`] if it holds another table.
-    pub fn once(&self, table: TableName, key: &StageKey) -> Result<Kept, StoreError> {
+    pub fn once(&self, table: TableName, key: &StageKey) -> Result<DraftEntry, StoreError> {
         let folder = self.layout().once();
         let key_path = folder.join(format!("{table}.json"));
         let kept = read_keyed(self.files(), &folder, &key_path, table, key)?.0;
-        if let Kept::Valid(values) = &kept
+        if let DraftEntry::Valid(values) = &kept
             && let Err(damage) = check_cells(self.reader.cells(), &key_path, values)
         {
-            return Ok(Kept::Stale(Recompute::Damaged(damage)));
+            return Ok(DraftEntry::Stale(Recompute::Damaged(damage)));
         }
         Ok(kept)
     }

@@ -320,7 +320,7 @@ fn a_table_that_is_written_again_is_not_lost_before_the_commit() {
     let mut draft = store.draft(0).expect("a draft");
     for (key, amplitude) in [(&first, 1e-6), (&later, 2e-6)] {
         let kept = draft.get(key).expect("readable");
-        assert_eq!(kept, Kept::Valid(of(amplitude)));
+        assert_eq!(kept, DraftEntry::Valid(of(amplitude)));
     }
     store.commit(draft).expect("a commit");
     let committed = store.read(0, TableName::Cycle).expect("a cycle");
@@ -351,7 +351,7 @@ fn a_draft_that_names_another_file_is_computed_again() {
     text.as_object_mut().expect("an object").remove("seal");
     fs::write(&path, text.to_string()).expect("written");
     let kept = draft.get(&key).expect("readable");
-    assert!(matches!(kept, Kept::Stale(_)), "{kept:?}");
+    assert!(matches!(kept, DraftEntry::Stale(_)), "{kept:?}");
 }
 
 #[test]

@@ -338,10 +338,10 @@ fn cells_outside_of_the_grid_are_damage() {
             .put(&key, &Tables::from([(TableName::WearField, field)]), &[])
             .expect("put");
         let again = draft.get(&key).expect("readable");
-        assert_eq!(matches!(again, Kept::Valid(_)), is_sound, "{cell:?}");
+        assert_eq!(matches!(again, DraftEntry::Valid(_)), is_sound, "{cell:?}");
         store.commit(draft).expect("committed");
         let kept = store.once(TableName::Surface, &key).expect("readable");
-        assert_eq!(matches!(kept, Kept::Valid(_)), is_sound, "{cell:?}");
+        assert_eq!(matches!(kept, DraftEntry::Valid(_)), is_sound, "{cell:?}");
         let read = store.read(0, TableName::WearField);
         assert_eq!(read.is_ok(), is_sound, "{cell:?}");
         if let Err(error) = read {
