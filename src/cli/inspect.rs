@@ -7,7 +7,7 @@ use clap::Args;
 use fretwear::structure::StructureError;
 use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
 use fretwear::structure::inspection::{
-    Units, bodies, fixed, inner_told, mass_by_direction, modal_rows, suspicions, units,
+    Units, bodies, fixed, inner_nodes_note, mass_by_direction, modal_rows, suspicions, units,
     zero_diagonals,
 };
 use fretwear::structure::matrices::{Asymmetry, Matrices, Role, Triplets};
@@ -98,7 +98,7 @@ pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, 
     }
     let inputs: Vec<Input> = arguments.files.iter().map(|text| input(text)).collect();
     let mut matrices = readers::read(&inputs, arguments.format.as_deref())?;
-    matrices.notes.extend(inner_told(&matrices));
+    matrices.notes.extend(inner_nodes_note(&matrices));
     let mut is_fixed = vec![false; matrices.size];
     if let Some(text) = &arguments.fixed {
         let (rows, notes) = fixed(&matrices, text)?;

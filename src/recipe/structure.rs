@@ -18,7 +18,7 @@ use crate::journal::Journal;
 use crate::structure::contact_array::ContactArray;
 use crate::structure::element::Formulation;
 use crate::structure::imported::{EndsOfPreload, ImportError, Imported, UnitSystem};
-use crate::structure::interface::{Interface, Wanted};
+use crate::structure::interface::{Interface, JointRequirements};
 use crate::structure::matrices::Role;
 use crate::structure::outline::Outline;
 use crate::structure::reduction::{ContactPorts, Reduced};
@@ -82,7 +82,7 @@ pub struct Import {
     pub sets: Option<JointSets>,
     /// What the joint must be.
     #[serde(flatten)]
-    pub wanted: Wanted,
+    pub wanted: JointRequirements,
     /// Hash of the files; none before they are read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub content: Option<String>,

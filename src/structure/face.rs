@@ -19,7 +19,7 @@ pub struct Face {
 }
 
 /// The point of a face that is nearest to another point.
-pub struct Nearest {
+pub struct NearestPoint {
     /// Where it is, in the unit of the nodes.
     pub position: [f64; 3],
     /// How far from the other point; infinite where the search for the point does not converge.
@@ -103,13 +103,13 @@ impl Face {
 
     /// True only if every point of the face is further from `at` than `reach`. What a curved face is outside of its nodes, an eighth of its
     /// longest side, is allowed for.
-    pub fn is_further(&self, at: [f64; 3], reach: f64) -> bool {
+    pub fn is_farther_than(&self, at: [f64; 3], reach: f64) -> bool {
         let reach = reach + 0.125 * self.longest;
         (0..3).any(|a| at[a] < self.low[a] - reach || at[a] > self.high[a] + reach)
     }
 
     /// The nearest point to `at`.
-    pub fn nearest(&self, at: [f64; 3]) -> Nearest {
+    pub fn nearest(&self, at: [f64; 3]) -> NearestPoint {
         let inside = self.foot(at).map(|foot| self.seen_from(at, foot));
         inside.unwrap_or_else(|| {
             let edges = match self.is_triangle {
@@ -187,11 +187,11 @@ impl Face {
         (position, tangents, weights)
     }
 
-    fn seen_from(&self, at: [f64; 3], foot: Foot) -> Nearest {
+    fn seen_from(&self, at: [f64; 3], foot: Foot) -> NearestPoint {
         let (position, _, weights) = self.point(foot.place);
         let miss = minus(at, position);
         let distance = dot(miss, miss).sqrt();
-        Nearest {
+        NearestPoint {
             position,
             // A face that is degenerate, or too curved for the search, is near nothing.
             distance: match foot.is_found && !distance.is_nan() {

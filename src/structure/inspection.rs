@@ -221,7 +221,7 @@ fn inner_nodes(matrices: &Matrices) -> HashSet<i64> {
 }
 
 /// That there are such nodes.
-pub fn inner_told(matrices: &Matrices) -> Option<String> {
+pub fn inner_nodes_note(matrices: &Matrices) -> Option<String> {
     let inner = inner_nodes(matrices);
     let first = inner.iter().min()?;
     Some(format!(

@@ -23,7 +23,7 @@ use crate::structure::StructureError;
 use crate::structure::assembly::{Combination, System};
 use crate::structure::mesh::Point;
 use crate::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
-use crate::structure::resonator::Facing;
+use crate::structure::resonator::FacingFaces;
 
 /// The second shift, at which the residual's slope is taken, as a share of the highest kept eigenvalue: small enough that the
 /// next term of the series is below a percent of the slope's, large enough that the difference keeps its digits.
@@ -66,7 +66,7 @@ pub struct Ports {
 
 impl Ports {
     /// Ports of contact elements and points.
-    pub fn new(contacts: &[Facing], points: &[Point], at: ContactPorts) -> Ports {
+    pub fn new(contacts: &[FacingFaces], points: &[Point], at: ContactPorts) -> Ports {
         let elements: Vec<Vec<(usize, usize)>> = match at {
             ContactPorts::Faces => contacts.iter().map(|face| face.pairs.to_vec()).collect(),
             ContactPorts::Nodes => {

@@ -14,7 +14,7 @@ mod trend;
 use fretwear::contact::{Boundary, HalfSpace, Pair};
 use fretwear::grid::Grid;
 use fretwear::model_update::{ContactElements, Sliders};
-use fretwear::structure::resonator::{Facing, Resonator};
+use fretwear::structure::resonator::{FacingFaces, Resonator};
 
 pub use crate::contact::STEEL;
 
@@ -22,7 +22,7 @@ pub use crate::contact::STEEL;
 pub const ROUNDING: f64 = 1e-12;
 
 /// The 340 contact elements of the shipped resonator, from its mesh.
-pub fn facings() -> Vec<Facing> {
+pub fn facings() -> Vec<FacingFaces> {
     Resonator::default().mesh().expect("the resonator").contacts
 }
 

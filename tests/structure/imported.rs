@@ -7,9 +7,9 @@ use fretwear::linalg::{Matrix, SparseIndefinite, SparseSymmetric};
 use fretwear::material::{Elastic, Material};
 use fretwear::structure::assembly::System;
 use fretwear::structure::element::Formulation;
-use fretwear::structure::imported::{Facing, ImportError, Imported, Options, UnitSystem};
-use fretwear::structure::inspection::{fixed, inner_told, mass_by_direction, suspicions};
-use fretwear::structure::interface::{InterfaceError, Wanted};
+use fretwear::structure::imported::{FacingNodes, ImportError, Imported, Options, UnitSystem};
+use fretwear::structure::inspection::{fixed, inner_nodes_note, mass_by_direction, suspicions};
+use fretwear::structure::interface::{InterfaceError, JointRequirements};
 use fretwear::structure::matrices::{Dof, Matrices, Triplets};
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::readers;
@@ -148,12 +148,12 @@ fn foot_and_pairs(blocks: &Blocks) -> (Vec<i64>, Vec<Pair>) {
 }
 
 /// The faces of both bodies as sets of nodes, which are asked for in small letters.
-fn as_sets(read: &mut Matrices, pairs: &[Pair]) -> Facing {
+fn as_sets(read: &mut Matrices, pairs: &[Pair]) -> FacingNodes {
     let top = pairs.iter().map(|pair| pair.0).collect();
     let bottom = pairs.iter().map(|pair| pair.1).collect();
     read.sets.insert("TOP".to_owned(), top);
     read.sets.insert("BOTTOM".to_owned(), bottom);
-    Facing::Sets {
+    FacingNodes::Sets {
         upper: "top".to_owned(),
         lower: "bottom".to_owned(),
     }
@@ -162,7 +162,7 @@ fn as_sets(read: &mut Matrices, pairs: &[Pair]) -> Facing {
 /// The joint of the blocks, which are held at the foot.
 fn on_foot(
     read: &Matrices,
-    facing: &Facing,
+    facing: &FacingNodes,
     size: [f64; 2],
     elements: Option<[usize; 2]>,
 ) -> Result<Imported, ImportError> {
@@ -170,7 +170,7 @@ fn on_foot(
         unit: UnitSystem::default(),
         fixed: Some("1-30"),
         facing,
-        wanted: &Wanted::default(),
+        wanted: &JointRequirements::default(),
         size,
         elements,
         is_bonded: false,
@@ -185,13 +185,13 @@ fn import(
     unit: UnitSystem,
     pairs: &[Pair],
     points: &[&str],
-    change: impl FnOnce(&mut Wanted, &mut [f64; 2], &mut Option<[usize; 2]>),
+    change: impl FnOnce(&mut JointRequirements, &mut [f64; 2], &mut Option<[usize; 2]>),
 ) -> Result<Imported, ImportError> {
     let layer = (CELLS[0] + 1) * (CELLS[1] + 1);
     let fixed = format!("1-{layer}");
-    let facing = Facing::Pairs(pairs.to_vec());
+    let facing = FacingNodes::Pairs(pairs.to_vec());
     let points: Vec<String> = points.iter().map(|p| (*p).to_owned()).collect();
-    let (mut wanted, mut size, mut elements) = (Wanted::default(), SIZE, None);
+    let (mut wanted, mut size, mut elements) = (JointRequirements::default(), SIZE, None);
     change(&mut wanted, &mut size, &mut elements);
     Imported::new(
         matrices,
@@ -515,12 +515,12 @@ fn resonator_from_matrices_is_the_resonator() {
         .collect();
     let mut matrices = matrices;
     let sets = as_sets(&mut matrices, &pairs);
-    let facing = Facing::Pairs(pairs);
+    let facing = FacingNodes::Pairs(pairs);
     let options = Options {
         unit: UnitSystem::default(),
         fixed: None,
         facing: &facing,
-        wanted: &Wanted::default(),
+        wanted: &JointRequirements::default(),
         size: [geometry.lap_length, geometry.arm_height],
         elements: None,
         is_bonded: false,
@@ -559,7 +559,7 @@ fn resonator_from_matrices_is_the_resonator() {
 fn bonded_as_its_own_mesh(
     geometry: &Resonator,
     matrices: &Matrices,
-    facings: [&Facing; 2],
+    facings: [&FacingNodes; 2],
     options: &Options<'_>,
 ) {
     let tied = Resonator {
@@ -592,10 +592,10 @@ fn bonded_as_its_own_mesh(
         assert!((found.mass / expected.mass - 1.0).abs() < ROUNDING);
         let refused = Imported::new(&shifted, &options);
         match facing {
-            Facing::Sets { .. } => {
+            FacingNodes::Sets { .. } => {
                 assert!(matches!(refused, Err(ImportError::NotNodeForNode { .. })));
             }
-            Facing::Pairs(_) => assert!(refused.is_ok()),
+            FacingNodes::Pairs(_) => assert!(refused.is_ok()),
         }
     }
 }
@@ -835,9 +835,9 @@ fn suspicions_are_told() {
     let mut partial = sound.clone();
     partial.positions.retain(|node, _| *node <= 42);
     assert_eq!(mass_by_direction(&partial), before);
-    assert_eq!(inner_told(&partial), None);
+    assert_eq!(inner_nodes_note(&partial), None);
     assert!(
-        inner_told(&inner)
+        inner_nodes_note(&inner)
             .expect("a note")
             .contains("inner freedoms")
     );

@@ -9,7 +9,7 @@ use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::modes::ModeOptions;
 use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
-use fretwear::structure::resonator::{Facing, Resonator};
+use fretwear::structure::resonator::{FacingFaces, Resonator};
 
 /// A resonator of the same proportions with few cells.
 pub fn coarse_resonator() -> Resonator {
@@ -264,7 +264,7 @@ fn bodies_apart_keep_their_relative_rigid_modes() {
         above
     }));
     let node = |i: usize, j: usize, k: usize| i + 6 * (j + 5 * k);
-    let facing = |i: usize, j: usize| Facing {
+    let facing = |i: usize, j: usize| FacingFaces {
         cell: [i, j],
         centre: [0.01 * (i as f64 + 0.5), 0.0075 * (j as f64 + 0.5)],
         area: 7.5e-5,

@@ -7,7 +7,9 @@ use crate::files;
 use crate::recipe::Import;
 use crate::scene::Scene;
 use crate::scene::keys::dynamics::DAMPING_RATIO;
-use crate::structure::imported::{Facing, ImportError, Imported, Options, UnitSystem, name_rows};
+use crate::structure::imported::{
+    FacingNodes, ImportError, Imported, Options, UnitSystem, name_rows,
+};
 use crate::structure::matrices::Unit;
 use crate::structure::node_tables::{self, NodeTableError};
 use crate::structure::readers::{self, Input, ReadError};
@@ -74,7 +76,7 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     import.points = points;
     import.preload = imported.preload.clone();
     import.hexahedra = imported.hexahedra;
-    import.content = Some(hash_of(|update| imported.each_part(update)));
+    import.content = Some(hash_of(|update| imported.hash_parts(update)));
     import.apparent_modulus = imported.apparent_modulus();
     import.has_damping = imported.has_damping();
     import.has_outline = imported.has_outline();
@@ -139,12 +141,14 @@ fn imported(
     }
     name_rows(&mut matrices, &order)?;
     let facing = match (&import.files.pairs, &import.sets) {
-        (Some(path), _) => Facing::Pairs(table("structure.interface", path, node_tables::pairs)?),
-        (None, Some(sets)) => Facing::Sets {
+        (Some(path), _) => {
+            FacingNodes::Pairs(table("structure.interface", path, node_tables::pairs)?)
+        }
+        (None, Some(sets)) => FacingNodes::Sets {
             upper: sets.upper.clone(),
             lower: sets.lower.clone(),
         },
-        (None, None) => Facing::Pairs(Vec::new()),
+        (None, None) => FacingNodes::Pairs(Vec::new()),
     };
     let imported = Imported::new(
         &matrices,

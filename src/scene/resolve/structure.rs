@@ -11,7 +11,7 @@ use crate::scene::reader::Reader;
 use crate::scene::{Bodies, Contact, Joint, Resonator, Structure};
 use crate::structure::StructureError;
 use crate::structure::imported::UnitSystem;
-use crate::structure::interface::Wanted;
+use crate::structure::interface::JointRequirements;
 use crate::structure::matrices::Role;
 use crate::structure::reduction::ContactPorts;
 
@@ -135,7 +135,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Re
             found => Ok(found),
         }
     };
-    let wanted = Wanted {
+    let wanted = JointRequirements {
         normal: direction(&NORMAL)?,
         along: direction(&ALONG)?,
         layer: reader.get(&LAYER)?,

@@ -10,13 +10,13 @@ use std::collections::{HashMap, HashSet};
 use serde::{Deserialize, Serialize};
 
 pub use error::ImportError;
-pub use nodes::Facing;
+pub use nodes::FacingNodes;
 pub use rows::name_rows;
 
 use super::element::Formulation;
 use super::frequencies::{self, SUMMED, bodies};
 use super::inspection::{self, mass_by_direction};
-use super::interface::{Interface, InterfaceError, Side, Wanted};
+use super::interface::{Interface, InterfaceError, JointRequirements, Side};
 use super::matrices::{Matrices, Role, Triplets};
 use super::reduction::{ContactPorts, Ports};
 use crate::linalg::vectors::{dot, minus};
@@ -116,9 +116,9 @@ pub struct Options<'a> {
     /// Rows that are held, as [`inspection::fixed`] reads it.
     pub fixed: Option<&'a str>,
     /// The joint.
-    pub facing: &'a Facing,
+    pub facing: &'a FacingNodes,
     /// What the joint must be.
-    pub wanted: &'a Wanted,
+    pub wanted: &'a JointRequirements,
     /// Sides of the joint along x and y \[m\].
     pub size: [f64; 2],
     /// Contact elements along x and y.
@@ -172,7 +172,7 @@ impl Imported {
             });
         }
         let mut notes = matrices.notes.clone();
-        notes.extend(inspection::inner_told(matrices));
+        notes.extend(inspection::inner_nodes_note(matrices));
         let mut doubts = inspection::suspicions(matrices);
         let (mut is_held, found) = match options.fixed {
             Some(text) => inspection::fixed(matrices, text)?,
@@ -293,7 +293,7 @@ impl Imported {
                 options.elements,
                 options.wanted,
             )?;
-            doubts.extend(found.apart_told());
+            doubts.extend(found.gap_note());
             notes.extend(told_of_faces(&found, options.facing, [&lower, &upper])?);
             interface = Some(found);
         }
@@ -326,7 +326,7 @@ impl Imported {
             row_of,
             places: matrices.places(&place),
             sides: [lower, upper],
-            is_paired: matches!(options.facing, Facing::Pairs(_)),
+            is_paired: matches!(options.facing, FacingNodes::Pairs(_)),
             points,
             hexahedra: matrices.hexahedra,
             preload,
@@ -337,7 +337,7 @@ impl Imported {
     }
 
     /// All that the small model depends on, part by part, to be hashed: entries, edges, nodes at the joint and at the points.
-    pub fn each_part(&self, update: &mut dyn FnMut(&[u8])) {
+    pub fn hash_parts(&self, update: &mut dyn FnMut(&[u8])) {
         let both = [&self.stiffness, &self.inertia];
         for matrix in both
             .into_iter()
@@ -485,11 +485,11 @@ impl Imported {
 /// What a user should know of the faces.
 fn told_of_faces(
     interface: &Interface,
-    facing: &Facing,
+    facing: &FacingNodes,
     [lower, upper]: [&Side; 2],
 ) -> Result<Vec<String>, ImportError> {
     let mut notes = Vec::new();
-    if let Facing::Pairs(_) = facing {
+    if let FacingNodes::Pairs(_) = facing {
         check_pairs(interface, lower, upper)?;
     } else if lower.nodes.len() != upper.nodes.len() {
         notes.push(format!(

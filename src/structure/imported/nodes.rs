@@ -12,7 +12,7 @@ const ASKEW: f64 = 0.05;
 
 /// Nodes of two bodies that face each other.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Facing {
+pub enum FacingNodes {
     /// Pairs of nodes: of the upper body, of the lower one, and the area, in the unit of length squared; all have one or none.
     Pairs(Vec<(i64, i64, Option<f64>)>),
     /// Sets of nodes by name.
@@ -57,13 +57,13 @@ pub(super) fn check_pairs(
 /// Nodes of both bodies at the joint, the lower one first.
 pub(super) fn sides(
     matrices: &Matrices,
-    facing: &Facing,
+    facing: &FacingNodes,
     unit: UnitSystem,
     positions: &Position<'_>,
 ) -> Result<[Side; 2], ImportError> {
     let mut both = [Side::default(), Side::default()];
     match facing {
-        Facing::Pairs(pairs) => {
+        FacingNodes::Pairs(pairs) => {
             for &(upper, lower, area) in pairs {
                 both[0].nodes.push(lower);
                 both[1].nodes.push(upper);
@@ -73,7 +73,7 @@ pub(super) fn sides(
                 }
             }
         }
-        Facing::Sets { upper, lower } => {
+        FacingNodes::Sets { upper, lower } => {
             let of = |key, name: &String| {
                 let set = matrices.sets.get(&name.to_ascii_uppercase());
                 let mut set = set.cloned().ok_or_else(|| no_set(matrices, key, name))?;
@@ -203,7 +203,7 @@ const SAME_PLACE: f64 = 1e-4;
 /// [`ImportError::NotNodeForNode`] for a node that faces none.
 pub(super) fn bond(
     dofs: &[Dof],
-    facing: &Facing,
+    facing: &FacingNodes,
     [lower, upper]: [&Side; 2],
     place: &mut [Option<u32>],
 ) -> Result<usize, ImportError> {
@@ -225,8 +225,8 @@ pub(super) fn bond(
             dot(between, between)
         };
         let faced = match facing {
-            Facing::Pairs(_) => Some(n),
-            Facing::Sets { .. } => (0..lower.nodes.len())
+            FacingNodes::Pairs(_) => Some(n),
+            FacingNodes::Sets { .. } => (0..lower.nodes.len())
                 .min_by(|a, b| apart(a).total_cmp(&apart(b)))
                 .filter(|other| apart(other).sqrt() <= within && taken.insert(*other)),
         };

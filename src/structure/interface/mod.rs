@@ -52,7 +52,7 @@ pub struct Side {
 
 /// What the user says of a joint.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Wanted {
+pub struct JointRequirements {
     /// Its normal, from the lower body into the upper one, in the axes of the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
@@ -114,7 +114,7 @@ impl Interface {
         all: &[[f64; 3]],
         size: [f64; 2],
         elements: Option<[usize; 2]>,
-        wanted: &Wanted,
+        wanted: &JointRequirements,
     ) -> Result<Interface, InterfaceError> {
         let found = Plane::of([lower, upper], wanted)?;
         let axes = found.axes_along(&upper.positions, wanted)?;
@@ -211,7 +211,7 @@ impl Interface {
     }
 
     /// That both faces do not lie on each other, where they do not.
-    pub fn apart_told(&self) -> Option<String> {
+    pub fn gap_note(&self) -> Option<String> {
         let across = self.array.size.iter().copied().fold(0.0, f64::max);
         (self.distance > OFF * across).then(|| {
             format!(

@@ -1,7 +1,7 @@
 //! The plane of a joint, its normal and its axes.
 
 use super::lattice::Lattice;
-use super::{InterfaceError, LINE, MM, OFF, SIDES, Side, Wanted};
+use super::{InterfaceError, JointRequirements, LINE, MM, OFF, SIDES, Side};
 use crate::linalg::Matrix;
 use crate::linalg::vectors::{cross, dot, mean, minus, unit};
 
@@ -17,7 +17,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub fn of(sides: [&Side; 2], wanted: &Wanted) -> Result<Plane, InterfaceError> {
+    pub fn of(sides: [&Side; 2], wanted: &JointRequirements) -> Result<Plane, InterfaceError> {
         let middles = sides.map(|side| mean(&side.positions));
         for (k, side) in sides.into_iter().enumerate() {
             let is_plane =
@@ -124,7 +124,7 @@ impl Plane {
     pub fn axes_along(
         &self,
         positions: &[[f64; 3]],
-        wanted: &Wanted,
+        wanted: &JointRequirements,
     ) -> Result<[[f64; 3]; 3], InterfaceError> {
         let in_plane = |a: [f64; 3]| {
             let out = dot(a, self.normal);

@@ -272,13 +272,13 @@ pub(super) fn tied(
     for &node in &slave.nodes {
         let at = parsed.positions.get(&node).copied();
         let at = at.ok_or_else(|| unknown(node, tie.line))?;
-        let mut nearest: Option<(face::Nearest, &Vec<i64>)> = None;
+        let mut nearest: Option<(face::NearestPoint, &Vec<i64>)> = None;
         for (face, nodes) in &faces {
             let reach = tie.tolerance.unwrap_or(TOLERANCE * face.longest_side());
             let reach = nearest
                 .as_ref()
                 .map_or(reach, |found| reach.min(found.0.distance));
-            if face.is_further(at, reach) {
+            if face.is_farther_than(at, reach) {
                 continue;
             }
             let found = face.nearest(at);

@@ -27,7 +27,7 @@ pub(super) const HEAD_HALF_WIDTH: usize = 4;
 
 /// One contact element: a facing pair of quadrilaterals.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Facing {
+pub struct FacingFaces {
     /// Cell of the lap, (i, j) along x and y.
     pub cell: [usize; 2],
     /// Centre on the contact plane \[m\].
@@ -38,7 +38,7 @@ pub struct Facing {
     pub pairs: [(usize, usize); 4],
 }
 
-impl Facing {
+impl FacingFaces {
     /// Places of the four pairs of nodes in the lattice of the lap, (i, j) along x and y.
     pub fn corners(&self) -> [[usize; 2]; 4] {
         corners_of(self.cell)
@@ -51,7 +51,7 @@ pub struct ResonatorMesh {
     /// Nodes and elements; parts are [`MASS_1`], [`MASS_2`] and [`BOLT`].
     pub mesh: Mesh,
     /// The contact elements, i along x slow and j along y fast; none if the joint is tied.
-    pub contacts: Vec<Facing>,
+    pub contacts: Vec<FacingFaces>,
     /// `far_wall`, the middle of the outer face of mass 2's far wall, and `block`, the middle of mass 1's outer face; `bolt_above` and `bolt_below`, the
     /// ends of the bolt's shank, unless the joint is tied.
     pub points: Vec<Point>,
@@ -308,10 +308,10 @@ impl Builder {
     }
 
     /// The contact element on a cell of the contact plane; `first` is the lap's first cell.
-    fn facing(&mut self, cell: [usize; 2], first: [usize; 2]) -> Facing {
+    fn facing(&mut self, cell: [usize; 2], first: [usize; 2]) -> FacingFaces {
         let [i, j] = cell;
         let (x, y) = ([self.x[i], self.x[i + 1]], [self.y[0][j], self.y[0][j + 1]]);
-        Facing {
+        FacingFaces {
             cell: [i - first[0], j - first[1]],
             centre: [0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])],
             area: (x[1] - x[0]) * (y[1] - y[0]),

@@ -22,7 +22,7 @@ use crate::structure::mesh::Mesh;
 use crate::structure::modes::ModeOptions;
 use crate::structure::outline::{Line, Outline};
 use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
-pub use mesh::{BOLT, BOLT_ABOVE, BOLT_BELOW, Facing, MASS_1, MASS_2, ResonatorMesh};
+pub use mesh::{BOLT, BOLT_ABOVE, BOLT_BELOW, FacingFaces, MASS_1, MASS_2, ResonatorMesh};
 use mesh::{HEAD_HALF_WIDTH, HOLE_HALF_WIDTHS, in_staircase};
 
 /// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
