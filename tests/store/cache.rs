@@ -3,7 +3,7 @@
 use super::{StageKey, quick, surface, wear_field};
 use crate::support::faulty::{Fault, FaultyFileSystem};
 use crate::support::flip;
-use fretwear::store::{Cache, FileSystem, DraftEntry};
+use fretwear::store::{Cache, DraftEntry, FileSystem};
 use fretwear::tables::{Provenance, Table, TableName};
 use serde_json::json;
 use std::fs;

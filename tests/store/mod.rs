@@ -11,7 +11,7 @@ mod untrusted;
 
 use crate::support::faulty::FaultyFileSystem;
 use fretwear::store::{
-    FileSystem, Keep, DraftEntry, Opening, RunIdentity, RunStore, StageKey, StoreError,
+    DraftEntry, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError,
 };
 use fretwear::tables::{Table, TableName, Tables, TypedTable, typed};
 use serde_json::{Value, json};

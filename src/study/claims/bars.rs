@@ -138,7 +138,7 @@ impl Evidence {
     }
 
     /// Deepest wear at the end \[m\].
-    pub fn deepest(&self) -> Option<Bar> {
+    pub fn deepest_wear(&self) -> Option<Bar> {
         let last = self.cycles()?.len() - 1;
         Some(Bar::relative(
             self.worn.as_ref()?.deepest,

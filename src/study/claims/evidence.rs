@@ -13,7 +13,7 @@ pub type Columns = BTreeMap<String, Vec<f64>>;
 
 /// Tangential load over relative displacement, a cycle.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Loop {
+pub struct HysteresisLoop {
     /// \[m\]
     pub displacement: Vec<f64>,
     /// \[N\]
@@ -36,7 +36,7 @@ pub struct Moment {
     /// Dissipation of the cell under the largest pressure, over the largest of all cells.
     pub peak_dissipation: f64,
     /// The loop, where it is written.
-    pub hysteresis: Option<Loop>,
+    pub hysteresis: Option<HysteresisLoop>,
     /// Mean and half range of the normal load over a cycle \[N\].
     pub normal_load: Option<[f64; 2]>,
     /// Mean and half range of the relative displacement over a cycle \[m\].
@@ -49,7 +49,7 @@ pub struct Moment {
 
 /// Contact elements when they were made.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Local {
+pub struct ElementDistribution {
     /// Normal stiffness of each that bears load \[N/m\].
     pub kn: Vec<f64>,
     /// Normal stiffness of each contact element that bears load, over its area in contact \[N/m³\].
@@ -58,7 +58,7 @@ pub struct Local {
 
 /// What all wear fields together say.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Worn {
+pub struct WornSurface {
     /// Least growth of the depth of a cell in a step \[m\]; below 0 if material came back.
     pub least_growth: f64,
     /// Deepest wear in the end \[m\].
@@ -97,13 +97,13 @@ pub struct Evidence {
     /// Deepest wear per cycle, α times the largest dissipation of a cell \[m\].
     pub depth_rate: Vec<f64>,
     /// The wear fields, in a run that wears.
-    pub worn: Option<Worn>,
+    pub worn: Option<WornSurface>,
     /// The unworn state.
     pub first: Moment,
     /// The last state.
     pub last: Moment,
     /// Contact elements of the unworn state, and those of the last update.
-    pub local: Option<[Local; 2]>,
+    pub local: Option<[ElementDistribution; 2]>,
     /// Largest part of µN that the tangential force takes in the cycle of each iteration, N of the same time.
     pub sliding: Vec<f64>,
     /// Time of the processor for all stages, of the clock on the wall where that is not told \[s\].
@@ -240,7 +240,7 @@ fn columns(run: &RunTables, table: TableName) -> Result<Columns, ReportError> {
 /// What is read from the fields of all iterations.
 struct Fields {
     depth_rate: Vec<f64>,
-    worn: Option<Worn>,
+    worn: Option<WornSurface>,
     sliding: Vec<f64>,
     formless: Columns,
 }
@@ -308,9 +308,9 @@ impl Fields {
             return Ok(found);
         };
         let steps = summary.get("n_cycles").cloned().unwrap_or_default();
-        let mut worn = Worn {
+        let mut worn = WornSurface {
             least_growth: f64::INFINITY,
-            ..Worn::default()
+            ..WornSurface::default()
         };
         let (mut touched, mut before, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         let surface = Surface::of(run, scene)?;
@@ -424,7 +424,7 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
     }
     if let Some(frame) = run.at(k, TableName::Hysteresis)? {
         let column = |name| numbers(&frame, name).unwrap_or_default();
-        found.hysteresis = Some(Loop {
+        found.hysteresis = Some(HysteresisLoop {
             displacement: column("displacement"),
             load: column("load"),
         });
@@ -457,7 +457,7 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
 }
 
 /// The contact elements of an iteration, with the area in contact that is in each.
-fn local(run: &RunTables, k: u64) -> Result<Option<Local>, ReportError> {
+fn local(run: &RunTables, k: u64) -> Result<Option<ElementDistribution>, ReportError> {
     let grid = run.recipe().surface().map(|surface| surface.grid());
     let frames = (
         run.at(k, TableName::ContactElement)?,
@@ -482,7 +482,7 @@ fn local(run: &RunTables, k: u64) -> Result<Option<Local>, ReportError> {
             touching[own] += grid.cell_area();
         }
     }
-    let mut found = Local::default();
+    let mut found = ElementDistribution::default();
     for e in (0..x.len()).filter(|&e| load[e] > 0.0 && touching[e] > 0.0) {
         found.kn.push(kn[e]);
         found.density.push(kn[e] / touching[e]);

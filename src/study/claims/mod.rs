@@ -29,10 +29,10 @@ use crate::report::{ReportError, RunTables};
 
 pub use bars::Bar;
 pub use catalogue::{CLAIMS, Claim, Kind};
-pub use evidence::{Columns, Evidence, Local, Loop, Moment, Worn};
+pub use evidence::{Columns, ElementDistribution, Evidence, HysteresisLoop, Moment, WornSurface};
 pub use figures::FIGURES;
 pub use form::roughness as formless_roughness;
-pub use numbers::{Beside, beside};
+pub use numbers::{NumberComparison, beside};
 pub use roles::Study;
 pub use setting::Setting;
 pub use write::{counts, markdown, section, table, write};

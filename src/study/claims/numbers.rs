@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use super::plasticity::{below_limit, meeting};
+use super::plasticity::{below_limit, cycles_to_agreement};
 use super::steps::{DEPTH_STEP, ITERATIONS, SECONDS, SECONDS_A_CYCLE, STUDY};
 use super::updates::agreement;
 use super::{Evidence, Study};
 
 /// A number of the paper and that of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Beside {
+pub struct NumberComparison {
     /// The study.
     pub setting: String,
     /// What it is.
@@ -24,7 +24,7 @@ pub struct Beside {
     pub ours: Option<f64>,
 }
 
-impl Beside {
+impl NumberComparison {
     /// Ours over the paper's; none where that is 0, or ours is not there.
     pub fn ratio(&self) -> Option<f64> {
         let ratio = self.ours? / self.paper;
@@ -40,7 +40,7 @@ const AGREE: f64 = 1e6;
 const MEET: f64 = 2e6;
 
 /// The numbers of the paper beside those of a study.
-pub fn beside(study: &Study) -> Vec<Beside> {
+pub fn beside(study: &Study) -> Vec<NumberComparison> {
     let whole = |run: &&Evidence| super::steps::reaches(run, STUDY);
     let explicit = study.explicit.filter(whole);
     let main = study.main.filter(whole);
@@ -70,7 +70,7 @@ pub fn beside(study: &Study) -> Vec<Beside> {
             "4b",
             "µm",
             1e6 * ITERATIONS * DEPTH_STEP,
-            main.and_then(|run| run.deepest())
+            main.and_then(|run| run.deepest_wear())
                 .map(|bar| 1e6 * bar.value),
         ),
         (
@@ -122,7 +122,10 @@ pub fn beside(study: &Study) -> Vec<Beside> {
             "4d(iii)",
             "million",
             1e-6 * MEET,
-            study.plastic.and_then(meeting).map(|n| 1e-6 * n),
+            study
+                .plastic
+                .and_then(cycles_to_agreement)
+                .map(|n| 1e-6 * n),
         ),
         (
             "cycles to the steady state, at most",
@@ -133,7 +136,7 @@ pub fn beside(study: &Study) -> Vec<Beside> {
         ),
     ];
     rows.into_iter()
-        .map(|(what, place, unit, paper, ours)| Beside {
+        .map(|(what, place, unit, paper, ours)| NumberComparison {
             setting: study.name.clone(),
             what,
             place,

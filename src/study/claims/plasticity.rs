@@ -204,7 +204,7 @@ fn spheres(set: &[&Evidence]) -> Option<Part> {
 
 /// Cycles from which on the dissipation of a plastic joint is within 5 %* of that of the elastic one; none if it never is, and where the
 /// limit limits nothing.
-pub fn meeting(set: [&Evidence; 2]) -> Option<f64> {
+pub fn cycles_to_agreement(set: [&Evidence; 2]) -> Option<f64> {
     if below_limit(set).is_some() {
         return None;
     }

@@ -170,7 +170,7 @@ fn volume(run: &Evidence) -> Option<(f64, Part)> {
 }
 
 fn depth(run: &Evidence) -> Option<Part> {
-    let deepest = run.deepest()?;
+    let deepest = run.deepest_wear()?;
     let bound = ITERATIONS * DEPTH_STEP;
     let measured = format!(
         "deepest wear {} ± {}, of at most {}",
@@ -221,7 +221,7 @@ fn steady(run: &Evidence) -> Option<Part> {
 }
 
 fn shallow(run: &Evidence) -> Option<Part> {
-    let (deepest, side) = (run.deepest()?, run.scene.side?);
+    let (deepest, side) = (run.deepest_wear()?, run.scene.side?);
     let modes = run.modes?;
     let share = deepest.value / side;
     let measured = format!(

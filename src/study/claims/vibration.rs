@@ -4,7 +4,7 @@ use super::bars::{Bar, rises, spread};
 use super::contact::{converged, roughnesses, several};
 use super::steps::all_of;
 use super::words::{list, micrometres, percent};
-use super::{Evidence, Loop, Part, Study, Verdict};
+use super::{Evidence, HysteresisLoop, Part, Study, Verdict};
 use crate::report::quantity::number;
 
 /// * Deviation of the mean normal load, and its half range, of the bolt load.
@@ -280,7 +280,7 @@ fn peak(run: &Evidence) -> Option<Part> {
 }
 
 /// Slope after the reversal at the largest displacement \[N/m\], and enclosed area \[J\].
-fn slope_and_area(cycle: &Loop) -> Option<[f64; 2]> {
+fn slope_and_area(cycle: &HysteresisLoop) -> Option<[f64; 2]> {
     let (u, f) = (&cycle.displacement, &cycle.load);
     let n = u.len();
     let far = (0..n).max_by(|a, b| u[*a].total_cmp(&u[*b]))?;
@@ -297,7 +297,7 @@ fn slope_and_area(cycle: &Loop) -> Option<[f64; 2]> {
 
 /// Area of a loop over that of the parallelogram with its force, its half range and its slope: 1 if it sticks and then slides at once. Its
 /// few points leave as much open as the loop through them encloses less, or more, than the friction of its cycle \[J\].
-fn fullness(cycle: &Loop, friction: f64) -> Option<Bar> {
+fn fullness(cycle: &HysteresisLoop, friction: f64) -> Option<Bar> {
     let [slope, area] = slope_and_area(cycle)?;
     let half = |values: &[f64]| {
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use maud::{Markup, html};
 
-use super::numbers::{Beside, beside};
+use super::numbers::{NumberComparison, beside};
 use super::{CLAIMS, Claim, Evidence, Finding, Kind, Verdict};
 use crate::report::output::replace;
 use crate::report::quantity::number;
@@ -221,14 +221,14 @@ fn verdict(findings: &[Finding], claim: &Claim, setting: &str) -> String {
 }
 
 /// The paper's numbers beside those of every study.
-fn numbers(evidence: &[Evidence]) -> Vec<Beside> {
+fn numbers(evidence: &[Evidence]) -> Vec<NumberComparison> {
     let studies = super::studies(evidence);
     let all = studies.iter().flat_map(beside);
     all.filter(|row| row.ours.is_some()).collect()
 }
 
 /// The paper's number, ours and the ratio.
-fn shown(row: &Beside) -> [String; 3] {
+fn shown(row: &NumberComparison) -> [String; 3] {
     let with_unit = |value: f64| match row.unit {
         "" => number(value),
         unit => format!("{}\u{a0}{unit}", number(value)),

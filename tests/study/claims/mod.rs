@@ -61,7 +61,7 @@ fn respond(run: &mut Evidence, column: &str, values: [f64; 2]) {
     run.worn_response.insert(column.to_owned(), values.to_vec());
 }
 
-fn worn(run: &mut Evidence) -> &mut fretwear::study::claims::Worn {
+fn worn(run: &mut Evidence) -> &mut fretwear::study::claims::WornSurface {
     run.worn.as_mut().expect("it wears")
 }
 

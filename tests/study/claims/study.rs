@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use fretwear::study::claims::{Columns, Evidence, Local, Loop, Moment, Setting, Worn};
+use fretwear::study::claims::{
+    Columns, ElementDistribution, Evidence, HysteresisLoop, Moment, Setting, WornSurface,
+};
 
 pub const CYCLES: [f64; 8] = [0.0, 2e4, 1e5, 1e6, 2e6, 5e6, 8e6, 1e7];
 /// Area of the joint \[m²\].
@@ -23,8 +25,8 @@ pub fn columns<const N: usize>(columns: [(&str, Vec<f64>); N]) -> Columns {
 }
 
 /// A loop that encloses an energy: sticking at `slope` to the part `sharp` of `force`, then slipping in part, then sliding.
-pub fn sliding_loop(energy: f64, force: f64, slope: f64, sharp: f64) -> Loop {
-    let area = |cycle: &Loop| {
+pub fn sliding_loop(energy: f64, force: f64, slope: f64, sharp: f64) -> HysteresisLoop {
+    let area = |cycle: &HysteresisLoop| {
         let (u, f) = (&cycle.displacement, &cycle.load);
         let next = |k: usize| (k + 1) % u.len();
         let parts = (0..u.len()).map(|k| u[k] * f[next(k)] - u[next(k)] * f[k]);
@@ -36,7 +38,7 @@ pub fn sliding_loop(energy: f64, force: f64, slope: f64, sharp: f64) -> Loop {
     loop_of(least + rest / (4.0 * force), force, slope, sharp)
 }
 
-fn loop_of(amplitude: f64, force: f64, slope: f64, sharp: f64) -> Loop {
+fn loop_of(amplitude: f64, force: f64, slope: f64, sharp: f64) -> HysteresisLoop {
     let most = sharp * force;
     let stick = (force + most) / slope;
     let slip = stick + 3.0 * (force - most) / slope;
@@ -44,7 +46,7 @@ fn loop_of(amplitude: f64, force: f64, slope: f64, sharp: f64) -> Loop {
     let back = half.map(|(way, load)| (amplitude - way, load));
     let forth = half.map(|(way, load)| (way - amplitude, -load));
     let (displacement, load) = back.into_iter().chain(forth).unzip();
-    Loop { displacement, load }
+    HysteresisLoop { displacement, load }
 }
 
 /// A run at a roughness in µm.
@@ -125,7 +127,7 @@ pub fn run(name: &str, rq: f64) -> Evidence {
         local: None,
         // 231 steps of 0.1 µm.
         depth_rate: all(2.31e-12),
-        worn: Some(Worn {
+        worn: Some(WornSurface {
             least_growth: 0.0,
             deepest: 2e-5,
             volume,
@@ -274,7 +276,7 @@ fn finer(name: &str, highest: usize) -> Evidence {
 fn tangent() -> Evidence {
     let mut run = updated("tangent", 0.1);
     (run.scene.law, run.scene.tangent) = ("tangent".to_owned(), true);
-    let local = |kn: [f64; 3], density: f64| Local {
+    let local = |kn: [f64; 3], density: f64| ElementDistribution {
         kn: kn.into(),
         density: vec![density; 3],
     };
