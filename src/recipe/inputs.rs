@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::Recipe;
 use crate::structure::imported::Imported;
-use crate::surface::prepare::Prepared;
+use crate::surface::prepare::PreparedSurface;
 use crate::wear::Motion;
 
 /// A recipe with what its files say: all that a run is computed from.
@@ -18,7 +18,7 @@ pub struct Inputs {
     pub motion: Motion,
     /// The heights of a surface from a file on the joint's cells; none of another surface. The file is read once: these are the
     /// heights of the very bytes whose hash is in the recipe.
-    pub measured: Option<Arc<Prepared>>,
+    pub measured: Option<Arc<PreparedSurface>>,
     /// The matrices of a structure that comes from files; none of another. They are those of the very bytes whose hash is in the recipe.
     pub imported: Option<Arc<Imported>>,
     /// What the same scene on half the grid has worn; none where that is not asked for, or not run yet.

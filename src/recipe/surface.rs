@@ -9,7 +9,7 @@ use crate::grid::{Grid, Patch};
 use crate::model_update::{ContactElements, ModelUpdateError};
 use crate::structure::reduction::ContactPorts;
 use crate::surface::SurfaceError;
-use crate::surface::generate::{self, Generated, RandomSurface, Spectrum};
+use crate::surface::generate::{self, GeneratedSurface, RandomSurface, Spectrum};
 use crate::surface::prepare::{Detrend, Fill};
 use crate::surface::readers::Correction;
 
@@ -233,8 +233,8 @@ impl Heights {
     ///
     /// # Errors
     /// [`SurfaceError`] for numbers without sense, or too few cells for them.
-    pub fn generate(&self, patch: &Patch) -> Result<Option<Generated>, SurfaceError> {
-        let exact = |heights| Generated {
+    pub fn generate(&self, patch: &Patch) -> Result<Option<GeneratedSurface>, SurfaceError> {
+        let exact = |heights| GeneratedSurface {
             heights,
             warnings: Vec::new(),
         };

@@ -15,7 +15,7 @@ use super::stage::{Stage, When};
 use crate::gauge::Gauge;
 use crate::recipe::{GridTwin, Inputs, Keep, Part, ResonanceOf};
 use crate::store::{Opening, RunReader};
-use crate::surface::prepare::{Fit, Prepared};
+use crate::surface::prepare::{Fit, PreparedSurface};
 use crate::tables::{TableName, typed};
 
 /// The folder of the twin in that of its run.
@@ -125,7 +125,7 @@ fn on_half_the_grid(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     let Some(half) = HalfGrid::of(&inputs.recipe, &patch) else {
         return Ok(None);
     };
-    let measured = Prepared {
+    let measured = PreparedSurface {
         patch: half.patch().clone(),
         heights: half.means(&heights),
         notices: Vec::new(),

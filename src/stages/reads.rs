@@ -6,7 +6,7 @@ use super::moment::OutputSchedule;
 use super::stage::Stage;
 use crate::recipe::{GridTwin, Inputs, Part, Recipe};
 use crate::structure::imported::Imported;
-use crate::surface::prepare::Prepared;
+use crate::surface::prepare::PreparedSurface;
 use crate::tables::{TableName, Tables, TypedTable};
 use crate::wear::{Motion, WearError};
 
@@ -151,7 +151,7 @@ impl<'a> StageInputs<'a> {
     }
 
     /// The heights of a surface from a file on the joint's cells; none of another surface.
-    pub fn measured(&self) -> Option<&Prepared> {
+    pub fn measured(&self) -> Option<&PreparedSurface> {
         self.require_part(Part::Surface);
         self.inputs.measured.as_deref()
     }

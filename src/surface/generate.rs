@@ -119,7 +119,7 @@ pub enum Warning {
 
 /// A generated surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Generated {
+pub struct GeneratedSurface {
     /// Heights \[m\], one a cell; 0 outside the patch.
     pub heights: Vec<f64>,
     /// What the user should be told.
@@ -131,7 +131,7 @@ pub struct Generated {
 /// # Errors
 /// [`SurfaceError::OutOfRange`] for numbers without sense, [`SurfaceError::TooFewCells`] for less than two kept cells,
 /// [`SurfaceError::NoPower`] if no resolved wave carries any height.
-pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<Generated, SurfaceError> {
+pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<GeneratedSurface, SurfaceError> {
     check(surface)?;
     let kept = patch.cells();
     if kept < 2 {
@@ -149,7 +149,7 @@ pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<Generated, Surfa
     if !normalise(patch, &mut heights, surface.rq) {
         return Err(no_power(&grid));
     }
-    Ok(Generated {
+    Ok(GeneratedSurface {
         heights,
         warnings: warnings(&grid, &surface.spectrum),
     })

@@ -1,6 +1,6 @@
 use fretwear::grid::{Grid, Patch};
 use fretwear::surface::prepare::{
-    Detrend, Fill, Notice, PrepareError, PrepareOptions, Prepared, onto_joint,
+    Detrend, Fill, Notice, PrepareError, PrepareOptions, PreparedSurface, onto_joint,
 };
 use fretwear::surface::statistics::roughness;
 use fretwear::surface::topography::Topography;
@@ -381,14 +381,14 @@ fn a_window_of_whole_points_is_taken() {
         let options = PrepareOptions { shift, ..AS_IT_IS };
         onto_joint(&map, &patch, options)
     };
-    let first = |found: &Prepared| (found.heights[0] * 1e9).round() as usize;
-    let moved = |found: &Prepared| {
+    let first = |found: &PreparedSurface| (found.heights[0] * 1e9).round() as usize;
+    let moved = |found: &PreparedSurface| {
         found.notices.iter().find_map(|notice| match notice {
             Notice::Moved { offset } => Some(*offset),
             _ => None,
         })
     };
-    let is_resampled = |found: &Prepared| {
+    let is_resampled = |found: &PreparedSurface| {
         let mut notices = found.notices.iter();
         notices.any(|notice| matches!(notice, Notice::Resampled { .. }))
     };
@@ -439,7 +439,7 @@ fn two_faces_are_added_outwards() {
         let options = PrepareOptions { shift, ..AS_IT_IS };
         onto_joint(map, &patch, options).unwrap()
     };
-    let spikes = |found: &Prepared| -> Vec<((usize, usize), f64)> {
+    let spikes = |found: &PreparedSurface| -> Vec<((usize, usize), f64)> {
         let cells = found.heights.iter().enumerate();
         cells
             .filter(|(_, h)| **h != 0.0)

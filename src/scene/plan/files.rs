@@ -14,7 +14,7 @@ use crate::files;
 use crate::recipe::{Identity, Inputs, Mirror};
 use crate::scene::record::FOLLOWING_KEYS;
 use crate::scene::{Contact, Motion as SceneMotion, RoughJoint, Scene, Transverse};
-use crate::surface::prepare::{self, Notice, PrepareError, PrepareOptions, Prepared};
+use crate::surface::prepare::{self, Notice, PrepareError, PrepareOptions, PreparedSurface};
 use crate::surface::readers::{self, Correction, ReadError, ReadOptions, Reading};
 use crate::tables::{self, TableError, TableName, TypedTable, typed};
 use crate::wear::{Channel, Motion, mean_of};
@@ -254,7 +254,7 @@ fn on_joint(
     rough: &RoughJoint,
     bytes: Vec<u8>,
     of_second: Option<Vec<u8>>,
-) -> Result<Option<Prepared>, InputError> {
+) -> Result<Option<PreparedSurface>, InputError> {
     let Some(file) = rough.surface.file() else {
         return Ok(None);
     };

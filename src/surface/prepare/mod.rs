@@ -76,7 +76,7 @@ pub struct PrepareOptions {
 
 /// A topography on the joint.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Prepared {
+pub struct PreparedSurface {
     /// The joint: as given, without the cells that were not measured if holes are masked.
     pub patch: Patch,
     /// Heights \[m\], one a cell; 0 outside the patch. With a trend subtracted their mean over the patch is zero.
@@ -146,10 +146,10 @@ impl Fit {
     }
 }
 
-impl Prepared {
+impl PreparedSurface {
     /// The composite of two faces, whose heights count outwards from their own bodies: the sum on the cells that both have. Where cells are masked
     /// its mean is not zero.
-    pub fn composite(self, second: Prepared) -> Prepared {
+    pub fn composite(self, second: PreparedSurface) -> PreparedSurface {
         let mut patch = self.patch;
         for (kept, other) in patch.kept.iter_mut().zip(&second.patch.kept) {
             *kept &= other;
@@ -163,7 +163,7 @@ impl Prepared {
         let heights = first.iter().zip(other).map(|(a, b)| a + b).collect();
         let of_second = second.notices.into_iter();
         let of_second = of_second.map(|notice| Notice::OfSecond(Box::new(notice)));
-        Prepared {
+        PreparedSurface {
             patch,
             heights,
             notices: self.notices.into_iter().chain(of_second).collect(),
@@ -350,7 +350,7 @@ pub fn onto_joint(
     topography: &Topography,
     patch: &Patch,
     options: PrepareOptions,
-) -> Result<Prepared, PrepareError> {
+) -> Result<PreparedSurface, PrepareError> {
     check(topography)?;
     let grid = patch.grid;
     let mut notices = Vec::new();
@@ -425,7 +425,7 @@ pub fn onto_joint(
     for (height, &kept) in heights.iter_mut().zip(&patch.kept) {
         *height = if kept { *height - shift } else { 0.0 };
     }
-    Ok(Prepared {
+    Ok(PreparedSurface {
         patch,
         heights,
         notices,

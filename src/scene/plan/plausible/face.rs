@@ -3,7 +3,7 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::recipe::{Contact, Recipe, Surface};
-use crate::surface::prepare::Prepared;
+use crate::surface::prepare::PreparedSurface;
 
 /// The highest cells of a measured face, which may be a spike of an instrument.
 const HIGHEST: f64 = 1e-3;
@@ -24,7 +24,7 @@ pub struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    pub fn of(recipe: &'a Recipe, measured: Option<&Prepared>) -> Option<Self> {
+    pub fn of(recipe: &'a Recipe, measured: Option<&PreparedSurface>) -> Option<Self> {
         let (surface, contact) = (recipe.surface()?, recipe.contact()?);
         let heights = &surface.heights;
         let rq = measured.map_or_else(|| heights.rq(), |found| Some(rq_of(&found.heights)));
@@ -118,7 +118,7 @@ fn spike_of(heights: &[f64]) -> Option<f64> {
 }
 
 /// Root mean square slope along the steeper axis.
-fn slope_of(measured: &Prepared) -> f64 {
+fn slope_of(measured: &PreparedSurface) -> f64 {
     let grid = measured.patch.grid;
     let mut sums = [(0.0, 0u32); 2];
     for cell in 0..grid.len() {

@@ -4,7 +4,7 @@ use super::face::Face;
 use crate::material::Elastic;
 use crate::recipe::{Inputs, Recipe, Response, Structure};
 use crate::structure::resonator::Resonator;
-use crate::surface::prepare::Prepared;
+use crate::surface::prepare::PreparedSurface;
 use crate::wear::{Channel, Motion};
 
 /// Direction of the normal among those of an oscillator.
@@ -14,7 +14,7 @@ pub const NORMAL: usize = 2;
 pub struct Setup<'a> {
     pub recipe: &'a Recipe,
     pub motion: &'a Motion,
-    pub map: Option<&'a Prepared>,
+    pub map: Option<&'a PreparedSurface>,
     /// Load that the scene gives \[N\]: the motion of a rough joint may have its own.
     pub given_load: Option<f64>,
     /// The bodies, where they are of one material.
