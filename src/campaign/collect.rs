@@ -15,7 +15,7 @@ use super::folder::{COLLECTED, Folder, LONGEST_TABLE};
 use super::table::Campaign;
 use crate::store::{DamageKind, History, is_unread};
 use crate::tables::{
-    ColumnSchema, ColumnType, Described, Nullable, chosen_from_parquet, entry_of,
+    ColumnSchema, ColumnType, Described, Nullable, columns_from_parquet, entry_of,
     nullable_to_parquet,
 };
 
@@ -339,7 +339,7 @@ impl Folder {
         for shard in shards(self)? {
             let bytes = self.read(&shard, LONGEST_TABLE)?;
             runs_of(&bytes, &shard, campaign)?;
-            let found = chosen_from_parquet(&bytes, NAME, MOST_ROWS, wanted)
+            let found = columns_from_parquet(&bytes, NAME, MOST_ROWS, wanted)
                 .map_err(|error| unreadable(&shard, error))?;
             let more = found.first().map_or(0, |(_, values)| values.len());
             for (name, values) in found {

@@ -34,7 +34,7 @@ pub fn unread_codec(metadata: &ParquetMetaData) -> Option<String> {
 }
 
 /// The rows that a file announces.
-pub fn announced_rows(metadata: &ParquetMetaData) -> i64 {
+pub fn declared_rows(metadata: &ParquetMetaData) -> i64 {
     metadata
         .row_groups()
         .iter()

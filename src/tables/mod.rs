@@ -16,10 +16,10 @@ mod table;
 pub mod typed;
 
 pub use error::TableError;
-pub use foreign::{announced_rows, codecs, decoded, unread_codec};
+pub use foreign::{codecs, declared_rows, decoded, unread_codec};
 pub use nullable::{Described, Nullable};
 pub use parquet_file::{
-    METADATA_KEY, Provenance, chosen_from_parquet, entry_of, from_parquet, nullable_from_parquet,
+    METADATA_KEY, Provenance, columns_from_parquet, entry_of, from_parquet, nullable_from_parquet,
     nullable_to_parquet, provenance_of, to_parquet,
 };
 pub use schema::{ColumnSchema, ColumnType, Place, Schema};

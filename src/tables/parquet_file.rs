@@ -1,6 +1,6 @@
 //! Tables as Parquet files, and back.
 
-use super::foreign::{announced_rows, codecs, decoded, unread_codec};
+use super::foreign::{codecs, declared_rows, decoded, unread_codec};
 use super::nullable::{Described, Nullable};
 use super::{Column, ColumnSchema, ColumnType, Place, Schema, Table, TableBuilder, TableError};
 use arrow_array::cast::AsArray;
@@ -136,7 +136,7 @@ pub fn nullable_from_parquet(
 ///
 /// # Errors
 /// As for [`nullable_from_parquet`].
-pub fn chosen_from_parquet(
+pub fn columns_from_parquet(
     bytes: &[u8],
     table: &str,
     most_rows: i64,
@@ -170,7 +170,7 @@ fn decode_nullable(
     let failed = |source| parquet_error(table, source);
     let reader =
         ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).map_err(failed)?;
-    few_rows(table, announced_rows(reader.metadata()), most_rows)?;
+    few_rows(table, declared_rows(reader.metadata()), most_rows)?;
     let mut columns = Vec::new();
     let mut roots = Vec::new();
     for (root, field) in reader.schema().fields().iter().enumerate() {
@@ -277,7 +277,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
         });
     }
     // Before anything is unpacked: a few bytes may announce any number of rows.
-    few_rows(&expected.name, announced_rows(reader.metadata()), MOST_ROWS)?;
+    few_rows(&expected.name, declared_rows(reader.metadata()), MOST_ROWS)?;
     if let Some(codec) = unread_codec(reader.metadata()) {
         return Err(TableError::Codec {
             table: expected.name.clone(),

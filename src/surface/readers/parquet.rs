@@ -112,7 +112,7 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
 
 /// What the file announces, before anything of it is unpacked.
 fn check(metadata: &ParquetMetaData) -> Result<(), ReadProblem> {
-    let rows = tables::announced_rows(metadata);
+    let rows = tables::declared_rows(metadata);
     if rows > MOST_POINTS as i64 {
         return Err(too_many(format!("{rows} rows")));
     }
