@@ -207,7 +207,7 @@ impl Cycle {
         let to_and_fro = match work {
             None => {
                 let motion = fine.reversals(STRAIGHT, STRAIGHT);
-                motion.map(|motion| (motion, fine.left_out_by_reversals()))
+                motion.map(|motion| (motion, fine.reversal_energy_error()))
             }
             Some(work) => {
                 let corrects = self.asked.is_some() || work.changed <= CORRECTED;

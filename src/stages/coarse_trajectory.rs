@@ -11,7 +11,7 @@ use super::summary::LOADED;
 use crate::grid::Patch;
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
-use crate::wear::coarse::{self, Difference, Own, SPREAD};
+use crate::wear::coarse::{self, RunTrajectory, SPREAD, TrajectoryDifference};
 use crate::wear::joint::WornState;
 
 /// The wear of the run once more by coarser steps, and what that differs by: one step for two of the run, and one at its end. In between the
@@ -84,7 +84,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         unreachable!("a run with a coarse trajectory wears");
     };
     let law = wear.law();
-    let along = Own {
+    let along = RunTrajectory {
         begin: &begin,
         end: &own.wear,
     };
@@ -118,7 +118,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         of_stiffness = [Some(relative(own_kn, kn)), Some(relative(own_kt, kt))];
         stiffness_pairs = pairs;
     }
-    let of = Difference::of(&own, &worn, &patch, LOADED);
+    let of = TrajectoryDifference::of(&own, &worn, &patch, LOADED);
     let volume = solvers.joint(reads)?.volume(&own.wear);
     if reads.ends && SPREAD * of.field > REMARKABLE * volume {
         let cells = match of.undecided {

@@ -17,8 +17,8 @@ use crate::recipe::Cycle;
 use crate::tables::typed;
 use crate::threads::Threads;
 use crate::wear::cycle::March;
-use crate::wear::joint::Course;
-use crate::wear::{Channel, Motion, OwnMotion, mean_of};
+use crate::wear::joint::EvolvingMotion;
+use crate::wear::{Channel, Motion, NodalMotion, mean_of};
 
 /// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
 const FINE_SAMPLES: usize = 512;
@@ -293,7 +293,7 @@ impl ComputedMotion {
             .has_laws
             .then(|| WorkBetweenEnds::of(&self.elements, coefficients, sampling, &cycle));
         let nodes = self.nodes.as_ref().and_then(|elements| elements.nodes());
-        let own = work.as_ref().zip(nodes).map(|(work, nodes)| OwnMotion {
+        let own = work.as_ref().zip(nodes).map(|(work, nodes)| NodalMotion {
             work_part: self.stepped_part * work.work_part,
             force_part: self.stepped_part * work.force_part,
             ..own_motion(nodes, self.axes, coefficients, sampling, mean, work)
@@ -433,7 +433,7 @@ pub fn let_move(
             Err(_) => stays.clone(),
         };
         let of_contact = contact_of(recipe);
-        joint.course = Some(Course {
+        joint.course = Some(EvolvingMotion {
             motion: Rc::new(motion),
             begin: compliance,
             shear: of_contact.shear,
@@ -465,7 +465,7 @@ pub fn let_move_between_ends(
             .motion
             .own
             .iter_mut()
-            .for_each(OwnMotion::under_loads_at_rest);
+            .for_each(NodalMotion::under_loads_at_rest);
         joint.march = March::Reversal;
     }
     Ok(work)
@@ -479,7 +479,7 @@ fn own_motion(
     sampling: &Sampling,
     mean: &[[f64; 3]],
     work: &WorkBetweenEnds,
-) -> OwnMotion {
+) -> NodalMotion {
     let count = nodes.interpolation.nodes();
     let mut own = vec![vec![0.0; axes * count]; mean.len()];
     let mut approach = vec![vec![0.0; count]; mean.len()];
@@ -501,7 +501,7 @@ fn own_motion(
             approach[node] = u[2];
         }
     }
-    OwnMotion {
+    NodalMotion {
         interpolation: nodes.interpolation.clone(),
         displacement: own,
         approach,

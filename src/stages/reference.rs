@@ -59,7 +59,7 @@ fn unworn(
     let wear = vec![0.0; joint.patch.grid.len()];
     let contact = |error: crate::contact::ContactError| wrong(WearError::Contact(error).into());
     let unworn = match pressing.is_some_and(|of| of.preload.is_found()) {
-        true => joint.tightened(load),
+        true => joint.tighten_bolt(load),
         false => joint.contact(&wear, None, load, None),
     };
     let unworn = unworn.map_err(|error| wrong(error.into()))?;

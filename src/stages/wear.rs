@@ -17,7 +17,7 @@ use crate::recipe::{Part, Wear};
 use crate::tables::{TableName, typed};
 use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
-use crate::wear::landing::Landing;
+use crate::wear::landing::EventSearch;
 use crate::wear::{FrettingJoint, WearLaw, explicit};
 
 /// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.
@@ -194,7 +194,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             let volume = joint.volume(&step.wear);
             next.reached(joint, contact, step, volume, &moved)
         };
-        let landing = Landing::new(next.begin, wear.tolerance);
+        let landing = EventSearch::new(next.begin, wear.tolerance);
         landing.advance(joint, state, law, proposal, limits, reached)
     };
     let (step, fft_pairs) = solvers.work(reads, None, |joint| {

@@ -31,7 +31,7 @@ const LOOSER_TANGENTIAL: f64 = 3.0;
 
 /// The run's own way over a coarse step.
 #[derive(Debug, Clone, Copy)]
-pub struct Own<'a> {
+pub struct RunTrajectory<'a> {
     /// The state at its beginning.
     pub begin: &'a WornState,
     /// Wear depth at its end \[m\].
@@ -46,7 +46,7 @@ pub struct Own<'a> {
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,
-    own: Own,
+    own: RunTrajectory,
     law: WearLaw,
     cycles: u64,
 ) -> Result<WornState, WearError> {
@@ -70,7 +70,7 @@ pub fn advance(
 fn step(
     joint: &mut FrettingJoint,
     state: &WornState,
-    own: Own,
+    own: RunTrajectory,
     law: WearLaw,
     cycles: u64,
 ) -> Result<WornState, WearError> {
@@ -104,7 +104,7 @@ fn step(
 
 /// What the coarse trajectory has otherwise than the run's own at the same cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Difference {
+pub struct TrajectoryDifference {
     /// Worn volume, of all cells together \[m³\].
     pub volume: f64,
     /// Worn volume, each cell by itself: the L1 norm \[m³\].
@@ -127,9 +127,14 @@ pub struct Difference {
 /// steps are short; where they are not, or a cell goes another way in one of the two, it is about as large as the error.
 pub const SPREAD: f64 = 1.5;
 
-impl Difference {
+impl TrajectoryDifference {
     /// That of two states of a joint, the run's `own` and the `coarse` one. A cell is loaded at a pressure above `threshold` of the largest.
-    pub fn of(own: &WornState, coarse: &WornState, patch: &Patch, threshold: f64) -> Difference {
+    pub fn of(
+        own: &WornState,
+        coarse: &WornState,
+        patch: &Patch,
+        threshold: f64,
+    ) -> TrajectoryDifference {
         let cell_area = patch.grid.cell_area();
         let depths = || own.wear.iter().zip(&coarse.wear);
         let differences = || depths().map(|(own, coarse)| own - coarse);
@@ -157,7 +162,7 @@ impl Difference {
                 [own, coarse].map(|state| depth_of(patch.gather(&state.wear), share));
             relative(own, coarse)
         };
-        Difference {
+        TrajectoryDifference {
             volume: differences().sum::<f64>().abs() * cell_area,
             field: differences().map(f64::abs).sum::<f64>() * cell_area,
             loaded_area: uncertain.count() as f64 / loaded.max(1) as f64,

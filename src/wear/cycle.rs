@@ -5,7 +5,7 @@
 //! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6]; where the load varies it is |s| times the
 //! mean of the limits at both ends, on cells that come into contact or leave it too.
 
-use super::fields::{InstantFields, Kept};
+use super::fields::{InstantFields, InstantShear};
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, Step, StraightMotion};
 use super::sequence::{Closed, Sequence};
@@ -117,7 +117,7 @@ impl CycleSolution {
 }
 
 /// Slip and energy gathered over a cycle.
-pub(super) struct Tally {
+pub(super) struct CycleAccumulator {
     pub(super) slip_path: Vec<f64>,
     pub(super) energy: Vec<f64>,
     pub(super) steps: usize,
@@ -126,9 +126,9 @@ pub(super) struct Tally {
     pub(super) dissipation_error: f64,
 }
 
-impl Tally {
+impl CycleAccumulator {
     pub(super) fn new(cells: usize) -> Self {
-        Tally {
+        CycleAccumulator {
             slip_path: vec![0.0; cells],
             energy: vec![0.0; cells],
             steps: 0,
@@ -173,7 +173,7 @@ impl Tally {
     }
 
     /// Adds what another has gathered.
-    pub(super) fn join(&mut self, other: &Tally) {
+    pub(super) fn join(&mut self, other: &CycleAccumulator) {
         for (all, new) in [
             (&mut self.slip_path, &other.slip_path),
             (&mut self.energy, &other.energy),
@@ -222,7 +222,7 @@ impl Tally {
         instants: Vec<Instant>,
     ) -> CycleSolution {
         let dissipation = self.energy.iter().sum::<f64>() * cell_area;
-        let Tally {
+        let CycleAccumulator {
             slip_path,
             energy,
             steps,
@@ -295,7 +295,7 @@ impl FrettingJoint {
         } else {
             self.step(&limit, None, [&zero, &motion.end], start)?
         };
-        let mut tally = Tally::new(limit.len());
+        let mut tally = CycleAccumulator::new(limit.len());
         tally.add(&half, 4.0);
         if let Some(own) = &self.motion.own
             && let Some(work) = own.work_of_cells()
@@ -332,7 +332,7 @@ impl FrettingJoint {
                 .enumerate();
             let kept = ends
                 .filter(|(k, _)| wanted(*k))
-                .map(|(instant, (sample, sign))| Kept {
+                .map(|(instant, (sample, sign))| InstantShear {
                     instant,
                     sample,
                     shear: times(&half.shear, sign),
@@ -394,7 +394,7 @@ impl FrettingJoint {
         let samples = [0, to, from, 0].into_iter().enumerate();
         let kept = samples
             .filter(|(k, _)| wanted(*k))
-            .map(|(instant, sample)| Kept {
+            .map(|(instant, sample)| InstantShear {
                 instant,
                 sample,
                 shear: match instant {
@@ -573,7 +573,7 @@ impl FrettingJoint {
             0 => kept.get(&0).cloned(),
             _ => kept.remove(&(instant % samples)),
         };
-        let kept = instants.into_iter().map(|instant| Kept {
+        let kept = instants.into_iter().map(|instant| InstantShear {
             instant,
             sample: instant % samples,
             shear: shear_of(instant).expect("every sample of a cycle is marched"),
@@ -613,7 +613,13 @@ impl FrettingJoint {
 }
 
 /// Takes slip path and energy to steps of no length, and estimates what that leaves: the part `left` of what half of the samples change.
-fn extrapolate(tally: &mut Tally, coarse: &Tally, samples: usize, left: f64, cell_area: f64) {
+fn extrapolate(
+    tally: &mut CycleAccumulator,
+    coarse: &CycleAccumulator,
+    samples: usize,
+    left: f64,
+    cell_area: f64,
+) {
     let least = LEAST_CHANGE / (samples * samples) as f64;
     let changes = tally.energy.iter().zip(&coarse.energy);
     let change: f64 = changes

@@ -25,7 +25,7 @@ pub struct InstantFields {
 }
 
 /// The shear at an instant of a cycle, and at which sample of the motion that is.
-pub(super) struct Kept {
+pub(super) struct InstantShear {
     pub(super) instant: usize,
     pub(super) sample: usize,
     pub(super) shear: ByAxis<Vec<f64>>,
@@ -39,7 +39,7 @@ impl FrettingJoint {
         contact: &NormalSolution,
         limits: Option<&FrictionLimits>,
         solution: &CycleSolution,
-        kept: Vec<Kept>,
+        kept: Vec<InstantShear>,
     ) -> Vec<InstantFields> {
         if kept.is_empty() {
             return Vec::new();

@@ -18,7 +18,7 @@ pub struct Friction {
 
 /// A contact that was pressed together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Indented {
+pub struct PressedContact {
     /// That under the full load; its iterations are those of all load steps.
     pub solution: NormalSolution,
     /// Shear traction on the upper body \[Pa\], row-major with x fastest.
@@ -38,7 +38,7 @@ pub fn indent(
     shear: Shear,
     load: f64,
     load_steps: usize,
-) -> Result<Indented, WearError> {
+) -> Result<PressedContact, WearError> {
     let problem = NormalProblem {
         patch: &joint.patch,
         height: &joint.height,
@@ -74,7 +74,7 @@ pub fn indent(
             },
         )
     })?;
-    Ok(Indented {
+    Ok(PressedContact {
         solution: NormalSolution {
             iterations,
             ..last.normal

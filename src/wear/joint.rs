@@ -104,7 +104,7 @@ impl FrettingOptions {
 
 /// A motion that changes as the joint wears: by the tangential compliance of the fine contact \[m/N\].
 #[derive(Clone)]
-pub struct Course {
+pub struct EvolvingMotion {
     /// The motion at a compliance.
     pub motion: Rc<dyn Fn(f64) -> Motion>,
     /// The compliance at the beginning of a step.
@@ -134,7 +134,7 @@ pub struct FrettingJoint {
     /// The motion.
     pub motion: Motion,
     /// What the motion goes on to as the joint wears; none: it stays as it is.
-    pub course: Option<Course>,
+    pub course: Option<EvolvingMotion>,
     /// How a cycle is marched.
     pub march: March,
     /// Tolerances.

@@ -29,7 +29,7 @@ const SHORTEST: f64 = 0.1;
 
 /// The search for the length of one step. How far its end is on the way to the event is a number that reaches 1 there.
 #[derive(Debug, Clone)]
-pub struct Landing {
+pub struct EventSearch {
     begin: f64,
     tolerance: f64,
     /// The longest step that ends before the event, the shortest beyond it, and the last one tried.
@@ -39,11 +39,11 @@ pub struct Landing {
     tried: usize,
 }
 
-impl Landing {
+impl EventSearch {
     /// `begin` is how far on its way the beginning of the step is. A step may end beyond the event by a part of `tolerance`, or, where
     /// the way has jumps, by `tolerance` of its length.
-    pub fn new(begin: f64, tolerance: f64) -> Landing {
-        Landing {
+    pub fn new(begin: f64, tolerance: f64) -> EventSearch {
+        EventSearch {
             begin,
             tolerance,
             below: 0,

@@ -27,6 +27,6 @@ pub use joint::{FrettingJoint, WearError};
 pub use law::WearLaw;
 pub(crate) use motion::mean_of;
 pub use motion::{Channel, Motion};
-pub use own_motion::OwnMotion;
+pub use own_motion::NodalMotion;
 pub use pressing::{Bodies, NodalLoad, Pressing};
 pub use scheme::{Scheme, StepOutcome};

@@ -1,6 +1,6 @@
 //! The motion of one vibration cycle: what drives the bodies in the plane, and the total normal load, against time.
 
-use super::own_motion::OwnMotion;
+use super::own_motion::NodalMotion;
 use crate::contact::tangential::Drive;
 use crate::grid::ByAxis;
 
@@ -27,7 +27,7 @@ pub struct Motion {
     /// computed motion. What is made of a motion keeps it.
     pub mean_load: f64,
     /// What cells move along the axes on top of that; none: all move alike, without storage.
-    pub own: Option<OwnMotion>,
+    pub own: Option<NodalMotion>,
 }
 
 /// What is given of a rigid motion, at every sample.
@@ -152,7 +152,7 @@ impl Motion {
             rotation: self.rotation.as_ref().map(|c| c.map(halve)),
             normal_load: halve(&self.normal_load),
             mean_load: self.mean_load,
-            own: self.own.as_ref().map(OwnMotion::halved),
+            own: self.own.as_ref().map(NodalMotion::halved),
         }
     }
 
@@ -188,7 +188,7 @@ impl Motion {
             let middle = 0.5 * (least + most);
             series.iter_mut().for_each(|d| *d -= middle);
         }
-        self.own = self.own.as_ref().map(OwnMotion::about_its_middle);
+        self.own = self.own.as_ref().map(NodalMotion::about_its_middle);
         self
     }
 
@@ -302,7 +302,7 @@ impl Motion {
 
     /// What a cycle between two reversals under the mean load leaves out of the work of friction by the variation of the load, relative to
     /// it, if all slid all the way: of first order where the load has twice the frequency.
-    pub fn left_out_by_reversals(&self) -> f64 {
+    pub fn reversal_energy_error(&self) -> f64 {
         let (mean, samples) = (self.mean_load, self.samples());
         let (mut work, mut varied) = (0.0, 0.0);
         for k in 0..samples {
@@ -360,7 +360,7 @@ impl Motion {
     pub fn is_antiperiodic(&self, stride: usize) -> bool {
         let n = self.samples();
         let constant =
-            self.constant_load() && self.own.as_ref().is_none_or(OwnMotion::has_constant_load);
+            self.constant_load() && self.own.as_ref().is_none_or(NodalMotion::has_constant_load);
         let whole = self.at(0).len();
         let reach = (0..n).map(|k| self.at(k));
         let reach = reach.fold(vec![0.0f64; whole], |reach, at| {

@@ -8,7 +8,7 @@ use crate::grid::ByAxis;
 /// Displacement of the nodes of a mesh against the mean motion, sample by sample of a cycle. Cells between nodes move as the
 /// bilinear interpolation says.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OwnMotion {
+pub struct NodalMotion {
     /// From nodes to cells.
     pub interpolation: Arc<Interpolation>,
     /// For each sample the displacement of each node along x, then along y where the motion has that axis \[m\].
@@ -28,7 +28,7 @@ pub struct OwnMotion {
     pub direction: Vec<f64>,
 }
 
-impl OwnMotion {
+impl NodalMotion {
     /// Displacement of the cells between two samples' values, one field an axis \[m\].
     pub fn between(&self, from: &[f64], to: &[f64]) -> ByAxis<Vec<f64>> {
         let change: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
@@ -39,13 +39,13 @@ impl OwnMotion {
     }
 
     /// Every `step`-th sample.
-    pub(super) fn every(&self, step: usize) -> OwnMotion {
+    pub(super) fn every(&self, step: usize) -> NodalMotion {
         let thin = |series: &[Vec<f64>]| series.iter().step_by(step).cloned().collect();
         self.with(thin(&self.displacement), thin(&self.approach))
     }
 
     /// With a sample in the middle between any two, on the straight line between them.
-    pub(super) fn halved(&self) -> OwnMotion {
+    pub(super) fn halved(&self) -> NodalMotion {
         let halve = |series: &[Vec<f64>]| {
             let pairs = series.iter().zip(series.iter().cycle().skip(1));
             let halves = pairs.flat_map(|(a, b)| [a.clone(), combined(a, b, 0.5, 0.5)]);
@@ -55,14 +55,14 @@ impl OwnMotion {
     }
 
     /// Half of what lies between two samples, and its opposite, under the load of the static contact.
-    pub(super) fn ends(&self, top: usize, bottom: usize) -> OwnMotion {
+    pub(super) fn ends(&self, top: usize, bottom: usize) -> NodalMotion {
         let [d, e] = [top, bottom].map(|k| &self.displacement[k]);
         let opposite = vec![combined(d, e, 0.5, -0.5), combined(d, e, -0.5, 0.5)];
         self.with(opposite, Vec::new())
     }
 
     /// With the middle of the range of every node at zero.
-    pub(super) fn about_its_middle(&self) -> OwnMotion {
+    pub(super) fn about_its_middle(&self) -> NodalMotion {
         let nodes = self.displacement.first().map_or(0, Vec::len);
         let middle: Vec<f64> = (0..nodes)
             .map(|n| {
@@ -83,7 +83,7 @@ impl OwnMotion {
         self.of_cells(&self.approach[sample])
     }
 
-    /// [`OwnMotion::work`] of the cells; none where it is all of it.
+    /// [`NodalMotion::work`] of the cells; none where it is all of it.
     pub(super) fn work_of_cells(&self) -> Option<Vec<f64>> {
         (!self.work.is_empty()).then(|| self.of_cells(&self.work))
     }
@@ -124,8 +124,8 @@ impl OwnMotion {
         top.iter().zip(bottom).all(|(a, b)| *a == -b)
     }
 
-    fn with(&self, displacement: Vec<Vec<f64>>, approach: Vec<Vec<f64>>) -> OwnMotion {
-        OwnMotion {
+    fn with(&self, displacement: Vec<Vec<f64>>, approach: Vec<Vec<f64>>) -> NodalMotion {
+        NodalMotion {
             interpolation: self.interpolation.clone(),
             displacement,
             approach,

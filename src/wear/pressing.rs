@@ -440,7 +440,7 @@ impl FrettingJoint {
     ///
     /// # Panics
     /// Where no structure presses the joint.
-    pub fn tightened(&mut self, load: f64) -> Result<NormalSolution, WearError> {
+    pub fn tighten_bolt(&mut self, load: f64) -> Result<NormalSolution, WearError> {
         let wear = vec![0.0; self.patch.grid.len()];
         let mut pressure: Option<Vec<f64>> = None;
         // Secants, from no preload and one that bears all of the load.

@@ -13,7 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::cycle::{Instant, Tally, found};
+use super::cycle::{CycleAccumulator, Instant, found};
 use super::joint::{FrettingJoint, WearError};
 use super::limits::{FrictionLimits, exactness};
 use super::motion::Channel;
@@ -41,7 +41,7 @@ const AT_LIMIT: f64 = 1.0 - 1e-9;
 
 /// A cycle that closed.
 pub(super) struct Closed {
-    pub(super) tally: Tally,
+    pub(super) tally: CycleAccumulator,
     /// Shear at t = 0 \[Pa\].
     pub(super) shear: ByAxis<Vec<f64>>,
     /// From t = 0 to t = T.
@@ -84,7 +84,7 @@ struct Last {
 
 /// A part of a span.
 struct Segment {
-    tally: Tally,
+    tally: CycleAccumulator,
     instants: Vec<Instant>,
     /// Steps from the beginning of the march to its end, and the shear and the place there.
     end: usize,
@@ -164,7 +164,7 @@ impl<'a> Sequence<'a> {
                 let Some(old) = old else {
                     continue;
                 };
-                let mut tally = Tally::new(self.joint.patch.grid.len());
+                let mut tally = CycleAccumulator::new(self.joint.patch.grid.len());
                 segments
                     .iter()
                     .flatten()
@@ -202,7 +202,7 @@ impl<'a> Sequence<'a> {
 
     /// Marches from one step to another, counted from the beginning.
     fn segment(&mut self, from: usize, to: usize) -> Result<Segment, WearError> {
-        let mut tally = Tally::new(self.joint.patch.grid.len());
+        let mut tally = CycleAccumulator::new(self.joint.patch.grid.len());
         let mut instants = Vec::with_capacity(to - from);
         let mut kept = Vec::new();
         for step in from..to {
@@ -225,7 +225,7 @@ impl<'a> Sequence<'a> {
     }
 
     /// Marches from the sample `k` to the next, and adds what is slipped and dissipated.
-    fn step(&mut self, k: usize, tally: &mut Tally) -> Result<Instant, WearError> {
+    fn step(&mut self, k: usize, tally: &mut CycleAccumulator) -> Result<Instant, WearError> {
         let (joint, stride) = (&mut *self.joint, self.stride);
         let next = k + stride;
         let samples = joint.motion.samples();
@@ -409,7 +409,12 @@ impl<'a> Sequence<'a> {
     }
 
     /// The whole cycle, whose place was `old` a span ago.
-    fn whole(mut self, mut tally: Tally, old: &[f64], segments: Vec<Option<Segment>>) -> Closed {
+    fn whole(
+        mut self,
+        mut tally: CycleAccumulator,
+        old: &[f64],
+        segments: Vec<Option<Segment>>,
+    ) -> Closed {
         let mut shear = std::mem::take(&mut self.shear);
         let mut instants = Vec::with_capacity(self.steps + 1);
         let mut kept = BTreeMap::new();

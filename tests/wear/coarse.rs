@@ -1,7 +1,7 @@
 //! The coarse trajectory against the one that it is to tell the error of.
 
 use fretwear::grid::{Grid, Patch};
-use fretwear::wear::coarse::{self, Difference, Own};
+use fretwear::wear::coarse::{self, RunTrajectory, TrajectoryDifference};
 use fretwear::wear::cycle::{CycleSolution, March};
 use fretwear::wear::joint::WornState;
 use fretwear::wear::{FrettingJoint, Motion};
@@ -31,7 +31,7 @@ fn own_and_coarse(joint: &mut FrettingJoint, steps: u64) -> [WornState; 2] {
         let middle = after(joint, middle);
         let end = step_of(joint, &middle, cycles);
         own = after(joint, end);
-        let along = Own {
+        let along = RunTrajectory {
             begin: &begin,
             end: &own.wear,
         };
@@ -52,7 +52,7 @@ fn the_difference_of_the_coarse_trajectory_is_above_the_error_of_the_own_one() {
     let [own, coarse] = own_and_coarse(&mut joint, steps);
     assert_eq!(joint.motion, motion, "the motion is given back");
     let error = difference_l1(&own.wear, &truth.wear);
-    let of = Difference::of(&own, &coarse, &joint.patch, 1e-3);
+    let of = TrajectoryDifference::of(&own, &coarse, &joint.patch, 1e-3);
     let difference = of.field / joint.volume(&own.wear);
     println!("error {error:.2e}, difference {difference:.2e}: {of:?}");
     assert!(
@@ -85,8 +85,8 @@ fn differences_are_those_of_the_figures() {
     let own = state(&[0.0, 1.0, 4.0, 3.0, 1.0], &[0.0, 10.0, 2.2, 1.9, 0.5], 8.0);
     let coarse = state(&[0.0, 1.5, 1.0, 3.0, 2.5], &[0.0, 9.0, 2.0, 1.7, 0.5], 10.0);
     let patch = Patch::full(Grid::over([2.0, 5.0], [1, 5]));
-    let of = Difference::of(&own, &coarse, &patch, 0.2);
-    // Own less coarse: −0.5, 3, 0, −1.5.
+    let of = TrajectoryDifference::of(&own, &coarse, &patch, 0.2);
+    // RunTrajectory less coarse: −0.5, 3, 0, −1.5.
     assert_eq!((of.volume, of.field), (2.0, 10.0));
     // Two are loaded, above 2; one and a half times their difference takes the one of 2.2 below it, and the one of 1.9 above.
     assert_eq!(of.loaded_area, 1.0);
@@ -96,13 +96,13 @@ fn differences_are_those_of_the_figures() {
     // The mean depth of what wears is 2.25: only the third cell is off by more and by half.
     assert_eq!(of.undecided, 1);
     assert_eq!(
-        Difference::of(&own, &own, &patch, 0.2),
-        Difference::default(),
+        TrajectoryDifference::of(&own, &own, &patch, 0.2),
+        TrajectoryDifference::default(),
         "of two that are alike"
     );
     let unworn = state(&[0.0; 5], &[0.0; 5], 0.0);
     assert_eq!(
-        Difference::of(&unworn, &unworn, &patch, 0.2),
-        Difference::default()
+        TrajectoryDifference::of(&unworn, &unworn, &patch, 0.2),
+        TrajectoryDifference::default()
     );
 }

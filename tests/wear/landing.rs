@@ -1,6 +1,6 @@
 //! Steps cut to end at an event.
 
-use fretwear::wear::landing::Landing;
+use fretwear::wear::landing::EventSearch;
 
 const TOLERANCE: f64 = 0.1;
 /// How far beyond an event a step then ends.
@@ -13,7 +13,7 @@ const MOST: usize = 9;
 
 /// Makes steps of a run that would go on for `cycles`, and gives the lengths tried.
 fn land(begin: f64, cycles: u64, reached: impl Fn(u64) -> f64) -> Vec<u64> {
-    let mut landing = Landing::new(begin, TOLERANCE);
+    let mut landing = EventSearch::new(begin, TOLERANCE);
     let mut lengths = vec![cycles];
     while let Some(next) = landing.next(
         lengths[lengths.len() - 1],

@@ -25,9 +25,9 @@ fn motion(share: f64, order: f64) -> Motion {
 #[test]
 fn a_load_of_twice_the_frequency_is_left_out_by_a_third() {
     for share in [0.0, 0.01, 0.04] {
-        let found = motion(share, 2.0).left_out_by_reversals();
+        let found = motion(share, 2.0).reversal_energy_error();
         assert!((found - share / 3.0).abs() < SAMPLED, "{share}: {found:e}");
-        let found = motion(share, 1.0).left_out_by_reversals();
+        let found = motion(share, 1.0).reversal_energy_error();
         assert!(found < SAMPLED, "{share}: {found:e}");
     }
 }

@@ -7,7 +7,7 @@ use fretwear::contact::nodes::Interpolation;
 use fretwear::contact::normal::{self, Control, NormalProblem};
 use fretwear::wear::cycle::CycleSolution;
 use fretwear::wear::cycle::March;
-use fretwear::wear::{Channel, FrettingJoint, Motion, OwnMotion};
+use fretwear::wear::{Channel, FrettingJoint, Motion, NodalMotion};
 
 use super::{LOAD, joint};
 
@@ -35,7 +35,7 @@ fn motion(approach: f64, samples: usize) -> Motion {
         };
         time.iter().map(at).collect()
     };
-    let own = OwnMotion {
+    let own = NodalMotion {
         displacement: nodes(&|_, y| 0.3 * REACH * y),
         approach: match approach {
             0.0 => Vec::new(),

@@ -219,7 +219,7 @@ fn a_bolt_is_tightened_until_the_joint_bears_its_load() {
     let mut joint = joint(height, 0.0);
     let loads = closing(|_| 1e-9, nodes, Vec::new());
     joint.pressing = Some(Pressing::new(added, bodies, loads, 1e-6));
-    let found = joint.tightened(500.0).expect("a bolt");
+    let found = joint.tighten_bolt(500.0).expect("a bolt");
     assert!((found.load / 500.0 - 1.0).abs() < 1e-6, "{}", found.load);
     let preload = joint.pressing.as_ref().expect("a structure").preload;
     assert!(preload > 600.0, "{preload}");
