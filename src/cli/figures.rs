@@ -1,7 +1,7 @@
 //! The figures of a joint with their error bars, as the end of a run, `fretwear status` and `fretwear compare` print them.
 
 use fretwear::report::quantity::{self, Unit, Units};
-use fretwear::report::{below, told};
+use fretwear::report::{below, figure_with_bar};
 use fretwear::stages::{JointState, RunEnds};
 use fretwear::tables::typed::Summary;
 
@@ -100,7 +100,7 @@ impl Figure {
         let value = self.value(state)?;
         Some(match self.limit(state) {
             Some(limit) => format!("below {}", number(limit)),
-            None => told(value, self.bar(state), 0.0, number),
+            None => figure_with_bar(value, self.bar(state), 0.0, number),
         })
     }
 }
@@ -115,7 +115,10 @@ pub fn in_unit(value: f64, unit: Unit) -> String {
 pub fn worn(volume: f64, bar: Option<f64>) -> String {
     let unit = quantity::unit_of(quantity::VOLUME, volume);
     let number = |volume| in_unit(volume, unit);
-    format!("worn {}", told(volume, bar.unwrap_or(0.0), 0.0, number))
+    format!(
+        "worn {}",
+        figure_with_bar(volume, bar.unwrap_or(0.0), 0.0, number)
+    )
 }
 
 /// Prints the figures, unworn and now, with the error bars of what is now.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fretwear::recipe::{Check, Recipe};
-use fretwear::report::{ERROR_BARS, Sizes, error_bar_of, told};
+use fretwear::report::{ERROR_BARS, Sizes, error_bar_of, figure_with_bar};
 use fretwear::scene::Plan;
 use fretwear::stages::{Ending, Outcome, no_resonance_message};
 use fretwear::tables::{Column, Table};
@@ -122,7 +122,7 @@ fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
         let number = |value: f64| format!("{} {unit}", readable(value)).trim_end().to_owned();
         let bar = error_bar_of(&schema.name).and_then(last).unwrap_or(0.0);
         let resolution = sizes.resolution(&schema.name, &schema.unit);
-        let figure = |value: f64| told(value, bar, resolution, number);
+        let figure = |value: f64| figure_with_bar(value, bar, resolution, number);
         let text = match column {
             Column::F64(values) => figure(values[0]),
             Column::MaybeF64(values) => values[0].map_or_else(String::new, figure),

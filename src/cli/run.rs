@@ -93,7 +93,10 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
     report::outcome(&outcome, &plan, &root, form, &notices, out);
     if !arguments.json && outcome.summary.is_some() {
         let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
-        report::write_judged(out, &stages::judged(&reader, &plan.inputs.recipe)?);
+        report::write_judged(
+            out,
+            &stages::plausibility_checks(&reader, &plan.inputs.recipe)?,
+        );
     }
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
         // About this machine and this moment, and no result.

@@ -6,7 +6,7 @@ use std::{fs, io};
 
 use fretwear::recipe::{Recipe, StoredPlan};
 use fretwear::report::{continuation, one_line_name, word};
-use fretwear::stages::{RunCost, RunEnds, RunStatus, judged};
+use fretwear::stages::{RunCost, RunEnds, RunStatus, plausibility_checks};
 use fretwear::store::{Layout, LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::TableName;
 use fretwear::tables::typed::Summary;
@@ -72,7 +72,7 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
             out.item("cost", &cost::in_words(&spent));
         }
         if damaged.is_empty() {
-            write_judged(out, &judged(&reader, &recipe)?);
+            write_judged(out, &plausibility_checks(&reader, &recipe)?);
         }
         for warning in &warnings {
             out.beside("warning: ", warning);

@@ -9,7 +9,7 @@ use fretwear::campaign::{self, Lifetimes, State};
 use fretwear::milestones::{Crossing, Figure, History, Milestone, MilestoneError, Missing, States};
 use fretwear::recipe::StoredPlan;
 use fretwear::report::quantity::{self, Units};
-use fretwear::report::{continuation, one_line_name, told, word};
+use fretwear::report::{continuation, figure_with_bar, one_line_name, word};
 use fretwear::stages::RunStatus;
 use fretwear::store::{RealFileSystem, RunReader};
 use serde_json::{Value, json};
@@ -404,7 +404,7 @@ impl Answer<'_> {
         let first = self.history.values[0];
         let unit = quantity::unit_of(units_of(self.milestone.figure), value.abs().max(first));
         match first == 0.0 {
-            true => told(value, bar / value, 0.0, |value| in_unit(value, unit)),
+            true => figure_with_bar(value, bar / value, 0.0, |value| in_unit(value, unit)),
             false => format!(
                 "{} became {}, ± {}",
                 in_unit(first, unit),

@@ -116,7 +116,7 @@ pub struct DueUpdate {
 
 impl UpdateCriterion {
     /// When an update is due, in words.
-    pub fn told(&self) -> String {
+    pub fn describe(&self) -> String {
         match self {
             UpdateCriterion::Never => "never".to_owned(),
             UpdateCriterion::StiffnessChange {

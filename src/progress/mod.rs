@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use fretwear::gauge::Gauge;
 use fretwear::recipe::{Check, Recipe, Wear};
 use fretwear::report::quantity::VOLUME;
-use fretwear::report::{told, visible};
+use fretwear::report::{figure_with_bar, visible};
 use fretwear::stages::{Observer, Pace, Progress, Stage};
 use fretwear::store::{Opening, RealFileSystem, RunReader};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
@@ -167,7 +167,7 @@ impl Watcher {
         line += &format!(
             ", {}{of} cycles, worn {}",
             grouped(progress.cycles),
-            told(progress.volume, progress.error, 0.0, |volume| {
+            figure_with_bar(progress.volume, progress.error, 0.0, |volume| {
                 format!("{} mm³", VOLUME[0].rounded(volume, 4))
             })
         );

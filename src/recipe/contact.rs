@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::decision::Told;
+use super::decision::Decisions;
 use super::pressing::{Preload, StructureMesh, StructurePressing};
 use super::{Reasons, Surface};
 use crate::contact::normal::{NormalOptions, Rotation};
@@ -70,7 +70,7 @@ impl BoltCompliance {
     }
 
     /// In words, with the most that a joint loses while it wears.
-    fn told(self) -> String {
+    fn describe(self) -> String {
         let told = |compliance: f64| 1e9 * compliance;
         let (bolt, plates) = (told(self.bolt), told(self.plates));
         let all = 1.0 / (self.bolt + self.plates);
@@ -210,16 +210,16 @@ impl Contact {
     }
 
     /// Says what was decided about the contact and its cells.
-    pub(super) fn tell(&self, surface: &Surface, told: &mut Told) {
+    pub(super) fn explain(&self, surface: &Surface, decisions: &mut Decisions) {
         let why = &self.why;
         let [x, y] = self.plane;
-        told.add("transforms", format!("real, {x} x {y}"), why.of("boundary"));
+        decisions.add("transforms", format!("real, {x} x {y}"), why.of("boundary"));
         let cells = format!("{} of {}", surface.kept, surface.grid().len());
-        told.add("cells", cells, surface.why.of("cells"));
+        decisions.add("cells", cells, surface.why.of("cells"));
         if let Some(of) = &self.pressing {
-            told.add("pressing", of.told(), why.of("pressing"));
+            decisions.add("pressing", of.describe(), why.of("pressing"));
         } else if !why.of("pressing").is_empty() {
-            told.add(
+            decisions.add(
                 "pressing",
                 "as rigid punches on half spaces",
                 why.of("pressing"),
@@ -227,14 +227,14 @@ impl Contact {
         }
         if let Some(bolt) = self.bolt_compliance {
             let why = "by VDI 2230; embedding and the scatter of tightening are in no bar";
-            told.add("bolt", bolt.told(), why);
+            decisions.add("bolt", bolt.describe(), why);
         }
         let cap = self
             .conditions
             .pressure_cap
             .map(|cap| format!("at {cap:e} Pa"));
         let cap = cap.unwrap_or_else(|| "none".to_owned());
-        told.add("pressure cap", cap, why.of("pressure_cap"));
+        decisions.add("pressure cap", cap, why.of("pressure_cap"));
         let coupling = match self.coupling {
             Coupling::None => "none".to_owned(),
             Coupling::Frictionless => "in kt alone".to_owned(),
@@ -243,13 +243,13 @@ impl Contact {
             }
         };
         let kernels = "kernels normal-tangential (zx, zy)";
-        told.add(kernels, coupling, why.of("coupling"));
+        decisions.add(kernels, coupling, why.of("coupling"));
         let shear = match (self.shear, self.transverse_free) {
             (Shear::AlongX, _) => "along x; kernel xx",
             (Shear::InPlane, false) => "along x and y; kernels xx, yy, xy",
             (Shear::InPlane, true) => "along x and y, without force along y; kernels xx, yy, xy",
         };
-        told.add("shear", shear, why.of("shear"));
+        decisions.add("shear", shear, why.of("shear"));
         let rotation = match self.conditions.rotation {
             _ if self.pressing.is_some() => "as the structure leaves them".to_owned(),
             Rotation::Given(_) => "held; the moments of the pressure are reported".to_owned(),
@@ -260,12 +260,12 @@ impl Contact {
                 "found such that the pressure has moments of {x:e} and {y:e} N m, and reported"
             ),
         };
-        told.add("rotations about x and y", rotation, why.of("rotation"));
+        decisions.add("rotations about x and y", rotation, why.of("rotation"));
         if !self.stiffness {
-            told.add("kn and kt", "left out", why.of("stiffness"));
+            decisions.add("kn and kt", "left out", why.of("stiffness"));
         }
         if self.friction_coefficient == Some(0.0) {
-            told.add("friction", "none", why.of("friction_coefficient"));
+            decisions.add("friction", "none", why.of("friction_coefficient"));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::decision::Told;
+use super::decision::Decisions;
 use super::{Contact, Reasons, Recipe};
 use crate::dynamics::cycle::WorkBetweenEnds;
 use crate::wear::cycle::March;
@@ -226,25 +226,25 @@ impl Cycle {
     }
 
     /// Says what was decided about the cycle.
-    pub(super) fn tell(&self, contact: &Contact, told: &mut Told) {
+    pub(super) fn explain(&self, contact: &Contact, decisions: &mut Decisions) {
         if let MotionSource::Harmonic(HarmonicMotion { axes, rotation, .. }) = &self.motion {
             if axes
                 .iter()
                 .any(|axis| axis.is_force && axis.amplitude != 0.0)
             {
-                told.add(
+                decisions.add(
                     "force in the plane",
                     "given; the displacement is found and reported",
                     "motion.force",
                 );
             }
             match rotation.map(|rotation| rotation.is_force) {
-                Some(false) => told.add(
+                Some(false) => decisions.add(
                     "rotation about z",
                     "given; its moment is reported",
                     "motion.rotation",
                 ),
-                Some(true) => told.add(
+                Some(true) => decisions.add(
                     "rotation about z",
                     "found from the moment given, and reported",
                     "motion.moment",
@@ -278,7 +278,7 @@ impl Cycle {
             ),
             (None, None) => "after dynamic_response: reversal or stepped".to_owned(),
         };
-        told.add(CYCLE, choice, self.why.of("march"));
+        decisions.add(CYCLE, choice, self.why.of("march"));
     }
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::cycle::MotionSource;
-use super::decision::Told;
+use super::decision::Decisions;
 use super::{Cycle, Recipe};
 use crate::contact::Shear;
 use crate::grid::Patch;
@@ -67,7 +67,7 @@ impl CycleFields {
     }
 
     /// Says what is written, and how large that is at most.
-    pub(super) fn tell(&self, recipe: &Recipe, told: &mut Told) {
+    pub(super) fn explain(&self, recipe: &Recipe, decisions: &mut Decisions) {
         let (Some(surface), Some(contact), Some(cycle)) =
             (recipe.surface(), recipe.contact(), recipe.cycle())
         else {
@@ -86,7 +86,7 @@ impl CycleFields {
             1 => "of every iteration".to_owned(),
             every => format!("every {every} iterations, and of the last"),
         };
-        told.add(
+        decisions.add(
             "fields of the cycle",
             format!(
                 "{samples} samples of up to {cells} cells, those of them in contact, {often}: at most {:.3} MB each before compression",

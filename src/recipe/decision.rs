@@ -15,9 +15,9 @@ pub struct Decision {
 
 /// The decisions that were told so far.
 #[derive(Default)]
-pub(super) struct Told(pub(super) Vec<Decision>);
+pub(super) struct Decisions(pub(super) Vec<Decision>);
 
-impl Told {
+impl Decisions {
     pub(super) fn add(&mut self, what: &str, choice: impl Into<String>, why: &str) {
         self.0.push(Decision {
             what: what.to_owned(),

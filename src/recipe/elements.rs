@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Reasons;
-use super::decision::Told;
+use super::decision::Decisions;
 use super::element_table::ElementTable;
 use crate::dynamics::{ContactElement, FrictionLaw, Slider};
 use crate::model_update::{Distribution, ElementParameters, StiffnessKind, UpdateCriterion};
@@ -185,11 +185,11 @@ impl Elements {
     }
 
     /// Says what the contact elements are.
-    pub(super) fn tell(&self, told: &mut Told) {
+    pub(super) fn explain(&self, decisions: &mut Decisions) {
         let law = self.friction_law.formula();
         let choice = format!("{}, three-dimensional, {law}", self.count);
-        told.add("contact elements", choice, self.why.of("friction_law"));
-        told.add(
+        decisions.add("contact elements", choice, self.why.of("friction_law"));
+        decisions.add(
             "unknowns of the harmonic balance",
             "after the linear response: those of contact elements that slip or open",
             "the others follow their springs, which is checked over the whole cycle",
@@ -197,7 +197,7 @@ impl Elements {
     }
 
     /// Says what they get as stiffness, and when they are renewed.
-    pub(super) fn tell_stiffness(&self, wears: bool, told: &mut Told) {
+    pub(super) fn tell_stiffness(&self, wears: bool, decisions: &mut Decisions) {
         let stiffness = match self.stiffness {
             ElementStiffness::Given { .. } if self.table.is_some() => "by contact.elements",
             ElementStiffness::Given { .. } => "given",
@@ -212,7 +212,7 @@ impl Elements {
                 }
             },
         };
-        told.add("contact stiffness", stiffness, self.why.of("stiffness"));
+        decisions.add("contact stiffness", stiffness, self.why.of("stiffness"));
         if matches!(self.stiffness, ElementStiffness::Given { .. }) {
             return;
         }
@@ -221,11 +221,11 @@ impl Elements {
             true if self.update.extrapolates => {
                 format!(
                     "{}; the motion goes on in between",
-                    self.update.criterion.told()
+                    self.update.criterion.describe()
                 )
             }
-            true => self.update.criterion.told(),
+            true => self.update.criterion.describe(),
         };
-        told.add("model update", update, self.why.of("update"));
+        decisions.add("model update", update, self.why.of("update"));
     }
 }

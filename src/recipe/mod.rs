@@ -6,20 +6,20 @@
 
 mod check;
 mod contact;
-mod counted;
 mod cycle;
 mod cycle_fields;
 mod decision;
 pub mod element_table;
 mod elements;
+mod explanation;
 mod inputs;
-mod kept;
 mod parts;
 mod pressing;
+mod resources;
 mod response;
+mod stored_plan;
 mod structure;
 mod surface;
-mod told;
 mod wear;
 
 use std::collections::BTreeMap;
@@ -31,20 +31,20 @@ pub use crate::structure::contact_array::ContactArray;
 pub use crate::wear::Scheme;
 pub use check::Check;
 pub use contact::{BoltCompliance, Conditions, Contact, Tolerances, YIELDS};
-pub use counted::Counted;
 pub(crate) use cycle::why_computed;
 pub use cycle::{Cycle, CycleError, MotionKind, MotionSource, STRAIGHT_WITH_LAWS};
 pub use cycle_fields::CycleFields;
 pub use decision::Decision;
 pub use elements::{ElementStiffness, Elements, Layout, Updates};
+pub use explanation::decisions;
 pub use inputs::{GridTwin, Identity, Inputs};
-pub use kept::StoredPlan;
 pub use parts::Part;
 pub use pressing::{Preload, StructureMesh, StructurePressing};
+pub use resources::Counted;
 pub use response::{Base, BaseMotion, DampingBasis, Force, Port, Response};
+pub use stored_plan::StoredPlan;
 pub use structure::{Import, ImportFiles, JointSets, Structure, StructureSource};
 pub use surface::{Cells, FEWEST_CELLS, Heights, HeightsFile, Mirror, SecondFace, Surface};
-pub use told::told;
 pub use wear::Wear;
 
 /// Everything that a run will use.

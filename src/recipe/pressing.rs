@@ -74,7 +74,7 @@ impl StructurePressing {
     }
 
     /// What presses, in words.
-    pub(super) fn told(&self) -> String {
+    pub(super) fn describe(&self) -> String {
         let preload = match &self.preload {
             Preload::Faces => "opposing forces on both faces, by area".to_owned(),
             Preload::Bolt {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::decision::Told;
+use super::decision::Decisions;
 use super::{Reasons, Recipe};
 use crate::dynamics::{Load, Rayleigh};
 
@@ -154,7 +154,7 @@ impl Response {
     }
 
     /// Says which harmonics there are.
-    pub(super) fn tell(&self, told: &mut Told) {
+    pub(super) fn explain(&self, decisions: &mut Decisions) {
         let orders = &self.harmonics;
         let harmonics = match self.harmonic_tolerance {
             Some(tolerance) => format!(
@@ -162,18 +162,18 @@ impl Response {
             ),
             None => format!("{orders:?}"),
         };
-        told.add("harmonics", harmonics, self.why.of("harmonics"));
+        decisions.add("harmonics", harmonics, self.why.of("harmonics"));
         if self.damping_ratio > 0.0 {
             let ratio = format!("ratio {} in every mode", self.damping_ratio);
-            told.add("damping", ratio, self.why.of("damping_basis"));
+            decisions.add("damping", ratio, self.why.of("damping_basis"));
         }
         if self.loss_factor > 0.0 {
             let factor = format!("{} of the stiffness", self.loss_factor);
-            told.add("hysteretic damping", factor, "");
+            decisions.add("hysteretic damping", factor, "");
         }
         if let Some(Rayleigh { mass, stiffness }) = self.rayleigh {
             let matrix = format!("{mass} 1/s of the mass and {stiffness} s of the stiffness");
-            told.add("Rayleigh damping", matrix, self.why.of("damping_basis"));
+            decisions.add("Rayleigh damping", matrix, self.why.of("damping_basis"));
         }
         if let Some(base) = &self.base {
             let motion = match base.motion {
@@ -182,7 +182,7 @@ impl Response {
             };
             let along = ["x", "y", "z"][base.axis];
             let seen = "displacements are relative to it";
-            told.add(
+            decisions.add(
                 "ground",
                 format!("{motion} along {along}, half range"),
                 seen,
@@ -190,13 +190,13 @@ impl Response {
         }
         if let Some(frequency) = self.at_frequency {
             let at = format!("forced, at {frequency} Hz");
-            told.add("response in force", at, "dynamics.at");
+            decisions.add("response in force", at, "dynamics.at");
         }
         let points = match (self.frequency, self.points) {
             (None, _) => "none".to_owned(),
             (_, Some(points)) => format!("at {points} frequencies"),
             (_, None) => "as continuation places its points".to_owned(),
         };
-        told.add("forced response", points, self.why.of("points"));
+        decisions.add("forced response", points, self.why.of("points"));
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::decision::Told;
+use super::decision::Decisions;
 use super::{BaseMotion, DampingBasis, Layout, Port, Reasons, Response};
 use crate::dynamics::oscillator::mass_on_springs;
 use crate::dynamics::reduced::{Damping, reduced_model, reference_springs};
@@ -351,7 +351,7 @@ impl Structure {
     }
 
     /// Says what the structure is.
-    pub(super) fn tell(&self, told: &mut Told) {
+    pub(super) fn explain(&self, decisions: &mut Decisions) {
         let source = match &self.source {
             StructureSource::Resonator { .. } => format!(
                 "resonator: {} elastic modes, and the residual of all others",
@@ -361,7 +361,7 @@ impl Structure {
                 let joint = import
                     .joint
                     .as_ref()
-                    .map_or_else(String::new, |joint| joint.told());
+                    .map_or_else(String::new, |joint| joint.describe());
                 format!(
                     "matrices: {} elastic modes, and the residual of all others{joint}",
                     self.modes
@@ -369,7 +369,7 @@ impl Structure {
             }
             StructureSource::Oscillator { .. } => "one mass, three degrees of freedom".to_owned(),
         };
-        told.add("structure", source, self.why.of("source"));
+        decisions.add("structure", source, self.why.of("source"));
         for spring in self.source.springs() {
             let axis = ["x", "y", "z"][spring.direction()];
             let told_as = match spring {
@@ -378,7 +378,7 @@ impl Structure {
                     format!("stop along {axis}: {stiffness} N/m beyond {gap} m")
                 }
             };
-            told.add(
+            decisions.add(
                 "spring",
                 told_as,
                 "sampled, as its force is no multiple of displacement",

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::decision::Told;
+use super::decision::Decisions;
 use crate::wear::{Scheme, WearLaw};
 
 /// Wear over many cycles. At least one of `cycles` and `volume` is there; the run ends at the first that is reached.
@@ -52,9 +52,9 @@ impl Wear {
     }
 
     /// Says how a wear step is taken.
-    pub(super) fn tell(&self, told: &mut Told) {
+    pub(super) fn explain(&self, decisions: &mut Decisions) {
         let depth_step = self.depth_step.unwrap_or(f64::NAN);
-        let (choice, why) = self.scheme.told(self.tolerance, depth_step);
-        told.add("wear", choice, why);
+        let (choice, why) = self.scheme.describe(self.tolerance, depth_step);
+        decisions.add("wear", choice, why);
     }
 }

@@ -79,7 +79,7 @@ fn shares(text: f64) -> String {
 }
 
 /// A figure's values in one unit: mean, deviation, quantiles.
-pub fn told(figure: &Figure) -> [String; 5] {
+pub fn figure_row(figure: &Figure) -> [String; 5] {
     let unit = unit_of(units(figure.name), figure.spread.mean.abs());
     let SampleStatistics {
         mean,
@@ -149,7 +149,7 @@ impl CampaignReport<'_> {
             "95 %",
         ];
         let rows = self.findings.figures.iter().map(|figure| {
-            let [mean, sd, low, median, high] = told(figure);
+            let [mean, sd, low, median, high] = figure_row(figure);
             let name = title(figure.name).to_owned();
             let count = figure.spread.count.to_string();
             vec![name, count, mean, sd, low, median, high]

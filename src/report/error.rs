@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use polars::error::PolarsError;
 
-use super::passed_over::SkippedFolder;
+use super::skipped_folders::SkippedFolder;
 use super::text::continuation;
 use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};

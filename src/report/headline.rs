@@ -1,12 +1,12 @@
 //! What became of a joint, in a few words.
 
+use super::figure_text::below as known_below;
 use super::figures::{ReportedRun, Study};
-use super::known::below as known_below;
 use super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Unit, Units, VOLUME,
 };
 use super::run_tables::numbers;
-use super::{ReportError, error_bar_of, percent, told};
+use super::{ReportError, error_bar_of, figure_with_bar, percent};
 use crate::milestones::{self, States};
 use crate::tables::TableName;
 
@@ -318,7 +318,7 @@ fn shown(value: f64, unit: Unit) -> String {
 }
 
 fn with_bar(value: f64, unit: Unit, bar: Option<f64>) -> String {
-    told(value, bar.unwrap_or(0.0), 0.0, |value| shown(value, unit))
+    figure_with_bar(value, bar.unwrap_or(0.0), 0.0, |value| shown(value, unit))
 }
 
 /// A count in groups of three digits.

@@ -12,16 +12,14 @@ mod differences;
 #[cfg(feature = "polars")]
 mod error;
 mod error_bars;
+mod figure_text;
 #[cfg(feature = "polars")]
 mod figures;
 #[cfg(feature = "polars")]
 mod headline;
-mod known;
 pub mod output;
 #[cfg(feature = "polars")]
 mod page;
-#[cfg(feature = "polars")]
-mod passed_over;
 #[cfg(feature = "polars")]
 mod plot;
 pub mod quantity;
@@ -35,6 +33,8 @@ mod scan;
 mod script;
 #[cfg(feature = "polars")]
 mod sections;
+#[cfg(feature = "polars")]
+mod skipped_folders;
 pub(crate) mod table;
 #[cfg(feature = "polars")]
 mod template;
@@ -50,19 +50,19 @@ pub use compare::{Cell, ComparedRun, Comparison, Rows, compare};
 #[cfg(feature = "polars")]
 pub use error::ReportError;
 pub use error_bars::{ERROR_BARS, error_bar_of, percent};
+pub use figure_text::{Sizes, below, figure_with_bar};
 #[cfg(feature = "polars")]
 pub use figures::Figure;
-pub use known::{Sizes, below, told};
 #[cfg(feature = "polars")]
 pub use page::Report;
-#[cfg(feature = "polars")]
-pub use passed_over::SkippedFolder;
 #[cfg(feature = "polars")]
 pub use plot::Drawing;
 #[cfg(feature = "polars")]
 pub use run_tables::{RunTables, numbers, scan_runs, texts};
 #[cfg(feature = "polars")]
 pub use scan::{ORDER, RUN, WEAR_ITERATION};
+#[cfg(feature = "polars")]
+pub use skipped_folders::SkippedFolder;
 #[cfg(feature = "polars")]
 pub use template::Section;
 pub use text::{continuation, is_control, one_line_name, visible, word};

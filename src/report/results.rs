@@ -8,7 +8,7 @@ use super::run_tables::numbers;
 use super::table::table;
 use super::template::Section;
 use super::text::NONE;
-use super::{ERROR_BARS, ReportError, RunTables, Sizes, error_bar_of, told};
+use super::{ERROR_BARS, ReportError, RunTables, Sizes, error_bar_of, figure_with_bar};
 use crate::tables::TableName;
 
 /// The units in which a column of the summary is shown; none for one whose own unit reads as it is.
@@ -113,8 +113,8 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
                 row.extend(vec![NONE.to_owned(); cells]);
                 continue;
             };
-            let first = told(first, 0.0, resolution, |value| in_words(value, most));
-            let last = told(last, bar, resolution, |value| in_words(value, most));
+            let first = figure_with_bar(first, 0.0, resolution, |value| in_words(value, most));
+            let last = figure_with_bar(last, bar, resolution, |value| in_words(value, most));
             match (single, cells) {
                 (true, 1) => row.push(last),
                 (true, _) => row.extend([first, last]),

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use polars::prelude::*;
 
 use super::ReportError;
-use super::passed_over::{SkippedFolder, open_each};
 use super::scan::{ORDER, RUN, Scan, column};
+use super::skipped_folders::{SkippedFolder, open_each};
 use crate::recipe::{Recipe, StoredPlan};
 use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
 use crate::tables::{Table, TableName};

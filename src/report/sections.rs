@@ -7,7 +7,7 @@ use super::run_tables::{numbers, texts};
 use super::table::table;
 use super::template::Section;
 use super::{ReportError, RunTables};
-use crate::recipe::told;
+use crate::recipe;
 use crate::store::StageCost;
 use crate::tables::TableName;
 
@@ -90,7 +90,7 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
 
 fn decisions(runs: &[RunTables]) -> Section {
     let html = each(runs, |run| {
-        let rows = told(run.recipe()).into_iter();
+        let rows = recipe::decisions(run.recipe()).into_iter();
         let rows: Vec<Vec<String>> = rows.map(|d| vec![d.what, d.choice, d.why]).collect();
         let table = table(&["what", "decision", "why"], &rows, false);
         match runs.len() {

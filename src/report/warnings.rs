@@ -1,6 +1,6 @@
 //! The warnings about runs, and the figures and sections that they concern.
 
-use super::figures::{ReportedRun, Study, titled, told};
+use super::figures::{ReportedRun, Study, titled, with_run_name};
 use super::quantity::{self, CYCLES, shown};
 use super::run_tables::numbers;
 use super::template::Warning;
@@ -50,7 +50,7 @@ pub fn warnings(study: &Study) -> Result<Vec<Warning>, ReportError> {
     for run in &study.runs {
         warnings.extend(progress(run)?.map(urgent));
         warnings.extend(run.tables.warnings().map(|text| Warning {
-            text: told(study, run, text),
+            text: with_run_name(study, run, text),
             places: concerned(text),
         }));
         warnings.extend(scene(study, run));
@@ -78,7 +78,7 @@ fn scene(study: &Study, run: &ReportedRun) -> Option<Warning> {
     };
     let text = format!("Does not verify: {damage}; this is what run.json keeps.");
     Some(Warning {
-        text: told(study, run, &text),
+        text: with_run_name(study, run, &text),
         places: &["scene"],
     })
 }

@@ -236,7 +236,7 @@ impl Node {
 
     /// Makes the paths of files absolute, from `folder`.
     fn resolve_paths(&mut self, folder: &Path) -> Result<(), SceneError> {
-        for key in keys::all().filter(|key| key.value.told().is_path) {
+        for key in keys::all().filter(|key| key.value.value_form().is_path) {
             let section = keys::section_of(key.name);
             let Some(node) = self
                 .entry(section)

@@ -44,7 +44,7 @@ pub struct Choice {
 
 impl KeyAbout {
     fn of(key: &'static AnyKey) -> KeyAbout {
-        let form = key.value.told();
+        let form = key.value.value_form();
         let choice = |(word, meaning)| Choice { word, meaning };
         KeyAbout {
             key: key.name,
@@ -237,7 +237,7 @@ fn property(name: &str) -> Value {
     let Some(key) = keys::find(name) else {
         return table(name);
     };
-    let mut own = key.value.told().schema;
+    let mut own = key.value.value_form().schema;
     if !is_section(name) {
         return with_words(key, own);
     }
@@ -249,7 +249,7 @@ fn property(name: &str) -> Value {
 
 /// A schema with what an editor shows.
 fn with_words(key: &Key<impl HasForm + ?Sized>, mut schema: Value) -> Value {
-    let form = key.value.told();
+    let form = key.value.value_form();
     let json_of = |text| json!(meant(text));
     let mut description = key.doc();
     if form.choices.is_empty() {

@@ -238,7 +238,7 @@ pub fn text_of(path: &Path, sets: &[String]) -> Result<String, SceneError> {
 
 /// Whether the value of a key is the path of a file.
 pub fn is_path(key: &str) -> bool {
-    keys::find(key).is_some_and(|key| key.value.told().is_path)
+    keys::find(key).is_some_and(|key| key.value.value_form().is_path)
 }
 
 /// As [`load`], from the text of the scene that a run keeps, whose file stands, or stood, at `path`. It has no `base`.

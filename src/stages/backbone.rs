@@ -5,11 +5,11 @@ use super::contact_state::harmonics_of;
 use super::dynamic_response::{contact_elements, failed, harmonic_tolerance};
 use super::forced_response;
 use super::observer::Observer;
-use super::reads::StageInputs;
 use super::recompute::require_own;
 use super::runner::Runner;
 use super::solvers::{Solvers, given};
 use super::stage::Stage;
+use super::stage_inputs::StageInputs;
 use std::rc::Rc;
 
 use crate::dynamics::{

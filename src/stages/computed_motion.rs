@@ -6,8 +6,8 @@ use std::rc::Rc;
 
 use super::RunError;
 use super::contact_state::{axes, coefficients_of, contact_of, harmonics_of, parameters_of};
-use super::reads::StageInputs;
 use super::solvers::{Solvers, layout, smooth};
+use super::stage_inputs::StageInputs;
 use crate::dynamics::cycle::{JointCycle, WorkBetweenEnds, half_range, joint_cycle_on};
 use crate::dynamics::{ContactElement, DynamicsError, Sampling};
 use crate::model_update::{

@@ -2,8 +2,8 @@
 
 use super::RunError;
 use super::contact_state::{Fields, compliance_of, contact_of};
-use super::reads::StageInputs;
 use super::solvers::{Solvers, smooth};
+use super::stage_inputs::StageInputs;
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::ElementState;
 use crate::model_update::{

@@ -1,8 +1,8 @@
 //! The contact of a joint as the tables hold it: fields on its kept cells, and what moves it.
 
 use super::RunError;
-use super::reads::StageInputs;
 use super::solvers::Solvers;
+use super::stage_inputs::StageInputs;
 use crate::contact::Shear;
 use crate::contact::normal::NormalSolution;
 use crate::dynamics::Harmonics;

@@ -1,10 +1,10 @@
 //! What a stage is: a value that says what it reads and what it writes, and computes the one from the other.
 
 use super::RunError;
-use super::moment::Moment;
-use super::reads::{DeclaredInputs, Outputs, StageInputs};
+use super::output_schedule::Moment;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
+use super::stage_inputs::{DeclaredInputs, Outputs, StageInputs};
 use crate::recipe::{Part, Recipe, Wear};
 use crate::tables::TableName;
 

@@ -10,13 +10,13 @@ use super::contact_elements::{element_table, slider_table};
 use super::contact_state::{coefficients_of, harmonics_of, parameters_of};
 use super::declaration::{Declaration, joined};
 use super::model_update::extrapolates;
-use super::reads::{Outputs, StageInputs};
 use super::reduced;
-use super::solvers::{Solvers, given, layout};
-use super::stage::{Stage, When};
-use super::told::{
+use super::response_notices::{
     note_extensions, warn_jump, warn_missing_harmonics, warn_open, warn_reduction, warn_resonance,
 };
+use super::solvers::{Solvers, given, layout};
+use super::stage::{Stage, When};
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
     ContactElement, Correction, DynamicsError, ElementState, HarmonicBalance, HarmonicCorrection,

@@ -4,7 +4,7 @@ use super::RunError;
 use super::contact_state::there;
 use super::dynamic_response::UNKNOWN_CHANGE;
 use super::grid_twin::error_of_grid;
-use super::reads::StageInputs;
+use super::stage_inputs::StageInputs;
 use crate::model_update::PRELOAD_TOLERANCE;
 use crate::recipe::Wear;
 use crate::tables::TableName;

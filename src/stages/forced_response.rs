@@ -9,11 +9,11 @@ use super::declaration::{Declaration, joined};
 use super::dynamic_response::{
     contact_elements, correction_of, failed, harmonic_tolerance, response_table, start_of,
 };
-use super::reads::{Outputs, StageInputs};
 use super::reduced;
+use super::response_notices::warn_missing_harmonics;
 use super::solvers::{Solvers, given};
 use super::stage::{Stage, When};
-use super::told::warn_missing_harmonics;
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::forced_response::{ForcedPoint, PointResponse, SolutionMethod};
 use crate::dynamics::{
     ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,

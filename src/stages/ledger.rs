@@ -3,9 +3,9 @@
 use super::RunError;
 use super::contact_state::{compliance_of, contact_of, there};
 use super::declaration::Declaration;
-use super::reads::{Outputs, StageInputs};
 use super::solvers::{Solvers, smooth};
 use super::stage::{Stage, When};
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::cycle::half_range;
 use crate::model_update::{Compliance, CycleFigures};
 use crate::recipe::Part;

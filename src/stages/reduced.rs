@@ -1,7 +1,7 @@
 //! The reduced structure of a run, from its tables.
 
 use super::RunError;
-use super::reads::StageInputs;
+use super::stage_inputs::StageInputs;
 use super::structure::AXES;
 use crate::linalg::Matrix;
 use crate::recipe::Recipe;

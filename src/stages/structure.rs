@@ -2,9 +2,9 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::reads::{Outputs, StageInputs};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::reduced::reduction_error;
 use crate::linalg::Matrix;
 use crate::recipe::{Layout, Part};

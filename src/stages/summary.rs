@@ -5,9 +5,9 @@ use super::declaration::Declaration;
 use super::error_bars::{
     ALL, Cells, PreviousIteration, ResponseInForce, Sources, error_bars, error_of_energy, friction,
 };
-use super::reads::{Outputs, StageInputs};
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::contact::Boundary;
 use crate::contact::area::ContactArea;
 use crate::recipe::Part;

@@ -2,9 +2,9 @@
 
 use super::RunError;
 use super::declaration::Declaration;
-use super::reads::{Outputs, StageInputs};
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::grid::Patch;
 use crate::recipe::{self, Part};
 use crate::tables::{TableName, typed};

@@ -7,17 +7,17 @@ use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
 use super::ledger::Drift;
 use super::model_update::{NextUpdate, figures_of};
-use super::reads::{Outputs, StageInputs};
 use super::reduced;
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::grid::Patch;
 use crate::model_update::CycleFigures;
 use crate::recipe::{Part, Wear};
 use crate::tables::{TableName, typed};
+use crate::wear::event_search::EventSearch;
 use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
-use crate::wear::landing::EventSearch;
 use crate::wear::{FrettingJoint, WearLaw, explicit};
 
 /// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.

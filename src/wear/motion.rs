@@ -1,6 +1,6 @@
 //! The motion of one vibration cycle: what drives the bodies in the plane, and the total normal load, against time.
 
-use super::own_motion::NodalMotion;
+use super::nodal_motion::NodalMotion;
 use crate::contact::tangential::Drive;
 use crate::grid::ByAxis;
 

@@ -61,7 +61,7 @@ impl Scheme {
     }
 
     /// What its step is, of this tolerance and depth \[m\], and why.
-    pub fn told(self, tolerance: f64, depth_step: f64) -> (String, &'static str) {
+    pub fn describe(self, tolerance: f64, depth_step: f64) -> (String, &'static str) {
         match self {
             Scheme::Implicit => (
                 format!("implicit, second order, error {tolerance} of the volume of each step"),

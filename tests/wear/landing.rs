@@ -1,6 +1,6 @@
 //! Steps cut to end at an event.
 
-use fretwear::wear::landing::EventSearch;
+use fretwear::wear::event_search::EventSearch;
 
 const TOLERANCE: f64 = 0.1;
 /// How far beyond an event a step then ends.

@@ -1,7 +1,7 @@
 //! `fretwear campaign report`.
 
 use fretwear::campaign::Findings;
-use fretwear::report::campaign::{CampaignReport, depends, title, told};
+use fretwear::report::campaign::{CampaignReport, depends, figure_row, title};
 use serde_json::{Value, json};
 
 use super::super::report::rows;
@@ -46,7 +46,7 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
         "", "5 %", "median", "95 %"
     );
     for figure in &report.findings.figures {
-        let [_, _, low, median, high] = told(figure);
+        let [_, _, low, median, high] = figure_row(figure);
         let movers = report.movers(figure.name).into_iter().take(NAMED);
         let movers = movers.map(|s| format!("{} ({})", s.key, depends(s)));
         let movers = movers.collect::<Vec<_>>().join(", ");

@@ -6,7 +6,7 @@ use super::super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, NUMBER, PRESSURE, SHARE, STIFFNESS, Units, VOLUME,
     VOLUME_RATE, in_unit, shown,
 };
-use super::super::{ReportError, below, error_bar_of, told};
+use super::super::{ReportError, below, error_bar_of, figure_with_bar};
 use super::{Figure, ReportedRun, Study, dotted};
 
 /// A column of the summary.
@@ -382,9 +382,10 @@ fn sentence(study: &Study, runs: &[&ReportedRun], course: &Course) -> String {
                 [*values.first()?, *values.last()?],
             );
             let resolution = run.resolution(course.column);
-            let [before, after] = ends.map(|v| told(v, 0.0, resolution, |v| in_unit(v, unit)));
+            let [before, after] =
+                ends.map(|v| figure_with_bar(v, 0.0, resolution, |v| in_unit(v, unit)));
             let stays = before == after || ends.iter().all(|v| v.abs() < resolution);
-            let plain = told(ends[0], 0.0, resolution, |v| {
+            let plain = figure_with_bar(ends[0], 0.0, resolution, |v| {
                 quantity::number(v / unit.size)
             });
             Some(match (runs, stays) {

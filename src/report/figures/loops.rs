@@ -1,9 +1,9 @@
 //! Hysteresis loops of the joint.
 
-use super::super::known::rounding;
+use super::super::figure_text::rounding;
 use super::super::quantity::{ENERGY, FORCE, LENGTH, in_unit, largest, unit_of};
 use super::super::run_tables::numbers;
-use super::super::{ReportError, told};
+use super::super::{ReportError, figure_with_bar};
 use super::response::{Panel, panel, states_with};
 use super::smooth::mark_points;
 use super::{Figure, Study};
@@ -75,7 +75,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let unit = unit_of(ENERGY, largest(&all));
     let areas = areas.iter().map(|(title, each)| {
         let each = each.iter().map(|(name, area, least)| {
-            let area = told(*area, 0.0, *least, |energy| in_unit(energy, unit));
+            let area = figure_with_bar(*area, 0.0, *least, |energy| in_unit(energy, unit));
             format!("{name} {area}")
         });
         format!("{title}: {}", each.collect::<Vec<String>>().join("; "))

@@ -16,7 +16,7 @@ mod surface;
 use polars::prelude::DataFrame;
 
 pub use study::{ReportedRun, Study};
-pub use surface::{titled, told};
+pub use surface::{titled, with_run_name};
 
 use super::ReportError;
 use super::plot::{Curve, Drawing, Mark};

@@ -4,7 +4,7 @@ use super::super::ReportError;
 use super::super::plot::{Axis, Chart, Curve, NOTHING, Scale, UNWORN, WORN};
 use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
 use super::course::labelled;
-use super::surface::{map, titled, told};
+use super::surface::{map, titled, with_run_name};
 use super::{Figure, ReportedRun, Study, range_of, top_of};
 use crate::tables::TableName;
 
@@ -77,7 +77,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         });
         each.push(format!(
             "{} {}{capped}",
-            told(study, run, &run.state(*k)),
+            with_run_name(study, run, &run.state(*k)),
             shown(most, PRESSURE)
         ));
     }
@@ -158,7 +158,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             let contact = field.iter().filter(|p| **p > 0.0).count();
             format!(
                 "{} {} of the cells",
-                told(study, run, &run.state(*k)),
+                with_run_name(study, run, &run.state(*k)),
                 shown(contact as f64 / cells as f64, SHARE)
             )
         })

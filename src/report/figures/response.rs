@@ -3,8 +3,8 @@
 use polars::prelude::DataFrame;
 
 use super::super::ReportError;
+use super::super::figure_text::rounding;
 use super::super::headline::state_resonances;
-use super::super::known::rounding;
 use super::super::plot::{Axis, Chart, Curve, style_of_state};
 use super::super::quantity::{
     self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, in_unit, shown, unit_of,

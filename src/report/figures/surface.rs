@@ -34,7 +34,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         let [low, high] = range_of(heights).unwrap_or(range);
         each.push(format!(
             "{} {} to {}",
-            told(study, run, state),
+            with_run_name(study, run, state),
             shown(low, LENGTH),
             shown(high, LENGTH)
         ));
@@ -67,12 +67,12 @@ fn worn(run: &ReportedRun, heights: &[f64]) -> Result<Option<Vec<f64>>, ReportEr
 pub fn titled(study: &Study, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => super::course::capitalised(text),
-        false => told(study, run, text),
+        false => with_run_name(study, run, text),
     }
 }
 
 /// A text within a sentence, with the name of the run in front where there are several.
-pub fn told(study: &Study, run: &ReportedRun, text: &str) -> String {
+pub fn with_run_name(study: &Study, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => text.to_owned(),
         false => format!("{}: {text}", run.label),

@@ -38,7 +38,7 @@ pub type AnyKey = Key<dyn HasForm>;
 
 /// Whatever has a form.
 pub trait HasForm {
-    fn told(&self) -> Form;
+    fn value_form(&self) -> Form;
 
     /// Refuses what is not of its type or out of its range.
     fn check(&self, given: &GivenValue<'_>) -> Result<(), SceneError>;
@@ -48,7 +48,7 @@ pub trait HasForm {
 }
 
 impl<V: Value> HasForm for V {
-    fn told(&self) -> Form {
+    fn value_form(&self) -> Form {
         self.form()
     }
 
@@ -64,7 +64,11 @@ impl<V: Value> HasForm for V {
 impl<V: HasForm + ?Sized> Key<V> {
     /// A line of its section that would do.
     pub fn line(&self) -> String {
-        format!("{} = {}", self.last(), as_toml(self.value.told().example))
+        format!(
+            "{} = {}",
+            self.last(),
+            as_toml(self.value.value_form().example)
+        )
     }
 }
 
@@ -235,7 +239,7 @@ pub fn with_kinds() -> impl Iterator<Item = &'static str> {
 /// The kinds of a section; none of one without `kind`.
 pub fn kinds(section: &str) -> Vec<&'static str> {
     let key = find(&join(section, "kind"));
-    let choices = key.map_or_else(Vec::new, |key| key.value.told().choices);
+    let choices = key.map_or_else(Vec::new, |key| key.value.value_form().choices);
     choices.into_iter().map(|choice| choice.0).collect()
 }
 

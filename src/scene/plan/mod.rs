@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::Scene;
 use crate::model_update::ModelUpdateError;
-use crate::recipe::{Check, CycleError, Decision, Inputs, Joint, StoredPlan, told};
+use crate::recipe::{Check, CycleError, Decision, Inputs, Joint, StoredPlan};
 use crate::surface::SurfaceError;
 use files::Files;
 use rough::Contents;
@@ -276,7 +276,7 @@ impl Plan {
         decide(&scene, &contents, &mut inputs)?;
         let recipe = &inputs.recipe;
         let warnings = stability::warning(recipe);
-        let decisions = told(recipe);
+        let decisions = crate::recipe::decisions(recipe);
         let checks = plausible::checks(&inputs, given_load);
         let implausible = checks.iter().filter_map(|check| check.warning.clone());
         let doubts = inputs.imported.iter();

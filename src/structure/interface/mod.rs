@@ -222,7 +222,7 @@ impl Interface {
     }
 
     /// What people are told of it, behind what the structure is.
-    pub fn told(&self) -> String {
+    pub fn describe(&self) -> String {
         let [x, y] = self.array.size.map(|side| side / MM);
         let [i, j] = self.array.counts;
         let kind = if self.is_regular {

@@ -43,7 +43,7 @@ const FORMATS: [Format; 6] = [
 ];
 
 /// What to do with a file that begins like one of these.
-pub(super) fn told(bytes: &[u8]) -> Option<ReadProblem> {
+pub(super) fn advice_on(bytes: &[u8]) -> Option<ReadProblem> {
     let first = &bytes[..bytes.len().min(ENOUGH)];
     let format = FORMATS.iter().find(|format| (format.is)(first))?;
     Some(ReadProblem::Unsupported {

@@ -287,7 +287,7 @@ fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), Re
             .filter(wanted)
             .map(|format| format.name)
             .collect();
-        if let Some(problem) = elsewhere::told(bytes) {
+        if let Some(problem) = elsewhere::advice_on(bytes) {
             return Err(problem);
         }
         let first = &bytes[..bytes.len().min(32)];

@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::error::NumericsError;
-use super::moment::OutputSchedule;
+use super::output_schedule::OutputSchedule;
 use super::stage::Stage;
 use crate::recipe::{GridTwin, Inputs, Part, Recipe};
 use crate::structure::imported::Imported;

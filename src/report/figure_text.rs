@@ -64,7 +64,12 @@ pub fn below(value: f64, bar: f64, resolution: f64) -> Option<f64> {
 }
 
 /// A figure in words, with what `number` makes of a value and its unit.
-pub fn told(value: f64, bar: f64, resolution: f64, number: impl Fn(f64) -> String) -> String {
+pub fn figure_with_bar(
+    value: f64,
+    bar: f64,
+    resolution: f64,
+    number: impl Fn(f64) -> String,
+) -> String {
     match below(value, bar, resolution) {
         Some(limit) => format!("below {}", number(limit)),
         None if NOTHING.contains(&bar) && value != 0.0 => {
@@ -77,19 +82,22 @@ pub fn told(value: f64, bar: f64, resolution: f64, number: impl Fn(f64) -> Strin
 
 #[cfg(test)]
 mod tests {
-    use super::{Sizes, below, told};
+    use super::{Sizes, below, figure_with_bar};
 
     #[test]
     fn a_figure_is_a_value_with_its_bar_or_what_it_is_below() {
         let number = |value: f64| format!("{value} N");
-        assert_eq!(told(2.0, 0.0, 0.0, number), "2 N");
-        assert_eq!(told(-2.0, 0.25, 1e-9, number), "-2 N ± 25 %");
-        assert_eq!(told(2.0, 1.5, 0.0, number), "below 5 N");
-        assert_eq!(told(2.0, 1.0, 0.0, number), "not known (2 N was found)");
-        assert_eq!(told(1e-19, 0.0, 0.5, number), "below 0.5 N");
-        assert_eq!(told(-1e-19, 2.0, 0.5, number), "below 0.5 N");
+        assert_eq!(figure_with_bar(2.0, 0.0, 0.0, number), "2 N");
+        assert_eq!(figure_with_bar(-2.0, 0.25, 1e-9, number), "-2 N ± 25 %");
+        assert_eq!(figure_with_bar(2.0, 1.5, 0.0, number), "below 5 N");
+        assert_eq!(
+            figure_with_bar(2.0, 1.0, 0.0, number),
+            "not known (2 N was found)"
+        );
+        assert_eq!(figure_with_bar(1e-19, 0.0, 0.5, number), "below 0.5 N");
+        assert_eq!(figure_with_bar(-1e-19, 2.0, 0.5, number), "below 0.5 N");
         // Nothing is known exactly.
-        assert_eq!(told(0.0, 1.0, 0.5, number), "0 N");
+        assert_eq!(figure_with_bar(0.0, 1.0, 0.5, number), "0 N");
         assert_eq!(below(0.5, 0.0, 0.5), None);
     }
 

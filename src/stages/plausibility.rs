@@ -15,7 +15,7 @@ const HALF_RANGES: f64 = 4.0;
 ///
 /// # Errors
 /// Those of reading the run.
-pub fn judged(reader: &RunReader, recipe: &Recipe) -> Result<Vec<Check>, RunError> {
+pub fn plausibility_checks(reader: &RunReader, recipe: &Recipe) -> Result<Vec<Check>, RunError> {
     let Some(last) = reader.latest() else {
         return Ok(Vec::new());
     };

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use super::RunError;
-use super::reads::{Outputs, StageInputs};
+use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::cycle::JointCycle;
 use crate::dynamics::{ContactElement, Extension, Resolved, Resonance, ResonanceKind, Vibration};
 use crate::tables::typed;
