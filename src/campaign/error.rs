@@ -93,7 +93,7 @@ pub enum CampaignError {
     },
     /// A folder whose runs are kept in another way.
     #[error(
-        "{} keeps {}, and would keep {}: what is there would be removed, or is not there to be kept; give another --dir",
+        "{} keeps {}, and would keep {}: existing tables would be removed or are missing; give another --dir",
         path.display(), kept(*before), kept(*now)
     )]
     KeepChanged {

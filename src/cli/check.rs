@@ -46,7 +46,10 @@ pub fn check(
             writeln!(out, "error: {error}");
         }
         if found.errors.len() >= MOST_FAULTS {
-            writeln!(out, "and maybe more: the first {MOST_FAULTS} are told");
+            writeln!(
+                out,
+                "the first {MOST_FAULTS} errors are shown; there may be more"
+            );
         }
         for warning in &found.warnings {
             writeln!(out, "warning: {}: {warning}", path.display());

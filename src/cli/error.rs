@@ -20,7 +20,7 @@ pub enum CliError {
     #[error(transparent)]
     Input(#[from] InputError),
     #[error(
-        "{source}\n{} is not as the run wrote it: remove it, and the run goes on with the scene that run.json keeps",
+        "{source}\n{} is not as the run wrote it: remove it, and the run continues with the scene stored in run.json",
         path.display()
     )]
     EditedScene { path: PathBuf, source: SceneError },

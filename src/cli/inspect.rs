@@ -178,7 +178,7 @@ fn warnings(
         if off.share > UNSYMMETRIC {
             let (i, j) = off.at;
             warnings.push(format!(
-                "the {} is not symmetric: {:e} in row {}, column {}, but {:e} in row {}, column {}; frequencies are those of its symmetric part",
+                "the {} is not symmetric: {:e} in row {}, column {}, but {:e} in row {}, column {}; the frequencies use its symmetric part",
                 role.name(),
                 off.values.0,
                 row_name(matrices, i),

@@ -67,7 +67,7 @@ pub fn outcome(
     if let Ending::Until(stage) = outcome.ending {
         writeln!(
             out,
-            "ended after {stage}, as asked; the same command without --until goes on"
+            "ended after {stage}, as asked; run the same command without --until to continue"
         );
     }
     let Some(summary) = &outcome.summary else {

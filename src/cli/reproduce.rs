@@ -59,7 +59,7 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
             .map(|(scene, job)| command(scene, job, &arguments.sets))
             .collect();
         if run_at_once(&execution, "scene", &commands, arguments.jobs)? {
-            say("stopped; the same command goes on");
+            say("stopped; run the same command again to continue");
             return Ok(Exit::Stopped);
         }
         // What is left is to find that they are done, or why one is not.
@@ -73,7 +73,7 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
     }
     if ran.stopped {
         say(&format!(
-            "stopped after {} of {} scenes; the same command goes on",
+            "stopped after {} of {} scenes; run the same command again to continue",
             ran.ended.len(),
             jobs.len()
         ));

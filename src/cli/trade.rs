@@ -92,7 +92,7 @@ const FOLDER: &str = "trade";
 
 fn stopped_after(done: usize, of: usize, what: &str) -> Exit {
     say(&format!(
-        "stopped after {done} of {of} {what}; the same command goes on"
+        "stopped after {done} of {of} {what}; run the same command again to continue"
     ));
     Exit::Stopped
 }

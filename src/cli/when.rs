@@ -306,7 +306,7 @@ fn answer<'a>(
             return Err(CliError::NoMilestone {
                 path: root.to_owned(),
                 figure: milestone.figure.name(),
-                reason: "it goes on from a run of another scene, whose unworn joint is not its own; give a value",
+                reason: "it continues a run of another scene, which has another unworn joint; give a value",
             });
         }
         (true, ..) => first,

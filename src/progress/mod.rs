@@ -295,7 +295,7 @@ impl Observer for Watcher {
                 self.say(&format!("continues {root} after iteration {latest}"))
             }
             (false, None) => self.say(&format!(
-                "continues {root}, of which no iteration is committed yet"
+                "continues {root}, which has no committed iteration yet"
             )),
         }
         if !opening.created && opening.latest.is_some() {

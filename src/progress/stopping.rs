@@ -219,7 +219,7 @@ impl Watch {
         }
         if let Some((stage, goes_on, since)) = &at.stage {
             let again = match goes_on {
-                true => "it goes on from what it has solved",
+                true => "it continues after the solved points",
                 false => "it is computed again",
             };
             say(&format!(

@@ -220,7 +220,7 @@ impl Elements {
             false => "none".to_owned(),
             true if self.update.extrapolates => {
                 format!(
-                    "{}; the motion goes on in between",
+                    "{}; the motion is extrapolated in between",
                     self.update.criterion.describe()
                 )
             }

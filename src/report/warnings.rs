@@ -119,7 +119,7 @@ fn progress(run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let state = match running {
         Some(_) => "is running".to_owned(),
         None => format!(
-            "stopped before its end (`{}` goes on)",
+            "stopped before its end (`{}` continues it)",
             continuation(tables.root())
         ),
     };

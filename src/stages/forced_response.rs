@@ -271,7 +271,7 @@ fn forced_response(
         // With the harmonics that the resonance was extended to no branch begins: those of the scene may have one.
         harmonics = vibration.harmonics.clone();
         outputs.notice(format!(
-            "forced response: of harmonics up to {}, as no branch of those of the resonance begins",
+            "forced response: of harmonics up to {}, because no branch starts with the harmonics of the resonance",
             harmonics.highest()
         ));
         let fewer = vibration.balance_of(balance.elements().to_vec(), harmonics.clone());

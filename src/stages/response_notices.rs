@@ -1,5 +1,4 @@
-//! What a person is told of a steady response: harmonics that do not suffice, a structure reduced too far, a peak that is no clear one, a contact
-//! that never closes.
+//! Notices about a steady response: too few harmonics, too small a reduced structure, an unclear peak, a contact that never closes.
 
 use std::f64::consts::TAU;
 
@@ -9,13 +8,13 @@ use crate::dynamics::cycle::JointCycle;
 use crate::dynamics::{ContactElement, Extension, Resolved, Resonance, ResonanceKind, Vibration};
 use crate::tables::typed;
 
-/// The harmonic of the drive that friction has most of beside the first.
+/// Harmonic in which friction is largest after the first.
 const FRICTION: u32 = 3;
-/// Error of the reduced structure there from which it is told.
+/// Error of the reduced structure from which the run warns.
 const MUCH: f64 = 0.02;
-/// Factor between the amplitudes before and after an update from which it is told: updates are due at changes of some per cent.
+/// Ratio of the amplitudes before and after an update from which the run warns. Updates are due at changes of a few percent.
 const LEAP: f64 = 1.25;
-/// Says so where harmonics could not be extended until they suffice.
+/// Warns if the harmonics could not be extended far enough.
 pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
     let Some(tolerance) = tolerance.filter(|_| !resolved.resonance.is_still) else {
         return;
@@ -38,12 +37,12 @@ pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, res
     let left: Vec<String> = beyond
         .map(|(figure, error)| match *error < 1.0 {
             true => format!("an error of {error:.1e} in the {figure}"),
-            false => format!("an error in the {figure} that is not known"),
+            false => format!("an unknown error in the {figure}"),
         })
         .collect();
     if !left.is_empty() {
         outputs.notice(format!(
-            "fidelity.harmonic_tolerance = {tolerance}: harmonics up to {} and {} samples a cycle leave {}",
+            "fidelity.harmonic_tolerance = {tolerance} is not met: harmonics up to {} and {} samples per cycle leave {}; give more dynamics.harmonics",
             resolved.balance.harmonics().highest(),
             resolved.balance.sampling().samples(),
             left.join(", and ")
@@ -51,28 +50,28 @@ pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, res
     }
 }
 
-/// Says what each extension of the harmonics has left of an error, and what it took, where there were several.
+/// Notes the error and the effort of each extension of the harmonics, if there were several.
 pub fn note_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
     if extensions.len() < 2 {
         return;
     }
     let steps = extensions.iter().map(|of| {
         format!(
-            "up to {} ({} Newton iterations of {} unknowns): {:.2} %",
+            "up to {}, error {:.2} % ({} Newton iterations of {} unknowns)",
             of.highest,
+            100.0 * of.error,
             of.iterations,
-            of.unknowns,
-            100.0 * of.error
+            of.unknowns
         )
     });
     let steps: Vec<String> = steps.collect();
     outputs.notice(format!(
-        "harmonics were extended, and leave of amplitude or dissipation {}",
-        steps.join(", ")
+        "harmonics were extended: {}; the error is the larger of amplitude and dissipation",
+        steps.join("; ")
     ));
 }
 
-/// Says so, once, where the reduced structure may be off at the harmonics that friction has most of.
+/// Warns once if the reduced structure is inaccurate at the harmonics in which friction is largest.
 pub fn warn_reduction(
     reads: &StageInputs,
     outputs: &mut Outputs,
@@ -90,8 +89,8 @@ pub fn warn_reduction(
     let there = error * (frequency / checked).powi(2);
     if reads.wear_iteration == 0 && there > MUCH {
         outputs.notice(format!(
-            "dynamics.modes = {}: the reduced structure's receptance is off that of all freedoms by some {:.1} % of its largest at {frequency:.0} Hz, \
-             harmonic {highest}; keep more modes",
+            "dynamics.modes = {}: the receptance of the reduced structure has an error of {:.1} % of its largest value at {frequency:.0} Hz \
+             (harmonic {highest}); increase dynamics.modes",
             structure.modes,
             100.0 * there
         ));
@@ -99,7 +98,7 @@ pub fn warn_reduction(
     Ok(())
 }
 
-/// Says so where the response to the contact elements of an update is far from that `before` it: there may be two, or updates are too far apart.
+/// Warns if an update changes the response by much. There may be two steady responses, or the updates are too far apart.
 pub fn warn_jump(
     reads: &StageInputs,
     outputs: &mut Outputs,
@@ -113,14 +112,14 @@ pub fn warn_jump(
     let change = now.amplitude / amplitude;
     if change.max(1.0 / change) > LEAP {
         outputs.notice(format!(
-            "iteration {}: with the contact elements of this update the amplitude of the response goes from {amplitude:.3e} to {:.3e} m; where a smaller \
-             update.stiffness_change does not make smaller steps of it there are two steady responses, and no error bar holds which of them is taken",
+            "iteration {}: this update of the contact elements changes the amplitude from {amplitude:.3e} to {:.3e} m. Reduce update.stiffness_change. \
+             If the step remains, there are two steady responses, and no error bar covers the choice between them",
             reads.wear_iteration, now.amplitude
         ));
     }
 }
 
-/// Says so where the contact never closes in the response in force. Other motions of the range may close it.
+/// Warns if the contact never closes in the response in force. Other motions of the range may close it.
 pub fn warn_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &JointCycle) {
     if cycle.force.iter().any(|force| force[2] != 0.0) {
         return;
@@ -134,20 +133,19 @@ pub fn warn_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &Joi
     let reached = cycle.displacement.iter().map(|u| u[2]);
     let reached = reached.fold(f64::NEG_INFINITY, f64::max);
     outputs.notice(format!(
-        "contact.gap, contact.normal_load: in the motion that was found the contact is open throughout: it would close at a normal displacement \
-         of {closes:.3e} m, and reaches {reached:.3e} m; a smaller gap or more normal load, if it is meant to close"
+        "contact.gap, contact.normal_load: the contact stays open throughout the computed motion. It closes at a normal displacement of \
+         {closes:.3e} m, and the motion reaches {reached:.3e} m; reduce the gap or increase the normal load if the contact must close"
     ));
 }
 
-/// Says so where the resonance is no clear one: nothing responds or damps, there is no phase resonance, or the peak lies at an end of the range or
-/// of a branch.
+/// Warns of an unclear resonance: no response, no damping, no phase resonance, or a peak at an end of the range or of a branch.
 pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
     if resonance.is_still {
         let rows = &resonance.peak.displacement;
         let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
         outputs.notice(format!(
-            "dynamics.response: the structure does not respond there: its amplitude is 0 but for rounding, beside {largest:.1e} m elsewhere; \
-             name a direction along which something moves it"
+            "dynamics.response: the amplitude at this point is zero up to rounding, and {largest:.1e} m elsewhere; \
+             choose a direction in which the loads move the structure"
         ));
         return;
     }
@@ -162,8 +160,8 @@ pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
         .chain(model.hysteretic.values());
     if damping.all(|entry| *entry == 0.0) {
         outputs.notice(
-            "dynamics.damping_ratio: nothing but friction damps the structure: where loads supply more than it takes, no amplitude at a \
-             resonance is the largest; give the damping of the structure",
+            "dynamics.damping_ratio: friction alone damps the structure. Where the loads supply more energy than friction dissipates, the \
+             amplitude at resonance is unbounded; give the damping of the structure",
         );
     }
     if resonance.phase.is_none() {
@@ -172,7 +170,7 @@ pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
     }
     if resonance.peak_kind == ResonanceKind::End {
         let why = match vibration.is_at_end(resonance.peak.omega) {
-            true => "an end of it: widen dynamics.frequency if the peak is meant",
+            true => "an end of dynamics.frequency: widen the range to find the peak",
             false => {
                 "the end of a branch that could not be followed further: the peak may be higher"
             }
@@ -184,9 +182,9 @@ pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
     }
 }
 
-/// What is said of a range \[Hz\] without a phase resonance.
+/// Message for a range \[Hz\] without a phase resonance.
 pub fn no_resonance_message([from, to]: [f64; 2]) -> String {
     format!(
-        "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz; the peak stands for it"
+        "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz. The run uses the response peak instead"
     )
 }

@@ -340,7 +340,7 @@ impl<'a> Runner<'a> {
                     let solved = self.solvers.journal.open(&kept, INTERVAL, keep);
                     if solved > 0 {
                         self.observer.notice(&format!(
-                            "{} goes on behind {solved} solutions of an earlier start",
+                            "{} continues after {solved} solutions of an earlier start",
                             stage.stage
                         ));
                     }

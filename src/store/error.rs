@@ -298,7 +298,7 @@ pub enum DamageKind {
     After(u64),
 }
 
-const EDITED: &str = "the scene.toml in it is not as the run wrote it: remove it, and `--run` alone goes on with the scene that run.json keeps; or ";
+const EDITED: &str = "the scene.toml in it is not as the run wrote it: remove it, and `--run` alone continues with the scene stored in run.json; or ";
 
 fn kind(kind: EntryKind) -> &'static str {
     match kind {

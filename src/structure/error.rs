@@ -28,7 +28,7 @@ pub enum StructureError {
     },
     /// Faces that do not move as two rigid bodies where the structure is free to.
     #[error(
-        "contact element {element} does not move with the others of its face in a rigid motion of the structure: the faces of the joint must be those of two bodies"
+        "contact element {element} does not move with the others of its face in a rigid motion of the structure: the two faces of the joint must belong to two separate bodies"
     )]
     NotTwoBodies {
         /// The contact element.

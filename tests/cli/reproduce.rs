@@ -150,7 +150,7 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
         assert_eq!(did.code(), 75, "{}", did.stderr());
         // Between scenes and iterations, or, on a machine with other work, within a stage or on the way to it.
         let said = did.stderr();
-        let between = said.contains("of 16 scenes; the same command goes on");
+        let between = said.contains("of 16 scenes; run the same command again to continue");
         let hard = said.contains("continue with: the same command")
             || said.contains("the same command begins it");
         assert!(between || hard, "{said}");
@@ -243,7 +243,7 @@ fn a_run_of_another_process_stops_a_study_that_can_go_on() {
         assert_eq!(did.code(), 75, "{said}");
         for part in [
             "a/smooth is being written by process ",
-            "stopped after 0 of 1 scenes; the same command goes on\n",
+            "stopped after 0 of 1 scenes; run the same command again to continue\n",
         ] {
             assert!(said.contains(part), "{said}");
         }

@@ -186,7 +186,8 @@ fn goes_on_where_it_was_stopped() {
         }
         assert_eq!(did.code(), 75, "{}", did.stderr());
         assert!(
-            did.stderr().contains("the same command goes on"),
+            did.stderr()
+                .contains("run the same command again to continue"),
             "{}",
             did.stderr()
         );

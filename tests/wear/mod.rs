@@ -3,8 +3,8 @@
 mod coarse;
 mod cycle;
 mod drives;
+mod event_search;
 mod fields;
-mod landing;
 mod left_out;
 mod local_load;
 mod motion;

@@ -29,7 +29,7 @@ pub enum CampaignCommand {
     Plan(PlanArguments),
     /// Run rows, or continue them: one, a range, or all of them on this machine
     ///
-    /// Ends with 0 where all rows asked for are done, with 75 where one was stopped and the same command goes on. Rows that are done
+    /// Ends with 0 where all rows asked for are done, with 75 where one was stopped and run the same command again to continue. Rows that are done
     /// take no time. One that fails does not stop the others.
     Run(RunArguments),
     /// Say how far a campaign is

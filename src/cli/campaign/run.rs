@@ -122,7 +122,7 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
         say(&format!("{} rows: {}", rows.len(), parts.join(", ")));
         let exit = tally.exit(arguments.resumable_exit);
         if matches!(exit, Exit::StoppedAs(_)) {
-            say("the same command goes on");
+            say("run the same command again to continue");
         }
         if !tally.failed.is_empty() {
             say("why rows failed:  fretwear campaign status --dir DIR");

@@ -438,7 +438,7 @@ fn summary(found: &[Tally]) -> Sheet {
             ("preset, motion", Some(format!("{preset}, {motion}"))),
             ("scenes", Some(compared)),
             (
-                "FFT pairs of those of reference",
+                "of the FFT pairs of reference",
                 tally.pairs_part.map(percent),
             ),
             (

@@ -52,7 +52,7 @@ enum ElementTableProblem {
         before: usize,
     },
     #[error(
-        "row {row}: x, y, mu or the springs of damping are not those of the other sliders of element {element}"
+        "row {row}: x, y, mu and the damping springs must equal those of the other sliders of element {element}"
     )]
     NotAlike { row: usize, element: usize },
     #[error("it has no row")]

@@ -36,7 +36,7 @@ pub enum StructureFileError {
     },
     /// Neither the folder nor the scene says the units.
     #[error(
-        "structure.file: nobody has said the units of this folder; give structure.unit = {{ length = \"mm\", mass = \"t\", time = \"s\" }}, or those that are right"
+        "structure.file: the units of this folder are unknown; give structure.unit = {{ length = \"mm\", mass = \"t\", time = \"s\" }}, or the correct units"
     )]
     NoUnit,
     /// The units of the folder are none.

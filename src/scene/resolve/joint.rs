@@ -39,7 +39,7 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     if body == Body::Matrices && reader.has("joint.hole") {
         return Err(reader.conflict(
             &HOLE_DIAMETER,
-            "the outline and the holes of the joint are those of its nodes; leave it out",
+            "the nodes of the mesh define the outline and the holes of the joint; leave it out",
         ));
     }
     if body == Body::Resonator {

@@ -113,7 +113,7 @@ pub(super) fn values(
             Err("there is no [structure] of finite elements")
         }
         "elements" if scene.structure().is_some_and(|s| s.import().is_some()) => {
-            Err("the contact elements are those of the structure's files")
+            Err("the files of the structure define the contact elements")
         }
         "modes" => {
             let structure = scene.recipe.structure.as_ref();

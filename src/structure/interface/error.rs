@@ -102,7 +102,7 @@ pub enum InterfaceError {
     },
     /// The upper face is not over the lower one.
     #[error(
-        "the nodes of the upper body reach {by:.4} mm beyond those of the lower one along {along} of the joint: contact is where the upper ones are, and the lower face is to lie under all of them; shift the bodies, or exchange upper and lower in structure.interface"
+        "the nodes of the upper body reach {by:.4} mm beyond those of the lower one along {along} of the joint: the lower face must reach under all upper nodes, because contact is computed there; shift the bodies, or exchange upper and lower in structure.interface"
     )]
     Overhang {
         /// Axis of the joint.

@@ -48,9 +48,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     if file.word(0) != Some(BEGIN[0]) {
         return Err(ReadProblem::Unsupported {
             found: "the byte order of the file, the largest byte first,".into(),
-            advice:
-                "write it on a machine that has the least byte first, as those of Intel and ARM"
-                    .into(),
+            advice: "write it on a little-endian machine (Intel, ARM)".into(),
         });
     }
     let mut place = 0;

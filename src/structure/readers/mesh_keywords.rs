@@ -150,7 +150,7 @@ impl Steps {
         }
         if !READ.contains(&word) && !HARMLESS.contains(&word) {
             return refused(
-                "a mesh of solids alone is assembled here, and this keyword is not one of those that leave it as it is: leave the keyword out, or let your program write the matrices and use structure.kind = \"matrices\"",
+                "a mesh of solids alone is assembled here, and this keyword changes the model: leave the keyword out, or let your program write the matrices and use structure.kind = \"matrices\"",
             );
         }
         let given =

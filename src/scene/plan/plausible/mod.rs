@@ -72,7 +72,7 @@ fn correction(surface: &Surface) -> Option<Check> {
     (!both.is_empty()).then(|| Check {
         what: "correction of the map's file",
         warning: Some(format!(
-            "surface.correct: {value}, whatever the file says; the run keeps this"
+            "surface.correct: {value} overrides the file; the run keeps this value"
         )),
         value,
         remark: None,
