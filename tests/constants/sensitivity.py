@@ -23,6 +23,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -140,7 +141,7 @@ def rewrite(folder, constants, left):
             names = set(mine) | {n for n in imported & shared if n not in declares}
             body = line
             if names:
-                body = re.sub(rf"(?<![\w\"])((?:\w+::)*)({'|'.join(sorted(names, key=len, reverse=True))})\b(?!\s*\()", r"\1\2()", body)
+                body = re.sub(rf"(?<![\w\"])(?<!rs:)((?:\w+::)*)({'|'.join(sorted(names, key=len, reverse=True))})\b(?!\s*\()", r"\1\2()", body)
             lines.append(re.sub(r"\b((?:\w+::)+)([A-Z][A-Z0-9_]+)\b(?!\s*[(:])", called, body))
         path.write_text("\n".join(lines), encoding="utf-8")
 
@@ -246,12 +247,20 @@ def main():
     parser.add_argument("--module", action="append", choices=MODULES)
     parser.add_argument("--table", type=Path, default=Path("sensitivity.csv"))
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--case", action="append")
+    parser.add_argument("--case", action="append", help="only this case of the yardstick; may be repeated")
+    parser.add_argument("--most", type=int, default=10, help="cases per constant, spread over those that read it [default: %(default)s]")
+    parser.add_argument("--longest", type=float, default=3.0, help="leave out cases that take longer [s, default: %(default)s]")
+    parser.add_argument("--built", action="store_true", help="use the program that FOLDER has from before")
     given = parser.parse_args()
     folder = given.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     constants = [constant for each in declared(given.module or MODULES).values() for constant in each]
-    program, left = build(folder, constants)
+    names = folder / "not_varied.json"
+    if given.built and names.exists():
+        program, left = folder / "target" / "release" / "fretwear", set(json.loads(names.read_text()))
+    else:
+        program, left = build(folder, constants)
+        names.write_text(json.dumps(sorted(left)))
     cases = [case for case in [*scenes.shipped(False), *scenes.drawn()] if not case.folders]
     cases = [case for case in cases if not given.case or case.name in given.case]
     print(f"{len(constants)} constants, {len(left)} cannot be varied; {len(cases)} cases", flush=True)
@@ -259,22 +268,30 @@ def main():
     def read_by(case):
         log = folder / f"read-{case.name.replace('/', '_')}"
         log.unlink(missing_ok=True)
+        begun = time.monotonic()
         found = start(program, case, folder, {"FRETWEAR_READ": str(log)})
-        return case, found, set(log.read_text().split("\n")) if log.exists() else set()
+        read = set(log.read_text().split("\n")) if log.exists() else set()
+        return case, found, read, time.monotonic() - begun
 
     with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
-        plain = list(pool.map(read_by, cases))
+        # Quick cases first, so that those chosen for a constant are of all lengths.
+        plain = sorted(pool.map(read_by, cases), key=lambda found: found[3])
+        plain = [found for found in plain if found[3] <= given.longest]
+        print(f"{len(plain)} cases take at most {given.longest} s", flush=True)
 
         def judge(constant):
             largest = (0.0, "", "", "")
-            for case, before, read in plain:
-                if constant.key not in read or largest[0] == math.inf:
-                    continue
+            readers = [(case, before) for case, before, read, _ in plain if constant.key in read]
+            step = max(1.0, len(readers) / given.most)
+            for k in range(min(given.most, len(readers))):
+                case, before = readers[int(k * step)]
+                if largest[0] == math.inf:
+                    break
                 for factor in FACTORS:
                     after = start(program, case, folder, {"FRETWEAR_SCALE": f"{constant.key}={factor}"})
                     found, figure = change(before, after)
                     largest = max(largest, (found, figure, case.name, factor))
-            is_read = any(constant.key in read for _, _, read in plain)
+            is_read = bool(readers)
             return constant, is_read, largest
 
         varied = [constant for constant in constants if constant.key not in left]

@@ -246,7 +246,7 @@ fn a_flipped_bit_is_named_and_computed_again() {
             "{said}"
         );
         let goes_on = match k {
-            0 => "of which no iteration is committed yet".to_owned(),
+            0 => "which has no committed iteration yet".to_owned(),
             k => format!("continues a after iteration {}\n", k - 1),
         };
         assert!(said.contains(&goes_on), "{said}");
