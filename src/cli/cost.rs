@@ -115,7 +115,7 @@ fn megabytes(bytes: u64) -> String {
 
 /// What to say of a run that takes more memory than this machine has.
 pub fn too_large(inputs: &Inputs) -> Option<String> {
-    let least = Counted::of(inputs).least_memory();
+    let least = Counted::least_memory(inputs);
     let machine = told_by_system("/proc/meminfo", "MemTotal:")?;
     (least > machine).then(|| {
         format!(

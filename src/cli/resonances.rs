@@ -15,10 +15,10 @@ use super::run::cache_folder;
 use crate::progress::Watcher;
 use crate::terminal::Results;
 
-/// Most frequencies outside the range that are told.
+/// Largest number of frequencies outside the range that the message lists.
 const SHOWN: usize = 6;
 
-/// What the loads of a scene are counted in.
+/// Unit of the loads of a scene.
 struct Unit {
     /// Half range of the drive \[N\], where a force drives; the others keep their ratio to it.
     drive: Option<f64>,
@@ -41,7 +41,7 @@ impl Unit {
     }
 }
 
-/// The resonances of a scene, or why they are not known; none of a scene that does not vibrate.
+/// Resonances of a scene, or the reason why they are unknown. A scene without vibration has none.
 pub fn resonances(
     inputs: &Inputs,
     path: &Path,

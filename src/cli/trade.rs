@@ -296,7 +296,7 @@ fn run_all(
         let trial = Trial {
             variant: job.variant.clone(),
             root: root.clone(),
-            memory: Counted::of(&job.plan.inputs).least_memory(),
+            memory: Counted::least_memory(&job.plan.inputs),
             failure: failure.as_ref().map(ToString::to_string),
         };
         let of_reference = job.variant.name == REFERENCE;

@@ -48,7 +48,7 @@ const GRIP_PER_CORRECTION: f64 = 0.1;
 const FAR: f64 = 0.5;
 /// Correction that is accepted where no step makes it smaller: kinks of the law may leave as much. The response says what is left.
 const ACCEPTED: f64 = 1e-6;
-/// Accepted correction over the tolerance where an iteration is costly. Rounding may keep such a response from the tolerance.
+/// Accepted correction over the tolerance of the settings where an iteration is costly. Rounding may keep such a response from the tolerance.
 const ACCEPTED_OF_COSTLY: f64 = 10.0;
 /// Iterations after which the correction must have halved.
 const PATIENCE: usize = 8;
@@ -269,7 +269,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             *frame = Some(now);
         }
         let accepted = match self.is_costly {
-            true => ACCEPTED_OF_COSTLY * tolerance,
+            true => ACCEPTED_OF_COSTLY * self.settings.tolerance,
             false => ACCEPTED,
         };
         if standing <= accepted {

@@ -1,12 +1,12 @@
 //! Preload of a bolted joint as its faces wear.
 //!
 //! ```
-//! use fretwear::model_update::{Approach, Bolt, ModelUpdateError, preload};
+//! use fretwear::model_update::{Bolt, BoltContact, ModelUpdateError, preload};
 //!
 //! // A face that wears by 1 µm under a bolt of 50 N/µm, on a contact of 200 N/µm.
 //! let bolt = Bolt { stiffness: 50e6, load: 1000.0, approach: 5e-6 };
 //! let worn = |load: f64| {
-//!     Ok::<_, ModelUpdateError>(Approach { approach: 6e-6 + (load - 1000.0) / 200e6, kn: 200e6 })
+//!     Ok::<_, ModelUpdateError>(BoltContact { approach: 6e-6 + (load - 1000.0) / 200e6, kn: 200e6 })
 //! };
 //! let found = preload(bolt, None, worn)?;
 //! // The springs in series: 1 / (1/50 + 1/200) N/µm.

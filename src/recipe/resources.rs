@@ -52,23 +52,25 @@ impl Counted {
         let recipe = &inputs.recipe;
         let elements = contact_elements(recipe);
         let orders = recipe.response.as_ref().map_or(0, |r| r.harmonics.len());
-        let (memory, memory_cached) = peak(inputs);
+        let least = Counted::least_memory(inputs);
+        // The reduction is over, and its memory is freed, before a run allocates anything else.
+        let reduction = reduction(inputs).map(|bytes| (PROGRAM + bytes) as u64);
         let mut counted = Counted {
             contact_elements: elements,
             unknowns: 3 * elements * (2 * orders).saturating_sub(1),
             cells: recipe.surface().map_or(0, |surface| surface.kept),
             plane: recipe.contact().map_or([0; 2], |contact| contact.plane),
-            memory,
-            memory_cached,
+            memory: least.max(reduction.unwrap_or(0)),
+            memory_cached: reduction.map(|_| least),
             disk_per_iteration: 0,
         };
         counted.disk_per_iteration = disk_per_iteration(inputs, &counted) as u64;
         counted
     }
 
-    /// The least memory that a run takes: with the structure in the cache \[B\].
-    pub fn least_memory(&self) -> u64 {
-        self.memory_cached.unwrap_or(self.memory)
+    /// Least memory of a run: with the structure in the cache \[B\]. It does not count the reduction, which takes memory itself.
+    pub fn least_memory(inputs: &Inputs) -> u64 {
+        peak(inputs) as u64
     }
 }
 
@@ -102,12 +104,10 @@ fn disk_per_iteration(inputs: &Inputs, counted: &Counted) -> f64 {
     DOUBLE * (fields + counted.unknowns as f64) + TABLES
 }
 
-/// Bytes at the fullest moment, of a run that reduces its structure and of one that finds it reduced; the latter where there is
-/// something to reduce.
-fn peak(inputs: &Inputs) -> (u64, Option<u64>) {
+/// Peak memory \[B\] of a run whose structure is already reduced.
+fn peak(inputs: &Inputs) -> f64 {
     let [held, fullest] = doubles(inputs).map(|doubles| DOUBLE * doubles);
     let ports = 3.0 * contact_elements(&inputs.recipe) as f64;
-    let reduction = reduction(inputs).unwrap_or(0.0);
     let orders = inputs.recipe.response.as_ref().map(|r| &r.harmonics[..]);
     let beyond = orders.and_then(|orders| Harmonics::new(orders).ok());
     // Those tried for the error of what is left out are among them.
@@ -117,12 +117,7 @@ fn peak(inputs: &Inputs) -> (u64, Option<u64>) {
     let response = DOUBLE * (ports * ports * RESPONSE + SETS * jacobians);
     let model = DOUBLE * ports * ports * MODEL;
     let cached = (held + response).max(fullest + model);
-    // The reduction is over, and its memory given back, before anything else is there.
-    let bytes = |more: f64| (PROGRAM + more) as u64;
-    (
-        bytes(cached.max(reduction)),
-        (reduction > 0.0).then(|| bytes(cached)),
-    )
+    PROGRAM + cached
 }
 
 /// Numbers between the stages, and at the fullest moment of one.

@@ -41,7 +41,7 @@ DECLARATION = re.compile(
     r"^(?P<indent> *)(?P<visibility>pub(?:\([a-z:\s_]+\))? )?const (?P<name>[A-Z][A-Z0-9_]*): (?P<type>f64|usize|u64|u32|i32) =\s*(?P<value>[^;]+);",
     re.MULTILINE,
 )
-COPIED = ["src", "schemas", "pipelines", "data", "docs", "Cargo.toml", "Cargo.lock", "README.md"]
+COPIED = ["schemas", "pipelines", "data", "docs", "Cargo.toml", "Cargo.lock", "README.md"]
 
 TUNED = """
 //! Constants that the environment scales: FRETWEAR_SCALE="file:NAME=2.0". FRETWEAR_READ names a file that lists those that a run reads.
@@ -148,7 +148,7 @@ def rewrite(folder, constants, left):
 
 def build(folder, constants):
     """Builds the program, leaving out constants that the compiler wants to know; returns it and those left out."""
-    for name in COPIED[1:]:
+    for name in COPIED:
         target = folder / name
         if (REPOSITORY / name).is_dir():
             shutil.copytree(REPOSITORY / name, target, dirs_exist_ok=True)
@@ -199,7 +199,8 @@ def figures(printed):
             if not name.startswith("error_") or not isinstance(bar, float):
                 continue
             value = values.get(name.removeprefix("error_"))
-            if isinstance(value, (int, float)):
+            # `error_cycles` belongs to the computed cycle, not to the number of cycles.
+            if name != "error_cycles" and isinstance(value, (int, float)):
                 found[name.removeprefix("error_")] = (float(value), abs(bar * value))
     return found
 
@@ -262,8 +263,12 @@ def main():
         program, left = build(folder, constants)
         names.write_text(json.dumps(sorted(left)))
     cases = [case for case in [*scenes.shipped(False), *scenes.drawn()] if not case.folders]
+    unknown = set(given.case or []) - {case.name for case in cases}
+    if unknown:
+        sys.exit(f"no case {', '.join(sorted(unknown))}; see tests/yardstick/scenes.py")
     cases = [case for case in cases if not given.case or case.name in given.case]
-    print(f"{len(constants)} constants, {len(left)} cannot be varied; {len(cases)} cases", flush=True)
+    fixed = sum(constant.key in left for constant in constants)
+    print(f"{len(constants)} constants, {fixed} cannot be varied; {len(cases)} cases", flush=True)
 
     def read_by(case):
         log = folder / f"read-{case.name.replace('/', '_')}"

@@ -590,6 +590,25 @@ fn bonded_as_its_own_mesh(
             assert!((a / b - 1.0).abs() < SAME, "{a} {b}");
         }
         assert!((found.mass / expected.mass - 1.0).abs() < ROUNDING);
+        // A support of one node of a pair holds both.
+        let held = matrices.sets["TOP"][0].to_string();
+        let supported = Options {
+            fixed: Some(&held),
+            ..options.clone()
+        };
+        let supported = Imported::new(matrices, &supported).expect("a resonator");
+        assert_eq!(supported.rows, imported.rows - 3);
+        // A node without a displacement is not bonded by halves.
+        let mut lacking = matrices.clone();
+        let dofs = lacking.dofs.as_mut().expect("freedoms");
+        let upper = matrices.sets["TOP"][0];
+        let row = dofs.iter_mut().find(|dof| dof.node == upper);
+        row.expect("a row").node = 999_999;
+        let refused = Imported::new(&lacking, &options);
+        assert!(
+            matches!(refused, Err(ImportError::NoRow { .. })),
+            "{refused:?}"
+        );
         let refused = Imported::new(&shifted, &options);
         match facing {
             FacingNodes::Sets { .. } => {

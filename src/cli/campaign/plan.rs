@@ -181,7 +181,7 @@ impl Cost {
     fn of(plan: &Plan, is_rehearsed: bool) -> Cost {
         let mut cost = Cost {
             seconds: None,
-            memory: Counted::of(&plan.inputs).least_memory(),
+            memory: Counted::least_memory(&plan.inputs),
             disk: None,
         };
         if is_rehearsed {

@@ -227,14 +227,6 @@ impl Imported {
                 .map(|(i, j, v)| (i, j, v * worth * of_row[i as usize] * of_row[j as usize]))
                 .collect()
         };
-        if options.is_bonded {
-            let (_, bodies) = bodies(rows, &scaled(stiffness, 1.0), &scaled(mass, 1.0));
-            if bodies > 1 {
-                doubts.push(format!(
-                    "without [contact] nothing joins the {bodies} bodies of the structure: give structure.interface, or a *TIE in the deck"
-                ));
-            }
-        }
         let mut row_of = HashMap::new();
         for (row, dof) in dofs.iter().enumerate() {
             if let Some(place) = place[row] {
@@ -242,6 +234,15 @@ impl Imported {
             }
         }
         let stiffness_si = scaled(stiffness, unit.mass / (unit.time * unit.time));
+        let inertia = scaled(mass, unit.mass);
+        if options.is_bonded {
+            let (_, bodies) = bodies(rows, &stiffness_si, &inertia);
+            if bodies > 1 {
+                doubts.push(format!(
+                    "without [contact] nothing joins the {bodies} bodies of the structure: give structure.interface, or a *TIE in the deck"
+                ));
+            }
+        }
         let points = options.points.iter().map(|name| point(matrices, name));
         let mut points = points.collect::<Result<Vec<_>, _>>()?;
         let mut preload = None;
@@ -317,7 +318,7 @@ impl Imported {
                 .flatten()
                 .fold(0.0, f64::max)
                 * unit.mass,
-            inertia: scaled(mass, unit.mass),
+            inertia,
             damping: damping.map(|damping| scaled(damping, unit.mass / unit.time)),
             hysteretic: (matrices.hysteretic.as_ref())
                 .map(|damping| scaled(damping, unit.mass / unit.time.powi(2))),

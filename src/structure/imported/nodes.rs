@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::{ImportError, Lower, UnitSystem};
+use super::{AXES, ImportError, Lower, UnitSystem};
 use crate::linalg::vectors::{cross, dot, minus};
 use crate::structure::interface::{Interface, Side};
 use crate::structure::matrices::{Dof, Matrices};
@@ -200,7 +200,7 @@ const SAME_PLACE: f64 = 1e-4;
 /// Gives each upper node the rows of the lower one that it faces, those of a pair or at its place; how many rows there are then.
 ///
 /// # Errors
-/// [`ImportError::NotNodeForNode`] for a node that faces none.
+/// [`ImportError::NotNodeForNode`] for a node that faces none, [`ImportError::NoRow`] for one without three displacements.
 pub(super) fn bond(
     dofs: &[Dof],
     facing: &FacingNodes,
@@ -234,11 +234,21 @@ pub(super) fn bond(
             return Err(ImportError::NotNodeForNode { node: *node });
         };
         for direction in 1..=6 {
-            let [below, above] = [lower.nodes[faced], *node].map(|n| row_of.get(&(n, direction)));
-            if let (Some(&below), Some(&above)) = (below, above) {
-                // What holds one of them holds both.
-                let one = place[below].filter(|_| place[above].is_some());
-                (place[below], place[above]) = (one, one);
+            let both = [lower.nodes[faced], *node];
+            match both.map(|n| row_of.get(&(n, direction)).copied()) {
+                [Some(below), Some(above)] => {
+                    // A support of one node holds both.
+                    let one = place[below].filter(|_| place[above].is_some());
+                    (place[below], place[above]) = (one, one);
+                }
+                [below, above] if direction <= 3 && below.is_some() != above.is_some() => {
+                    return Err(ImportError::NoRow {
+                        node: both[usize::from(below.is_some())],
+                        axis: AXES[direction as usize - 1],
+                        is_held: false,
+                    });
+                }
+                _ => (),
             }
         }
     }
