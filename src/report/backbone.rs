@@ -1,30 +1,35 @@
-//! Backbones as a picture: frequency and damping ratio over amplitude, amplitude over force; all three over the key that varies, where one does.
+//! Backbone charts: frequency and damping ratio over amplitude, and amplitude over force.
+//!
+//! If a key varies, the charts show frequency, damping ratio and amplitude over that key.
 
 use super::plot::{Axis, Chart, Curve, standalone, style_of_run, style_of_state};
 use super::quantity::{FORCE, FREQUENCY, LENGTH, NUMBER, Unit, Units, largest, unit_of};
 use super::text::visible;
 use crate::tables::typed::Backbone;
 
-/// A ratio from which on an axis is logarithmic.
+/// Ratio of the largest to the smallest value above which an axis is logarithmic.
 const DECADE: f64 = 10.0;
 
-/// The curve of a branch, and the rows behind it.
+/// A branch as a curve, with its rows of the table.
 struct Branch {
     name: String,
     style: usize,
     rows: Vec<usize>,
 }
 
-/// The backbones of a table as one SVG, a curve a state. States of one run are told apart by wear, from unworn to worn, others as runs.
+/// Returns the backbones of a table as one SVG, with one curve per branch.
+///
+/// If all states belong to one run, the line styles grade from unworn to worn. Otherwise each state has the style of a
+/// run.
 pub fn backbone_svg(table: &Backbone) -> String {
     let branches = branches(table);
     if let (Some(keys), Some(values)) = (&table.key, &table.value) {
         return over_key(table, keys.first().map_or("", String::as_str), values);
     }
-    let force = Quantity::of("force", &table.force, FORCE);
-    let amplitude = Quantity::of("amplitude", &table.amplitude, LENGTH);
-    let frequency = Quantity::of("frequency", &table.frequency, FREQUENCY);
-    let damping = Quantity::of("damping ratio", &table.damping_ratio, NUMBER);
+    let force = Quantity::new("force", &table.force, FORCE);
+    let amplitude = Quantity::new("amplitude", &table.amplitude, LENGTH);
+    let frequency = Quantity::new("frequency", &table.frequency, FREQUENCY);
+    let damping = Quantity::new("damping ratio", &table.damping_ratio, NUMBER);
     let drawings = [
         chart(
             "Frequency of the phase resonance",
@@ -49,12 +54,12 @@ pub fn backbone_svg(table: &Backbone) -> String {
 fn over_key(table: &Backbone, key: &str, values: &[f64]) -> String {
     let branches = branches(table);
     let value = Quantity {
-        // What it is in is told by the key alone.
+        // The key alone determines the unit, so the axis shows SI values.
         unit: unit_of(NUMBER, 1.0),
-        ..Quantity::of(&format!("{key}, SI"), values, NUMBER)
+        ..Quantity::new(&format!("{key}, SI"), values, NUMBER)
     };
-    // Decades of a curve are seen on a logarithmic axis, and its shape within one on a linear one.
-    let decades = |column: &[f64]| {
+    // A logarithmic axis shows a curve over decades. A linear axis shows its shape within one decade.
+    let spans_decades = |column: &[f64]| {
         let least = column.iter().copied().fold(f64::INFINITY, f64::min);
         least > 0.0 && largest(column) > DECADE * least
     };
@@ -79,8 +84,8 @@ fn over_key(table: &Backbone, key: &str, values: &[f64]) -> String {
         ),
     ];
     let drawings = figures.map(|(title, name, column, units)| {
-        let quantity = Quantity::of(name, column, units);
-        chart(title, &value, &quantity, &branches, decades(column)).draw()
+        let quantity = Quantity::new(name, column, units);
+        chart(title, &value, &quantity, &branches, spans_decades(column)).draw()
     });
     standalone("Backbone", &drawings)
 }
@@ -92,7 +97,7 @@ fn branches(table: &Backbone) -> Vec<Branch> {
             states.push(state);
         }
     }
-    // What is before the last @ is the run.
+    // The name of a state is RUN@STATE.
     let run = |state: &str| state.rsplit_once('@').map(|(run, _)| run.to_owned());
     let first = run(states.first().unwrap_or(&""));
     let along_wear = states.len() > 1 && first.is_some() && states.iter().all(|s| run(s) == first);
@@ -103,7 +108,7 @@ fn branches(table: &Backbone) -> Vec<Branch> {
         let place = states.iter().position(|s| *s == state).unwrap_or(0);
         let key = (place, table.branch[row]);
         if last != Some(key) {
-            // A state is named once, whatever it leaps.
+            // Only the first branch of a state carries the name in the legend.
             let is_named = branches
                 .iter()
                 .any(|b| b.rows.iter().any(|r| table.state[*r] == state));
@@ -126,7 +131,7 @@ fn branches(table: &Backbone) -> Vec<Branch> {
     branches
 }
 
-/// A column in the unit in which its largest value reads well.
+/// A column with the unit that suits its largest value.
 struct Quantity<'a> {
     name: String,
     values: &'a [f64],
@@ -134,7 +139,7 @@ struct Quantity<'a> {
 }
 
 impl<'a> Quantity<'a> {
-    fn of(name: &str, values: &'a [f64], units: Units) -> Quantity<'a> {
+    fn new(name: &str, values: &'a [f64], units: Units) -> Quantity<'a> {
         let unit = unit_of(units, largest(values));
         Quantity {
             name: name.to_owned(),

@@ -1,4 +1,6 @@
-//! The page on the runs of a campaign: what they end in, bands over the cycles, which key moves which figure, and which runs failed.
+//! Report on the runs of a campaign.
+//!
+//! It shows the final figures, bands over the cycles, the sensitivity of each figure to each key, and the failed runs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,16 +22,16 @@ use crate::campaign::statistics::{SampleStatistics, rank_threshold, share_thresh
 use crate::campaign::{About, Campaign, Failure, Figure, Findings, Resolved, Sensitivity, State};
 use crate::tables::{Provenance, TableError, to_parquet};
 
-/// Charts of a figure over the key that moves it most.
+/// Maximum number of scatter charts (a figure over its most influential key).
 const SCATTERS: usize = 6;
-/// Points of such a chart: more say no more, and make a page slow.
+/// Maximum number of points of a scatter chart. More points would only slow down the page.
 const POINTS: usize = 1500;
-/// A key that explains less than this of a figure's variance, and whose ranks agree by no more than chance, is not shown over it.
+/// Smallest Sobol index that makes a key influential, if its rank correlation is not above chance.
 const LEAST_SHARE: f64 = 0.05;
-/// Rows that are named of those with the same reason.
+/// Maximum number of listed rows per reason of failure.
 const NAMED: usize = 20;
 
-/// What a column of the summary is called, and in which units it is read.
+/// Columns of the summary with their titles and units.
 const NAMES: [(&str, &str, Units); 16] = [
     ("wear_volume", "worn volume", VOLUME),
     ("largest_depth", "largest depth", LENGTH),
@@ -49,36 +51,36 @@ const NAMES: [(&str, &str, Units); 16] = [
     ("peak_amplitude", "amplitude of the peak", LENGTH),
 ];
 
-/// What a figure is called.
+/// Returns the title of a figure.
 pub fn title(figure: &str) -> &str {
-    let named = NAMES.iter().find(|(column, ..)| *column == figure);
-    named.map_or(figure, |(_, title, _)| title)
+    let entry = NAMES.iter().find(|(column, ..)| *column == figure);
+    entry.map_or(figure, |(_, title, _)| title)
 }
 
 fn units(figure: &str) -> Units {
-    let named = NAMES.iter().find(|(column, ..)| *column == figure);
-    named.map_or(super::quantity::NUMBER, |(.., units)| units)
+    let entry = NAMES.iter().find(|(column, ..)| *column == figure);
+    entry.map_or(super::quantity::NUMBER, |(.., units)| units)
 }
 
-/// All that there is to say of a campaign.
+/// Data of the report on a campaign.
 pub struct CampaignReport<'a> {
-    /// What it is.
+    /// Title, scene and program version of the campaign.
     pub about: &'a About,
-    /// Its rows.
+    /// The plan: keys and rows.
     pub campaign: &'a Campaign,
-    /// What became of them.
+    /// State of each row.
     pub states: &'a [State],
-    /// Why some failed.
+    /// Failed rows with their reasons.
     pub failures: &'a [(usize, Failure)],
-    /// What those that are collected say.
+    /// Statistics of the collected runs.
     pub findings: &'a Findings,
 }
 
-fn shares(text: f64) -> String {
-    format!("{}\u{a0}%", digits(100.0 * text, 2))
+fn share_text(share: f64) -> String {
+    format!("{}\u{a0}%", digits(100.0 * share, 2))
 }
 
-/// A figure's values in one unit: mean, deviation, quantiles.
+/// Formats the mean, standard deviation and 5 %, 50 % and 95 % quantiles of a figure in one unit.
 pub fn figure_row(figure: &Figure) -> [String; 5] {
     let unit = unit_of(units(figure.name), figure.spread.mean.abs());
     let SampleStatistics {
@@ -90,13 +92,13 @@ pub fn figure_row(figure: &Figure) -> [String; 5] {
     [mean, sd, low, median, high].map(|value| in_unit(value, unit))
 }
 
-/// How a figure depends on a key, in short.
+/// Formats the rank correlation and the Sobol index of a figure and a key.
 pub fn depends(sensitivity: &Sensitivity) -> String {
     let rank = sensitivity.rank.map(|rank| {
         let sign = if rank < 0.0 { "−" } else { "+" };
         format!("{sign}{:.2}", rank.abs())
     });
-    let share = sensitivity.share.map(shares);
+    let share = sensitivity.share.map(share_text);
     let parts: Vec<String> = rank.into_iter().chain(share).collect();
     match parts.is_empty() {
         true => NONE.to_owned(),
@@ -105,10 +107,10 @@ pub fn depends(sensitivity: &Sensitivity) -> String {
 }
 
 impl CampaignReport<'_> {
-    /// The keys by which a figure varies, that which moves it most first.
+    /// Returns the keys that influence a figure, the most influential one first.
     pub fn movers(&self, figure: &str) -> Vec<&Sensitivity> {
         let all = self.findings.sensitivities.iter();
-        let mut found: Vec<&Sensitivity> = all
+        let mut influential: Vec<&Sensitivity> = all
             .filter(|s| s.figure == figure)
             .filter(|s| {
                 let rank = s.rank.map_or(0.0, f64::abs);
@@ -116,29 +118,29 @@ impl CampaignReport<'_> {
                 rank > rank_threshold(s.count) || share >= LEAST_SHARE.max(share_threshold(s.count))
             })
             .collect();
-        found.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
-        found
+        influential.sort_by(|a, b| strength(b).total_cmp(&strength(a)));
+        influential
     }
 
-    /// How many runs are collected, and what became of the other rows.
+    /// Counts the collected runs and the other rows by state, in words.
     pub fn counts(&self) -> String {
-        let of = |state: State| self.states.iter().filter(|own| **own == state).count();
+        let rows_in = |state: State| self.states.iter().filter(|own| **own == state).count();
         let mut parts = vec![format!(
             "{} runs collected of {} rows",
             self.findings.runs.rows.len(),
             self.states.len()
         )];
         let counts = [
-            (of(State::Failed), "failed"),
-            (of(State::Begun), "begun and not ended"),
-            (of(State::Waiting), "not begun"),
+            (rows_in(State::Failed), "failed"),
+            (rows_in(State::Begun), "begun and not ended"),
+            (rows_in(State::Waiting), "not begun"),
         ];
-        let told = counts.into_iter().filter(|(count, _)| *count > 0);
-        parts.extend(told.map(|(count, what)| format!("{count} {what}")));
+        let nonzero = counts.into_iter().filter(|(count, _)| *count > 0);
+        parts.extend(nonzero.map(|(count, what)| format!("{count} {what}")));
         parts.join(", ")
     }
 
-    fn ends(&self) -> Section {
+    fn final_figures(&self) -> Section {
         let heads = [
             "figure",
             "runs",
@@ -157,11 +159,11 @@ impl CampaignReport<'_> {
         let rows: Vec<Vec<String>> = rows.collect();
         Section {
             id: "ends",
-            title: "What the runs end in".to_owned(),
+            title: "Figures at the last iteration".to_owned(),
             html: html! {
                 (table(&heads, &rows, true))
                 p.note {
-                    "Each run at its last iteration. Deviation is the standard deviation over the runs; 5 % of the runs lie below \
+                    "Each run is at its last iteration. Deviation is the standard deviation over the runs. 5 % of the runs lie below \
                      the value at 5 %. The error bars of single runs are in their tables."
                 } "\n"
             },
@@ -179,8 +181,8 @@ impl CampaignReport<'_> {
                 return None;
             }
             let cell = |key: &&String| {
-                let found = own.iter().find(|s| s.key == **key);
-                found.map_or(NONE.to_owned(), |s| depends(s))
+                let sensitivity = own.iter().find(|s| s.key == **key);
+                sensitivity.map_or(NONE.to_owned(), |s| depends(s))
             };
             let cells = keys.iter().map(cell);
             Some(
@@ -200,10 +202,10 @@ impl CampaignReport<'_> {
             html: html! {
                 (table(&heads, &rows, true))
                 p.note { (format!(
-                    "The first number is Spearman’s rank correlation, −1 to +1: whether the figure rises with the key. Of {count} \
-                     runs or draws, ±{chance:.2} and less is no more than chance. The second is the first-order Sobol index, the part of the figure’s variance \
-                     that the key alone explains, estimated from these runs by classes of the key, less what chance gives them; what the keys of a \
-                     row leave of 100 % is due to keys together, or to what does not vary here by itself."
+                    "The first number is Spearman’s rank correlation, −1 to +1: positive if the figure rises with the key. For {count} \
+                     runs or draws, values up to ±{chance:.2} may be chance. The second number is the first-order Sobol index: the part of the figure’s variance \
+                     that the key alone explains. It is estimated from these runs by classes of the key, and corrected for chance. If the indices of a \
+                     row sum to less than 100 %, the rest comes from interactions of keys, or from inputs that do not vary independently here."
                 )) } "\n"
             },
         }
@@ -228,7 +230,7 @@ impl CampaignReport<'_> {
         });
         Section {
             id: "keys",
-            title: "What varies".to_owned(),
+            title: "Keys that vary".to_owned(),
             html: html! {
                 (table(&["key", "values", "from", "to"], &rows.collect::<Vec<_>>(), true))
                 p.note {
@@ -266,9 +268,9 @@ impl CampaignReport<'_> {
         })
     }
 
-    /// Bands of a figure over the cycles.
+    /// Draws the quantile bands of a figure over the cycles.
     fn band(&self, figure: &Figure) -> Option<Drawing> {
-        // One that is the same in all runs at all times draws nothing but a line.
+        // The bands of a figure that is the same in all runs have no width.
         let varies = |(_, s): &(f64, SampleStatistics)| s.most > s.least;
         if figure.band.len() < 2 || !figure.band.iter().any(varies) {
             return None;
@@ -276,8 +278,8 @@ impl CampaignReport<'_> {
         let largest = figure.band.iter().map(|(_, s)| s.quantiles[4].abs());
         let unit = unit_of(units(figure.name), largest.fold(0.0, f64::max));
         let curve =
-            |name: &str, style: usize, mark: Mark, of: &dyn Fn(&SampleStatistics) -> f64| {
-                let points = figure.band.iter().map(|(x, s)| [*x, of(s) / unit.size]);
+            |name: &str, style: usize, mark: Mark, value: &dyn Fn(&SampleStatistics) -> f64| {
+                let points = figure.band.iter().map(|(x, s)| [*x, value(s) / unit.size]);
                 Curve {
                     mark,
                     ..Curve::line(name, style_of_run(style), points.collect())
@@ -317,7 +319,7 @@ impl CampaignReport<'_> {
                 range: None,
             },
             y: Axis {
-                label: labelled(title(figure.name), unit.symbol),
+                label: axis_label(title(figure.name), unit.symbol),
                 ..Axis::default()
             },
             bands,
@@ -327,7 +329,7 @@ impl CampaignReport<'_> {
         Some(chart.draw())
     }
 
-    /// A figure over the key that moves it most, one point a run.
+    /// Draws a figure over a key, one point per run.
     fn scatter(&self, figure: &Figure, key: &Sensitivity) -> Option<Drawing> {
         let mut keys = self.campaign.keys.iter();
         let k = keys.position(|own| own.name == key.key)?;
@@ -351,7 +353,7 @@ impl CampaignReport<'_> {
                 ..Axis::default()
             },
             y: Axis {
-                label: labelled(title(figure.name), unit.symbol),
+                label: axis_label(title(figure.name), unit.symbol),
                 ..Axis::default()
             },
             curves: vec![Curve {
@@ -363,7 +365,7 @@ impl CampaignReport<'_> {
         Some(chart.draw())
     }
 
-    /// The page, as one HTML file that needs no other.
+    /// Returns the page as one self-contained HTML file.
     pub fn html(&self) -> String {
         let figures = &self.findings.figures;
         let (mut bands, mut scatters) = (Vec::new(), Vec::new());
@@ -378,28 +380,28 @@ impl CampaignReport<'_> {
                 scatters.extend(scatter.map(|drawing| (format!("scatter-{k}"), drawing)));
             }
         }
-        let drawn = |id: &'static str, title: &str, drawn: &[(String, Drawing)], note: &str| {
-            let each = drawn.iter().map(|(id, drawing)| (id.clone(), drawing));
-            (!drawn.is_empty()).then(|| Section {
+        let section = |id: &'static str, title: &str, charts: &[(String, Drawing)], note: &str| {
+            let each = charts.iter().map(|(id, drawing)| (id.clone(), drawing));
+            (!charts.is_empty()).then(|| Section {
                 id,
                 title: title.to_owned(),
                 html: html! { (drawings(each)) p.note { (note) } "\n" },
             })
         };
-        let bands = drawn(
+        let bands = section(
             "bands",
             "Bands over the cycles",
             &bands,
-            "Of the runs that have come as far, at least half of all; a run between two iterations is taken on the straight line between them.",
+            "At each number of cycles the bands include all runs that have reached it, and at least half of all runs must have reached it. Values between two iterations are interpolated linearly.",
         );
-        let scatters = drawn(
+        let scatters = section(
             "over-keys",
             "Figures over the keys that move them most",
             &scatters,
-            "One point a run.",
+            "One point per run.",
         );
         let sections = [
-            Some(self.ends()),
+            Some(self.final_figures()),
             bands,
             Some(self.sensitivities()),
             scatters,
@@ -415,8 +417,10 @@ impl CampaignReport<'_> {
         page.html()
     }
 
-    /// Writes the page, and its tables beside it: `report.html` in `folder`, or the page that the user names, as [`output::write`] does. A
-    /// device or a pipe has no tables beside it. Returns the files, the page first.
+    /// Writes the page, and its tables next to it. Returns the files, the page first.
+    ///
+    /// The page is `named`, written as by [`output::write`], or else `report.html` in `folder`. If `named` is a device
+    /// or a pipe, no tables are written.
     ///
     /// # Errors
     /// [`ReportError`]
@@ -432,17 +436,17 @@ impl CampaignReport<'_> {
         let Some(file) = file else {
             return Ok(written);
         };
-        let unmade = |source: TableError| ReportError::Table {
+        let table_error = |source: TableError| ReportError::Table {
             path: file.clone(),
             source: Box::new(source),
         };
         let provenance = Provenance {
-            // Of many scenes.
+            // A campaign has many scenes.
             scene_hash: String::new(),
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
         };
-        for table in self.findings.tables().map_err(unmade)? {
-            let bytes = to_parquet(&table, &provenance).map_err(unmade)?;
+        for table in self.findings.tables().map_err(table_error)? {
+            let bytes = to_parquet(&table, &provenance).map_err(table_error)?;
             let path = file.with_file_name(format!("{}.parquet", table.schema().name));
             output::replace(&path, &bytes).map_err(failed(&path))?;
             written.push(path);
@@ -451,13 +455,13 @@ impl CampaignReport<'_> {
     }
 }
 
-/// How strongly a key moves a figure, for its order.
+/// Ranks keys: the larger of the Sobol index and the squared rank correlation.
 fn strength(sensitivity: &Sensitivity) -> f64 {
     let by_rank = sensitivity.rank.map_or(0.0, |rank| rank * rank);
     sensitivity.share.unwrap_or(0.0).max(by_rank)
 }
 
-fn labelled(name: &str, symbol: &str) -> String {
+fn axis_label(name: &str, symbol: &str) -> String {
     match symbol {
         "" => name.to_owned(),
         symbol => format!("{name}, {symbol}"),

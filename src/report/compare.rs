@@ -1,4 +1,4 @@
-//! The summaries of several runs as one table.
+//! Comparison table: the summaries of several runs.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use crate::stages::{JointState, RunCost, RunEnds};
 use crate::store::{Damage, RunReader, StoreError};
 use crate::tables::{ColumnSchema, ColumnType, Nullable, TableName, nullable_to_parquet};
 
-/// The columns of `summary` that a comparison shows, in this order, after `run` and `wear_iteration`.
+/// Columns of `summary` that follow `run` and `wear_iteration` in a comparison, in this order.
 const FIGURES: [&str; 15] = [
     "cycles",
     "wear_volume",
@@ -35,25 +35,25 @@ const FIGURES: [&str; 15] = [
     FFT_PAIRS,
 ];
 
-/// A cost rather than a state: the row of a whole run has the sum over its iterations, pruned ones too.
+/// A cost, not a state: with [`Rows::Last`] the row shows the sum over all iterations, pruned ones too.
 const FFT_PAIRS: &str = "fft_pairs";
 
-/// First characters by which a spreadsheet takes a field of CSV for a formula.
+/// First characters that make a spreadsheet read a CSV field as a formula.
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// What the table of a comparison is called in its file.
+/// Name of the schema in the Parquet file of a comparison.
 const COMPARISON: &str = "comparison";
 
-/// Which rows a comparison has.
+/// Rows of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rows {
-    /// One row a run: its last iteration, with the FFT pairs of all its iterations.
+    /// One row per run: its last iteration, with the FFT pairs of all its iterations.
     Last,
-    /// One row for every iteration of every run.
+    /// One row per iteration of each run.
     All,
 }
 
-/// A value of a [`Comparison`].
+/// Value of a cell of a [`Comparison`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// The run lacks the physics behind the column.
@@ -89,18 +89,19 @@ impl Cell {
     }
 }
 
-/// The state of a row with the error bars of its figures, as a person compares runs.
+/// State of a row, with the error bars of its figures.
 #[derive(Debug, Clone)]
 pub struct ComparedRun {
-    /// The run as it was asked for.
+    /// Path of the run, as the user gave it.
     pub run: String,
-    /// Of a row of a whole run with its own forced response where the run has those of both its ends.
+    /// State of the joint. With [`Rows::Last`] it includes the forced response of the last state itself, if the run has
+    /// the responses of its first and its last state.
     pub state: JointState,
-    /// Transform pairs of all stages: of a row of a whole run those of all its iterations, as the run itself reports them.
+    /// FFT pairs of all stages: of this iteration, or with [`Rows::Last`] of all iterations of the run.
     pub fft_pairs: f64,
 }
 
-/// Runs side by side: rows in the order of the runs asked for, then of the iterations.
+/// Comparison of runs. The rows follow the order of the given runs, then of the iterations.
 #[derive(Debug)]
 pub struct Comparison {
     columns: Vec<ColumnSchema>,
@@ -110,16 +111,16 @@ pub struct Comparison {
     passed_over: Vec<SkippedFolder>,
 }
 
-/// Puts the summaries of runs into one table. A run that lacks a column, as a static contact lacks wear, has it
+/// Reads the summaries of runs into one table. A column that a run lacks (a static contact has no wear) is
 /// [`Cell::Absent`].
 ///
-/// Iterations count as far as their chain of commits verifies; what does not is listed by [`Comparison::damage`], and folders
-/// that are no runs, among others that are, by [`Comparison::passed_over`].
+/// The table includes the iterations up to the first one whose chain of commits does not verify. [`Comparison::damage`]
+/// lists the damage. [`Comparison::passed_over`] lists the skipped folders, which are not readable runs.
 ///
 /// # Errors
-/// [`ReportError::NoneLeft`] if none of several folders is a run. For a path given alone, one that nothing has, and what the system does
-/// not let be read: [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration.
-/// [`ReportError::Scan`] if the table library fails.
+/// [`ReportError::NoneLeft`] if none of several folders is a run. [`ReportError::Run`] for a folder that is not a
+/// readable run and [`ReportError::Empty`] for a run without an iteration, if the path is the only one, if nothing
+/// exists at that path, or if the system denies reading it. [`ReportError::Scan`] if the table library fails.
 pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> {
     let mut scan = Scan::of(TableName::Summary);
     let (mut states, mut damage) = (Vec::new(), Vec::new());
@@ -128,8 +129,8 @@ pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> 
         let reader = open(run)?;
         let name = run.display().to_string();
         scan.add(order, &name, &reader)?;
-        let found = states_of(name, &reader, rows);
-        states.extend(found.map_err(|source| ReportError::Run {
+        let run_states = states_of(name, &reader, rows);
+        states.extend(run_states.map_err(|source| ReportError::Run {
             run: run.to_owned(),
             source,
         })?);
@@ -155,7 +156,7 @@ pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> 
     })
 }
 
-/// The states of the rows of a run.
+/// Returns the state of each row of a run.
 fn states_of(run: String, reader: &RunReader, rows: Rows) -> Result<Vec<ComparedRun>, StoreError> {
     let compared = |state, fft_pairs| ComparedRun {
         run: run.clone(),
@@ -180,7 +181,7 @@ fn states_of(run: String, reader: &RunReader, rows: Rows) -> Result<Vec<Compared
     })
 }
 
-/// The figures of the rows that are asked for.
+/// Selects the columns of a comparison, and aggregates each run with [`Rows::Last`].
 fn figures(scan: &Scan, rows: Rows) -> PolarsResult<DataFrame> {
     let table = scan.lazy()?;
     let table = match rows {
@@ -207,7 +208,7 @@ fn figures(scan: &Scan, rows: Rows) -> PolarsResult<DataFrame> {
         .collect()
 }
 
-/// What the columns of a comparison mean.
+/// Schema of the columns of a comparison.
 fn columns() -> Vec<ColumnSchema> {
     let key = |name: &str, kind, dimension: &str, description: &str| ColumnSchema {
         name: name.to_owned(),
@@ -240,7 +241,7 @@ fn columns() -> Vec<ColumnSchema> {
 }
 
 impl Comparison {
-    /// What the columns mean, from left to right.
+    /// Schema of the columns, from left to right.
     pub fn columns(&self) -> &[ColumnSchema] {
         &self.columns
     }
@@ -250,7 +251,7 @@ impl Comparison {
         self.frame.height()
     }
 
-    /// The values of row `row`, one a column.
+    /// Returns the values of row `row`, one per column.
     ///
     /// # Panics
     /// If there is no such row.
@@ -279,18 +280,18 @@ impl Comparison {
         &self.states
     }
 
-    /// What did not verify in the runs; the iterations from there on are not in the table.
+    /// Damage of the runs. The table omits the damaged iteration of a run and all later ones.
     pub fn damage(&self) -> &[Damage] {
         &self.damage
     }
 
-    /// The folders that are no runs and have no row.
+    /// Skipped folders, which have no row.
     pub fn passed_over(&self) -> &[SkippedFolder] {
         &self.passed_over
     }
 
-    /// Writes the table as Parquet, with the meaning of its columns under [`crate::tables::METADATA_KEY`]. A file that is there is
-    /// replaced.
+    /// Writes the table as Parquet, with the description of its columns under [`crate::tables::METADATA_KEY`]. Replaces
+    /// an existing file.
     ///
     /// # Errors
     /// [`ReportError::Table`], [`ReportError::Io`].
@@ -348,8 +349,9 @@ impl Comparison {
         written.map(drop).map_err(failed(path))
     }
 
-    /// Writes the table as CSV: names of the columns, then every number in full, SI units, nothing where a run has no such
-    /// figure. A spreadsheet takes no name of a run for a formula: `./` stands before it where it would. A file that is there is replaced.
+    /// Writes the table as CSV: a header, then all numbers in full precision and SI units. An absent figure is an empty
+    /// field. A name of a run that a spreadsheet would read as a formula gets the prefix `./`. Replaces an existing
+    /// file.
     ///
     /// # Errors
     /// [`ReportError::Io`].

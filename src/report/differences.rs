@@ -1,4 +1,4 @@
-//! In what the scenes of several runs differ.
+//! Differences between the scenes of several runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ use super::text::NONE;
 use crate::json::{differences, flatten, made};
 use crate::scene::{FOLLOWING_KEYS, is_relevant};
 
-/// The keys whose values are not the same in all runs, with the value of each run; `None` for a single run.
+/// Lists the keys whose values differ between the runs, with the value of each run. Returns `None` for a single run.
 pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
     let (first, others) = match runs {
         [] | [_] => return None,
@@ -29,47 +29,47 @@ pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
         })
         .map(|change| change.key)
         .collect();
-    let told: Vec<Told> = runs.iter().map(Told::of).collect();
-    let rows = keys.into_iter().filter_map(|key| row(key, &told));
+    let scenes: Vec<SceneValues> = runs.iter().map(SceneValues::new).collect();
+    let rows = keys.into_iter().filter_map(|key| row(key, &scenes));
     let rows: Vec<Vec<String>> = rows.collect();
     let heads: Vec<&str> = std::iter::once("key")
         .chain(labels.iter().copied())
         .collect();
     Some(Section {
         id: "differences",
-        title: "What differs between the runs".to_owned(),
+        title: "Differences between the runs".to_owned(),
         html: html! {
             @if rows.is_empty() {
                 p { "The scenes of all runs are the same." } "\n"
             } @else {
-                p { "Keys of the scenes whose values are not the same in all runs. A number without a unit is in SI." } "\n"
+                p { "Keys of the scenes whose values differ between the runs. A number without a unit is in SI." } "\n"
                 (table(&heads, &rows, false))
             }
         },
     })
 }
 
-/// The values of a run's scene.
-struct Told {
-    /// The scene as it is hashed.
+/// Values of the scene of a run.
+struct SceneValues {
+    /// The canonical scene, which the scene hash is computed from.
     canonical: Value,
-    /// Its values, resolved, by dotted key.
+    /// Resolved values by dotted key.
     scene: BTreeMap<String, Value>,
-    /// Those of the kept scene as they are written there, with units, in its order.
+    /// Values of the stored scene.toml as text with units, by dotted key, in the order of the file.
     written: Vec<(String, String)>,
 }
 
-impl Told {
-    fn of(run: &RunTables) -> Self {
-        Told {
+impl SceneValues {
+    fn new(run: &RunTables) -> Self {
+        SceneValues {
             canonical: run.record().scene.clone(),
             scene: flatten(&run.record().scene),
-            written: written(run.scene_toml()),
+            written: scene_entries(run.scene_toml()),
         }
     }
 
-    /// The value of a key as it is written, of a table its entries in one line.
-    fn as_written(&self, key: &str) -> Option<String> {
+    /// Returns the text of a key in scene.toml. The entries of a table are joined in one line.
+    fn scene_text(&self, key: &str) -> Option<String> {
         let entries = self.written.iter().filter_map(|(name, text)| {
             let below = name.strip_prefix(key)?;
             match below.strip_prefix('.') {
@@ -77,9 +77,9 @@ impl Told {
                 None => below.is_empty().then(|| text.clone()),
             }
         });
-        // The law says what the coefficient means.
+        // The wear law determines the meaning of the coefficient.
         let law = match key {
-            "wear.coefficient" => self.as_written("wear.law"),
+            "wear.coefficient" => self.scene_text("wear.law"),
             _ => None,
         };
         let law = law.map(|law| format!("law {law}"));
@@ -87,8 +87,8 @@ impl Told {
         (!entries.is_empty()).then(|| entries.join(", "))
     }
 
-    /// The value of a key that is not written, as a default.
-    fn by_default(&self, key: &str) -> Option<String> {
+    /// Returns the resolved value of a key that scene.toml does not contain, if the key is relevant to the scene.
+    fn default_text(&self, key: &str) -> Option<String> {
         let value = self.scene.get(key).filter(|value| !value.is_null())?;
         if !is_relevant(&self.canonical, key) {
             return None;
@@ -101,18 +101,20 @@ impl Told {
     }
 }
 
-/// A key with its value in each run; `None` where no user made a difference: all have written the same, or it is the default of what
-/// another run has none of.
-fn row(key: String, told: &[Told]) -> Option<Vec<String>> {
-    let written: Vec<Option<String>> = told.iter().map(|run| run.as_written(&key)).collect();
-    let each: Vec<Option<String>> = told
+/// Returns a key and its value in each run.
+///
+/// Returns `None` if the users made no difference: all scenes contain the same text, or no scene contains the key and
+/// some run has no value of it.
+fn row(key: String, scenes: &[SceneValues]) -> Option<Vec<String>> {
+    let written: Vec<Option<String>> = scenes.iter().map(|run| run.scene_text(&key)).collect();
+    let each: Vec<Option<String>> = scenes
         .iter()
         .zip(&written)
-        .map(|(run, text)| text.clone().or_else(|| run.by_default(&key)))
+        .map(|(run, text)| text.clone().or_else(|| run.default_text(&key)))
         .collect();
-    let is_same = written[0].is_some() && written.iter().all(|text| *text == written[0]);
-    let is_of_one = written.iter().all(Option::is_none) && each.contains(&None);
-    if is_same || is_of_one {
+    let is_same_text = written[0].is_some() && written.iter().all(|text| *text == written[0]);
+    let is_default_of_some = written.iter().all(Option::is_none) && each.contains(&None);
+    if is_same_text || is_default_of_some {
         return None;
     }
     let each = each
@@ -121,9 +123,11 @@ fn row(key: String, told: &[Told]) -> Option<Vec<String>> {
     Some(std::iter::once(key).chain(each).collect())
 }
 
-/// The values of a kept scene as they are written there, with units, by dotted key: one a line, as the program keeps it. Of a line
-/// that is written otherwise there is none; of a list of tables the entries of all.
-fn written(scene: &str) -> Vec<(String, String)> {
+/// Returns the values of a stored scene.toml as text with units, by dotted key.
+///
+/// The program stores one `key = value` per line. Other lines are skipped. A list of tables yields the entries of all
+/// its tables.
+fn scene_entries(scene: &str) -> Vec<(String, String)> {
     let mut section = String::new();
     let mut values = Vec::new();
     for line in scene.lines().map(str::trim) {

@@ -1,4 +1,4 @@
-//! Why runs cannot be read together, or what is made of them not written.
+//! Errors of reading runs and of writing their reports.
 
 use std::path::PathBuf;
 
@@ -9,35 +9,35 @@ use super::text::continuation;
 use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};
 
-/// Runs that cannot be read, or do not go into one table, or a file that cannot be written.
+/// Error of reading runs, of joining their tables, or of writing a report.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// A folder that is no run, or a run that cannot be read.
+    /// The folder is not a run, or the run cannot be read.
     #[error("{source}")]
     Run {
         /// Folder of the run.
         run: PathBuf,
-        /// What is wrong with it.
+        /// Error of the store.
         source: StoreError,
     },
-    /// A run without a committed iteration that verifies.
+    /// The run has no committed iteration that verifies.
     #[error(
-        "{}: no iteration that verifies; `{}` computes the first",
+        "{}: no iteration verifies; run `{}` to compute the first one",
         run.display(), continuation(run)
     )]
     Empty {
         /// Folder of the run.
         run: PathBuf,
-        /// Why those that are there do not verify.
+        /// Damage of the iterations that do not verify.
         damage: Vec<Damage>,
     },
-    /// Several folders, none of which is a run that can be read.
-    #[error("no run to read among {} folders: {}", passed_over.len(), reasons(passed_over))]
+    /// None of several folders is a readable run.
+    #[error("no readable run among {} folders: {}", passed_over.len(), reasons(passed_over))]
     NoneLeft {
-        /// The folders, each with the reason.
+        /// The skipped folders, each with the reason.
         passed_over: Vec<SkippedFolder>,
     },
-    /// Tables that do not join.
+    /// The tables of the runs do not join.
     #[error("the tables `{table}` of {runs} cannot be read together: {source}")]
     Scan {
         /// The table.
@@ -47,7 +47,7 @@ pub enum ReportError {
         /// The error of the table library.
         source: PolarsError,
     },
-    /// A file that cannot be written.
+    /// The file cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Io {
         /// The file.
@@ -55,18 +55,18 @@ pub enum ReportError {
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// A table of this program that cannot be made.
+    /// The program cannot create its own table.
     #[error("cannot make {}: {source}", path.display())]
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Error of the table.
         source: Box<TableError>,
     },
 }
 
 impl ReportError {
-    /// True for a folder that is no run, or a run without an iteration.
+    /// Returns true for a folder that is not a run, or a run without an iteration.
     pub fn is_no_run(&self) -> bool {
         match self {
             ReportError::Run { source, .. } => matches!(
@@ -79,7 +79,7 @@ impl ReportError {
         }
     }
 
-    /// True for a run that is damaged or of another format, rather than absent or empty.
+    /// Returns true for a run that is damaged or has another format, false for one that is absent or empty.
     pub fn is_damage_or_mismatch(&self) -> bool {
         match self {
             ReportError::Run { source, .. } => source.is_damage_or_mismatch(),

@@ -1,6 +1,6 @@
-//! Which error bar of the summary belongs to which figure.
+//! Error bars of the summary and the figures that they belong to.
 
-/// Columns of the summary with relative error bars, and the columns that they belong to.
+/// Columns with relative error bars, each with the columns of the summary that it applies to.
 pub const ERROR_BARS: [(&str, &[&str]); 12] = [
     (
         "error_wear_volume",
@@ -22,17 +22,17 @@ pub const ERROR_BARS: [(&str, &[&str]); 12] = [
     ("error_peak_amplitude", &["peak_amplitude"]),
 ];
 
-/// The error bar of a column of the summary.
+/// Returns the column with the error bar of a column of the summary.
 pub fn error_bar_of(column: &str) -> Option<&'static str> {
     let mut bars = ERROR_BARS.iter();
     bars.find(|(_, figures)| figures.contains(&column))
         .map(|(bar, _)| *bar)
 }
 
-/// Below it percents are told by their power of ten.
+/// Percentages below this are shown as a power of ten \[%\].
 const LEAST_DECIMAL: f64 = 1e-4;
 
-/// An error with two digits, in percent; with one if it is very small.
+/// Formats a relative error in percent, with two digits, or with one if it is very small.
 pub fn percent(error: f64) -> String {
     let percent = 100.0 * error;
     if percent > 0.0 && percent < LEAST_DECIMAL {

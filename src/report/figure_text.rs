@@ -1,17 +1,19 @@
-//! What is known of a figure: its value with its error bar, no more than what it is below, or nothing. One rule, wherever a person reads it.
+//! Text of a figure: its value with its error bar, an upper bound, or "not known".
+//!
+//! All messages and reports use this one rule.
 
 use super::percent;
 use crate::recipe::Recipe;
 
-/// What is smaller than this part of what the joint has is what rounding left.
+/// Rounding errors are below this part of the characteristic size.
 const FLOOR: f64 = 1e-9;
 
-/// What rounding leaves of zero where values are of a size.
+/// Returns the bound of rounding errors for values of the given size.
 pub fn rounding(size: f64) -> f64 {
     FLOOR * size.abs()
 }
 
-/// What a state of a joint has, by which rounding is judged.
+/// Characteristic sizes of a joint, which bound the rounding errors.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sizes {
     /// Longer side of the joint \[m\].
@@ -23,7 +25,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Those of a run with a normal load \[N\] and an rms roughness \[m\], zeros where it has none.
+    /// Returns the sizes of a run. Normal load \[N\] and rms roughness \[m\] default to 0.
     pub fn of(recipe: &Recipe, normal_load: Option<f64>, rq: Option<f64>) -> Sizes {
         let surface = recipe.surface();
         Sizes {
@@ -33,7 +35,8 @@ impl Sizes {
         }
     }
 
-    /// Below this a column of the summary is what rounding left of zero, in its unit; 0 for one that is never so small by rounding.
+    /// Returns the bound of rounding errors of a column of the summary, in its unit. It is 0 for columns without
+    /// cancellation.
     pub fn resolution(&self, column: &str, unit: &str) -> f64 {
         rounding(match (column, unit) {
             (_, "N m") => self.load * self.side,
@@ -45,13 +48,16 @@ impl Sizes {
     }
 }
 
-/// The bar of a figure of which a solver knows nothing, as of a peak where there may be larger ones: 1, and what Newton's method or
-/// the steps of an integration in time have left, 1e-3 at most.
+/// Relative error bars that mean "unknown", for example of a peak that may not be the largest one.
+///
+/// The solver sets such a bar to 1, plus the residual of Newton's method or the time-step error, which is 1e-3 at most.
 const NOTHING: std::ops::Range<f64> = 1.0..1.002;
 
-/// What a figure is below, where no more is known of it: what rounding may have left of zero, and what may be off by all of itself.
-/// None of zero, of a figure that is known, and of one whose bar is 1, of which nothing is known. `bar` is relative, `resolution` in
-/// the unit of the figure.
+/// Returns an upper bound of the magnitude of a figure that is only known by such a bound.
+///
+/// This holds if the figure is below the bound of rounding errors, or if its error bar exceeds 1.
+/// Returns `None` for 0, for a known figure, and for one whose bar is 1, which is unknown.
+/// `bar` is relative, `resolution` is in the unit of the figure.
 pub fn below(value: f64, bar: f64, resolution: f64) -> Option<f64> {
     let size = value.abs();
     if size == 0.0 {
@@ -63,7 +69,7 @@ pub fn below(value: f64, bar: f64, resolution: f64) -> Option<f64> {
     }
 }
 
-/// A figure in words, with what `number` makes of a value and its unit.
+/// Formats a figure with its error bar. `number` formats a value with its unit.
 pub fn figure_with_bar(
     value: f64,
     bar: f64,
@@ -96,7 +102,7 @@ mod tests {
         );
         assert_eq!(figure_with_bar(1e-19, 0.0, 0.5, number), "below 0.5 N");
         assert_eq!(figure_with_bar(-1e-19, 2.0, 0.5, number), "below 0.5 N");
-        // Nothing is known exactly.
+        // Zero is exact.
         assert_eq!(figure_with_bar(0.0, 1.0, 0.5, number), "0 N");
         assert_eq!(below(0.5, 0.0, 0.5), None);
     }

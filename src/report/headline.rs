@@ -1,6 +1,6 @@
-//! What became of a joint, in a few words.
+//! Headline of a run: a few sentences on the wear, the resonance and the stiffness.
 
-use super::figure_text::below as known_below;
+use super::figure_text::below as upper_bound;
 use super::figures::{ReportedRun, Study};
 use super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Unit, Units, VOLUME,
@@ -10,16 +10,16 @@ use super::{ReportError, error_bar_of, figure_with_bar, percent};
 use crate::milestones::{self, States};
 use crate::tables::TableName;
 
-/// What the bars in the words are, once a page.
-pub const OF_BARS: &str = "± is the run's own estimate from its wear steps, tolerances, harmonics and contact elements. What the grid and the \
-     mesh make wrong is not in it.";
+/// Explains the error bars of the headlines, once per page.
+pub const OF_BARS: &str = "± is the run's own error estimate. It covers wear steps, tolerances, harmonics and contact elements, but not the grid \
+     and the mesh.";
 
-/// A quantity whose change is smaller than this part of it has stayed.
+/// Relative change below which a quantity counts as unchanged.
 const STAYED: f64 = 1e-4;
-/// Significant digits of a quantity in words.
+/// Significant digits of a quantity in a headline.
 const DIGITS: usize = 3;
 
-/// The sentences on a run; `None` where it has nothing to say of.
+/// Returns the headline of a run, or `None` for a run without figures.
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read.
@@ -30,7 +30,10 @@ pub fn headline(study: &Study, run: &ReportedRun) -> Result<Option<String>, Repo
     let sentences: Vec<String> = match (worn, run.cycles.last()) {
         (Some(volume), Some(cycles)) if volume > 0.0 => {
             let lost = with_bar(volume, VOLUME[0], bar(run, "wear_volume"));
-            let first = format!("After {} cycles the joint has lost {lost}.", whole(*cycles));
+            let first = format!(
+                "After {} cycles the joint has lost {lost}.",
+                grouped_count(*cycles)
+            );
             let energy = || {
                 course(
                     study,
@@ -49,16 +52,18 @@ pub fn headline(study: &Study, run: &ReportedRun) -> Result<Option<String>, Repo
             if rest.len() < 2 {
                 rest.extend(energy());
             }
-            let rest = (!rest.is_empty()).then(|| format!("Its {}.", listed(&rest)));
+            let rest = (!rest.is_empty()).then(|| format!("Its {}.", sentence_list(&rest)));
             let lost = lost_load(run)?;
             [first].into_iter().chain(rest).chain(lost).collect()
         }
         (volume, cycles) => [
             volume
                 .zip(cycles.filter(|cycles| **cycles > 0.0))
-                .map(|(_, cycles)| format!("After {} cycles nothing has worn.", whole(*cycles))),
-            pressed(study, run),
-            (!vibration.is_empty()).then(|| format!("Its {}.", listed(&vibration))),
+                .map(|(_, cycles)| {
+                    format!("After {} cycles nothing has worn.", grouped_count(*cycles))
+                }),
+            unworn_contact(study, run),
+            (!vibration.is_empty()).then(|| format!("Its {}.", sentence_list(&vibration))),
         ]
         .into_iter()
         .flatten()
@@ -67,7 +72,7 @@ pub fn headline(study: &Study, run: &ReportedRun) -> Result<Option<String>, Repo
     Ok((!sentences.is_empty()).then(|| sentences.join(" ")))
 }
 
-/// The headlines of several runs with their names.
+/// Returns the headlines of all runs. If there are several runs, each headline has the label of its run.
 pub fn headlines(study: &Study) -> Result<Vec<(Option<String>, String)>, ReportError> {
     let mut headlines = Vec::new();
     for run in &study.runs {
@@ -77,51 +82,61 @@ pub fn headlines(study: &Study) -> Result<Vec<(Option<String>, String)>, ReportE
     Ok(headlines)
 }
 
-/// The contact of a joint that has not worn.
-fn pressed(study: &Study, run: &ReportedRun) -> Option<String> {
+/// Describes the contact of a joint without wear: area, pressure and stiffness.
+fn unworn_contact(study: &Study, run: &ReportedRun) -> Option<String> {
     let last = |column: &str| {
         run.column(column)?
             .last()
             .copied()
             .filter(|v| v.is_finite())
     };
-    let of = |column: &str, units| Some(shown(last(column)?, study.unit(column, units)));
-    let area = of("contact_area_fraction", SHARE)?;
+    let value_of = |column: &str, units| Some(shown(last(column)?, study.unit(column, units)));
+    let area = value_of("contact_area_fraction", SHARE)?;
     let load = quantity::in_unit(last("normal_load")?, study.unit("normal_load", FORCE));
-    let most = of("max_pressure", PRESSURE)?;
-    let mut text = format!("Under {load} {area} of the joint is in contact, with {most} at most.");
+    let most = value_of("max_pressure", PRESSURE)?;
+    let mut text =
+        format!("Under {load} {area} of the joint is in contact. The largest pressure is {most}.");
     let stiffness = [("kn", "normal"), ("kt", "tangential")]
         .into_iter()
         .filter_map(|(column, name)| {
-            Some(format!("{name} stiffness is {}", of(column, STIFFNESS)?))
+            Some(format!(
+                "{name} stiffness is {}",
+                value_of(column, STIFFNESS)?
+            ))
         });
     let stiffness: Vec<String> = stiffness.collect();
     if !stiffness.is_empty() {
-        text += &format!(" Its {}.", listed(&stiffness));
+        text += &format!(" Its {}.", sentence_list(&stiffness));
     }
     Some(text)
 }
 
-/// The resonance and its amplitude: of every state with its own contact elements where the run has that of its last one; else that of
-/// the vibration that drives the wear, whose largest amplitude is known and not that at the phase resonance.
+/// Describes the change of the resonance and of its amplitude.
+///
+/// If the last state has its own response, both come from the first and last such responses. Otherwise they come from
+/// the vibration that drives the wear. The summary of that vibration contains the largest amplitude, not the amplitude
+/// at the phase resonance.
 fn vibration(study: &Study, run: &ReportedRun) -> Result<Vec<String>, ReportError> {
-    let own = state_resonances(run)?;
-    let own = own.filter(|[.., last]| last.wear_iteration == run.tables.latest());
-    let pairs = |column: &str, of: fn(&Resonance) -> f64| match &own {
-        Some([first, last]) => Some([of(first), of(last)]),
+    let state_ends = state_resonances(run)?;
+    let state_ends = state_ends.filter(|[.., last]| last.wear_iteration == run.tables.latest());
+    let pairs = |column: &str, value: fn(&Resonance) -> f64| match &state_ends {
+        Some([first, last]) => Some([value(first), value(last)]),
         None => {
             let values = run.column(column)?;
             Some([*values.first()?, *values.last()?])
         }
     };
     let response = run.tables.recipe().response.as_ref();
-    let at = response.and_then(|response| response.at_frequency);
-    let amplitude = match (&own, at) {
+    let fixed_frequency = response.and_then(|response| response.at_frequency);
+    let amplitude = match (&state_ends, fixed_frequency) {
         (Some(_), _) => "amplitude at resonance".to_owned(),
-        (None, Some(at)) => format!("amplitude at {}", quantity::shown(at, FREQUENCY)),
+        (None, Some(fixed_frequency)) => format!(
+            "amplitude at {}",
+            quantity::shown(fixed_frequency, FREQUENCY)
+        ),
         (None, None) => "largest amplitude".to_owned(),
     };
-    let told = [
+    let columns = [
         (
             "resonance_frequency",
             "resonance",
@@ -130,37 +145,38 @@ fn vibration(study: &Study, run: &ReportedRun) -> Result<Vec<String>, ReportErro
         ),
         ("peak_amplitude", &*amplitude, LENGTH, |r| r.amplitude),
     ];
-    let each = told
+    let each = columns
         .into_iter()
         .enumerate()
-        .filter_map(|(k, (column, name, units, of))| {
-            let ends = pairs(column, of).filter(|ends| ends.iter().all(|v| v.is_finite()))?;
+        .filter_map(|(k, (column, name, units, value))| {
+            let ends = pairs(column, value).filter(|ends| ends.iter().all(|v| v.is_finite()))?;
             let article = if k == 0 { "" } else { "the " };
-            // Harmonics leave out nearly the same of both ends.
-            let of_change = run.column("error_resonance_change").filter(|_| k == 0);
-            let of_change = of_change.and_then(|bars| bars.last().copied());
+            // The truncation error of the harmonics is nearly the same at both ends, so the change has its own error
+            // bar.
+            let change_bar = run.column("error_resonance_change").filter(|_| k == 0);
+            let change_bar = change_bar.and_then(|bars| bars.last().copied());
             Some(change(
                 &format!("{article}{name}"),
                 ends,
                 study.unit(column, units),
                 bar(run, column),
-                of_change,
+                change_bar,
                 false,
             ))
         });
     Ok(each.collect())
 }
 
-/// The phase resonance of a state of wear with the contact elements of that state.
+/// Phase resonance of a state of wear, computed with the contact elements of that state.
 pub struct Resonance {
     wear_iteration: u64,
-    /// \[Hz\]
+    /// Frequency \[Hz\].
     pub frequency: f64,
-    /// \[m\]
+    /// Amplitude \[m\].
     pub amplitude: f64,
 }
 
-/// Those of the first and of the last state that has one.
+/// Reads the phase resonances of the first and of the last state that has its own response.
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read.
@@ -179,7 +195,7 @@ pub fn state_resonances(run: &ReportedRun) -> Result<Option<[Resonance; 2]>, Rep
             amplitude,
         }))
     };
-    // A joint that has lost its resonance has none in the end.
+    // The table of a joint without a resonance is empty.
     let (Some(first), Some(last)) = (states.first(), states.last()) else {
         return Ok(None);
     };
@@ -191,7 +207,7 @@ pub fn state_resonances(run: &ReportedRun) -> Result<Option<[Resonance; 2]>, Rep
         .map(|(first, last)| [first, last]))
 }
 
-/// The change of a column of the summary; `None` where the run has none of it.
+/// Describes the change of a column of the summary. Returns `None` if the run does not have the column.
 fn course(
     study: &Study,
     run: &ReportedRun,
@@ -213,16 +229,16 @@ fn course(
     })
 }
 
-/// What a figure that has come to zero is below, by its absolute error bar; none where it has none.
+/// Returns the absolute error bar of a column, which bounds a figure that has dropped to zero.
 fn zero_below(run: &ReportedRun, column: &str) -> Option<f64> {
     let limit = run.column(&format!("error_{column}_absolute"))?;
     limit.last().copied().filter(|limit| *limit > 0.0)
 }
 
-/// Parts of the bolt load that are told of when they are lost.
+/// Lost parts of the bolt load that a headline reports, the largest first.
 const LOST: [f64; 5] = [0.5, 0.3, 0.2, 0.1, 0.05];
 
-/// After how many cycles the most of these parts was lost, with the earliest and the latest.
+/// Reports after how many cycles the largest of the parts [`LOST`] was lost, with the earliest and latest estimates.
 fn lost_load(run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let reader = run.tables.reader();
     let states = States::of(reader).map_err(|source| ReportError::Run {
@@ -237,41 +253,43 @@ fn lost_load(run: &ReportedRun) -> Result<Option<String>, ReportError> {
         let crossing = history.crossing((1.0 - part) * unworn)?;
         let [earliest, nominal] = [crossing.earliest?, crossing.nominal?].map(three_digits);
         let latest = crossing.latest.map_or_else(
-            || format!("beyond {}", whole(history.end())),
-            |cycles| format!("{} at the latest", whole(three_digits(cycles))),
+            || format!("beyond {}", grouped_count(history.end())),
+            |cycles| format!("{} at the latest", grouped_count(three_digits(cycles))),
         );
         Some(format!(
             "{:.0}\u{a0}% of the bolt load was lost after {} cycles, {} at the earliest and {latest}.",
             100.0 * part,
-            whole(nominal),
-            whole(earliest),
+            grouped_count(nominal),
+            grouped_count(earliest),
         ))
     });
     Ok(lost.next())
 }
 
-/// A count to three digits.
+/// Rounds a count to three significant digits.
 fn three_digits(count: f64) -> f64 {
     let step = 10f64.powf((count.max(1.0).log10().floor() - 2.0).max(0.0));
     (count / step).round() * step
 }
 
-/// What a quantity was and is. A change that is within a bar of its own, or that of the quantity, is doubtful.
+/// Describes the first and the last value of a quantity.
+///
+/// A change within the error bar (of the change itself if that is known, else of the quantity) is marked as such.
 fn change(
     name: &str,
     [first, last]: [f64; 2],
     unit: Unit,
     bar: Option<f64>,
-    of_change: Option<f64>,
+    change_bar: Option<f64>,
     times: bool,
 ) -> String {
-    if let Some(limit) = known_below(last, bar.unwrap_or(0.0), 0.0) {
+    if let Some(limit) = upper_bound(last, bar.unwrap_or(0.0), 0.0) {
         return below(name, first, limit, unit);
     }
-    let told = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
+    let bar_text = bar.map_or(String::new(), |bar| format!(" ± {}", percent(bar)));
     let [before, now] = [first, last].map(|value| unit.rounded(value, DIGITS));
     if before == now || (last - first).abs() <= STAYED * last.abs() {
-        return format!("{name} stayed at {now}\u{a0}{}{told}", unit.symbol);
+        return format!("{name} stayed at {now}\u{a0}{}{bar_text}", unit.symbol);
     }
     let verb = if last > first { "rose" } else { "fell" };
     let ratio = last / first;
@@ -282,17 +300,17 @@ fn change(
         ),
         false => String::new(),
     };
-    let doubtful = match of_change.or(bar.map(|bar| bar * last.abs())) {
+    let doubtful = match change_bar.or(bar.map(|bar| bar * last.abs())) {
         Some(bar) if (last - first).abs() <= bar => ", a change within its error bar",
         _ => "",
     };
     format!(
-        "{name} {verb} from {before} to {now}\u{a0}{}{told}{factor}{doubtful}",
+        "{name} {verb} from {before} to {now}\u{a0}{}{bar_text}{factor}{doubtful}",
         unit.symbol
     )
 }
 
-/// What a quantity was, and what it is below: of one whose error bar is as large as itself no more is known.
+/// Describes the first value of a quantity and the upper bound of its last value, if only a bound is known.
 fn below(name: &str, first: f64, most: f64, unit: Unit) -> String {
     let [before, now] = [first, most].map(|value| unit.rounded(value, DIGITS));
     match first > most {
@@ -307,7 +325,7 @@ fn below(name: &str, first: f64, most: f64, unit: Unit) -> String {
     }
 }
 
-/// The error bar of the last iteration, where it has one.
+/// Returns the error bar of a column at the last iteration, if it is positive.
 fn bar(run: &ReportedRun, column: &str) -> Option<f64> {
     let bar = run.column(error_bar_of(column)?)?.last().copied()?;
     (bar.is_finite() && bar > 0.0).then_some(bar)
@@ -321,8 +339,8 @@ fn with_bar(value: f64, unit: Unit, bar: Option<f64>) -> String {
     figure_with_bar(value, bar.unwrap_or(0.0), 0.0, |value| shown(value, unit))
 }
 
-/// A count in groups of three digits.
-fn whole(count: f64) -> String {
+/// Formats a count in groups of three digits.
+fn grouped_count(count: f64) -> String {
     let digits = format!("{count:.0}");
     let mut grouped = String::new();
     for (k, digit) in digits.chars().enumerate() {
@@ -334,8 +352,8 @@ fn whole(count: f64) -> String {
     grouped
 }
 
-/// One, two and three things in a sentence.
-fn listed(things: &[String]) -> String {
+/// Joins the parts of a sentence.
+fn sentence_list(things: &[String]) -> String {
     match things {
         [] => String::new(),
         [one] => one.clone(),
@@ -353,7 +371,7 @@ mod tests {
     #[test]
     fn what_may_be_off_by_all_of_itself_is_known_by_what_it_is_below() {
         let mj = unit_of(ENERGY, 1e-3);
-        let told = |bar| {
+        let text = |bar| {
             change(
                 "the energy",
                 [18.6e-3, 0.407e-3],
@@ -364,11 +382,11 @@ mod tests {
             )
         };
         assert_eq!(
-            told(1.49),
+            text(1.49),
             "the energy fell from 18.6 to below 1.01\u{a0}mJ"
         );
         assert_eq!(
-            told(0.5),
+            text(0.5),
             "the energy fell from 18.6 to 0.407\u{a0}mJ ± 50 %"
         );
         let small = change("the energy", [0.5e-3, 0.4e-3], mj, Some(2.0), None, false);
@@ -381,8 +399,8 @@ mod tests {
 
     #[test]
     fn what_prints_alike_has_stayed() {
-        let told = |last| change("the energy", [28.80, last], ENERGY[2], None, None, true);
-        assert_eq!(told(28.83), "the energy stayed at 28.8\u{a0}J");
-        assert_eq!(told(28.9), "the energy rose from 28.8 to 28.9\u{a0}J");
+        let text = |last| change("the energy", [28.80, last], ENERGY[2], None, None, true);
+        assert_eq!(text(28.83), "the energy stayed at 28.8\u{a0}J");
+        assert_eq!(text(28.9), "the energy rose from 28.8 to 28.9\u{a0}J");
     }
 }

@@ -1,12 +1,12 @@
-//! Text in HTML and SVG.
+//! Text for HTML and SVG.
 
 use super::table;
 use super::text::visible;
 
-/// What is not there, or not known.
+/// Cell of a value that is absent or unknown.
 pub const NONE: &str = "–";
 
-/// Text as it stands in HTML and SVG, between tags and in attributes.
+/// Escapes text for HTML and SVG, both between tags and in attributes.
 pub fn escape(text: &str) -> String {
     visible(text)
         .replace('&', "&amp;")
@@ -16,7 +16,7 @@ pub fn escape(text: &str) -> String {
         .replace('\'', "&#39;")
 }
 
-/// [`table::table`] as text, with control characters made visible.
+/// Returns [`table::table`] as text, with visible control characters.
 pub fn table(heads: &[String], rows: &[Vec<String>], numbers: bool) -> String {
     visible(&table::table(heads, rows, numbers).into_string())
 }

@@ -1,5 +1,7 @@
-//! What is read from finished runs, and from those that go on. What reads tables of many iterations at once needs the feature
-//! `polars`, which is named in this folder only.
+//! Reports on finished and running runs.
+//!
+//! Modules that read the tables of many iterations at once need the feature `polars`. Only this folder names that
+//! feature.
 
 #[cfg(feature = "polars")]
 mod backbone;

@@ -1,4 +1,4 @@
-//! Files that commands write for their user: whole, or not at all.
+//! Output files of commands. Each is written completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 
 use crate::store::{FileSystem, RealFileSystem};
 
-/// Writes a file that the user names. A regular file, new or not, is written as by [`replace`]. A link stays, and its target is written. A
-/// device, a pipe or a socket is written directly. Returns the regular file, if it is one.
+/// Writes a file that the user names. Returns its path if it is a regular file.
+///
+/// A regular file, new or existing, is written by [`replace`]. A symbolic link stays and its target is written. A
+/// device, a pipe or a socket is written directly.
 ///
 /// # Errors
-/// Those of the system. A regular file then has its former content.
+/// Errors of the system. A regular file then keeps its former content.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<Option<PathBuf>> {
-    // Opening changes nothing yet. It refuses folders and files that are write-protected.
+    // Opening changes nothing yet. It fails for folders and for write-protected files.
     let target = match File::options().write(true).open(path) {
         Ok(mut device) if !device.metadata()?.is_file() => {
             device.write_all(bytes)?;
@@ -37,15 +39,16 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<Option<PathBuf>> {
     Ok(Some(target))
 }
 
-/// Writes a file whose name the program chooses: beside it, synced, then renamed. A regular file keeps its permissions. A link is replaced,
-/// since the folder may come from a stranger.
+/// Writes a file whose name the program chooses: a draft in the same folder, synced, then renamed.
+///
+/// A regular file keeps its permissions. A symbolic link is replaced, because the folder may come from a stranger.
 ///
 /// # Errors
-/// Those of the system. What was there before is then still there.
+/// Errors of the system. The former file is then still there.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let draft = folder_of(path).join(format!(".{name}.{}.new", std::process::id()));
-    // A process of the same number may have left one.
+    // An earlier process with the same id may have left a draft.
     drop(fs::remove_file(&draft));
     let written = File::create_new(&draft).and_then(|mut file| {
         if let Ok(former) = fs::symlink_metadata(path)
@@ -57,18 +60,18 @@ pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
         file.sync_all()
     });
     if let Err(error) = written.and_then(|()| fs::rename(&draft, path)) {
-        // The first error says more than one of the removal.
+        // The first error is more informative than an error of the removal.
         drop(fs::remove_file(&draft));
         return Err(error);
     }
-    // The file is there. A file system that cannot sync folders is no failure.
+    // The file is written. Some file systems cannot sync folders, which is not an error.
     drop(RealFileSystem.sync_dir(folder_of(path)));
     Ok(())
 }
 
 #[cfg(unix)]
 fn is_socket(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|found| found.file_type().is_socket())
+    fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_socket())
 }
 
 fn folder_of(path: &Path) -> &Path {

@@ -1,4 +1,4 @@
-//! The report of runs as one HTML file that needs no other and fetches nothing.
+//! Report on runs as one self-contained HTML file, which fetches nothing.
 
 use std::path::Path;
 
@@ -14,14 +14,14 @@ use super::warnings::warnings;
 use super::{ReportError, RunTables};
 use super::{differences, results, sections};
 
-/// What there is to say of some runs.
+/// Report on one or several runs.
 pub struct Report {
     title: String,
-    /// Sentences on the runs, each with its name where there are several.
+    /// Headlines of the runs, each with the label of its run if there are several.
     headlines: Vec<(Option<String>, String)>,
     lead: Vec<String>,
     warnings: Vec<Warning>,
-    /// What stands before everything else.
+    /// Section that precedes all others.
     first: Option<Section>,
     differences: Option<Section>,
     results: Section,
@@ -72,25 +72,26 @@ impl Report {
         })
     }
 
-    /// The figures, in their order.
+    /// Returns the figures in the order of the page.
     pub fn figures(&self) -> &[Figure] {
         &self.figures
     }
 
-    /// Adds a part after the figures, before what tells of the computation.
+    /// Adds a section after the figures, before the sections on the computation.
     pub fn add(&mut self, section: Section) {
         self.sections.insert(0, section);
     }
 
-    /// Gives the page another title, and a part that comes first. What is said of each run stands folded below that part.
+    /// Sets the title of the page and a first section. The headlines of the runs move into a folded part of that
+    /// section.
     pub fn begin(&mut self, title: &str, mut section: Section) {
         self.title = title.to_owned();
-        let said = std::mem::take(&mut self.headlines).into_iter();
-        let said = said.map(|(name, text)| match name {
+        let headlines = std::mem::take(&mut self.headlines).into_iter();
+        let headlines = headlines.map(|(name, text)| match name {
             Some(name) => format!("{name}: {text}"),
             None => text,
         });
-        let each = std::mem::take(&mut self.lead).into_iter().chain(said);
+        let each = std::mem::take(&mut self.lead).into_iter().chain(headlines);
         section.html = html! {
             (section.html)
             details {
@@ -101,18 +102,18 @@ impl Report {
         self.first = Some(section);
     }
 
-    /// Says before the captions of figures, by their names, what they may be laid beside.
+    /// Prefixes the captions of figures, selected by their ids, with the figure of `source` to compare them with.
     pub fn add_comparisons(&mut self, others: &[(&str, &str)], source: &str) {
         for figure in &mut self.figures {
             if let Some((_, other)) = others.iter().find(|(name, _)| *name == figure.id) {
                 figure
                     .caption
-                    .insert_str(0, &format!("Beside {other} of {source}. "));
+                    .insert_str(0, &format!("Compare with {other} of {source}. "));
             }
         }
     }
 
-    /// The page.
+    /// Returns the page as HTML.
     pub fn html(&self) -> String {
         let (main, more) = self.figures.split_at(self.figures.len().min(MAIN));
         let groups = [
@@ -147,7 +148,7 @@ impl Report {
         page.html()
     }
 
-    /// What became of the joints, and which runs these are.
+    /// Returns the headlines and the list of runs.
     fn lead(&self) -> Markup {
         html! {
             @for (name, text) in &self.headlines {
@@ -160,7 +161,7 @@ impl Report {
         }
     }
 
-    /// Writes the page to a file that its reader names, as [`output::write`] does.
+    /// Writes the page to a file that the user names, as [`output::write`] does.
     ///
     /// # Errors
     /// [`ReportError::Io`]
@@ -169,7 +170,7 @@ impl Report {
         written.map(drop).map_err(failed(path))
     }
 
-    /// Writes the page in place of a file that is there. A link under its name is replaced, not followed.
+    /// Writes the page, and replaces an existing file. A symbolic link is replaced, not followed.
     ///
     /// # Errors
     /// [`ReportError::Io`]
@@ -177,7 +178,8 @@ impl Report {
         replace(path, self.html().as_bytes()).map_err(failed(path))
     }
 
-    /// Writes every figure as an SVG of its own, `NAME.svg`, into a folder, which is made. Files that are there are replaced.
+    /// Writes every figure as an SVG of its own, `NAME.svg`, into a folder, which is made. Files that are there are
+    /// replaced.
     ///
     /// # Errors
     /// [`ReportError::Io`]
@@ -200,19 +202,20 @@ pub(super) fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError 
     move |source| ReportError::Io { path, source }
 }
 
-/// The drawings of a figure, its caption, and where its data are.
+/// Returns the drawings of a figure, its caption and the source of its data.
 fn content(figure: &Figure) -> Markup {
-    let named = figure.drawings.iter().enumerate();
-    let mut named = named.map(|(k, drawing)| (format!("t-{}-{k}", figure.id), drawing));
+    let drawings_by_id = figure.drawings.iter().enumerate();
+    let mut drawings_by_id =
+        drawings_by_id.map(|(k, drawing)| (format!("t-{}-{k}", figure.id), drawing));
     let each = figure.drawings.len() / figure.states.len().max(1);
     html! {
         @if figure.states.is_empty() {
-            (drawings(named))
+            (drawings(drawings_by_id))
         } @else {
             details.states {
                 summary { "States of wear" }
                 @for state in &figure.states {
-                    div.state { p { (state) } (drawings(named.by_ref().take(each))) }
+                    div.state { p { (state) } (drawings(drawings_by_id.by_ref().take(each))) }
                 }
             }
         }

@@ -1,17 +1,18 @@
-//! Quantities as an engineer reads them.
+//! Formatting of quantities in engineering units.
 
-/// A unit that a quantity is shown in.
+/// Unit of a shown quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// Its symbol; empty for a pure number.
+    /// Symbol of the unit, empty for a pure number.
     pub symbol: &'static str,
-    /// SI value of one of it.
+    /// Size of the unit in SI.
     pub size: f64,
 }
 
 impl Unit {
-    /// A value in this unit with so many significant digits, the last ones also where they are zeros: 3.50. Frequencies have one decimal,
-    /// since a resonance moves by less than its third digit.
+    /// Formats a value in this unit with the given number of significant digits, trailing zeros included: 3.50.
+    ///
+    /// Frequencies have one decimal, because a resonance shifts by less than its third digit.
     pub fn rounded(&self, value: f64, significant: usize) -> String {
         let value = value / self.size;
         if self.symbol == "Hz" {
@@ -20,7 +21,7 @@ impl Unit {
         if value == 0.0 || !value.is_finite() {
             return number(value);
         }
-        // The exponent of the rounded value: 9.996 has one digit more.
+        // The exponent of the rounded value: 9.996 rounds to one digit more.
         let text = format!("{:.*e}", significant - 1, value.abs());
         let exponent = text
             .split_once('e')
@@ -36,7 +37,7 @@ impl Unit {
     }
 }
 
-/// The units of a quantity, ascending.
+/// Units of a quantity, ascending.
 pub type Units = &'static [Unit];
 
 const fn unit(symbol: &'static str, size: f64) -> Unit {
@@ -60,7 +61,7 @@ pub const ENERGY: Units = &[
 ];
 /// Area.
 pub const AREA: Units = &[unit("mm²", 1e-6)];
-/// Worn volume: always in the same unit, since µm³ and mm³ are too far apart to be compared by eye.
+/// Worn volume. It has a single unit, because µm³ and mm³ are too far apart to compare by eye.
 pub const VOLUME: Units = &[unit("mm³", 1e-9)];
 /// Worn volume per cycle.
 pub const VOLUME_RATE: Units = &[unit("µm³ per cycle", 1e-18), unit("mm³ per cycle", 1e-9)];
@@ -79,10 +80,10 @@ pub const NUMBER: Units = &[unit("", 1.0)];
 /// Angles.
 pub const ANGLE: Units = &[unit("°", std::f64::consts::PI / 180.0)];
 
-/// Where the smaller unit is a thousandth, it is taken for values below 1 of the larger; where it is smaller still, below this.
+/// Smallest value in a unit that is more than 1000 times its smaller neighbour. For other units this is 1.
 const LEAST: f64 = 0.1;
 
-/// The unit in which values up to `largest` read well.
+/// Selects the unit for values up to `largest`.
 pub fn unit_of(units: Units, largest: f64) -> Unit {
     let fits = |k: &usize| {
         let wide = *k > 0 && units[*k].size > 2e3 * units[*k - 1].size;
@@ -93,18 +94,18 @@ pub fn unit_of(units: Units, largest: f64) -> Unit {
     units[best]
 }
 
-/// The largest finite magnitude.
+/// Returns the largest finite magnitude.
 pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     let finite = values.into_iter().filter(|value| value.is_finite());
     finite.fold(0.0, |most: f64, value| most.max(value.abs()))
 }
 
-/// Four significant digits, as a person reads them.
+/// Formats a value with four significant digits.
 pub fn number(value: f64) -> String {
     digits(value, 4)
 }
 
-/// Some significant digits, without zeros that say nothing.
+/// Formats a value with the given number of significant digits, without trailing zeros.
 pub fn digits(value: f64, significant: i32) -> String {
     if value.is_nan() {
         return "–".to_owned();
@@ -115,7 +116,7 @@ pub fn digits(value: f64, significant: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    // The exponent of the rounded value: 9.9996 has one digit more.
+    // The exponent of the rounded value: 9.9996 rounds to one digit more.
     let text = format!("{:.*e}", (significant - 1) as usize, value.abs());
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
@@ -138,7 +139,7 @@ pub fn digits(value: f64, significant: i32) -> String {
     }
 }
 
-/// A whole number as an exponent.
+/// Formats a whole number as a superscript.
 fn raised(exponent: i32) -> String {
     let raise = |digit: char| match digit {
         '-' => '⁻',
@@ -150,19 +151,19 @@ fn raised(exponent: i32) -> String {
     exponent.to_string().chars().map(raise).collect()
 }
 
-/// A value in the unit that suits it.
+/// Formats a value in the unit that suits it.
 pub fn shown(value: f64, units: Units) -> String {
     in_unit(value, unit_of(units, value.abs()))
 }
 
-/// A value in a unit.
+/// Formats a value in the given unit.
 pub fn in_unit(value: f64, unit: Unit) -> String {
     let space = if unit.symbol.is_empty() || unit.symbol == "°" {
         ""
     } else {
         "\u{a0}"
     };
-    // A resonance moves by less than its fourth digit.
+    // A resonance shifts by less than its fourth digit.
     let significant = if unit.symbol == "Hz" { 5 } else { 4 };
     let number = digits(value / unit.size, significant);
     if value == 0.0

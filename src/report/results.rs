@@ -1,4 +1,4 @@
-//! The summaries of runs as a table.
+//! Table of the summaries of runs.
 
 use maud::html;
 use polars::prelude::DataFrame;
@@ -11,7 +11,7 @@ use super::text::NONE;
 use super::{ERROR_BARS, ReportError, RunTables, Sizes, error_bar_of, figure_with_bar};
 use crate::tables::TableName;
 
-/// The units in which a column of the summary is shown; none for one whose own unit reads as it is.
+/// Returns the units of a column of the summary, or `None` for a column that keeps its own unit.
 fn units_of(column: &str, unit: &str) -> Option<Units> {
     Some(match (column, unit) {
         ("wear_rate", _) => quantity::VOLUME_RATE,
@@ -31,8 +31,8 @@ fn units_of(column: &str, unit: &str) -> Option<Units> {
     })
 }
 
-/// The name of a column as it stands in a table: symbols keep their letters.
-fn titled(column: &str) -> String {
+/// Returns the title of a column. Symbols keep their capital letters.
+fn title_of(column: &str) -> String {
     match column {
         "max_pressure" => "largest pressure".to_owned(),
         "rq" => "Rq".to_owned(),
@@ -44,18 +44,18 @@ fn titled(column: &str) -> String {
     }
 }
 
-/// True for what tells of the computation and not of the joint.
+/// Returns true for a column that describes the computation, not the joint.
 fn is_of_computation(column: &str) -> bool {
     column.starts_with("error_") || column.ends_with("_iterations") || column == "fft_pairs"
 }
 
-/// What the last state of a run has.
+/// Returns the characteristic sizes of the last state of a run.
 pub fn sizes(run: &RunTables, frame: &DataFrame) -> Sizes {
     let last = |name: &str| numbers(frame, name).and_then(|v| v.last().copied());
     Sizes::of(run.recipe(), last("normal_load"), last("rq"))
 }
 
-/// The summary of the first and the last iteration, with the error bars of the last.
+/// Builds the section with the summaries of the first and the last iteration, and the error bars of the last one.
 pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
     let read = |run: &RunTables| {
         run.series(TableName::Summary)
@@ -85,40 +85,40 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             Some((*values.first()?, *values.last()?, bar, resolution))
         });
         let ends: Vec<Option<(f64, f64, f64, f64)>> = ends.collect();
-        // Of physics that the scene does not have.
-        let is_nothing = |end: &Option<(f64, f64, f64, f64)>| {
+        // The scene does not include the physics of such a column.
+        let is_absent = |end: &Option<(f64, f64, f64, f64)>| {
             end.is_none_or(|(first, last, _, resolution)| {
                 resolution > 0.0 && first == 0.0 && last == 0.0
             })
         };
-        if ends.iter().all(is_nothing) {
+        if ends.iter().all(is_absent) {
             continue;
         }
         let plain = |value: f64| match column.unit.as_str() {
             "1" => number(value),
             unit => format!("{}\u{a0}{unit}", number(value)),
         };
-        let in_words = |value: f64, most: f64| match units_of(name, &column.unit) {
+        let with_unit = |value: f64, most: f64| match units_of(name, &column.unit) {
             Some(units) => quantity::in_unit(value, quantity::unit_of(units, most)),
             None => plain(value),
         };
-        // All runs have the unit of the largest.
+        // All runs use the unit that suits the largest value.
         let all = ends.iter().flatten();
         let most = all.fold(0.0, |most: f64, (first, last, _, resolution)| {
             most.max(quantity::largest(&[*first, *last, *resolution]))
         });
-        let mut row = vec![titled(name)];
+        let mut row = vec![title_of(name)];
         for end in ends {
             let Some((first, last, bar, resolution)) = end else {
                 row.extend(vec![NONE.to_owned(); cells]);
                 continue;
             };
-            let first = figure_with_bar(first, 0.0, resolution, |value| in_words(value, most));
-            let last = figure_with_bar(last, bar, resolution, |value| in_words(value, most));
+            let first = figure_with_bar(first, 0.0, resolution, |value| with_unit(value, most));
+            let last = figure_with_bar(last, bar, resolution, |value| with_unit(value, most));
             match (single, cells) {
                 (true, 1) => row.push(last),
                 (true, _) => row.extend([first, last]),
-                // Both have the unit of the last.
+                // The last value carries the unit of both.
                 (false, _) => {
                     let first = first.split('\u{a0}').next().unwrap_or_default();
                     match last.split('\u{a0}').next() == Some(first) {
@@ -153,7 +153,7 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
         html: html! {
             @if of_joint.iter().any(|row| row[0] == "peak amplitude") {
                 p {
-                    "Resonance and peak are those of the vibration that drives the wear: its contact elements are of the last model update, \
+                    "Resonance and peak belong to the vibration that drives the wear. It uses the contact elements of the last model update, \
                      not of the last state."
                 } "\n"
             }

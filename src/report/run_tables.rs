@@ -1,4 +1,4 @@
-//! A run open for reading, its tables as frames.
+//! Tables of a run as data frames.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,9 +12,10 @@ use crate::recipe::{Recipe, StoredPlan};
 use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
 use crate::tables::{Table, TableName};
 
-/// A run open for reading, also one that another process computes.
+/// Reader of a run, which another process may still compute.
 ///
-/// Its iterations count as far as their chain of commits verifies; what does not is listed by [`RunTables::damage`].
+/// It includes the iterations up to the first one whose chain of commits does not verify. [`RunTables::damage`] lists
+/// the damage.
 pub struct RunTables {
     reader: RunReader,
     name: String,
@@ -27,7 +28,8 @@ impl RunTables {
     /// Opens the run in a folder.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a folder that is no readable run, [`ReportError::Empty`] for a run without an iteration.
+    /// [`ReportError::Run`] for a folder that is not a readable run, [`ReportError::Empty`] for a run without an
+    /// iteration.
     pub fn open(root: &Path) -> Result<RunTables, ReportError> {
         let reader = open(root)?;
         let of_run = |source| ReportError::Run {
@@ -45,72 +47,75 @@ impl RunTables {
         })
     }
 
-    /// Opens the runs among several folders, as `runs/*` names them, and says what it passes over.
+    /// Opens the runs among several folders (as from `runs/*`), and returns the skipped folders.
     ///
     /// # Errors
-    /// [`ReportError::NoneLeft`] if none is a run; those of [`RunTables::open`] for a path given alone, one that nothing has, and a
-    /// run that the system does not let be read.
+    /// [`ReportError::NoneLeft`] if none of several folders is a run. Errors of [`RunTables::open`] if the path is the
+    /// only one, if nothing exists at that path, or if the system denies reading it.
     pub fn open_all(
         roots: &[PathBuf],
     ) -> Result<(Vec<RunTables>, Vec<SkippedFolder>), ReportError> {
         open_each(roots, RunTables::open)
     }
 
-    /// Name of the run's folder.
+    /// Returns the name of the run's folder.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Folder of the run.
+    /// Returns the folder of the run.
     pub fn root(&self) -> &Path {
         self.reader.path()
     }
 
-    /// What the run was computed by.
+    /// Returns the recipe of the run.
     pub fn recipe(&self) -> &Recipe {
         &self.plan.recipe
     }
 
-    /// The text of the scene as kept in the run.
+    /// Returns the text of the run's scene.toml.
     pub fn scene_toml(&self) -> &str {
         &self.record().scene_toml
     }
 
-    /// What was doubtful of the scene before it ran.
+    /// Returns the warnings about the scene.
     pub fn warnings(&self) -> impl Iterator<Item = &str> {
         self.plan.warnings.iter().map(String::as_str)
     }
 
-    /// What the run is and how it came about, the content of `run.json`.
+    /// Returns the record of the run: the content of `run.json`.
     pub fn record(&self) -> &RunRecord {
         self.reader.record()
     }
 
-    /// The store's reader of the run.
+    /// Returns the store's reader of the run.
     pub fn reader(&self) -> &RunReader {
         &self.reader
     }
 
-    /// What did not verify; the iterations from there on do not count.
+    /// Returns the damage of the run. The damaged iteration and all later ones are omitted.
     pub fn damage(&self) -> Vec<Damage> {
         damage_of(&self.reader)
     }
 
-    /// The iterations that count and are kept, ascending; there is one at least.
+    /// Returns the stored iterations that verify, ascending. There is at least one.
     pub fn iterations(&self) -> &[u64] {
         &self.iterations
     }
 
-    /// The last of them.
+    /// Returns the last of the iterations.
     pub fn latest(&self) -> u64 {
         self.latest
     }
 
-    /// A table of all iterations that have it, of a one-row table pruned ones too, as one frame: [`super::WEAR_ITERATION`] first, then the
-    /// columns of the table, sorted by iteration; `None` where the run has no such table.
+    /// Reads a table of all iterations into one frame. Returns `None` if the run has no such table.
+    ///
+    /// The columns are [`super::WEAR_ITERATION`], then those of the table. Rows are sorted by iteration. A table with
+    /// one row per iteration includes pruned iterations.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table that cannot be read, also one damaged since the run was opened, [`ReportError::Scan`].
+    /// [`ReportError::Run`] for a table that cannot be read (or was damaged since the run was opened),
+    /// [`ReportError::Scan`] if the table library fails.
     pub fn series(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
         let mut scan = Scan::of(table);
         scan.add(0, &self.name, &self.reader)?;
@@ -123,7 +128,7 @@ impl RunTables {
         for name in [ORDER, RUN] {
             frame.drop_in_place(name).map_err(failed)?;
         }
-        // The schema's columns are all there, null where the run lacks the physics.
+        // The frame has all columns of the schema. Those of absent physics are null.
         let absent: Vec<PlSmallStr> = frame
             .get_columns()
             .iter()
@@ -133,7 +138,7 @@ impl RunTables {
         Ok(Some(frame.drop_many(absent)))
     }
 
-    /// What all iterations say in one row each, and what they took.
+    /// Reads the history of the run: the rows and costs of all iterations.
     ///
     /// # Errors
     /// [`ReportError::Run`] for a table that cannot be read.
@@ -142,10 +147,10 @@ impl RunTables {
         history.map_err(|source| self.run_error(source))
     }
 
-    /// A table of one iteration; `None` where that has none.
+    /// Reads a table of one iteration. Returns `None` if the iteration does not have it.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for an iteration that is not there and for a table that cannot be read.
+    /// [`ReportError::Run`] for an iteration that does not exist and for a table that cannot be read.
     pub fn at(
         &self,
         wear_iteration: u64,
@@ -158,7 +163,7 @@ impl RunTables {
         }
     }
 
-    /// A table that is written once a run; `None` where the run has none.
+    /// Reads a table that a run stores once. Returns `None` if the run does not have it.
     ///
     /// # Errors
     /// [`ReportError::Run`] for a table that cannot be read.
@@ -189,9 +194,10 @@ impl RunTables {
     }
 }
 
-/// A table of all iterations of several runs as one lazy frame: [`ORDER`], [`RUN`] (the name), [`super::WEAR_ITERATION`], then the
-/// columns of the table's schema, null where a run lacks them; sorted by run, in the order given, and iteration. `None` where no
-/// run has the table.
+/// Scans a table of all iterations of several runs into one lazy frame. Returns `None` if no run has the table.
+///
+/// The columns are [`ORDER`], [`RUN`] (the name), [`super::WEAR_ITERATION`], then those of the table's schema, null
+/// where a run lacks them. Rows are sorted by run, in the given order, then by iteration.
 ///
 /// # Errors
 /// As for [`RunTables::series`].
@@ -211,8 +217,8 @@ pub fn scan_runs(runs: &[RunTables], table: TableName) -> Result<Option<LazyFram
     })
 }
 
-/// The values of a column of numbers or flags (1 for true); `None` where the frame has no such column. A row without a value is
-/// NaN.
+/// Returns the values of a column of numbers or flags (1 for true). Returns `None` if the frame has no such column. A
+/// null is NaN.
 pub fn numbers(frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
     let column = frame.column(column).ok()?;
     let floats = column.cast(&DataType::Float64).ok()?;
@@ -225,7 +231,7 @@ pub fn numbers(frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
     )
 }
 
-/// The values of a column of texts; `None` where the frame has no such column.
+/// Returns the values of a column of texts. Returns `None` if the frame has no such column.
 pub fn texts(frame: &DataFrame, column: &str) -> Option<Vec<String>> {
     let texts = frame.column(column).ok()?.str().ok()?;
     Some(
@@ -236,7 +242,7 @@ pub fn texts(frame: &DataFrame, column: &str) -> Option<Vec<String>> {
     )
 }
 
-/// Opens a run that has an iteration.
+/// Opens a run, which must have at least one iteration.
 pub(super) fn open(run: &Path) -> Result<RunReader, ReportError> {
     let reader =
         RunReader::open(Arc::new(RealFileSystem), run).map_err(|source| ReportError::Run {
@@ -252,22 +258,22 @@ pub(super) fn open(run: &Path) -> Result<RunReader, ReportError> {
     }
 }
 
-/// What does not verify of the iterations.
+/// Returns the damage of the iterations.
 pub(super) fn damage_of(reader: &RunReader) -> Vec<Damage> {
     let reports = reader.reports().iter();
     reports.flat_map(|report| report.damage.clone()).collect()
 }
 
-/// The last name of a path, also of `.` and `..`.
+/// Returns the last component of a path, also for `.` and `..`.
 fn name_of(root: &Path) -> String {
-    let named = |path: &Path| Some(path.file_name()?.to_string_lossy().into_owned());
-    let absolute = || named(&std::fs::canonicalize(root).ok()?);
-    named(root)
+    let last_component = |path: &Path| Some(path.file_name()?.to_string_lossy().into_owned());
+    let absolute = || last_component(&std::fs::canonicalize(root).ok()?);
+    last_component(root)
         .or_else(absolute)
         .unwrap_or_else(|| PathBuf::from(root).display().to_string())
 }
 
-/// A table of the store as a frame.
+/// Converts a table of the store to a frame.
 fn frame(table: &Table) -> PolarsResult<DataFrame> {
     let columns = table
         .columns()

@@ -1,4 +1,4 @@
-//! One lazy frame over a table of many iterations of many runs.
+//! Lazy frame of one table over many iterations of many runs.
 
 use std::collections::BTreeSet;
 
@@ -8,25 +8,25 @@ use super::ReportError;
 use crate::store::{History, RunReader, StoreError, is_in_history};
 use crate::tables::{self, ColumnSchema, ColumnType, Nullable, Table, TableName};
 
-/// The column with the name that a run was given.
+/// Column with the name of the run, as the user gave it.
 pub const RUN: &str = "run";
-/// The column with the number of the iteration.
+/// Column with the number of the iteration.
 pub const WEAR_ITERATION: &str = "wear_iteration";
-/// The column with the place of the run among those scanned, from 0: tells two runs of one name apart.
+/// Column with the index of the run in the scan, from 0. It distinguishes two runs with the same name.
 pub const ORDER: &str = "order";
 
-/// The rows of a table, with which run and iteration each belongs to.
+/// Rows of a table, each with its run and its iteration.
 ///
-/// Each file is read by the store, which verifies it, rather than by Polars: its own reader of Parquet would bring a client for
-/// object stores, with HTTP and TLS, into the program.
+/// The store reads and verifies each file, not Polars. The Parquet reader of Polars would bring a client for object
+/// stores, with HTTP and TLS, into the program.
 pub struct Scan {
     table: TableName,
-    /// Of each run that has the table.
+    /// One frame per run that has the table.
     frames: Vec<DataFrame>,
 }
 
 impl Scan {
-    /// Of no run yet.
+    /// Creates a scan without runs.
     pub fn of(table: TableName) -> Scan {
         Scan {
             table,
@@ -34,30 +34,34 @@ impl Scan {
         }
     }
 
-    /// Adds the iterations of a run that have the table, under a name and a place among the runs: of a one-row table those that are
-    /// pruned too. A damaged table outside the chain of commits, as `timing`, is passed over.
+    /// Adds the iterations of a run that have the table, under a name and an index of the run.
+    ///
+    /// A table with one row per iteration includes pruned iterations. A damaged table outside the chain of commits
+    /// (such as `timing`) is skipped.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table that cannot be read, as one that was damaged since the run was opened,
-    /// [`ReportError::Scan`].
+    /// [`ReportError::Run`] for a table that cannot be read (for example because it was damaged since the run was
+    /// opened), [`ReportError::Scan`] if the table library fails.
     pub fn add(&mut self, order: usize, name: &str, reader: &RunReader) -> Result<(), ReportError> {
         let run = reader.path();
-        let of_run = |source| ReportError::Run {
+        let run_error = |source| ReportError::Run {
             run: run.to_owned(),
             source,
         };
-        let failed = |source| ReportError::Scan {
+        let scan_error = |source| ReportError::Scan {
             table: self.table,
             runs: run.display().to_string(),
             source,
         };
         if is_in_history(self.table) {
-            let history = reader.history().map_err(of_run)?;
-            let frame = self.of_history(order, name, &history).map_err(failed)?;
+            let history = reader.history().map_err(run_error)?;
+            let frame = self
+                .history_frame(order, name, &history)
+                .map_err(scan_error)?;
             self.frames.extend(frame);
             return Ok(());
         }
-        // Opening a run lets damage pass in what no result depends on.
+        // Opening a run does not reject damage in tables that no result depends on.
         let unchained = !self.table.schema().chained;
         let reports = reader.reports().iter();
         let damaged: BTreeSet<u64> = reports
@@ -72,19 +76,19 @@ impl Scan {
             match reader.read(wear_iteration, self.table) {
                 Ok(rows) => tables.push((wear_iteration, rows)),
                 Err(StoreError::NoTable { .. }) => (),
-                Err(source) => return Err(of_run(source)),
+                Err(source) => return Err(run_error(source)),
             }
         }
         if tables.is_empty() {
             return Ok(());
         }
-        let frame = self.keyed(order, name, &tables).map_err(failed)?;
+        let frame = self.keyed_frame(order, name, &tables).map_err(scan_error)?;
         self.frames.push(frame);
         Ok(())
     }
 
-    /// The rows of a history that the table has, with their keys; `None` where no iteration has it.
-    fn of_history(
+    /// Converts the rows of a history to a frame, with their keys. Returns `None` if no iteration has the table.
+    fn history_frame(
         &self,
         order: usize,
         name: &str,
@@ -96,48 +100,55 @@ impl Scan {
             Column::new(RUN.into(), vec![name; rows]),
             Column::new(WEAR_ITERATION.into(), (0..rows as i64).collect::<Vec<_>>()),
         ];
-        let mut there = vec![false; rows];
-        for described in &self.table.schema().columns {
-            let name = described.name.as_str();
-            let mut own = history.columns_of(self.table);
-            let values = own.find(|(column, _)| column.name == name);
+        let mut has_table = vec![false; rows];
+        for schema in &self.table.schema().columns {
+            let name = schema.name.as_str();
+            let mut stored = history.columns_of(self.table);
+            let values = stored.find(|(column, _)| column.name == name);
             columns.push(match values {
                 Some((_, values)) => {
-                    for (row, there) in there.iter_mut().enumerate() {
-                        *there |= values.at(row).is_some();
+                    for (row, has_table) in has_table.iter_mut().enumerate() {
+                        *has_table |= values.at(row).is_some();
                     }
                     nullable(name, values)
                 }
-                None => Column::full_null(name.into(), rows, &data_type(described.kind)),
+                None => Column::full_null(name.into(), rows, &data_type(schema.kind)),
             });
         }
-        if !there.contains(&true) {
+        if !has_table.contains(&true) {
             return Ok(None);
         }
-        let there = BooleanChunked::from_slice("there".into(), &there);
-        DataFrame::new(columns)?.filter(&there).map(Some)
+        let has_table = BooleanChunked::from_slice("there".into(), &has_table);
+        DataFrame::new(columns)?.filter(&has_table).map(Some)
     }
 
-    /// True if no run has the table.
+    /// Returns true if no run has the table.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
     }
 
-    /// All rows as one lazy frame: [`ORDER`], [`RUN`], [`WEAR_ITERATION`] and the columns of the table's schema, by run, as they
-    /// were added, and iteration; what a run lacks is null.
+    /// Returns all rows as one lazy frame: [`ORDER`], [`RUN`], [`WEAR_ITERATION`] and the columns of the table's
+    /// schema.
+    ///
+    /// Rows are sorted by run, in the order of [`Scan::add`], then by iteration. Columns that a run lacks are null.
     ///
     /// # Errors
-    /// Those of the table library.
+    /// Errors of the table library.
     pub fn lazy(&self) -> PolarsResult<LazyFrame> {
         let mut frames: Vec<LazyFrame> = self.frames.iter().map(|f| f.clone().lazy()).collect();
         if frames.is_empty() {
-            frames.push(self.keyed(0, "", &[])?.lazy());
+            frames.push(self.keyed_frame(0, "", &[])?.lazy());
         }
         concat(frames, UnionArgs::default())
     }
 
-    /// The tables of one run below each other, with their keys.
-    fn keyed(&self, order: usize, name: &str, tables: &[(u64, Table)]) -> PolarsResult<DataFrame> {
+    /// Concatenates the tables of one run, with their keys.
+    fn keyed_frame(
+        &self,
+        order: usize,
+        name: &str,
+        tables: &[(u64, Table)],
+    ) -> PolarsResult<DataFrame> {
         let rows = tables.iter().map(|(_, table)| table.rows()).sum();
         let wear_iteration: Vec<i64> = tables
             .iter()
@@ -148,30 +159,30 @@ impl Scan {
             Column::new(RUN.into(), vec![name; rows]),
             Column::new(WEAR_ITERATION.into(), wear_iteration),
         ];
-        for described in &self.table.schema().columns {
-            columns.push(below_each_other(described, tables)?);
+        for schema in &self.table.schema().columns {
+            columns.push(concatenated_column(schema, tables)?);
         }
         DataFrame::new(columns)
     }
 }
 
-/// A column of all tables; null where one lacks it.
-fn below_each_other(described: &ColumnSchema, tables: &[(u64, Table)]) -> PolarsResult<Column> {
-    let name = described.name.as_str();
-    let kind = data_type(described.kind);
-    let mut whole = Column::new_empty(name.into(), &kind);
+/// Concatenates a column of all tables. It is null where a table lacks it.
+fn concatenated_column(schema: &ColumnSchema, tables: &[(u64, Table)]) -> PolarsResult<Column> {
+    let name = schema.name.as_str();
+    let kind = data_type(schema.kind);
+    let mut all = Column::new_empty(name.into(), &kind);
     for (_, table) in tables {
-        let mut there = table.columns().filter(|(schema, _)| schema.name == name);
-        let part = match there.next() {
+        let mut matching = table.columns().filter(|(own, _)| own.name == name);
+        let part = match matching.next() {
             Some((_, values)) => column(name, values),
             None => Column::full_null(name.into(), table.rows(), &kind),
         };
-        whole.append_owned(part)?;
+        all.append_owned(part)?;
     }
-    Ok(whole.rechunk())
+    Ok(all.rechunk())
 }
 
-/// The values of a column of the store.
+/// Converts a column of the store to one of Polars.
 pub fn column(name: &str, values: &tables::Column) -> Column {
     let name = name.into();
     match values {

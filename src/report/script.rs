@@ -1,13 +1,13 @@
-//! The script of a page, which shows the values of a drawing where somebody points.
+//! Script of a page, which shows the values of a drawing under the pointer.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest, Sha256};
 
-/// The page is complete without it.
+/// Source of the script. The page is complete without it.
 pub const SCRIPT: &str = include_str!("page.js");
 
-/// What a browser is to refuse: all but what is in the page, and of scripts all but this one.
+/// Content security policy of a page: it allows only the content of the page itself and this one script.
 pub fn policy() -> String {
     let hash = STANDARD.encode(Sha256::digest(SCRIPT));
     format!(

@@ -1,4 +1,4 @@
-//! What stands in a report as tables: how the results came about.
+//! Tables of a report on how the results were computed.
 
 use maud::{Markup, html};
 
@@ -11,7 +11,7 @@ use crate::recipe;
 use crate::store::StageCost;
 use crate::tables::TableName;
 
-/// What tells how the results came about.
+/// Builds the sections on how the results were computed.
 pub fn sections(runs: &[RunTables]) -> Result<Vec<Section>, ReportError> {
     let mut sections = Vec::new();
     sections.extend(ledger(runs)?);
@@ -22,7 +22,7 @@ pub fn sections(runs: &[RunTables]) -> Result<Vec<Section>, ReportError> {
     Ok(sections)
 }
 
-/// One part a run: with its name where there are several.
+/// Builds one part per run, with the name of the run if there are several.
 fn each(runs: &[RunTables], part: impl Fn(&RunTables) -> Markup) -> Markup {
     html! {
         @for run in runs {
@@ -32,7 +32,7 @@ fn each(runs: &[RunTables], part: impl Fn(&RunTables) -> Markup) -> Markup {
     }
 }
 
-/// Differences below this are not told \[%\].
+/// Smallest shown difference \[%\].
 const LEAST: f64 = 1e-4;
 
 fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
@@ -49,7 +49,7 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
             };
             for ((name, fine), dynamic) in names.iter().zip(fine).zip(dynamic) {
                 let difference = 100.0 * (dynamic / fine - 1.0);
-                // What rounding leaves of none is none.
+                // A difference of this size is a rounding error.
                 let difference = if difference.abs() < LEAST {
                     0.0
                 } else {
@@ -79,7 +79,7 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
         id: "ledger",
         title: "Rough contact against contact elements".to_owned(),
         html: html! {
-            p { "The same quantity from the contact computed cell by cell and from the contact elements of the structure." } "\n"
+            p { "The table compares quantities of the rough contact, computed cell by cell, with those of the contact elements of the structure." } "\n"
             @for (run, rows) in parts.filter(|(_, rows)| !rows.is_empty()) {
                 @if runs.len() > 1 { h3 { (run.name()) } "\n" }
                 (table(&heads, rows, true))
@@ -100,12 +100,12 @@ fn decisions(runs: &[RunTables]) -> Section {
     });
     Section {
         id: "plan",
-        title: "What was computed, and why".to_owned(),
+        title: "Decisions of the computation".to_owned(),
         html,
     }
 }
 
-/// What is told of the cost of a run.
+/// Titles of the costs of a run.
 const COSTS: [&str; 4] = ["wear iterations", "FFT pairs", "disk / MB", "time / s"];
 
 fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
@@ -117,7 +117,7 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
             disk += commit.map_or(0, |commit| commit.bytes());
         }
         let spent = run.history()?.cost();
-        let sum = |of: fn(&StageCost) -> f64| -> f64 { spent.values().map(of).sum() };
+        let sum = |value: fn(&StageCost) -> f64| -> f64 { spent.values().map(value).sum() };
         costs.push([
             run.latest().to_string(),
             number(sum(|cost| cost.fft_pairs)),
@@ -220,7 +220,7 @@ fn provenance(runs: &[RunTables]) -> Section {
     }
 }
 
-/// The program with the commit that it was built from.
+/// Returns the version of the program and the commit that it was built from.
 fn program(version: &str, commit: Option<&str>) -> String {
     match commit {
         Some(commit) => format!("fretwear {version}, commit {commit}"),
@@ -228,7 +228,7 @@ fn program(version: &str, commit: Option<&str>) -> String {
     }
 }
 
-/// The scenes as their users wrote them; of a run that has no such file, as the program keeps it.
+/// Shows the scenes as the users wrote them, or scene.toml if a run does not have the original file.
 fn scenes(runs: &[RunTables]) -> Section {
     Section {
         id: "scene",

@@ -1,4 +1,4 @@
-//! Folders given together, as by `runs/*`: those that are runs, and why the others are not.
+//! Folders given together (as from `runs/*`): opens the runs, and reports why other folders are skipped.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::ReportError;
 use crate::store::StoreError;
 
-/// A folder, or file, among several that is no run that can be read.
+/// Skipped folder or file, which is not a readable run.
 #[derive(Debug)]
 pub struct SkippedFolder {
     path: PathBuf,
@@ -14,20 +14,20 @@ pub struct SkippedFolder {
 }
 
 impl SkippedFolder {
-    /// What was given.
+    /// Returns the path as the user gave it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// True for a run that is damaged or of another format, rather than something else than a run.
+    /// Returns true for a run that is damaged or has another format, false for a folder that is not a run.
     pub fn is_damage_or_mismatch(&self) -> bool {
         self.error.is_damage_or_mismatch()
     }
 
-    /// Why it cannot be read, without its name.
+    /// Returns the reason without the path.
     pub fn reason(&self) -> String {
         match &self.error {
-            error if is_no_folder(error) => "it is no folder".to_owned(),
+            error if is_no_folder(error) => "it is not a folder".to_owned(),
             ReportError::Run {
                 source: StoreError::NoRun { .. },
                 ..
@@ -41,15 +41,10 @@ impl SkippedFolder {
     }
 }
 
-/// As a notice says it.
+/// Text of the notice about the folder.
 impl fmt::Display for SkippedFolder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} is passed over: {}",
-            self.path.display(),
-            self.reason()
-        )
+        write!(f, "{} is skipped: {}", self.path.display(), self.reason())
     }
 }
 
@@ -63,12 +58,14 @@ fn is_no_folder(error: &ReportError) -> bool {
     )
 }
 
-/// Opens each of the runs and passes over what is none. A path given alone is what was asked for, and one that nothing has
-/// is misspelt, which `runs/*` never is: these are errors.
+/// Opens each of several runs, and skips folders that are not runs.
+///
+/// An only path is never skipped, because the user asked for it. A path at which nothing exists is misspelt, because
+/// `runs/*` yields existing paths. Both are errors.
 ///
 /// # Errors
-/// What `open` says of such a path, or of a run that the system does not let be read; [`ReportError::NoneLeft`] if all are passed
-/// over.
+/// Errors of `open` for such a path, or if the system denies reading a run. [`ReportError::NoneLeft`] if all paths are
+/// skipped.
 pub fn open_each<T>(
     runs: &[PathBuf],
     mut open: impl FnMut(&Path) -> Result<T, ReportError>,
@@ -79,9 +76,9 @@ pub fn open_each<T>(
         match open(path) {
             Ok(run) => opened.push(run),
             Err(error) => {
-                let foreign =
+                let is_skippable =
                     is_no_folder(&error) || error.is_no_run() || error.is_damage_or_mismatch();
-                if runs.len() == 1 || !foreign || path.symlink_metadata().is_err() {
+                if runs.len() == 1 || !is_skippable || path.symlink_metadata().is_err() {
                     return Err(error);
                 }
                 passed_over.push(SkippedFolder {

@@ -1,8 +1,9 @@
-//! The template of all tables.
+//! Template of all tables.
 
 use maud::{Markup, Render, html};
 
-/// A table. Cells from the second of a row on are numbers, if `numbers`. A table that is wider than the screen scrolls by itself.
+/// Returns a table. If `numbers` is true, the cells from the second one of a row on are numbers. A table that is wider
+/// than the screen scrolls by itself.
 pub fn table(heads: &[impl Render], rows: &[Vec<impl Render>], numbers: bool) -> Markup {
     let class = |column: usize| (numbers && column > 0).then_some("n");
     html! {

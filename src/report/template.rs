@@ -1,6 +1,6 @@
-//! The template of all pages.
+//! Template of all pages.
 //!
-//! Templates escape all text. [`Page::html`] also makes control characters visible, in the whole page at once.
+//! Templates escape all text. [`Page::html`] also makes control characters of the whole page visible.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -9,7 +9,7 @@ use super::plot::style_sheet;
 use super::script::{SCRIPT, policy};
 use super::text::visible;
 
-/// A section of a page.
+/// Section of a page.
 #[derive(Debug, Clone)]
 pub struct Section {
     /// Anchor.
@@ -20,31 +20,32 @@ pub struct Section {
     pub html: Markup,
 }
 
-/// A warning on a page.
+/// Warning on a page.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warning {
-    /// Its sentence.
+    /// Text of the warning.
     pub text: String,
-    /// Anchors of the figures and sections that it concerns. The page shows it in the first of these that it has, and on top without any.
+    /// Anchors of the figures and sections that the warning concerns. The page shows the warning at the first anchor
+    /// that it has, or on top if it has none.
     pub places: &'static [&'static str],
 }
 
-/// A part of a page, in the order of the page.
+/// Part of a page, in the order of the page.
 pub enum Part<'a> {
     /// A section.
     Section(&'a Section),
-    /// Figures under one heading. Their anchors have `fig-` in front; they are numbered through the page.
+    /// Figures under one heading. Their anchors have the prefix `fig-`. Their numbers run through the page.
     Figures {
-        /// Anchor of all.
+        /// Anchor of the group.
         id: &'static str,
-        /// Heading of all.
+        /// Heading of the group.
         title: &'static str,
-        /// At least one.
+        /// Figures of the group, at least one.
         figures: Vec<Section>,
     },
 }
 
-/// A page that needs no other file and fetches nothing.
+/// Self-contained page, which fetches nothing.
 pub struct Page<'a> {
     /// Title of the window and first heading.
     pub title: &'a str,
@@ -57,14 +58,14 @@ pub struct Page<'a> {
 }
 
 impl Page<'_> {
-    /// The page as one HTML file.
+    /// Returns the page as one HTML file.
     pub fn html(&self) -> String {
         let contents = self.contents();
         let place = |warning: &Warning| {
             let mut places = warning.places.iter();
             places.find(|place| contents.iter().any(|(anchor, _)| anchor == *place))
         };
-        // Those of a place, or on top.
+        // Warnings at an anchor, or on top.
         let warnings = |anchor: Option<&str>| -> Vec<&Warning> {
             let all = self.warnings.iter();
             all.filter(|warning| place(warning).copied() == anchor)
@@ -117,7 +118,7 @@ impl Page<'_> {
                                 },
                                 Part::Figures { id, title, figures } => section id=(id) {
                                     h2 { (title) } "\n"
-                                    @for one in figures { (figure(one)) }
+                                    @for section in figures { (figure(section)) }
                                 },
                             } "\n"
                         }
@@ -130,14 +131,14 @@ impl Page<'_> {
         visible(&page.into_string())
     }
 
-    /// Anchors and titles of all sections and figures.
+    /// Returns the anchors and titles of all sections and figures.
     fn contents(&self) -> Vec<(String, &str)> {
         let each = self.parts.iter().flat_map(|part| match part {
             Part::Section(section) => vec![(section.id.to_owned(), section.title.as_str())],
             Part::Figures { figures, .. } => {
                 let figures = figures.iter();
                 figures
-                    .map(|one| (format!("fig-{}", one.id), one.title.as_str()))
+                    .map(|figure| (format!("fig-{}", figure.id), figure.title.as_str()))
                     .collect()
             }
         });
@@ -145,7 +146,7 @@ impl Page<'_> {
     }
 }
 
-/// Drawings beside and below each other. `id` begins their anchors.
+/// Returns a block of drawings, each with its anchor.
 pub fn drawings<'a>(drawings: impl Iterator<Item = (String, &'a Drawing)>) -> Markup {
     html! {
         div.drawings { "\n" @for (id, drawing) in drawings { (drawing.inline(&id)) "\n" } } "\n"

@@ -1,16 +1,17 @@
-//! Text that others gave, as it may stand where something reads it.
+//! Escaping of foreign text for terminals, Markdown and shells.
 
 use std::path::Path;
 
-/// What is not there, or not known.
+/// Cell of a value that is absent or unknown.
 pub const NONE: &str = "–";
 
-/// True for a character that a terminal obeys rather than shows: controls, and those that turn the direction of what follows.
+/// Returns true for a character that a terminal obeys: controls, and marks that change the direction of text.
 pub fn is_control(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Text in which nothing is obeyed, line ends and tabs aside: a title must not clear the screen, nor a name hide a part of itself.
+/// Escapes control characters, except for line ends and tabs. A title must not clear the screen, and a name must not
+/// hide a part of itself.
 pub fn visible(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
@@ -23,17 +24,18 @@ pub fn visible(text: &str) -> String {
     shown
 }
 
-/// A name as a listing shows it: on one line, with line ends and tabs as `\n` and `\t`.
+/// Returns a name on one line, with line ends and tabs as `\n` and `\t`.
 pub fn one_line_name(text: &str) -> String {
     visible(text).replace('\n', "\\n").replace('\t', "\\t")
 }
 
-/// Text on one line of a terminal.
+/// Returns text on one line for a terminal.
 pub fn one_line(text: &str) -> String {
     visible(text).replace('\n', " ")
 }
 
-/// Text on one line of Markdown, where it begins no tag, link, picture or code. A cell wants [`cell`] besides.
+/// Returns text on one line for Markdown, with escaped tags, links, images and code. Apply [`cell`] too for a cell of a
+/// table.
 pub fn markdown(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for c in one_line(text).chars() {
@@ -45,26 +47,26 @@ pub fn markdown(text: &str) -> String {
     plain
 }
 
-/// A cell of a table in Markdown, which a bar would end.
+/// Escapes the bars of a cell of a Markdown table.
 pub fn cell(markdown: &str) -> String {
     markdown.replace('|', "\\|")
 }
 
-/// A folder as a word of a command, quoted for the shell.
+/// Returns a folder as one word of a command, quoted for the shell.
 pub fn word(root: &Path) -> String {
     let mut folder = root.display().to_string();
-    // It would be read as an option.
+    // The shell command would read it as an option.
     if folder.starts_with('-') {
         folder.insert_str(0, "./");
     }
     match shlex::try_quote(&folder) {
         Ok(word) => word.into_owned(),
-        // No path has a zero byte, which is all that cannot be quoted.
+        // Only a zero byte cannot be quoted, and no path contains one.
         Err(_) => folder,
     }
 }
 
-/// The command that continues a run, as a shell takes it.
+/// Returns the shell command that continues a run.
 pub fn continuation(root: &Path) -> String {
     format!("fretwear run --run {}", word(root))
 }

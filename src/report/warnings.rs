@@ -1,4 +1,4 @@
-//! The warnings about runs, and the figures and sections that they concern.
+//! Warnings about runs, and the figures and sections that they concern.
 
 use super::figures::{ReportedRun, Study, titled, with_run_name};
 use super::quantity::{self, CYCLES, shown};
@@ -7,13 +7,14 @@ use super::template::Warning;
 use super::text::continuation;
 use super::{ReportError, WEAR_ITERATION};
 
-/// Warnings that concern the whole page.
+/// Places of a warning about the whole page.
 const EVERYTHING: &[&str] = &[];
-/// A peak pressure beyond yield.
+/// Places of a warning about a peak pressure beyond yield.
 const PEAK: &[&str] = &["fig-pressure", "results"];
 const VIBRATION: &[&str] = &["fig-forced-response", "fig-resonance", "results"];
 
-/// The beginning of a warning about a scene, in most a key, and what the warning concerns. The first that fits counts.
+/// Beginnings of warnings about a scene (mostly keys), and the places that the warnings concern. The first match
+/// counts.
 const SUBJECTS: [(&str, &[&str]); 15] = [
     ("surface.", &["fig-surface", "results"]),
     ("joint.", &["fig-surface", "results"]),
@@ -29,15 +30,15 @@ const SUBJECTS: [(&str, &[&str]); 15] = [
     ("material.", &["fig-stiffness", "fig-pressure", "results"]),
     ("motion.", &["fig-hysteresis-loops", "results"]),
     ("dynamics.", VIBRATION),
-    // Also of the matrices of an imported one.
+    // This includes the matrices of an imported structure.
     ("structure", VIBRATION),
-    // An explicit step beyond stability.
+    // A warning about an explicit step beyond its stability limit.
     ("wear.depth_step = ", &["fig-contact-area", "results"]),
     ("wear.", &["fig-wear-rate", "results"]),
     ("", EVERYTHING),
 ];
 
-/// All warnings about the runs, in their order.
+/// Returns all warnings about the runs, in the order of the runs.
 ///
 /// # Errors
 /// [`ReportError::Run`] for a lock that cannot be read.
@@ -51,39 +52,39 @@ pub fn warnings(study: &Study) -> Result<Vec<Warning>, ReportError> {
         warnings.extend(progress(run)?.map(urgent));
         warnings.extend(run.tables.warnings().map(|text| Warning {
             text: with_run_name(study, run, text),
-            places: concerned(text),
+            places: places_of(text),
         }));
         warnings.extend(scene(study, run));
         warnings.extend(peak(study, run));
         warnings.extend(run.tables.damage().iter().map(|damage| {
             urgent(format!(
-                "Damaged: {damage}; the iterations from there on are left out."
+                "Damaged: {damage}. The page leaves out this iteration and all later ones."
             ))
         }));
     }
     Ok(warnings)
 }
 
-fn concerned(warning: &str) -> &'static [&'static str] {
+fn places_of(warning: &str) -> &'static [&'static str] {
     let mut subjects = SUBJECTS.iter();
     let subject = subjects.find(|(begin, _)| warning.starts_with(begin));
     subject.map_or(EVERYTHING, |(_, places)| places)
 }
 
-/// The scene as it was written, if its file is damaged.
+/// Warns if the file of the original scene is damaged.
 fn scene(study: &Study, run: &ReportedRun) -> Option<Warning> {
     let damage = match run.tables.reader().written_scene_damage() {
         Ok(damage) => damage?.to_string(),
         Err(error) => error.to_string(),
     };
-    let text = format!("Does not verify: {damage}; this is what run.json keeps.");
+    let text = format!("Damaged: {damage}. The scene on this page comes from run.json.");
     Some(Warning {
         text: with_run_name(study, run, &text),
         places: &["scene"],
     })
 }
 
-/// The first state of a run whose peak pressure a real contact would not bear.
+/// Warns about the first state whose peak pressure a real contact would not bear.
 fn peak(study: &Study, run: &ReportedRun) -> Option<Warning> {
     let contact = run.tables.recipe().contact()?;
     let states = numbers(&run.summary, WEAR_ITERATION)?;
@@ -98,7 +99,7 @@ fn peak(study: &Study, run: &ReportedRun) -> Option<Warning> {
     })
 }
 
-/// How far a run is that has not come to its end.
+/// Reports the progress of a run that has not reached its end.
 fn progress(run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let last = |column: &str| run.column(column)?.last().copied();
     let tables = run.tables;
@@ -112,19 +113,19 @@ fn progress(run: &ReportedRun) -> Result<Option<String>, ReportError> {
         return Ok(None);
     }
     let holder = tables.reader().holder();
-    let running = holder.map_err(|source| ReportError::Run {
+    let lock_holder = holder.map_err(|source| ReportError::Run {
         run: tables.root().to_owned(),
         source,
     })?;
-    let state = match running {
+    let state = match lock_holder {
         Some(_) => "is running".to_owned(),
         None => format!(
-            "stopped before its end (`{}` continues it)",
+            "stopped before its end (continue it with `{}`)",
             continuation(tables.root())
         ),
     };
     let part = |done: f64, end: f64| shown(done / end, quantity::SHARE);
-    let far = match (wear.cycles, wear.volume) {
+    let progress = match (wear.cycles, wear.volume) {
         (Some(end), _) => format!(
             "{} of {}, {}",
             shown(cycles, CYCLES),
@@ -140,7 +141,7 @@ fn progress(run: &ReportedRun) -> Result<Option<String>, ReportError> {
         (None, None) => shown(cycles, CYCLES),
     };
     Ok(Some(format!(
-        "In progress: {} {state}. Iteration {}, {far}.",
+        "In progress: {} {state}. Iteration {}, {progress}.",
         tables.name(),
         tables.latest()
     )))

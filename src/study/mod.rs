@@ -1,24 +1,24 @@
-//! The paper's study: its scenes, and its claims held against the tables of runs.
+//! The paper's study: its scenes, and the evaluation of its claims on runs.
 
 pub mod claims;
 
-/// A scene and its text, as shipped in `pipelines/study`.
+/// Name and text of a scene, as shipped in `pipelines/study`.
 pub type Shipped = (&'static str, &'static str);
 
-/// The scene that all joints of the study are based on, in the folder above theirs.
+/// Base scene of all joints of the study. Its file is in the parent folder of theirs.
 pub const BASE: Shipped = ("lap_joint", include_str!("../../pipelines/lap_joint.toml"));
 
-/// The law of contact elements that a study is computed with: the scene `joint` that its joints are based on.
+/// Law of the contact elements of a study. It selects the scene `joint` that the joints of the study are based on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
-    /// That of the paper.
+    /// Law of the paper.
     Paper,
-    /// That of this program.
+    /// Law of this program.
     Sliders,
 }
 
 impl Law {
-    /// Folder of its scenes, and what the names of its runs begin with.
+    /// Returns the folder of the scenes, which also prefixes the names of the runs.
     pub fn word(self) -> &'static str {
         match self {
             Law::Paper => "paper",
@@ -26,7 +26,7 @@ impl Law {
         }
     }
 
-    /// The text of `joint.toml`.
+    /// Returns the text of `joint.toml`.
     pub fn joint(self) -> &'static str {
         match self {
             Law::Paper => include_str!("../../pipelines/study/joint.toml"),
@@ -35,7 +35,7 @@ impl Law {
     }
 }
 
-/// What is computed with a law: roughness, plasticity, updates, the explicit algorithm, harmonics.
+/// Scenes that are computed per law: roughness, plasticity, updates, the explicit algorithm, harmonics.
 pub const JOINTS: [Shipped; 11] = [
     ("rq05", include_str!("../../pipelines/study/rq05.toml")),
     ("rq1", include_str!("../../pipelines/study/rq1.toml")),
@@ -71,7 +71,8 @@ pub const JOINTS: [Shipped; 11] = [
     ),
 ];
 
-/// What does not depend on the law: elements with a stiffness of their own, and spheres with and without a hardness limit.
+/// Scenes that do not depend on the law: elements with individual stiffness, and spheres with and without a hardness
+/// limit.
 pub const OTHERS: [Shipped; 5] = [
     (
         "tangent",

@@ -163,7 +163,7 @@ fn a_name_of_a_run_stays_on_its_line() {
         let expected = "runs/a  runs/b\\nc   done   #9  all is well";
         assert_eq!(names, Some(expected), "{table}");
         assert_eq!(notes.lines().count(), 1, "{notes}");
-        assert!(notes.contains("runs/d\\te is passed over"), "{notes}");
+        assert!(notes.contains("runs/d\\te is skipped"), "{notes}");
     }
 }
 

@@ -108,7 +108,7 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
             .unwrap_or_else(|| panic!("no {figure}"));
         let (caption, _) = rest.split_once("</figure>").expect("an end");
         assert!(
-            caption.contains(&format!("<p>Beside {other} of [A]. ")),
+            caption.contains(&format!("<p>Compare with {other} of [A]. ")),
             "{figure}"
         );
     }

@@ -112,8 +112,8 @@ fn the_shape_of_a_resonance_is_that_of_the_run() {
     let root = compute(&folder, "resonator", RESONATOR, None);
     let report = Report::of(&[open(&root)]).unwrap();
     let caption = caption(&report, "resonance-shape");
-    let (_, told) = caption.split_once("these modes give ").expect(caption);
-    let (own, run) = told.split_once(", the run has ").expect(caption);
+    let (_, told) = caption.split_once("these modes is ").expect(caption);
+    let (own, run) = told.split_once(", and the run has ").expect(caption);
     let [own, run] =
         [own, run].map(|text| text.trim_end_matches('.').split_once('\u{a0}').unwrap());
     assert_eq!(own.1, run.1, "{caption}");

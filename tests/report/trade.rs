@@ -189,7 +189,7 @@ fn noise_is_no_advice() {
     // What is more exact in hardly any more seconds costs no more than noise; of pairs it costs what it costs.
     let dear = 3337.0 / 966.0;
     for (by, noise, words) in [
-        (Cost::Seconds, 0.3, "costs no more than noise tells"),
+        (Cost::Seconds, 0.3, "costs no more within the noise"),
         (Cost::FftPairs, 0.3, "costs 2454 FFT pairs more, 245 %"),
     ] {
         (trade.by, trade.noise) = (by, Some(noise));

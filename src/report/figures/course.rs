@@ -9,10 +9,10 @@ use super::super::quantity::{
 use super::super::{ReportError, below, error_bar_of, figure_with_bar};
 use super::{Figure, ReportedRun, Study, dotted};
 
-/// A column of the summary.
+/// Column of the summary that is drawn over the cycles.
 struct Course {
     column: &'static str,
-    /// What it is called in a sentence, and at an axis.
+    /// Name in a sentence and at an axis.
     name: &'static str,
     units: Units,
 }
@@ -25,7 +25,7 @@ const fn course(column: &'static str, name: &'static str, units: Units) -> Cours
     }
 }
 
-/// Figure, its heading, what the reader should know beside the numbers, and its columns.
+/// Figure: id, title, note for the reader, and columns.
 type Plan = (&'static str, &'static str, &'static str, &'static [Course]);
 
 const LOAD: &str = "normal_load";
@@ -45,8 +45,8 @@ const PLANS: [Plan; 7] = [
     (
         "contact-area",
         "Real contact area and largest pressure over the cycles",
-        "Cells with any pressure, and those with more than a thousandth of the largest: in worn slip zones pressure tends to zero, \
-         which makes the first a fragile figure.",
+        "The contact area counts all cells with pressure. The loaded area counts the cells above a thousandth of the largest pressure. \
+         In worn slip zones pressure tends to zero, so the contact area is a fragile figure.",
         &[
             course("contact_area_fraction", "contact area, p > 0", SHARE),
             course("loaded_area_fraction", "loaded area", SHARE),
@@ -74,7 +74,7 @@ const PLANS: [Plan; 7] = [
     (
         "depth",
         "Wear depth and bolt load over the cycles",
-        "Depths are of both faces together.",
+        "Depths are the sum over both faces.",
         &[
             course("largest_depth", "largest depth", LENGTH),
             course("depth_99", "depth that 1 % of the cells exceed", LENGTH),
@@ -93,7 +93,7 @@ const PLANS: [Plan; 7] = [
     (
         "resonance",
         "Vibration over the cycles",
-        "This is the vibration that drives the wear: it has the contact elements of the last model update.",
+        "This is the vibration that drives the wear. It uses the contact elements of the last model update.",
         &[
             course("resonance_frequency", "resonance frequency", FREQUENCY),
             course("peak_amplitude", "peak amplitude", LENGTH),
@@ -101,15 +101,15 @@ const PLANS: [Plan; 7] = [
     ),
 ];
 
-/// An ordinate of this spread is logarithmic.
+/// Ratio of the largest to the smallest value above which the ordinate is logarithmic.
 const SPREAD: f64 = 30.0;
 
-/// Of a course that runs in, this part of its change comes within [`EARLY`] of the cycles.
+/// A column runs in if this part of its change occurs within the part [`EARLY`] of the cycles.
 const BEGINNING: f64 = 0.1;
 /// See [`BEGINNING`].
 const EARLY: f64 = 0.05;
 
-/// One figure a [`PLANS`] entry, where a run has a course.
+/// Draws one figure per entry of [`PLANS`] that a run has data for.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let figures: Result<Vec<Option<Figure>>, ReportError> =
         PLANS.iter().map(|plan| figure(study, plan)).collect();
@@ -120,19 +120,19 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
     let wears = |run: &&ReportedRun| run.cycles.len() > 1 && run.column("cycles").is_some();
     let runs: Vec<&ReportedRun> = study.runs.iter().filter(wears).collect();
     let (mut drawings, mut sentences, mut columns) = (Vec::new(), Vec::new(), vec!["cycles"]);
-    let mut early = Vec::new();
-    // A load that stays has no course.
-    let stays = !has(&runs, "error_normal_load");
-    let drawn = courses
+    let mut early_names = Vec::new();
+    // A constant bolt load is not drawn.
+    let is_constant_load = !has(&runs, "error_normal_load");
+    let drawn_courses = courses
         .iter()
-        .filter(|course| course.column != LOAD || !stays);
-    for course in drawn {
+        .filter(|course| course.column != LOAD || !is_constant_load);
+    for course in drawn_courses {
         let runs_in = runs.iter().any(|run| runs_in(run, course.column));
         let zero = runs_in.then(|| place_of_zero(study, &runs)).flatten();
         let Some(chart) = chart(study, &runs, course, zero) else {
             continue;
         };
-        early.extend(zero.map(|_| course.name));
+        early_names.extend(zero.map(|_| course.name));
         drawings.push(chart.draw());
         sentences.push(sentence(study, &runs, course));
         columns.push(course.column);
@@ -152,7 +152,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
         _ => " Rings mark model updates.".to_owned(),
     };
     let bars = match columns.iter().any(|name| name.starts_with("error_")) {
-        true => " Bars are the error bars of the run's own estimate.",
+        true => " Bars show the run's own error estimates.",
         false => "",
     };
     let hollow = courses.iter().any(|course| {
@@ -162,22 +162,22 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
             .is_some_and(|mut errors| errors.any(|errors| errors.iter().any(|e| *e >= LONGEST_BAR)))
     });
     let hollow = match hollow {
-        true => " At a hollow point the bar would be as long as the value: it is left out.",
+        true => " A hollow point has no bar, because the error is about as large as the value.",
         false => "",
     };
-    let axis = match early.len() {
+    let axis = match early_names.len() {
         0 => String::new(),
         all if all == drawings.len() => {
-            " Much of the change comes early: cycles are on a logarithmic axis, with the unworn joint at its 0.".to_owned()
+            " Much of the change comes early, so the axis of cycles is logarithmic. The unworn joint is at its 0.".to_owned()
         }
         _ => format!(
-            " Much of the change of {} comes early: there cycles are on a logarithmic axis, with the unworn joint at its 0.",
-            early.join(" and ")
+            " Much of the change of {} comes early, so their axis of cycles is logarithmic. The unworn joint is at its 0.",
+            early_names.join(" and ")
         ),
     };
-    // What a reader would take for the largest of the forced response.
-    let own = match *id {
-        "resonance" => own_resonances_sentence(study, &runs)?,
+    // A reader would compare these resonances with the peak of the forced response.
+    let state_resonances = match *id {
+        "resonance" => state_resonances_sentence(study, &runs)?,
         _ => String::new(),
     };
     Ok(Some(Figure {
@@ -186,7 +186,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
         drawings,
         states: Vec::new(),
         caption: format!(
-            "{} {note}{own}{rings}{bars}{hollow}{axis}",
+            "{} {note}{state_resonances}{rings}{bars}{hollow}{axis}",
             sentences.join(" ")
         )
         .replace("  ", " ")
@@ -197,7 +197,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
     }))
 }
 
-/// True where the change of a column begins so early that an even axis of cycles hides it.
+/// Returns true if a column changes so early that a linear axis of cycles hides the change.
 fn runs_in(run: &ReportedRun, column: &str) -> bool {
     let (Some(values), Some(end)) = (run.column(column), run.cycles.last()) else {
         return false;
@@ -205,15 +205,16 @@ fn runs_in(run: &ReportedRun, column: &str) -> bool {
     let (Some(first), Some(last)) = (values.first(), values.last()) else {
         return false;
     };
-    let far = BEGINNING * (last - first).abs();
+    let threshold = BEGINNING * (last - first).abs();
     let course = run.cycles.iter().zip(&values);
-    let mut begun = course.filter(|(_, value)| far > 0.0 && (*value - first).abs() >= far);
-    begun
+    let mut beyond =
+        course.filter(|(_, value)| threshold > 0.0 && (*value - first).abs() >= threshold);
+    beyond
         .next()
         .is_some_and(|(cycles, _)| *cycles < EARLY * end)
 }
 
-/// Where the unworn joint stands on a logarithmic axis of cycles: a power of ten below all others.
+/// Returns the abscissa of the unworn joint on a logarithmic axis: a power of ten below all other cycles.
 fn place_of_zero(study: &Study, runs: &[&ReportedRun]) -> Option<f64> {
     let worn = runs
         .iter()
@@ -225,16 +226,16 @@ fn place_of_zero(study: &Study, runs: &[&ReportedRun]) -> Option<f64> {
         .then(|| 10f64.powf((first / 2.0).log10().floor()))
 }
 
-/// The phase resonance of the last state by itself, where it is another than the one that drives the wear.
-fn own_resonances_sentence(study: &Study, runs: &[&ReportedRun]) -> Result<String, ReportError> {
+/// Describes the phase resonances of the last states, computed with the contact elements of these states.
+fn state_resonances_sentence(study: &Study, runs: &[&ReportedRun]) -> Result<String, ReportError> {
     let mut each = Vec::new();
     let unit = study.unit("peak_amplitude", LENGTH);
     for run in runs {
-        let Some([_, own]) = state_resonances(run)? else {
+        let Some([_, last_state]) = state_resonances(run)? else {
             continue;
         };
-        let amplitude = in_unit(own.amplitude, unit);
-        let frequency = shown(own.frequency, FREQUENCY);
+        let amplitude = in_unit(last_state.amplitude, unit);
+        let frequency = shown(last_state.frequency, FREQUENCY);
         let name = match runs {
             [_] => String::new(),
             _ => format!("{} ", run.label),
@@ -244,7 +245,7 @@ fn own_resonances_sentence(study: &Study, runs: &[&ReportedRun]) -> Result<Strin
     Ok(match each.is_empty() {
         true => String::new(),
         false => format!(
-            " With the elements of its own state the worn joint has {}.",
+            " With the contact elements of its last state, the worn joint resonates with {}.",
             each.join("; ")
         ),
     })
@@ -254,7 +255,7 @@ fn has(runs: &[&ReportedRun], column: &str) -> bool {
     runs.iter().any(|run| run.column(column).is_some())
 }
 
-/// The rows at which the contact elements were renewed, the first elements not counted.
+/// Returns the rows of the model updates. The first contact elements do not count as an update.
 fn updates(run: &ReportedRun) -> Vec<usize> {
     let flags = run.column("updated").unwrap_or_default();
     let renewed = flags.iter().enumerate().skip(1);
@@ -288,8 +289,8 @@ fn chart(
 ) -> Option<Chart> {
     let columns = runs.iter().filter_map(|run| {
         let (mut values, resolution) = (run.column(course.column)?, run.resolution(course.column));
-        let left = values.iter_mut().filter(|value| value.abs() < resolution);
-        left.for_each(|value| *value = 0.0);
+        let rounding_errors = values.iter_mut().filter(|value| value.abs() < resolution);
+        rounding_errors.for_each(|value| *value = 0.0);
         Some((run, values))
     });
     let columns: Vec<(&&ReportedRun, Vec<f64>)> = columns.collect();
@@ -351,7 +352,7 @@ fn chart(
     })
 }
 
-/// Quantity and unit at an axis.
+/// Returns the label of an axis: quantity and unit.
 pub fn labelled(name: &str, symbol: &str) -> String {
     match symbol {
         "" => name.to_owned(),
@@ -359,10 +360,10 @@ pub fn labelled(name: &str, symbol: &str) -> String {
     }
 }
 
-/// With a capital.
+/// Capitalises the first letter of a text.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
-    // Symbols stay as they are.
+    // Symbols keep their letters.
     match letters.next() {
         Some(first) if text.chars().nth(1).is_some_and(char::is_lowercase) => {
             first.to_uppercase().collect::<String>() + letters.as_str()
@@ -392,8 +393,12 @@ fn sentence(study: &Study, runs: &[&ReportedRun], course: &Course) -> String {
                 ([_], true) if after.starts_with("below") => format!("{name} stays {after}."),
                 ([_], true) => format!("{name} stays at {after}."),
                 ([_], false) => {
-                    let known = ends.iter().all(|v| below(*v, 0.0, resolution).is_none());
-                    let change = if known { change(ends) } else { String::new() };
+                    let are_known = ends.iter().all(|v| below(*v, 0.0, resolution).is_none());
+                    let change = if are_known {
+                        change(ends)
+                    } else {
+                        String::new()
+                    };
                     format!("{name} {} from {plain} to {after}{change}.", verb(ends))
                 }
                 (_, true) => format!("{} {after}", run.label),
@@ -411,12 +416,12 @@ fn verb([first, last]: [f64; 2]) -> &'static str {
     if last > first { "rises" } else { "falls" }
 }
 
-/// The change in percent, where it says something.
+/// Formats the relative change in percent, or returns an empty text if the two values say more.
 fn change([first, last]: [f64; 2]) -> String {
     let change = 100.0 * (last / first - 1.0);
-    // Beyond a factor of ten the two values say more.
-    let says = change.abs() < 900.0 && change != 0.0 && first.signum() == last.signum();
-    if !says {
+    // Beyond a factor of ten the two values say more than the change.
+    let is_informative = change.abs() < 900.0 && change != 0.0 && first.signum() == last.signum();
+    if !is_informative {
         return String::new();
     }
     let sign = if change > 0.0 { "+" } else { "" };

@@ -1,4 +1,4 @@
-//! The contact elements of the structure.
+//! Figure of the contact elements of the structure.
 
 use std::collections::{HashMap, HashSet};
 
@@ -18,15 +18,15 @@ const STATES: [&str; 4] = ["stick", "partial", "slip", "open"];
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
 
-/// The elements as cells of the joint.
+/// Contact elements as cells of the joint.
 struct Lattice {
     cells: [usize; 2],
     size: [f64; 2],
-    /// The element of each cell, x slowest; none in the hole.
+    /// Element of each cell, x slowest. `None` in the hole.
     of_cell: Vec<Option<usize>>,
 }
 
-/// The map of the elements at the last iteration of each run.
+/// Draws maps of the contact elements at the last iteration of each run.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "contact-elements";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
@@ -81,7 +81,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "State is the worst of an element over the vibration cycle. Each has its part of the joint. At the last iteration: {}.",
+            "The map shows the worst state of each element over the vibration cycle, on its part of the joint. At the last iteration: {}.",
             each.join(". ")
         ),
         query: study.query_last("contact_element", &columns),
@@ -89,25 +89,27 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     }])
 }
 
-/// `None` for a single element, which makes no map.
+/// Returns the lattice of the elements, or `None` for a single element.
 fn lattice(run: &ReportedRun, frame: &DataFrame) -> Option<Lattice> {
     let structure = run.tables.recipe().structure.as_ref()?;
     let array = structure.source.contact_array()?;
     let (x, y) = (numbers(frame, "x")?, numbers(frame, "y")?);
     let places: Vec<[f64; 2]> = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
     let at_nodes = !structure.contact_ports.are_faces();
-    (places.len() > 1).then(|| Lattice::of(&array, at_nodes, &places))
+    (places.len() > 1).then(|| Lattice::new(&array, at_nodes, &places))
 }
 
 impl Lattice {
-    /// Elements at nodes of the structure's mesh have the part of the joint that is nearer to them than to other nodes: half a cell of
-    /// the mesh to each side, and none beyond an edge or in the hole.
-    fn of(array: &ContactArray, at_nodes: bool, places: &[[f64; 2]]) -> Lattice {
+    /// Assigns cells of the joint to elements.
+    ///
+    /// An element at a node covers the part of the joint that is nearest to its node: half a cell of the mesh to each
+    /// side. It covers nothing beyond an edge or in the hole.
+    fn new(array: &ContactArray, at_nodes: bool, places: &[[f64; 2]]) -> Lattice {
         let size = array.size;
         let parts = if at_nodes { 2 } else { 1 };
         let place = |value: f64, d: usize| {
             let place = (value / size[d] + 0.5) * array.counts[d] as f64;
-            // A face is known by its centre, a node by where it is.
+            // The position of a face is its centre, in the middle of a cell. A node is at the corner of cells.
             let place = if at_nodes {
                 place.round()
             } else {
@@ -157,7 +159,7 @@ fn maps(
     };
     let mut maps = Vec::new();
     if !states.is_empty() {
-        let class = |state: &String| STATES.iter().position(|known| known == state);
+        let class = |state: &String| STATES.iter().position(|name| name == state);
         let classes: Vec<f64> = states
             .iter()
             .map(|state| class(state).map_or(f64::NAN, |k| k as f64))
@@ -170,12 +172,12 @@ fn maps(
         ("kn", "normal stiffness kn", STIFFNESS),
     ] {
         let values = numbers(frame, column).unwrap_or_default();
-        let of_all = all.iter().filter_map(|(_, frame)| numbers(frame, column));
-        let of_all: Vec<f64> = of_all.flatten().collect();
-        let (Some(range), false) = (range_of(&of_all), values.is_empty()) else {
+        let all_values = all.iter().filter_map(|(_, frame)| numbers(frame, column));
+        let all_values: Vec<f64> = all_values.flatten().collect();
+        let (Some(range), false) = (range_of(&all_values), values.is_empty()) else {
             continue;
         };
-        // One value for all is a sentence, no map.
+        // The caption reports a value that is the same for all elements, so a map is not needed.
         if range[1] - range[0] <= 1e-9 * range[1].abs() {
             continue;
         }
@@ -197,7 +199,7 @@ mod tests {
     use super::Lattice;
     use crate::recipe::ContactArray;
 
-    /// Cells of each element.
+    /// Counts the cells of each element.
     fn counts(lattice: &Lattice, elements: usize) -> Vec<usize> {
         let mut counts = vec![0; elements];
         for element in lattice.of_cell.iter().flatten() {
@@ -206,7 +208,7 @@ mod tests {
         counts
     }
 
-    /// Each element has the area of the joint that it has in the structure, and the rest is the hole.
+    /// The area of an element in the map equals its area in the structure. The rest is the hole.
     #[test]
     fn nodes_and_faces_have_their_own_parts_of_the_joint() {
         let array = ContactArray {
@@ -215,13 +217,13 @@ mod tests {
             absent: vec![[0, 0], [4, 3], [5, 3]],
         };
         let (places, areas): (Vec<[f64; 2]>, Vec<f64>) = array.nodes().into_iter().unzip();
-        let lattice = Lattice::of(&array, true, &places);
+        let lattice = Lattice::new(&array, true, &places);
         let cell = 30e-3 * 40e-3 / 18.0 / 14.0;
         for (count, area) in counts(&lattice, places.len()).into_iter().zip(areas) {
             assert!((count as f64 * cell / area - 1.0).abs() < 1e-9, "{count}");
         }
         let faces: Vec<[f64; 2]> = array.faces().into_iter().map(|face| face.0).collect();
-        let lattice = Lattice::of(&array, false, &faces);
+        let lattice = Lattice::new(&array, false, &faces);
         assert!(
             counts(&lattice, faces.len())
                 .iter()

@@ -1,4 +1,4 @@
-//! Hysteresis loops of the joint.
+//! Figure of the hysteresis loops of the joint.
 
 use super::super::figure_text::rounding;
 use super::super::quantity::{ENERGY, FORCE, LENGTH, in_unit, largest, unit_of};
@@ -9,10 +9,10 @@ use super::smooth::mark_points;
 use super::{Figure, Study};
 use crate::tables::TableName;
 
-/// Loops along wear at most.
+/// Maximum number of states of wear.
 const LOOPS: usize = 5;
 
-/// The loops of the fine contact and of the contact elements.
+/// Draws the loops of the rough contact and of the contact elements.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "hysteresis-loops";
     let fine = Panel {
@@ -27,19 +27,19 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     };
     let (mut drawings, mut sources, mut areas) = (Vec::new(), Vec::new(), Vec::new());
     let tables = [TableName::Hysteresis, TableName::JointCycle];
-    for (table, one) in tables.into_iter().zip([&fine, &elements]) {
-        // Both at the same states, where there are such.
+    for (table, view) in tables.into_iter().zip([&fine, &elements]) {
+        // Both panels show the same states if possible.
         let states = states_with(study, table, &tables, LOOPS)?;
-        let charts = panel(&states, one);
+        let charts = panel(&states, view);
         if charts.is_empty() {
             continue;
         }
         for mut chart in charts {
             for curve in &mut chart.curves {
-                // A period ends where it began.
+                // A cycle is periodic, so the curve is closed.
                 curve.points.extend(curve.points.first().copied());
             }
-            // A cycle of many instants is drawn as it is.
+            // The cycle of the contact elements has many instants, so it needs no interpolation.
             if table == TableName::Hysteresis {
                 mark_points(&mut chart);
             }
@@ -49,28 +49,32 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             .iter()
             .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
             .filter_map(|(state, (name, _, frame))| {
-                let (x, y) = (numbers(frame, one.x.0)?, numbers(frame, one.y.0)?);
+                let (x, y) = (numbers(frame, view.x.0)?, numbers(frame, view.y.0)?);
                 let comma = if state.is_empty() { "" } else { ", " };
                 let least = rounding(largest(&x) * largest(&y));
-                Some((format!("{name}{comma}{state}"), enclosed(&x, &y), least))
+                Some((
+                    format!("{name}{comma}{state}"),
+                    enclosed_area(&x, &y),
+                    least,
+                ))
             });
-        areas.push((one.title, each.collect::<Vec<_>>()));
-        sources.push((table.as_str(), vec![one.x.0, one.y.0]));
+        areas.push((view.title, each.collect::<Vec<_>>()));
+        sources.push((table.as_str(), vec![view.x.0, view.y.0]));
     }
     let Some((table, columns)) = sources.first() else {
         return Ok(Vec::new());
     };
     let marks = match *table == TableName::Hysteresis.as_str() {
         true => {
-            " Dots of the rough contact are what was computed, on two branches between the reversals, and the lines between them are \
-             interpolated. The energies are of straight lines: a little less than the cycle dissipates."
+            " Dots of the rough contact are computed points, on two branches between the reversals. The lines between them are \
+             interpolated. The energies are areas of polygons through the dots, a little less than the cycle dissipates."
         }
         false => "",
     };
     let all: Vec<f64> = areas
         .iter()
         .flat_map(|(_, each)| each)
-        .map(|one| one.1)
+        .map(|entry| entry.1)
         .collect();
     let unit = unit_of(ENERGY, largest(&all));
     let areas = areas.iter().map(|(title, each)| {
@@ -86,17 +90,14 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         title: "Hysteresis loops".to_owned(),
         drawings,
         states: Vec::new(),
-        caption: format!(
-            "Energy that the loops enclose. {}.{marks}",
-            areas.join(". ")
-        ),
+        caption: format!("Energy enclosed by the loops: {}.{marks}", areas.join(". ")),
         query: study.query(table, columns),
         sources,
     }])
 }
 
-/// The area within a closed line.
-fn enclosed(x: &[f64], y: &[f64]) -> f64 {
+/// Returns the area that a closed polygon encloses.
+fn enclosed_area(x: &[f64], y: &[f64]) -> f64 {
     let next = |k: usize| (k + 1) % x.len();
     let twice: f64 = (0..x.len())
         .map(|k| x[k] * y[next(k)] - x[next(k)] * y[k])

@@ -1,4 +1,4 @@
-//! The figures of a report: what a run computed, and nothing for what it did not.
+//! Figures of a report. A report has no figure of physics that the runs do not include.
 
 mod course;
 mod elements;
@@ -22,33 +22,34 @@ use super::ReportError;
 use super::plot::{Curve, Drawing, Mark};
 use super::run_tables::numbers;
 
-/// A figure: drawings with what they show, in words and in numbers, and where the numbers come from.
+/// Figure of a report: drawings with a caption and the source of the data.
 #[derive(Debug, Clone)]
 pub struct Figure {
-    /// Its name in the page and in files, of letters, digits and hyphens.
+    /// Id in the page and in file names: letters, digits and hyphens.
     pub id: &'static str,
     /// Heading.
     pub title: String,
     /// The drawings, in the order of reading.
     pub drawings: Vec<Drawing>,
-    /// What several states are called, each with as many of the drawings, of which one is seen at a time; none where all are.
+    /// Names of the states of wear, if a slider selects one state at a time. Each state has an equal number of
+    /// drawings. Empty if all drawings are visible.
     pub states: Vec<String>,
-    /// What is seen, with its numbers.
+    /// Caption, with the numbers of the figure.
     pub caption: String,
-    /// Table and columns that it is drawn from.
+    /// Tables and columns with the data of the drawings.
     pub sources: Vec<(&'static str, Vec<&'static str>)>,
-    /// Reads the same data with Polars.
+    /// Python expression that reads the same data with Polars.
     pub query: String,
 }
 
-/// What matters first: how the joint vibrates, where it is worn, how much, and how stiff it is or where it resonates.
+/// Main figures, in this order: the response, the worn depth, the wear rate.
 const FIRST: [&str; 3] = ["forced-response", "wear-map", "wear-rate"];
-/// The fourth of them, the first that there is.
+/// The fourth main figure is the first of these that exists.
 const FOURTH: [&str; 2] = ["resonance", "stiffness"];
-/// How many figures stand apart from the others.
+/// Number of main figures.
 pub const MAIN: usize = 4;
 
-/// All figures that the runs have the physics for: first those that matter first, then the others in the order of the paper.
+/// Draws all figures that the runs have the physics for: the main figures, then the others in the order of the paper.
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
@@ -63,26 +64,26 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     figures.extend(structure::figures(study)?);
     figures.extend(elements::figures(study)?);
     figures.extend(static_contact::figures(study)?);
-    let there = |id: &&&str| figures.iter().any(|figure| figure.id == **id);
+    let exists = |id: &&&str| figures.iter().any(|figure| figure.id == **id);
     let first: Vec<&str> = FIRST
         .iter()
-        .chain(FOURTH.iter().find(there))
+        .chain(FOURTH.iter().find(exists))
         .copied()
         .collect();
     let place = |figure: &Figure| first.iter().position(|id| *id == figure.id);
-    // The sort keeps the order of those that are not among the first.
+    // The sort is stable, so the other figures keep their order.
     figures.sort_by_key(|figure| place(figure).unwrap_or(first.len()));
     Ok(figures)
 }
 
-/// The points that two columns make, in the units of the axes; none where a column is missing.
+/// Returns the points of two columns in the units of the axes. Returns `None` if a column is missing.
 fn points(frame: &DataFrame, x: &str, y: &str, sizes: [f64; 2]) -> Option<Vec<[f64; 2]>> {
     let (x, y) = (numbers(frame, x)?, numbers(frame, y)?);
     let pairs = x.into_iter().zip(y);
     Some(pairs.map(|(x, y)| [x / sizes[0], y / sizes[1]]).collect())
 }
 
-/// A line with dots.
+/// Creates a line with dots.
 fn dotted(name: &str, style: usize, points: Vec<[f64; 2]>) -> Curve {
     Curve {
         mark: Mark::Dots,
@@ -90,7 +91,7 @@ fn dotted(name: &str, style: usize, points: Vec<[f64; 2]>) -> Curve {
     }
 }
 
-/// The range that holds all values, from 0 where it begins near it.
+/// Returns the range of the finite values.
 fn range_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     let empty = [f64::INFINITY, f64::NEG_INFINITY];
     let [low, high] = values
@@ -100,7 +101,7 @@ fn range_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     (low <= high).then_some([low, high])
 }
 
-/// The range of a map's colours: all values but the outermost, which have the colour of its end.
+/// Returns the range of the colours of a map. The outermost values lie beyond it and get the colour of the end.
 fn scale_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     let finite = values.into_iter().copied().filter(|v| v.is_finite());
     let mut sorted: Vec<f64> = finite.collect();
@@ -110,16 +111,17 @@ fn scale_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     Some([at(OUTERMOST), at(1.0 - OUTERMOST)])
 }
 
-/// The upper end of a map's colours of what is zero in most cells: those do not count, so that a few that bear or are worn are seen.
+/// Returns the upper end of the colours for a field that is zero in most cells. Only positive values count, so that a
+/// few loaded or worn cells stay visible.
 fn top_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
-    let above = values.into_iter().filter(|value| **value > 0.0);
-    scale_of(above).map(|[_, top]| top)
+    let positive = values.into_iter().filter(|value| **value > 0.0);
+    scale_of(positive).map(|[_, top]| top)
 }
 
-/// Part of the values, at either end, beyond the colours of a map.
+/// Part of the values, at each end, that lies beyond the colours of a map.
 const OUTERMOST: f64 = 1e-3;
 
-/// A range of some width.
+/// Widens an empty range.
 fn widened([low, high]: [f64; 2]) -> [f64; 2] {
     if high > low {
         [low, high]

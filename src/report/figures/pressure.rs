@@ -1,4 +1,4 @@
-//! Contact pressure: where it is, and how much of the joint carries how much.
+//! Figures of the contact pressure: maps and a histogram.
 
 use super::super::ReportError;
 use super::super::plot::{Axis, Chart, Curve, NOTHING, Scale, UNWORN, WORN};
@@ -8,20 +8,20 @@ use super::surface::{map, titled, with_run_name};
 use super::{Figure, ReportedRun, Study, range_of, top_of};
 use crate::tables::TableName;
 
-/// Classes of the histogram, ten a decade.
+/// Number of classes of the histogram, ten per decade.
 const CLASSES: usize = 40;
-/// Decades of pressure that it shows.
+/// Decades of pressure that the histogram shows.
 const DECADES: f64 = 4.0;
-/// What the colours of the map tell apart, from this part of the largest pressure: what is below does not count as loaded.
+/// Lower end of the colours of a map, relative to the largest pressure. Cells below do not count as loaded.
 pub const LOADED: f64 = 1e-3;
 
-/// Maps of a single run; of several runs the first and the last state each.
+/// Maximum number of maps of a single run. Each of several runs has maps of its first and its last state.
 const STATES: usize = 4;
 
-/// Pressure of a state: the run, the state, one value a cell.
+/// Pressure of a state: the run, the iteration, and one value per cell.
 type State<'a> = (&'a ReportedRun<'a>, u64, Vec<f64>);
 
-/// The maps and the histogram.
+/// Draws the maps and the histogram.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let mut states: Vec<State> = Vec::new();
     let most = if study.is_single() { STATES } else { 2 };
@@ -47,7 +47,7 @@ fn cap(run: &ReportedRun) -> Option<f64> {
     run.tables.recipe().contact()?.conditions.pressure_cap
 }
 
-/// Cells at the cap, to rounding.
+/// Counts the cells at the pressure cap, within rounding errors.
 fn at_cap(field: &[f64], cap: f64) -> usize {
     field.iter().filter(|p| **p >= cap * (1.0 - 1e-9)).count()
 }
@@ -55,7 +55,7 @@ fn at_cap(field: &[f64], cap: f64) -> usize {
 fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
-    // All in the same colours.
+    // All maps have the same colours.
     let top = top_of(states.iter().flat_map(|(_, _, field)| field)).unwrap_or(0.0);
     for (run, k, field) in states {
         let contact: Vec<f64> = field
@@ -88,7 +88,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "Grey cells are not in contact; below a thousandth of the largest, one colour. Largest: {}.",
+            "Grey cells are not in contact. Pressures below a thousandth of the largest have one colour. Largest pressure: {}.",
             each.join("; ")
         ),
         query: study.query_last("contact_field", &columns),
@@ -170,7 +170,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "Share of the cells in contact in each of {CLASSES} classes of pressure, even in the logarithm, up to {}. In contact: {}.",
+            "Distribution of the cells in contact over {CLASSES} logarithmic classes of pressure, up to {}. In contact: {}.",
             shown(most, PRESSURE),
             each.join("; ")
         ),

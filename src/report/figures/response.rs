@@ -1,4 +1,4 @@
-//! The vibration: forced response, and the joint over a cycle.
+//! Figures of the vibration: forced response, and the joint over a cycle.
 
 use polars::prelude::DataFrame;
 
@@ -14,13 +14,13 @@ use super::course::labelled;
 use super::{Figure, ReportedRun, Study, points};
 use crate::tables::TableName;
 
-/// Forced responses along wear at most: more curves than styles cannot be told apart.
+/// Maximum number of forced responses along wear. More curves would need more styles.
 const RESPONSES: usize = 6;
 
-/// A curve to come: its name, its style, and the rows behind it.
+/// Curve to draw: its name, its style, and its rows.
 type Named = (String, usize, DataFrame);
 
-/// The forced responses and the joint's cycle.
+/// Draws the forced responses and the cycle of the joint.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let all = [
         forced_response(study)?,
@@ -30,7 +30,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     Ok(all.into_iter().flatten().collect())
 }
 
-/// The states of one run, or of several runs the unworn ones beside the last: one list a drawing, with its heading.
+/// Selects the states with a table, as [`states_with`] does.
 pub fn states(
     study: &Study,
     table: TableName,
@@ -39,8 +39,10 @@ pub fn states(
     states_with(study, table, &[table], most)
 }
 
-/// The states of one run, or of several runs the unworn ones beside the last: one list a drawing, with its heading. Of one run they are
-/// states that have all of `tables`, if there are any.
+/// Selects the states to draw: one list per drawing, with the heading of the drawing.
+///
+/// A single run has one drawing with at most `most` states of wear. They have all of `tables`, if such states exist.
+/// Several runs have two drawings: the unworn states, and the last states.
 pub fn states_with(
     study: &Study,
     table: TableName,
@@ -76,17 +78,18 @@ pub fn states_with(
     ])
 }
 
-/// What is drawn of some states.
+/// Heading and axes of a drawing of some states.
 pub struct Panel {
     /// Heading.
     pub title: &'static str,
-    /// Column to the right, what it is called, its units.
+    /// Abscissa: column, name, units.
     pub x: (&'static str, &'static str, Units),
-    /// Column upwards.
+    /// Ordinate: column, name, units.
     pub y: (&'static str, &'static str, Units),
 }
 
-/// A chart of two columns for every list of states, all with the same axes; none where no state has them.
+/// Creates one chart of two columns per list of states. All charts have the same axes. A list without these columns has
+/// no chart.
 pub fn panel(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
     let all = |column: &str| -> Vec<f64> {
         let frames = states.iter().flat_map(|(_, named)| named);
@@ -150,7 +153,7 @@ const PHASE: Panel = Panel {
     y: ("phase_lag", "phase lag", ANGLE),
 };
 
-/// The largest point of each curve, in words.
+/// Describes the largest point of each curve.
 fn peaks(states: &[(String, Vec<Named>)]) -> Vec<String> {
     let all = || {
         let each = states.iter();
@@ -175,26 +178,26 @@ fn peaks(states: &[(String, Vec<Named>)]) -> Vec<String> {
     peaks.collect()
 }
 
-/// Where the phase resonances are, which are other figures than the largest points of the curves.
+/// Describes the phase resonances, which differ from the largest points of the curves.
 fn phase_resonances(study: &Study) -> Result<String, ReportError> {
     let unit = study.unit("peak_amplitude", LENGTH);
     let mut each = Vec::new();
     for run in &study.runs {
-        let Some(both) = state_resonances(run)? else {
+        let Some(resonances) = state_resonances(run)? else {
             continue;
         };
-        let both = both.map(|one| {
+        let resonances = resonances.map(|resonance| {
             format!(
                 "{} at {}",
-                in_unit(one.amplitude, unit),
-                shown(one.frequency, FREQUENCY)
+                in_unit(resonance.amplitude, unit),
+                shown(resonance.frequency, FREQUENCY)
             )
         });
         let name = match study.is_single() {
             true => String::new(),
             false => format!("{}: ", run.label),
         };
-        each.push(match &both {
+        each.push(match &resonances {
             [first, last] if first == last => format!("{name}{first}"),
             [first, last] => format!("{name}{first} before and {last} after"),
         });
@@ -202,28 +205,28 @@ fn phase_resonances(study: &Study) -> Result<String, ReportError> {
     Ok(match each.is_empty() {
         true => String::new(),
         false => format!(
-            " The largest point of a curve is one of the frequencies computed for it; the resonance is where the motion lags by 90°, \
-             solved for by itself: {}.",
+            " The largest point of a curve is at one of its computed frequencies. The resonance, where the motion lags by 90°, is solved \
+             for separately: {}.",
             each.join("; ")
         ),
     })
 }
 
-/// How to have the figure that a worn run lacks.
-fn none_between(study: &Study) -> &'static str {
+/// Explains how to request the responses of intermediate states, if the runs do not have them.
+fn intermediate_states_hint(study: &Study) -> &'static str {
     let lacks = |run: &ReportedRun| {
         let recipe = run.tables.recipe();
         recipe.wear.is_some() && recipe.output.response_at.is_empty()
     };
     match study.runs.iter().all(lacks) {
         true => {
-            " States in between are drawn where the scene asks for them, as output.response_at = [100000, 1000000] does."
+            " To also draw intermediate states, set their cycles in the scene, for example output.response_at = [100000, 1000000]."
         }
         false => "",
     }
 }
 
-/// The responses at intermediate states too, where the run has more than its two ends.
+/// Draws the responses of intermediate states, if a run has more than its first and its last response.
 fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "responses-over-wear";
     let mut drawings = Vec::new();
@@ -245,8 +248,8 @@ fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
             run.label.clone()
         };
         let states = [(name, named)];
-        for one in [&AMPLITUDE, &PHASE] {
-            for chart in panel(&states, one) {
+        for view in [&AMPLITUDE, &PHASE] {
+            for chart in panel(&states, view) {
                 drawings.push(chart.draw());
             }
         }
@@ -262,7 +265,7 @@ fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "At the cycles of output.response_at too, {RESPONSES} states at most. Largest of the curve: {}.",
+            "Responses of at most {RESPONSES} states, including the cycles of output.response_at. Largest point of each curve: {}.",
             each.join("; ")
         ),
         query: study.query("frf", &columns),
@@ -275,7 +278,7 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
     let states = states(study, TableName::Frf, 2)?;
     let charts = [&AMPLITUDE, &PHASE]
         .into_iter()
-        .flat_map(|one| panel(&states, one));
+        .flat_map(|view| panel(&states, view));
     let drawings: Vec<_> = charts.map(|chart| chart.draw()).collect();
     if drawings.is_empty() {
         return Ok(None);
@@ -295,22 +298,22 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "First harmonic at the response point{force}. Largest of the curve: {}.{}{}",
+            "First harmonic at the response point{force}. Largest point of each curve: {}.{}{}",
             peaks.join("; "),
             phase_resonances(study)?,
-            none_between(study)
+            intermediate_states_hint(study)
         ),
         query: study.query("frf", &columns),
         sources: vec![("frf", columns)],
     }))
 }
 
-/// A cycle that was marched between its reversals alone is no course in time.
+/// Smallest number of instants of a drawn cycle. A cycle that only has its reversals shows no course in time.
 const LEAST_TIMES: usize = 8;
 
 fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "joint-cycle";
-    let told = |table: TableName| -> Result<_, ReportError> {
+    let resolved_states = |table: TableName| -> Result<_, ReportError> {
         let mut states = states(study, table, 2)?;
         for (_, named) in &mut states {
             named.retain(|(_, _, frame)| frame.height() >= LEAST_TIMES);
@@ -318,8 +321,8 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         states.retain(|(_, named)| !named.is_empty());
         Ok(states)
     };
-    let (table, states) = match told(TableName::JointCycle)? {
-        states if states.is_empty() => ("cycle", told(TableName::Cycle)?),
+    let (table, states) = match resolved_states(TableName::JointCycle)? {
+        states if states.is_empty() => ("cycle", resolved_states(TableName::Cycle)?),
         states => ("joint_cycle", states),
     };
     let time = ("time", "time / period", quantity::NUMBER);
@@ -335,11 +338,11 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
             y: ("normal_load", "normal load", FORCE),
         },
     ];
-    let charts = panels.iter().flat_map(|one| panel(&states, one));
-    let closed = charts.map(|mut chart| {
+    let charts = panels.iter().flat_map(|view| panel(&states, view));
+    let closed_charts = charts.map(|mut chart| {
         chart.x.range = Some([0.0, 1.0]);
         for Curve { points, .. } in &mut chart.curves {
-            // A period ends where it began.
+            // The curve is periodic: it ends at its first value.
             if let (Some(first), Some(last)) = (points.first().copied(), points.last())
                 && last[0] < 1.0
             {
@@ -348,7 +351,7 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         }
         chart.draw()
     });
-    let drawings: Vec<_> = closed.collect();
+    let drawings: Vec<_> = closed_charts.collect();
     if drawings.is_empty() {
         return Ok(None);
     }
@@ -367,12 +370,13 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
             let half = |column: &str| {
                 let [low, high] = super::range_of(&numbers(frame, column)?)?;
                 let (half, mean) = ((high - low) / 2.0, (high + low) / 2.0);
-                // What rounding leaves of zero is nothing.
-                let seen = |value: f64, of: f64| match value.abs() > rounding(of) {
+                // A value within the rounding errors is zero.
+                let without_rounding = |value: f64, scale: f64| match value.abs() > rounding(scale)
+                {
                     true => value,
                     false => 0.0,
                 };
-                Some((seen(half, mean), seen(mean, half)))
+                Some((without_rounding(half, mean), without_rounding(mean, half)))
             };
             let about = |half: f64, unit| match half {
                 0.0 => "constant".to_owned(),
@@ -396,7 +400,7 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "Half range about the mean, over the cycle: {}.",
+            "Half range about the mean over the cycle: {}.",
             each.join("; ")
         ),
         query: study.query(table, &columns),

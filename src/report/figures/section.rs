@@ -1,4 +1,6 @@
-//! Profile and pressure along a line through the deepest point of wear, the same line for all runs, as they change with the cycles.
+//! Figure of the profile and the pressure along a line through the deepest point of wear.
+//!
+//! The line is the same for all runs. The curves show several states of wear.
 
 use super::super::ReportError;
 use super::super::plot::{Axis, BEFORE_ZERO, Chart, Curve, style_of_state};
@@ -10,29 +12,29 @@ use crate::tables::TableName;
 
 /// Part of the joint's length that a section shows.
 const WINDOW: f64 = 0.25;
-/// States of wear of a single run; of several runs the first and the last each.
+/// Maximum number of states of wear of a single run. Each of several runs shows its first and its last state.
 const STATES: usize = 5;
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
-/// From this ratio of the peaks of two states on, pressures are drawn over their logarithm.
+/// Ratio of the largest to the smallest peak pressure above which the pressure axis is logarithmic.
 const DECADE: f64 = 10.0;
-/// Part of the largest pressure that such an axis still shows.
+/// Lower end of a logarithmic pressure axis, relative to the largest pressure.
 const LEAST: f64 = 1e-4;
 
-/// Name of a state of wear, heights \[m\], pressures \[Pa\].
+/// State of wear: name, heights \[m\], pressures \[Pa\].
 type State = (String, Vec<f64>, Vec<f64>);
 
-/// Profiles and pressures of a run along its line, in the order of wear.
+/// Section of a run: profiles and pressures, in the order of wear.
 struct Section<'a> {
     run: &'a ReportedRun<'a>,
     /// Abscissae \[mm\].
     x: Vec<f64>,
     states: Vec<State>,
-    /// Heights of the point that the line is taken through, before and after.
+    /// First and last height of the point that the line passes through \[m\].
     ends: [f64; 2],
 }
 
-/// The sections of all runs along x through a point \[m\].
+/// Draws the sections of all runs along x through the point `line` \[m\].
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
@@ -46,9 +48,9 @@ pub fn figure(
     for (run, depth) in fields {
         sections.extend(section(study, run, depth, line)?);
     }
-    let all = |of: fn(&State) -> &Vec<f64>| -> Vec<f64> {
+    let all = |values_of: fn(&State) -> &Vec<f64>| -> Vec<f64> {
         let states = sections.iter().flat_map(|section| &section.states);
-        states.flat_map(of).copied().collect()
+        states.flat_map(values_of).copied().collect()
     };
     let (heights, pressures) = (all(|state| &state.1), all(|state| &state.2));
     let units = [
@@ -56,18 +58,18 @@ pub fn figure(
         unit_of(PRESSURE, quantity::largest(&pressures)),
     ];
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
-    let of_pressure = pressure_axis(&sections, &pressures, units[1]);
+    let pressure_axis = common_pressure_axis(&sections, &pressures, units[1]);
     for section in &sections {
-        let chart = |name: &str, unit: Unit, y: &Axis, of: fn(&State) -> &Vec<f64>| {
+        let chart = |name: &str, unit: Unit, y: &Axis, values_of: fn(&State) -> &Vec<f64>| {
             let curves = section.states.iter().enumerate().map(|(k, state)| {
-                let points = section.x.iter().zip(of(state));
-                // What is too little for a logarithmic axis is drawn where it has its zero.
-                let seen = |value: f64| match y.zero {
+                let points = section.x.iter().zip(values_of(state));
+                // A logarithmic axis shows smaller values at the position of zero.
+                let placed = |value: f64| match y.zero {
                     Some(zero) if value < zero => 0.0,
                     _ => value,
                 };
                 let points = points
-                    .map(|(x, value)| [*x, seen(value / unit.size)])
+                    .map(|(x, value)| [*x, placed(value / unit.size)])
                     .collect();
                 Curve::line(&state.0, style_of_state(k, section.states.len()), points)
             });
@@ -83,16 +85,19 @@ pub fn figure(
             };
             Ok(chart.draw())
         };
-        let of_height = Axis {
+        let height_axis = Axis {
             label: labelled("height", units[0].symbol),
-            // The same for all runs.
-            range: range_of(&heights).map(|range| roomy(range.map(|end| end / units[0].size))),
+            // All runs have the same range.
+            range: range_of(&heights)
+                .map(|range| with_margins(range.map(|end| end / units[0].size))),
             ..Axis::default()
         };
-        drawings.push(chart("profile", units[0], &of_height, |state| &state.1)?);
-        drawings.push(chart("pressure", units[1], &of_pressure, |state| &state.2)?);
+        drawings.push(chart("profile", units[0], &height_axis, |state| &state.1)?);
+        drawings.push(chart("pressure", units[1], &pressure_axis, |state| {
+            &state.2
+        })?);
         each.push(format!(
-            "{}the height there falls from {} to {}",
+            "{}its height falls from {} to {}",
             name_of(study, section.run),
             in_unit(section.ends[0], units[0]),
             in_unit(section.ends[1], units[0])
@@ -102,7 +107,7 @@ pub fn figure(
     let between = match study.is_single() && sections.iter().any(|section| section.states.len() > 2)
     {
         true => {
-            " States between the first and the last are those nearest to even steps of the logarithm of the cycles."
+            " The intermediate states are those closest to equal steps in the logarithm of the cycles."
         }
         false => "",
     };
@@ -131,8 +136,9 @@ pub fn figure(
     })
 }
 
-/// The axis of the pressures, the same for all runs: logarithmic where states are decades apart.
-fn pressure_axis(sections: &[Section], pressures: &[f64], unit: Unit) -> Axis {
+/// Returns the pressure axis, which is the same for all runs. It is logarithmic if the peaks of the states differ by a
+/// decade.
+fn common_pressure_axis(sections: &[Section], pressures: &[f64], unit: Unit) -> Axis {
     let label = labelled("pressure", unit.symbol);
     let states = sections.iter().flat_map(|section| &section.states);
     let peaks: Vec<f64> = states
@@ -144,7 +150,7 @@ fn pressure_axis(sections: &[Section], pressures: &[f64], unit: Unit) -> Axis {
     if most < DECADE * least {
         return Axis {
             label,
-            range: range_of(pressures).map(|range| roomy(range.map(|end| end / unit.size))),
+            range: range_of(pressures).map(|range| with_margins(range.map(|end| end / unit.size))),
             ..Axis::default()
         };
     }
@@ -157,8 +163,8 @@ fn pressure_axis(sections: &[Section], pressures: &[f64], unit: Unit) -> Axis {
     }
 }
 
-/// A range with air to both sides; what begins at 0 stays there.
-fn roomy([low, high]: [f64; 2]) -> [f64; 2] {
+/// Adds margins to a range. A lower end of 0 stays.
+fn with_margins([low, high]: [f64; 2]) -> [f64; 2] {
     let air = 0.05 * (high - low).max(f64::MIN_POSITIVE.sqrt());
     [if low == 0.0 { 0.0 } else { low - air }, high + air]
 }

@@ -1,8 +1,8 @@
-//! Lines through few computed points.
+//! Smooth lines through few computed points.
 
 use super::super::plot::{Chart, Curve, Mark};
 
-/// Draws the curves of a chart smooth, with dots where they were computed.
+/// Replaces the curves of a chart by smooth lines, and adds dots at the computed points.
 pub fn mark_points(chart: &mut Chart) {
     let dots = chart.curves.iter().map(|curve| Curve {
         name: String::new(),
@@ -16,11 +16,12 @@ pub fn mark_points(chart: &mut Chart) {
     chart.curves.extend(dots);
 }
 
-/// Steps of a drawn line between two points.
+/// Steps of a smooth line between two points.
 const STEPS: usize = 12;
 
-/// A line through the points that is as smooth as they allow and swings over nowhere: cubic pieces after Fritsch and Butland between
-/// the places where the abscissa turns.
+/// Interpolates points by monotone cubic pieces (Fritsch and Butland) between the reversals of the abscissa.
+///
+/// The line does not overshoot the points.
 fn smooth(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut line: Vec<[f64; 2]> = Vec::new();
     let mut begin = 0;
@@ -36,7 +37,7 @@ fn smooth(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     line
 }
 
-/// One branch, along which the abscissa grows or falls.
+/// Interpolates one branch, along which the abscissa is monotone.
 fn branch(points: &[[f64; 2]], line: &mut Vec<[f64; 2]>) {
     let widths: Vec<f64> = points.windows(2).map(|p| p[1][0] - p[0][0]).collect();
     let slopes: Vec<f64> = points
@@ -49,7 +50,8 @@ fn branch(points: &[[f64; 2]], line: &mut Vec<[f64; 2]>) {
         return;
     }
     let last = slopes.len();
-    // At the ends the slope of the parabola through three points, held to what keeps the curve between its points.
+    // The slope at an end comes from the parabola through three points. It is limited so that the curve stays between
+    // its points.
     let at_end = |near: usize, far: usize| {
         let [h, next] = [widths[near], widths[far]];
         let slope = ((2.0 * h + next) * slopes[near] - h * slopes[far]) / (h + next);

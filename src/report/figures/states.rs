@@ -1,4 +1,4 @@
-//! The joint at several states of a run: what a slider chooses.
+//! Figure of the joint at several states of a run, which the reader selects with a slider.
 
 use super::super::ReportError;
 use super::super::plot::{NOTHING, Scale};
@@ -8,21 +8,23 @@ use super::surface::{map, titled};
 use super::{Figure, Study, top_of};
 use crate::tables::TableName;
 
-/// Most states of a run.
+/// Maximum number of states.
 const MOST: usize = 8;
-/// Cells along a side of a picture: so many are small ones.
+/// Maximum number of cells along a side of a picture. The many pictures are small.
 const FINEST: usize = 128;
 
-/// Pressure and worn depth at some kept iterations, from the unworn joint to the last; none of several runs, and where nothing wears.
+/// Draws pressure and worn depth at some stored iterations, from the unworn joint to the last one.
+///
+/// Returns `None` for several runs and for a run without wear.
 pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
     let [run] = &study.runs[..] else {
         return Ok(None);
     };
-    let kept = run.tables.iterations();
-    let count = kept.len().min(MOST);
-    let place = |k: usize| k * (kept.len() - 1) / (count - 1).max(1);
+    let iterations = run.tables.iterations();
+    let count = iterations.len().min(MOST);
+    let place = |k: usize| k * (iterations.len() - 1) / (count - 1).max(1);
     let mut states = Vec::new();
-    for k in (0..count).map(|k| kept[place(k)]) {
+    for k in (0..count).map(|k| iterations[place(k)]) {
         let pressure = run.field(k, TableName::ContactField, "pressure")?;
         let depth = run.field(k, TableName::WearField, "wear_depth")?;
         states.extend(
@@ -47,7 +49,7 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
             .iter()
             .map(|p| if *p == 0.0 { NOTHING } else { *p });
         let contact: Vec<f64> = contact.collect();
-        let of_pressure = map(
+        let pressure_map = map(
             run,
             titled(study, run, "pressure"),
             &contact,
@@ -55,7 +57,7 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
             PRESSURE,
             "pressure",
         )?;
-        let of_depth = map(
+        let depth_map = map(
             run,
             titled(study, run, "worn depth"),
             depth,
@@ -63,13 +65,13 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
             LENGTH,
             "worn depth",
         )?;
-        let (Some(mut of_pressure), Some(of_depth)) = (of_pressure, of_depth) else {
+        let (Some(mut pressure_map), Some(depth_map)) = (pressure_map, depth_map) else {
             return Ok(None);
         };
-        if let Scale::Continuous { log, .. } = &mut of_pressure.scale {
+        if let Scale::Continuous { log, .. } = &mut pressure_map.scale {
             *log = true;
         }
-        for map in [of_pressure, of_depth] {
+        for map in [pressure_map, depth_map] {
             drawings.push(map.draw_in(FINEST));
         }
         names.push(run.state(*k));
@@ -80,7 +82,7 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
         title: "The joint over the cycles".to_owned(),
         drawings,
         states: names,
-        caption: "Pressure and worn depth at kept iterations, in the same colours at all of them. Grey cells are not in contact.".to_owned(),
+        caption: "Pressure and worn depth at stored iterations, all in the same colours. Grey cells are not in contact.".to_owned(),
         query: study.query_last("contact_field", &columns),
         sources: vec![("contact_field", columns), ("wear_field", vec!["i", "j", "wear_depth"])],
     }))

@@ -1,4 +1,4 @@
-//! The curve behind the normal stiffness.
+//! Figure of the indentation curve, whose slope is the normal stiffness.
 
 use super::super::ReportError;
 use super::super::quantity::{FORCE, LENGTH, STIFFNESS, shown};
@@ -7,10 +7,10 @@ use super::smooth::mark_points;
 use super::{Figure, Study};
 use crate::tables::TableName;
 
-/// Curves along wear at most.
+/// Maximum number of states of wear.
 const CURVES: usize = 5;
 
-/// Load over approach.
+/// Draws the normal load over the approach.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "indentation";
     let states = states(study, TableName::Indentation, CURVES)?;
@@ -37,15 +37,15 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
                 false => format!("{}: ", run.label),
             };
             Some(format!(
-                "{name}{} at {} of the unworn contact",
+                "{name}{} at {} for the unworn contact",
                 shown(*kn.first()?, STIFFNESS),
                 shown(*load.first()?, FORCE)
             ))
         })
         .collect();
     let columns = vec!["displacement", "load"];
-    // A run may have left its stiffness out.
-    let of_summary = match each.is_empty() {
+    // A run may omit its stiffness.
+    let summary_columns = match each.is_empty() {
         true => vec!["normal_load"],
         false => vec!["normal_load", "kn"],
     };
@@ -62,9 +62,9 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "{slope}Dots are what was computed; the lines between them are interpolated."
+            "{slope}Dots are computed points. The lines between them are interpolated."
         ),
         query: study.query("indentation", &columns),
-        sources: vec![("indentation", columns), ("summary", of_summary)],
+        sources: vec![("indentation", columns), ("summary", summary_columns)],
     }])
 }

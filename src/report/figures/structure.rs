@@ -1,4 +1,4 @@
-//! The structure: how it moves at the resonance, and the mesh of its contact.
+//! Figures of the structure: its shape at the resonance, and its contact mesh.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
@@ -17,36 +17,37 @@ use crate::tables::TableName;
 
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
-/// The largest displacement is drawn as at most this part of the structure's length.
+/// Largest drawn displacement, relative to the length of the structure.
 const DRAWN: f64 = 0.08;
-/// Part of a drawing that stays free on each side.
+/// Margin of a drawing on each side, relative to its range.
 const MARGIN: f64 = 0.04;
-/// Styles among those of runs: ink, one with dashes, and one more.
+/// Styles of runs: solid ink, dashed, and another one.
 const INK: usize = 0;
 const DASHED: usize = 1;
 const OTHER: usize = 2;
 
-/// The shape of the resonance, and the contact mesh.
+/// Draws the shape of the resonance, and the contact mesh.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let both = [resonance_shape(study)?, contact_mesh(study)?];
     Ok(both.into_iter().flatten().collect())
 }
 
-/// The outline of a structure, at rest and where its first harmonic is at the resonance.
+/// Outline of a structure at rest, and displaced by its first harmonic at the resonance.
 struct Shape {
-    /// The points of each line.
+    /// Indices of the points of each line.
     lines: Vec<Vec<usize>>,
-    /// At rest \[m\].
+    /// Points at rest \[m\].
     positions: Vec<[f64; 3]>,
-    /// At the instant when the response point is furthest along its axis \[m\].
+    /// Displacements when the response point is furthest along its axis \[m\].
     displacement: Vec<[f64; 3]>,
     frequency: f64,
-    /// Amplitude at the response point: that of the sum of modes, and that of the run \[m\].
+    /// Amplitude at the response point, from the sum of modes and from the run \[m\].
     response: [f64; 2],
 }
 
-/// The generalised forces on the modes of a structure at the resonance: φᵀf of the contact forces and the loads, as the coefficients of
-/// the cosine and the sine of the first harmonic \[N kg^-1/2\].
+/// Computes the generalised forces φᵀf of contact and loads on the modes at the resonance.
+///
+/// Returns the coefficients of the cosine and the sine of the first harmonic \[N kg^-1/2\].
 fn modal_forces(run: &ReportedRun, response: &DataFrame, shapes: &Ports) -> Option<Vec<[f64; 2]>> {
     let harmonic = numbers(response, "harmonic")?;
     let element = numbers(response, "element")?;
@@ -64,7 +65,7 @@ fn modal_forces(run: &ReportedRun, response: &DataFrame, shapes: &Ports) -> Opti
         if harmonic[row] != 1.0 || element[row] < 0.0 {
             continue;
         }
-        // The contact pulls back; n is positive where the bodies approach, and the port z where they part.
+        // Contact forces act against the motion. n is positive if the bodies approach, the port z if they separate.
         let (place, sign) = match axis[row].as_str() {
             "x" => (0, -1.0),
             "y" => (1, -1.0),
@@ -75,14 +76,14 @@ fn modal_forces(run: &ReportedRun, response: &DataFrame, shapes: &Ports) -> Opti
     }
     let loads = &run.tables.recipe().response.as_ref()?.forces;
     for load in loads.iter().filter(|load| load.harmonic == 1) {
-        let port = shapes.of_point(&load.port.at, load.port.axis)?;
+        let port = shapes.port_of(&load.port.at, load.port.axis)?;
         let (sine, cosine) = load.phase.sin_cos();
         act(port, [load.amplitude * cosine, -load.amplitude * sine]);
     }
     Some(forces)
 }
 
-/// Half range of the first harmonic at a point of the structure \[m\].
+/// Returns the half range of the first harmonic at a point of the structure \[m\].
 fn amplitude_at(response: &DataFrame, at: &Port) -> Option<f64> {
     let (point, axis) = (texts(response, "point")?, texts(response, "axis")?);
     let harmonic = numbers(response, "harmonic")?;
@@ -94,11 +95,11 @@ fn amplitude_at(response: &DataFrame, at: &Port) -> Option<f64> {
     Some(cosine[row].hypot(sine[row]))
 }
 
-/// Modes at the ports of a structure.
+/// Mode shapes at the ports of a structure.
 struct Ports {
     modes: usize,
     count: usize,
-    /// Ports of one mode after those of the one before \[kg^-1/2\].
+    /// Shapes at the ports, mode by mode \[kg^-1/2\].
     shape: Vec<f64>,
     /// Natural frequency of each mode \[Hz\].
     frequency: Vec<f64>,
@@ -106,7 +107,7 @@ struct Ports {
 }
 
 impl Ports {
-    fn of(run: &ReportedRun) -> Result<Option<Ports>, ReportError> {
+    fn read(run: &ReportedRun) -> Result<Option<Ports>, ReportError> {
         let port = run.tables.once(TableName::StructurePort)?;
         let mode = run.tables.once(TableName::StructureMode)?;
         Ok(port.zip(mode).and_then(|(port, mode)| {
@@ -127,29 +128,29 @@ impl Ports {
         self.shape[mode * self.count + port]
     }
 
-    fn of_point(&self, name: &str, axis: usize) -> Option<usize> {
+    fn port_of(&self, name: &str, axis: usize) -> Option<usize> {
         let first = self.points.iter().position(|point| point == name)?;
         Some(first + axis)
     }
 }
 
 impl Shape {
-    /// The sum of the modes under the forces that are stored; the residual of the modes that were left out is not in it.
-    fn of(run: &ReportedRun) -> Result<Option<Shape>, ReportError> {
+    /// Computes the shape as a sum of modes under the stored forces. It excludes the residual of the truncated modes.
+    fn read(run: &ReportedRun) -> Result<Option<Shape>, ReportError> {
         let last = run.tables.latest();
         let tables = (
             run.tables.once(TableName::StructureOutline)?,
             run.tables.once(TableName::StructureOutlineMode)?,
             run.tables.at(last, TableName::Response)?,
-            Ports::of(run)?,
+            Ports::read(run)?,
         );
         let (Some(outline), Some(modes), Some(response), Some(ports)) = tables else {
             return Ok(None);
         };
-        Ok(Shape::within(run, &outline, &modes, &response, &ports))
+        Ok(Shape::compute(run, &outline, &modes, &response, &ports))
     }
 
-    fn within(
+    fn compute(
         run: &ReportedRun,
         outline: &DataFrame,
         modes: &DataFrame,
@@ -161,7 +162,7 @@ impl Shape {
         let vibration = run.tables.recipe().response.as_ref()?;
         let omega = TAU * frequency;
         let forces = modal_forces(run, response, ports)?;
-        // With e^{iωt} the coefficients c and s are c − is.
+        // With e^{iωt}, coefficients c and s correspond to c − is.
         let amplitudes = forces
             .iter()
             .zip(&ports.frequency)
@@ -177,17 +178,17 @@ impl Shape {
                 ]
             });
         let amplitudes: Vec<[f64; 2]> = amplitudes.collect();
-        let at = &vibration.at;
-        let port = ports.of_point(&at.at, at.axis)?;
+        let response_port = &vibration.at;
+        let port = ports.port_of(&response_port.at, response_port.axis)?;
         let sum = |shape: &dyn Fn(usize) -> f64| {
             let each = amplitudes.iter().enumerate();
             each.fold([0.0; 2], |sum, (mode, q)| {
                 [0, 1].map(|k| sum[k] + shape(mode) * q[k])
             })
         };
-        let own = sum(&|mode| ports.at(mode, port));
-        let size = own[0].hypot(own[1]);
-        let turn = own.map(|part| part / size);
+        let at_response_point = sum(&|mode| ports.at(mode, port));
+        let size = at_response_point[0].hypot(at_response_point[1]);
+        let phase = at_response_point.map(|part| part / size);
         let columns = |names: [&str; 3], frame: &DataFrame| -> Option<[Vec<f64>; 3]> {
             let [x, y, z] = names.map(|name| numbers(frame, name));
             Some([x?, y?, z?])
@@ -203,7 +204,7 @@ impl Shape {
         let displacement = (0..count).map(|point| {
             [0, 1, 2].map(|axis| {
                 let [real, imaginary] = sum(&|mode| shapes[axis][mode * count + point]);
-                real * turn[0] + imaginary * turn[1]
+                real * phase[0] + imaginary * phase[1]
             })
         });
         Some(Shape {
@@ -213,12 +214,12 @@ impl Shape {
                 .collect(),
             lines: lines.into_values().collect(),
             frequency,
-            response: [size, amplitude_at(response, at)?],
+            response: [size, amplitude_at(response, response_port)?],
         })
         .filter(|_| size > 0.0)
     }
 
-    /// Largest displacement of a point of the outline \[m\].
+    /// Returns the largest displacement of the outline \[m\].
     fn largest(&self) -> f64 {
         let sizes = self
             .displacement
@@ -227,7 +228,7 @@ impl Shape {
         sizes.fold(0.0, f64::max).sqrt()
     }
 
-    /// By how much displacements are drawn larger: 1, 2 or 5 times a power of ten.
+    /// Returns the magnification of drawn displacements: 1, 2 or 5 times a power of ten.
     fn scale(&self) -> f64 {
         let along = |p: &[f64; 3]| p[0];
         let [low, high] = super::range_of(&self.positions.iter().map(along).collect::<Vec<_>>())
@@ -239,8 +240,8 @@ impl Shape {
         step.unwrap_or(&1.0) * power
     }
 
-    /// Seen along an axis: the two axes that are left, with their names.
-    fn seen(&self, title: String, axes: [(usize, &str); 2], scale: f64) -> Chart {
+    /// Draws the outline in the plane of two axes, given with their names.
+    fn view(&self, title: String, axes: [(usize, &str); 2], scale: f64) -> Chart {
         let curve = |name: &str, style: usize, mark: Mark, scale: f64, line: &Vec<usize>| Curve {
             mark,
             ..Curve::line(
@@ -256,10 +257,10 @@ impl Shape {
                     .collect(),
             )
         };
-        let larger = format!("moved, {} times larger", number(scale));
+        let larger = format!("displaced, magnified {} times", number(scale));
         let mut curves = Vec::new();
         for (k, line) in self.lines.iter().enumerate() {
-            // Its straight lines need no more than their ends.
+            // A straight line only needs its ends.
             let ends = vec![line[0], line[line.len() - 1]];
             let name = if k == 0 { "at rest" } else { "" };
             curves.push(curve(name, DASHED, Mark::Thin, 0.0, &ends));
@@ -268,12 +269,12 @@ impl Shape {
             let name = if k == 0 { larger.as_str() } else { "" };
             curves.push(curve(name, INK, Mark::Thin, scale, line));
         }
-        framed(title, axes.map(|(_, name)| name), curves)
+        equal_scale_chart(title, axes.map(|(_, name)| name), curves)
     }
 }
 
-/// A chart of places \[mm\] with the same scale along both axes.
-fn framed(title: String, names: [&str; 2], curves: Vec<Curve>) -> Chart {
+/// Creates a chart of positions \[mm\] with the same scale along both axes.
+fn equal_scale_chart(title: String, names: [&str; 2], curves: Vec<Curve>) -> Chart {
     let axis = |d: usize| {
         let places = curves.iter().flat_map(|curve| &curve.points);
         let places: Vec<f64> = places.map(|point| point[d]).collect();
@@ -301,7 +302,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "resonance-shape";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for run in &study.runs {
-        let Some(shape) = Shape::of(run)? else {
+        let Some(shape) = Shape::read(run)? else {
             continue;
         };
         let scale = shape.scale();
@@ -310,7 +311,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
             ("seen from the side", [(0, "x"), (2, "z")]),
         ];
         for (view, axes) in views {
-            let chart = shape.seen(titled(study, run, view), axes, scale);
+            let chart = shape.view(titled(study, run, view), axes, scale);
             drawings.push(chart.draw());
         }
         let name = if study.is_single() {
@@ -319,7 +320,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
             format!("{}: ", run.label)
         };
         each.push(format!(
-            "{name}{}, at most {}, drawn {} times larger; at the response point these modes give {}, the run has {}",
+            "{name}{}, largest displacement {}, magnified {} times. At the response point the sum of these modes is {}, and the run has {}",
             shown(shape.frequency, FREQUENCY),
             shown(shape.largest(), LENGTH),
             number(scale),
@@ -336,8 +337,8 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "Edges of the bodies at rest, and displaced by the first harmonic of the response in force of the last iteration, when the \
-             response point is furthest: the modes of the structure under the loads and the contact forces. {}.",
+            "Edges of the bodies at rest, and displaced by the first harmonic when the response point is furthest. The displacement is the \
+             sum of the modes of the structure under the loads and the contact forces, from the response used in the last iteration. {}.",
             each.join(". ")
         ),
         query: study.query_once("structure_outline"),
@@ -352,7 +353,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
     }))
 }
 
-/// Straight lines of the mesh around the cells of the contact.
+/// Returns the straight lines of the mesh around the cells of the contact.
 fn mesh_lines(array: &ContactArray) -> Vec<Vec<[f64; 2]>> {
     let cells: BTreeSet<[usize; 2]> = array.cells().into_iter().collect();
     let place =
@@ -362,19 +363,19 @@ fn mesh_lines(array: &ContactArray) -> Vec<Vec<[f64; 2]>> {
         let across = 1 - along;
         let (count, rows) = (array.counts[along], array.counts[across]);
         for line in 0..=rows {
-            // An edge is there where one of the cells beside it is.
+            // A mesh line includes the edge if one of the adjacent cells exists.
             let is_edge = |k: usize| {
-                let beside = [line.checked_sub(1), Some(line).filter(|line| *line < rows)];
-                beside.into_iter().flatten().any(|beside| {
+                let adjacent = [line.checked_sub(1), Some(line).filter(|line| *line < rows)];
+                adjacent.into_iter().flatten().any(|adjacent| {
                     let mut cell = [0; 2];
-                    (cell[along], cell[across]) = (k, beside);
+                    (cell[along], cell[across]) = (k, adjacent);
                     cells.contains(&cell)
                 })
             };
             let mut begin = None;
             for k in 0..=count {
-                let there = k < count && is_edge(k);
-                match (begin, there) {
+                let is_present = k < count && is_edge(k);
+                match (begin, is_present) {
                     (None, true) => begin = Some(k),
                     (Some(from), false) => {
                         let end = |k: usize| {
@@ -419,13 +420,13 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
         if let Some(first) = curves.first_mut() {
             first.name = "mesh".to_owned();
         }
-        let carries = load.iter().filter(|load| **load > 0.0).count();
-        for (name, style, mark, of_loaded) in [
+        let loaded_count = load.iter().filter(|load| **load > 0.0).count();
+        for (name, style, mark, is_loaded) in [
             ("carries load", DASHED, Mark::Points, true),
             ("carries none", OTHER, Mark::Hollow, false),
         ] {
-            let of = (0..load.len()).filter(|e| (load[*e] > 0.0) == of_loaded);
-            let points: Vec<[f64; 2]> = of.map(|e| [x[e] / MM, y[e] / MM]).collect();
+            let elements = (0..load.len()).filter(|e| (load[*e] > 0.0) == is_loaded);
+            let points: Vec<[f64; 2]> = elements.map(|e| [x[e] / MM, y[e] / MM]).collect();
             if !points.is_empty() {
                 curves.push(Curve {
                     mark,
@@ -434,7 +435,7 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
             }
         }
         let title = titled(study, run, "contact elements on the interface");
-        let chart = framed(title, ["x", "y"], curves);
+        let chart = equal_scale_chart(title, ["x", "y"], curves);
         drawings.push(chart.draw());
         let name = if study.is_single() {
             String::new()
@@ -447,7 +448,7 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
             "nodes"
         };
         each.push(format!(
-            "{name}{} elements at the {place} of the mesh, {carries} of them carry load, {} in all",
+            "{name}{} elements at the {place} of the mesh, {loaded_count} of which carry load; the total load is {}",
             load.len(),
             shown(load.iter().sum(), FORCE)
         ));
@@ -462,7 +463,7 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
         drawings,
         states: Vec::new(),
         caption: format!(
-            "The finite elements on the contact plane, and the contact elements between the bodies with their static load at the last \
+            "The finite elements on the contact plane, and the contact elements between the bodies. Loads are static loads at the last \
              iteration. {}.",
             each.join(". ")
         ),

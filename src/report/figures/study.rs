@@ -1,4 +1,4 @@
-//! The runs of a report with what most figures ask of them.
+//! Runs of a report, with the data that most figures need.
 
 use std::fmt::Display;
 
@@ -12,25 +12,25 @@ use super::super::{ReportError, RunTables, WEAR_ITERATION};
 use crate::store::table_file;
 use crate::tables::TableName;
 
-/// A run among those of a report.
+/// Run of a report.
 pub struct ReportedRun<'a> {
-    /// Its tables.
+    /// Tables of the run.
     pub tables: &'a RunTables,
-    /// `summary` of all iterations.
+    /// Rows of `summary` of all iterations.
     pub summary: DataFrame,
-    /// What it is called: its name, or its folder where two have the same.
+    /// Label: the name of the run, or its folder if two runs have the same name.
     pub label: String,
-    /// Which style of curve it has.
+    /// Style of its curves.
     pub style: usize,
-    /// Cycles behind each iteration of `summary`; zeros without wear.
+    /// Cycles up to each iteration of `summary`, all 0 without wear.
     pub cycles: Vec<f64>,
-    /// The iterations of `summary`.
+    /// Iterations of `summary`.
     iterations: Vec<f64>,
 }
 
-/// The runs of a report.
+/// All runs of a report.
 pub struct Study<'a> {
-    /// In the order in which they were asked for.
+    /// Runs in the order that the user gave.
     pub runs: Vec<ReportedRun<'a>>,
 }
 
@@ -40,10 +40,10 @@ impl<'a> Study<'a> {
     /// # Errors
     /// [`ReportError`] for a table that cannot be read.
     pub fn of(runs: &'a [RunTables]) -> Result<Study<'a>, ReportError> {
-        let named = |name: &str| runs.iter().filter(|run| run.name() == name).count();
+        let count_of_name = |name: &str| runs.iter().filter(|run| run.name() == name).count();
         let read = |(place, tables): (usize, &'a RunTables)| {
             let summary = tables.series(TableName::Summary)?.unwrap_or_default();
-            let label = match named(tables.name()) {
+            let label = match count_of_name(tables.name()) {
                 1 => tables.name().to_owned(),
                 _ => tables.root().display().to_string(),
             };
@@ -61,23 +61,24 @@ impl<'a> Study<'a> {
         Ok(Study { runs: runs? })
     }
 
-    /// What the runs are called.
+    /// Returns the labels of the runs.
     pub fn labels(&self) -> Vec<&str> {
         self.runs.iter().map(|run| run.label.as_str()).collect()
     }
 
-    /// True for a report of one run: its curves are states of wear, not runs.
+    /// Returns true for a report of one run. Its curves are states of wear, not runs.
     pub fn is_single(&self) -> bool {
         self.runs.len() == 1
     }
 
-    /// The unit of cycles for all runs.
+    /// Returns the unit of cycles for all runs.
     pub fn cycles(&self) -> Unit {
         let all = self.runs.iter().flat_map(|run| &run.cycles);
         quantity::unit_of(CYCLES, quantity::largest(all))
     }
 
-    /// The unit of a column of `summary` on the whole page: that of the largest value which a run begins or ends with.
+    /// Returns the unit of a column of `summary` for the whole page. It suits the largest of the first and last values
+    /// of all runs.
     pub fn unit(&self, column: &str, units: Units) -> Unit {
         let columns = self.runs.iter().filter_map(|run| run.column(column));
         let ends = columns.flat_map(|values| [values.first().copied(), values.last().copied()]);
@@ -85,23 +86,23 @@ impl<'a> Study<'a> {
         quantity::unit_of(units, quantity::largest(&ends))
     }
 
-    /// The runs that have a table.
-    fn having(&self, table: &str) -> Vec<&ReportedRun<'a>> {
+    /// Returns the runs that have a table.
+    fn runs_with(&self, table: &str) -> Vec<&ReportedRun<'a>> {
         let table = TableName::from_name(table);
         let has = |run: &&ReportedRun| {
-            let of_iterations = |table| !run.with(table, 1).is_empty();
-            let of_run = |table| run.tables.once(table).is_ok_and(|table| table.is_some());
-            table.is_some_and(|table| of_iterations(table) || of_run(table))
+            let in_iterations = |table| !run.with(table, 1).is_empty();
+            let in_run = |table| run.tables.once(table).is_ok_and(|table| table.is_some());
+            table.is_some_and(|table| in_iterations(table) || in_run(table))
         };
         self.runs.iter().filter(has).collect()
     }
 
-    /// Reads a table of all iterations with Polars, some columns of it.
+    /// Returns a Polars expression that reads some columns of a table of all iterations.
     pub fn query(&self, table: &str, columns: &[&str]) -> String {
         let scan = file(table, "*");
-        let columns = listed(columns);
+        let columns = quoted_list(columns);
         let hive = "hive_partitioning=True";
-        match &self.having(table)[..] {
+        match &self.runs_with(table)[..] {
             [run] => format!(
                 "pl.scan_parquet({}, {hive}).select(\"wear_iteration\", {columns}).collect()",
                 quoted(&format!("{}/{scan}", run.folder()))
@@ -109,15 +110,15 @@ impl<'a> Study<'a> {
             runs => format!(
                 "pl.concat([pl.scan_parquet(f\"{{run}}/{scan}\", {hive}).with_columns(run=pl.lit(run)) for run in [{}]], \
                  how=\"diagonal\").select(\"run\", \"wear_iteration\", {columns}).collect()",
-                listed(&runs.iter().map(|run| run.folder()).collect::<Vec<_>>())
+                quoted_list(&runs.iter().map(|run| run.folder()).collect::<Vec<_>>())
             ),
         }
     }
 
-    /// Reads a table of the last iteration with Polars, some columns of it.
+    /// Returns a Polars expression that reads some columns of a table of the last iteration.
     pub fn query_last(&self, table: &str, columns: &[&str]) -> String {
-        let columns = listed(columns);
-        match &self.having(table)[..] {
+        let columns = quoted_list(columns);
+        match &self.runs_with(table)[..] {
             [run] => format!(
                 "pl.read_parquet({}, columns=[{columns}])",
                 quoted(&format!(
@@ -140,58 +141,58 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// Reads a table that is written once a run with Polars.
+    /// Returns a Polars expression that reads a table that a run stores once.
     pub fn query_once(&self, table: &str) -> String {
         let file = file(table, "*");
-        match &self.having(table)[..] {
+        match &self.runs_with(table)[..] {
             [run] => format!(
                 "pl.read_parquet({})",
                 quoted(&format!("{}/{file}", run.folder()))
             ),
             runs => format!(
                 "{{run: pl.read_parquet(f\"{{run}}/{file}\") for run in [{}]}}",
-                listed(&runs.iter().map(|run| run.folder()).collect::<Vec<_>>())
+                quoted_list(&runs.iter().map(|run| run.folder()).collect::<Vec<_>>())
             ),
         }
     }
 }
 
-/// File of a table below the folder of a run.
+/// Returns the path of a table below the folder of a run.
 fn file(table: &str, wear_iteration: impl Display) -> String {
     let table = TableName::from_name(table);
     table.map_or(String::new(), |table| table_file(table, wear_iteration))
 }
 
-/// A text as Python writes it.
+/// Quotes a text for Python.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-fn listed<T: AsRef<str>>(texts: &[T]) -> String {
+fn quoted_list<T: AsRef<str>>(texts: &[T]) -> String {
     let quoted: Vec<String> = texts.iter().map(|text| quoted(text.as_ref())).collect();
     quoted.join(", ")
 }
 
 impl ReportedRun<'_> {
-    /// Folder of the run, as it was given.
+    /// Returns the folder of the run, as the user gave it.
     pub fn folder(&self) -> String {
         self.tables.root().display().to_string()
     }
 
-    /// A column of `summary` over the iterations.
+    /// Returns a column of `summary` over the iterations.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         numbers(&self.summary, name)
     }
 
-    /// Below this a column of `summary` is what rounding left of zero.
+    /// Returns the bound of rounding errors of a column of `summary`.
     pub fn resolution(&self, column: &str) -> f64 {
-        let known = TableName::Summary.schema().column(column);
-        known.map_or(0.0, |known| {
-            sizes(self.tables, &self.summary).resolution(column, &known.unit)
+        let schema = TableName::Summary.schema().column(column);
+        schema.map_or(0.0, |schema| {
+            sizes(self.tables, &self.summary).resolution(column, &schema.unit)
         })
     }
 
-    /// The row of an iteration in `summary`.
+    /// Returns the row of an iteration in `summary`.
     pub fn row(&self, wear_iteration: u64) -> usize {
         let place = self
             .iterations
@@ -200,12 +201,12 @@ impl ReportedRun<'_> {
         place.unwrap_or(self.iterations.len().max(1) - 1)
     }
 
-    /// Cycles behind an iteration.
+    /// Returns the cycles up to an iteration.
     pub fn cycles_at(&self, wear_iteration: u64) -> f64 {
         self.cycles[self.row(wear_iteration)]
     }
 
-    /// What a state of wear is called.
+    /// Returns the name of a state of wear.
     pub fn state(&self, wear_iteration: u64) -> String {
         if self.column("cycles").is_none() {
             "without wear".to_owned()
@@ -216,7 +217,7 @@ impl ReportedRun<'_> {
         }
     }
 
-    /// The first and the last iteration; one where they are the same.
+    /// Returns the first and the last iteration, or one iteration if they are the same.
     pub fn ends(&self) -> Vec<u64> {
         let iterations = self.tables.iterations();
         let mut ends = vec![iterations[0], self.tables.latest()];
@@ -224,7 +225,7 @@ impl ReportedRun<'_> {
         ends
     }
 
-    /// The iterations that have a table, at most so many, the first and the last among them.
+    /// Returns the iterations that have a table: at most `most`, with the first and the last.
     ///
     /// # Errors
     /// [`ReportError`] for an iteration that cannot be read.
@@ -247,8 +248,8 @@ impl ReportedRun<'_> {
         (0..most).map(at).collect()
     }
 
-    /// The iterations that have all of some tables, at most so many: the first, the last, and between them such that the logarithm
-    /// of their cycles grows evenly.
+    /// Returns the iterations that have all of some tables: at most `most`, with the first and the last. The logarithm
+    /// of the cycles increases evenly between them.
     pub fn along_wear(&self, tables: &[TableName], most: usize) -> Vec<u64> {
         let has = |k: &u64, table: &TableName| {
             let commit = self.tables.reader().commit_of(*k);
@@ -266,10 +267,10 @@ impl ReportedRun<'_> {
         let steps = most.saturating_sub(1).max(1);
         let nearest = |step: usize| {
             let goal = low + (high - low) * step as f64 / steps as f64;
-            let far = |k: &u64| (self.cycles_at(*k).ln() - goal).abs();
+            let distance = |k: &u64| (self.cycles_at(*k).ln() - goal).abs();
             all.iter()
                 .filter(worn)
-                .min_by(|a, b| far(a).total_cmp(&far(b)))
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
         };
         let mut chosen: Vec<u64> = all
             .first()
@@ -281,14 +282,14 @@ impl ReportedRun<'_> {
         chosen
     }
 
-    /// Cells of the joint's grid and its side lengths \[m\].
+    /// Returns the cells of the joint's grid and its side lengths \[m\].
     pub fn grid(&self) -> Option<([usize; 2], [f64; 2])> {
         let surface = self.tables.recipe().surface()?;
         Some((surface.grid, surface.size))
     }
 
-    /// A column of a field of an iteration on the whole grid, x slowest; NaN where a cell has no row. `None` where there is no
-    /// such field.
+    /// Returns a column of a field of an iteration on the whole grid, x slowest. A cell without a row is NaN. Returns
+    /// `None` if the iteration has no such field.
     ///
     /// # Errors
     /// [`ReportError`] for a table that cannot be read.
@@ -302,7 +303,7 @@ impl ReportedRun<'_> {
         Ok(frame.and_then(|frame| self.on_grid(&frame, column)))
     }
 
-    /// The heights of the unworn surface; NaN where a cell does not belong to the joint.
+    /// Returns the heights of the unworn surface \[m\]. A cell outside the joint is NaN.
     ///
     /// # Errors
     /// [`ReportError`] for a table that cannot be read.

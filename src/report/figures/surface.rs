@@ -1,4 +1,4 @@
-//! The rough surface, and what is worn of it.
+//! Figures of the rough surface and of the worn depth.
 
 use super::super::ReportError;
 use super::super::plot::{Curve, Map, Scale, WORN};
@@ -10,7 +10,7 @@ use crate::tables::TableName;
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
 
-/// The rough surface, unworn and worn.
+/// Draws the rough surface, unworn and worn.
 pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "surface";
     let mut fields = Vec::new();
@@ -18,7 +18,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         let Some(heights) = run.heights()? else {
             continue;
         };
-        let worn = worn(run, &heights)?;
+        let worn = worn_heights_of(run, &heights)?;
         fields.push((run, "unworn", heights));
         fields.extend(worn.map(|worn| (run, "worn", worn)));
     }
@@ -28,7 +28,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for (run, state, heights) in &fields {
         let title = titled(study, run, &format!("height, {state}"));
-        // All in the same colours.
+        // All maps have the same colours.
         let map = map(run, title, heights, range, LENGTH, "height")?;
         drawings.extend(map.map(|map| map.draw()));
         let [low, high] = range_of(heights).unwrap_or(range);
@@ -56,14 +56,14 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     }])
 }
 
-/// Heights of the last state; `None` without wear.
-fn worn(run: &ReportedRun, heights: &[f64]) -> Result<Option<Vec<f64>>, ReportError> {
+/// Returns the heights of the last state, or `None` without wear.
+fn worn_heights_of(run: &ReportedRun, heights: &[f64]) -> Result<Option<Vec<f64>>, ReportError> {
     let depth = run.field(run.tables.latest(), TableName::WearField, "wear_depth")?;
-    let below = |depth: Vec<f64>| heights.iter().zip(depth).map(|(h, d)| h - d).collect();
-    Ok(depth.map(below))
+    let worn_heights = |depth: Vec<f64>| heights.iter().zip(depth).map(|(h, d)| h - d).collect();
+    Ok(depth.map(worn_heights))
 }
 
-/// With the name of the run in front where there are several: a heading.
+/// Returns a heading, which begins with the name of the run if there are several runs.
 pub fn titled(study: &Study, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => super::course::capitalised(text),
@@ -71,7 +71,7 @@ pub fn titled(study: &Study, run: &ReportedRun, text: &str) -> String {
     }
 }
 
-/// A text within a sentence, with the name of the run in front where there are several.
+/// Returns a part of a sentence, which begins with the name of the run if there are several runs.
 pub fn with_run_name(study: &Study, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => text.to_owned(),
@@ -79,7 +79,7 @@ pub fn with_run_name(study: &Study, run: &ReportedRun, text: &str) -> String {
     }
 }
 
-/// The map of a field in the unit that suits its range; `None` where the run has no grid.
+/// Returns the map of a field in the unit that suits its range. Returns `None` if the run has no grid.
 pub fn map(
     run: &ReportedRun,
     title: String,
@@ -108,7 +108,7 @@ pub fn map(
     }))
 }
 
-/// The worn depth, and the section through its deepest point.
+/// Draws the worn depth, and the section through its deepest point.
 pub fn wear_figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let mut fields = Vec::new();
     for run in &study.runs {
@@ -121,7 +121,7 @@ pub fn wear_figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     if !worn {
         return Ok(Vec::new());
     }
-    let Some(line) = line_of(&fields) else {
+    let Some(line) = section_point(&fields) else {
         return Ok(Vec::new());
     };
     Ok(vec![
@@ -130,23 +130,23 @@ pub fn wear_figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     ])
 }
 
-/// The deepest point of all runs \[m\]: sections of all are taken through it, so that they can be compared.
-fn line_of(fields: &[(&ReportedRun, Vec<f64>)]) -> Option<[f64; 2]> {
-    let of_depth = |a: &&(&ReportedRun, Vec<f64>), b: &&(&ReportedRun, Vec<f64>)| {
+/// Returns the deepest point of all runs \[m\]. The sections of all runs pass through it, so that they are comparable.
+fn section_point(fields: &[(&ReportedRun, Vec<f64>)]) -> Option<[f64; 2]> {
+    let by_depth = |a: &&(&ReportedRun, Vec<f64>), b: &&(&ReportedRun, Vec<f64>)| {
         quantity::largest(&a.1).total_cmp(&quantity::largest(&b.1))
     };
-    let (run, depth) = fields.iter().max_by(of_depth)?;
+    let (run, depth) = fields.iter().max_by(by_depth)?;
     let (cells, size) = run.grid()?;
-    Some(place_of(deepest(depth), cells, size))
+    Some(cell_centre(deepest(depth), cells, size))
 }
 
-/// The middle of a cell \[m\].
-fn place_of(cell: usize, cells: [usize; 2], size: [f64; 2]) -> [f64; 2] {
+/// Returns the centre of a cell \[m\].
+fn cell_centre(cell: usize, cells: [usize; 2], size: [f64; 2]) -> [f64; 2] {
     let place = [cell / cells[1], cell % cells[1]];
     std::array::from_fn(|d| (place[d] as f64 + 0.5) * size[d] / cells[d] as f64)
 }
 
-/// The cell with the largest value.
+/// Returns the cell with the largest value.
 fn deepest(depth: &[f64]) -> usize {
     let key = |k: &usize| if depth[*k].is_nan() { -1.0 } else { depth[*k] };
     (0..depth.len())
@@ -168,7 +168,7 @@ fn wear_map(
         let (Some((cells, size)), Some([_, most])) = (run.grid(), range_of(depth)) else {
             continue;
         };
-        let at = place_of(deepest(depth), cells, size);
+        let at = cell_centre(deepest(depth), cells, size);
         let title = titled(study, run, "worn depth");
         let Some(mut map) = map(run, title, depth, [0.0, top], LENGTH, "worn depth")? else {
             continue;
@@ -195,7 +195,7 @@ fn wear_map(
         drawings,
         states: Vec::new(),
         caption: format!(
-            "Depth worn away in all. Deepest point: {}. The dashed line is where the section is taken.",
+            "Total worn depth. Deepest point: {}. The dashed line marks the section.",
             each.join("; ")
         ),
         query: study.query_last("wear_field", &columns),

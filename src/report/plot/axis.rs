@@ -1,30 +1,31 @@
-//! Axes: where a value stands, and the numbers beside it.
+//! Axes of charts and maps: positions of values, ticks and their numbers.
 
 use maud::{Markup, html};
 
 use super::super::quantity::digits;
 use super::{TEXT, line, text, text_width, two};
 
-/// An axis.
+/// Axis of a chart.
 #[derive(Debug, Clone, Default)]
 pub struct Axis {
-    /// Quantity and unit.
+    /// Label: quantity and unit.
     pub label: String,
-    /// True for a logarithmic one.
+    /// True for a logarithmic axis.
     pub log: bool,
-    /// Where 0 stands on a logarithmic one, a power of ten below all values; nowhere without.
+    /// Value at whose position a logarithmic axis shows 0: a power of ten below all values. `None` if it does not show
+    /// 0.
     pub zero: Option<f64>,
-    /// Its range, in place of what the curves need.
+    /// Fixed range. `None` for the range of the curves.
     pub range: Option<[f64; 2]>,
 }
 
-/// Most numbers at an axis.
+/// Maximum number of ticks.
 const MOST: f64 = 6.0;
-/// Length of the lines that lead from an axis to its numbers.
+/// Length of a tick.
 const TICK: f64 = 5.0;
 
 impl Axis {
-    /// A value as it is drawn.
+    /// Returns the value at whose position a value is drawn.
     pub fn placed(&self, value: f64) -> f64 {
         match self.zero {
             Some(zero) if self.log && value == 0.0 => zero,
@@ -32,7 +33,7 @@ impl Axis {
         }
     }
 
-    /// The number at a place.
+    /// Formats the number at a tick.
     fn number(&self, value: f64, range: [f64; 2]) -> String {
         match self.zero {
             Some(zero) if self.log && (value / zero - 1.0).abs() < 1e-6 => "0".to_owned(),
@@ -40,19 +41,19 @@ impl Axis {
         }
     }
 
-    /// The widest number at its ends, in units of the page.
+    /// Returns the width of the widest number at the ends, in units of the page.
     pub fn widest(&self, range: [f64; 2]) -> f64 {
         let widths = range.map(|end| text_width(&tick(end, range, self.log)));
         widths[0].max(widths[1])
     }
 }
 
-/// An axis in a drawing.
+/// Axis in a drawing.
 pub struct PlacedAxis<'a> {
     axis: &'a Axis,
-    /// Places of its ends.
+    /// Positions of its ends.
     ends: [f64; 2],
-    /// Their values.
+    /// Values at its ends.
     pub range: [f64; 2],
 }
 
@@ -61,7 +62,7 @@ impl<'a> PlacedAxis<'a> {
         PlacedAxis { axis, ends, range }
     }
 
-    /// Where a value stands.
+    /// Returns the position of a value.
     pub fn at(&self, value: f64) -> f64 {
         let [low, high] = self.range;
         let part = match self.axis.log {
@@ -71,7 +72,8 @@ impl<'a> PlacedAxis<'a> {
         self.ends[0] + part * (self.ends[1] - self.ends[0])
     }
 
-    /// For who points at it or enlarges it: places of its ends, their values, kind, where 0 stands, label.
+    /// Returns the data attribute that the page's script reads: positions of the ends, their values, kind, position of
+    /// 0, label.
     pub fn data(&self) -> String {
         let ([begin, end], [low, high]) = (self.ends.map(two), self.range);
         let kind = match self.axis.log {
@@ -81,7 +83,7 @@ impl<'a> PlacedAxis<'a> {
         format!("{begin} {end} {low} {high} {kind} {}", self.axis.label)
     }
 
-    /// Values with a number, as many as have room.
+    /// Returns the values of the ticks, as many as have room.
     fn ticks(&self, is_upright: bool) -> Vec<f64> {
         let room = (self.ends[1] - self.ends[0]).abs();
         let each = match is_upright {
@@ -91,11 +93,12 @@ impl<'a> PlacedAxis<'a> {
         ticks(self.range, self.axis.log, MOST.min(room / each).max(1.0))
     }
 
-    /// Lines over the plot at its numbers, and these; `across` are the places of the other axis' ends. The ordinate is upright.
+    /// Draws the ticks, their numbers and the grid lines. `across` are the positions of the other axis' ends. The
+    /// ordinate is upright.
     pub fn draw(&self, is_upright: bool, across: [f64; 2]) -> Markup {
         let [near, far] = across;
-        let out = near - (far - near).signum() * TICK;
-        let beside = out - (far - near).signum() * 3.0;
+        let tick_end = near - (far - near).signum() * TICK;
+        let number_edge = tick_end - (far - near).signum() * 3.0;
         let anchor = if far > near { "end" } else { "start" };
         html! {
             g data-ticks=(if is_upright { "y" } else { "x" }) {
@@ -103,8 +106,8 @@ impl<'a> PlacedAxis<'a> {
                     @let (at, number) = (self.at(value), self.axis.number(value, self.range));
                     @if is_upright {
                         (line("grid", 1.0, [near, at], [far, at]))
-                        (line("axis", 1.0, [out, at], [near, at]))
-                        (text(&number, [beside, at], anchor))
+                        (line("axis", 1.0, [tick_end, at], [near, at]))
+                        (text(&number, [number_edge, at], anchor))
                     } @else {
                         (line("grid", 1.0, [at, near], [at, far]))
                         (line("axis", 1.0, [at, near], [at, near + TICK]))
@@ -116,7 +119,7 @@ impl<'a> PlacedAxis<'a> {
     }
 }
 
-/// Round values within a range, some `most` of them.
+/// Returns about `most` round values within a range.
 pub fn ticks([low, high]: [f64; 2], log: bool, most: f64) -> Vec<f64> {
     let decades = (high / low).log10();
     if log && decades >= 1.0 {
@@ -149,13 +152,13 @@ pub fn ticks([low, high]: [f64; 2], log: bool, most: f64) -> Vec<f64> {
     (0..count).map(|k| (first + k as f64) * step).collect()
 }
 
-/// A number at an axis: with the digits that tell it from the next, and none that rounding left.
+/// Formats the number at a tick. It has the digits that distinguish it from its neighbours, without rounding errors.
 pub fn tick(value: f64, [low, high]: [f64; 2], log: bool) -> String {
     let span = high - low;
     if log || value.abs() >= 1e6 || span < 1e-6 {
         return digits(value, 6);
     }
-    // A step is a twelfth of the axis at least.
+    // The step between two ticks is at least a twelfth of the axis.
     let decimals = (12.0 / span).log10().ceil().max(0.0) as usize;
     let text = format!("{value:.decimals$}");
     let rounded: f64 = text.parse().unwrap_or(value);

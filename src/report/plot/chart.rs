@@ -1,4 +1,4 @@
-//! Curves over linear or logarithmic axes.
+//! Charts: curves over linear or logarithmic axes.
 
 use maud::{Markup, html};
 
@@ -8,12 +8,12 @@ use super::{
     Drawing, HEAD, STYLES, TEXT, WIDTH, heading, line, polyline, text, text_width, two, upwards,
 };
 
-/// What stands at the points of a curve.
+/// How a curve is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
-    /// Nothing but the line.
+    /// A line.
     Line,
-    /// The line and dots on it.
+    /// A line with dots.
     Dots,
     /// A thin line.
     Thin,
@@ -26,7 +26,7 @@ pub enum Mark {
 }
 
 impl Mark {
-    /// Width of its line; none without.
+    /// Returns the width of the line, or `None` without a line.
     fn line(self) -> Option<f64> {
         match self {
             Mark::Line | Mark::Dots => Some(2.0),
@@ -35,7 +35,7 @@ impl Mark {
         }
     }
 
-    /// A dot of a style; hollow where next to nothing is known. None of lines alone.
+    /// Draws a dot, hollow if the value is very uncertain. Returns `None` for a mark without dots.
     fn dot(self, style: usize, hollow: bool, at: [f64; 2]) -> Option<Markup> {
         let (radius, filled) = match self {
             Mark::Line | Mark::Thin => return None,
@@ -53,23 +53,23 @@ impl Mark {
     }
 }
 
-/// Points in the order in which a line joins them, in the units of the axes.
+/// Curve: points in the order of the line, in the units of the axes.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    /// What it is, for the legend; an empty name does not stand there.
+    /// Name in the legend. A curve with an empty name is not in the legend.
     pub name: String,
     /// Which of the styles it has.
     pub style: usize,
-    /// How it is drawn.
+    /// Mark of the curve.
     pub mark: Mark,
-    /// Abscissa and ordinate; points that are not finite are left out.
+    /// Abscissa and ordinate. Points that are not finite are omitted.
     pub points: Vec<[f64; 2]>,
-    /// Half lengths of the error bars, one a point; none without.
+    /// Half lengths of the error bars, one per point, or empty.
     pub bars: Vec<f64>,
 }
 
 impl Curve {
-    /// A line.
+    /// Creates a line without dots and error bars.
     pub fn line(name: &str, style: usize, points: Vec<[f64; 2]>) -> Curve {
         Curve {
             name: name.to_owned(),
@@ -81,31 +81,31 @@ impl Curve {
     }
 }
 
-/// What lies between two values of the ordinate.
+/// Band: area between two values of the ordinate.
 #[derive(Debug, Clone)]
 pub struct Band {
-    /// What it is, for the legend.
+    /// Name in the legend.
     pub name: String,
     /// Which of the styles it has.
     pub style: usize,
-    /// Abscissa, and the lower and the upper end.
+    /// Abscissa, lower end and upper end.
     pub points: Vec<[f64; 3]>,
 }
 
-/// Curves over two axes.
+/// Chart: bands and curves over two axes.
 #[derive(Debug, Clone, Default)]
 pub struct Chart {
     /// Heading of the chart.
     pub title: String,
-    /// To the right.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// Vertical axis.
     pub y: Axis,
-    /// Areas below the curves, the first below the others.
+    /// Bands, drawn below the curves, the first one lowest.
     pub bands: Vec<Band>,
-    /// The curves, the first below the others.
+    /// Curves, the first one lowest.
     pub curves: Vec<Curve>,
-    /// True of places: a unit is as long upwards as to the right, and one of the ranges becomes wider for it.
+    /// True for a chart of positions: both axes have the same scale. One of the ranges is widened for this.
     pub equal_scale: bool,
 }
 
@@ -113,45 +113,45 @@ pub struct Chart {
 const HEIGHT: f64 = 280.0;
 /// Height of a row of the legend.
 const ROW: f64 = 20.0;
-/// Length of the line in the legend.
+/// Length of a line in the legend.
 const SAMPLE: f64 = 30.0;
-/// Room for the label of the ordinate and the marks at its numbers.
+/// Room for the label of the ordinate and its ticks.
 const LEFT: f64 = 38.0;
-/// Least room for the numbers.
+/// Smallest room for the numbers of the ordinate.
 const NUMBERS: f64 = 28.0;
-/// Room for those of the abscissa, and its label.
+/// Room for the numbers and the label of the abscissa.
 const BOTTOM: f64 = 46.0;
 /// Room above the ordinate.
 const TOP: f64 = 6.0;
 /// Room to the right of the abscissa's last number.
 const RIGHT: f64 = 18.0;
-/// Radius of a dot, and of a ring.
+/// Radius of a dot.
 const DOT: f64 = 3.0;
-/// See [`DOT`].
+/// Radius of a ring.
 const RING: f64 = 6.0;
-/// Half length of the end of an error bar.
+/// Half length of the cap of an error bar.
 const CAP: f64 = 3.0;
-/// Dots at the edge of the plot are seen whole.
+/// Margin of the plot, so that dots at its edge are completely visible.
 const MARGIN: f64 = 8.0;
-/// A bar of this part of its value or more says that next to nothing is known: its point is hollow, and the bar left out.
+/// Relative error from which on a value is very uncertain. Its point is hollow and has no bar.
 pub const LONGEST_BAR: f64 = 0.9;
-/// A logarithmic axis begins this part of the place of 0 below it.
+/// Lower end of a logarithmic axis, relative to the value at the position of 0.
 pub const BEFORE_ZERO: f64 = 0.9;
-/// Where all values are the same, the axis reaches this part of them to both sides.
+/// Margin of a linear axis, relative to its range, or to the value if all values are the same.
 const WIDEN: f64 = 0.05;
-/// A logarithmic axis shows this many decades at most.
+/// Maximum number of decades of a logarithmic axis.
 const DECADES: f64 = 9.0;
 
-/// What the legend names: a curve, or a band.
+/// Entry of the legend: a curve or a band.
 struct Entry<'a> {
     name: &'a str,
     style: usize,
-    /// None of a band.
+    /// `None` for a band.
     mark: Option<Mark>,
 }
 
 impl Chart {
-    /// The chart as a drawing.
+    /// Draws the chart.
     pub fn draw(&self) -> Drawing {
         let left = self.left();
         let legend = self.legend(left);
@@ -176,7 +176,7 @@ impl Chart {
             (upwards(&self.y.label, [0.8 * TEXT, top + height / 2.0]))
             svg class="plot" x=(at_x) y=(at_y) width=(w) height=(h) viewBox={ (at_x) " " (at_y) " " (w) " " (h) }
                 data-x=(visible(&x.data())) data-y=(visible(&y.data())) {
-                // What somebody points at where nothing is drawn.
+                // This rectangle catches the pointer where nothing is drawn.
                 rect x=(at_x) y=(at_y) width=(w) height=(h) fill="none" pointer-events="all" {}
                 @for band in &self.bands { (area(band, &x, &y)) }
                 @for curve in &self.curves { (self.curve(curve, &x, &y)) }
@@ -189,7 +189,7 @@ impl Chart {
         }
     }
 
-    /// Row, left edge and what stands there of the legend; a single curve needs no name.
+    /// Returns the row, left edge and content of each entry of the legend. A single curve has no legend.
     fn legend(&self, edge: f64) -> Vec<(f64, f64, Entry<'_>)> {
         let bands = self.bands.iter().map(|band| Entry {
             name: &band.name,
@@ -201,13 +201,13 @@ impl Chart {
             style: curve.style,
             mark: Some(curve.mark),
         });
-        let named: Vec<Entry> = bands.chain(curves).filter(|e| !e.name.is_empty()).collect();
-        if named.len() < 2 {
+        let entries: Vec<Entry> = bands.chain(curves).filter(|e| !e.name.is_empty()).collect();
+        if entries.len() < 2 {
             return Vec::new();
         }
         let (mut row, mut left) = (0.0, edge);
         let mut places = Vec::new();
-        for entry in named {
+        for entry in entries {
             let width = SAMPLE + 6.0 + text_width(entry.name);
             if left > edge && left + width > WIDTH - RIGHT {
                 (row, left) = (row + 1.0, edge);
@@ -218,7 +218,7 @@ impl Chart {
         places
     }
 
-    /// Where the ordinate is: its numbers take the room they need.
+    /// Returns the position of the ordinate. Its numbers determine the room to its left.
     fn left(&self) -> f64 {
         LEFT + self.y.widest(self.range(1)).max(NUMBERS)
     }
@@ -227,48 +227,48 @@ impl Chart {
         [&self.x, &self.y][direction]
     }
 
-    /// A point as it is drawn.
-    fn placed(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    /// Returns the point at whose position a point is drawn.
+    fn drawn_point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [self.x.placed(x), self.y.placed(y)]
     }
 
-    /// True where a point can be drawn.
+    /// Returns true if a point can be drawn.
     fn is_drawn(&self, point: &[f64; 2]) -> bool {
         (0..2).all(|d| point[d].is_finite() && (!self.axis(d).log || point[d] > 0.0))
     }
 
-    /// The ranges of both axes.
+    /// Returns the ranges of both axes.
     fn ranges(&self) -> [[f64; 2]; 2] {
-        let own = [0, 1].map(|direction| self.range(direction));
+        let needed = [0, 1].map(|direction| self.range(direction));
         if !self.equal_scale {
-            return own;
+            return needed;
         }
         let room = [WIDTH - RIGHT - self.left(), HEIGHT - TOP - BOTTOM];
-        // Of the larger scale in units of the page both have as much as they need.
+        // The coarser of the two scales fits both ranges.
         let unit = (0..2)
-            .map(|d| (own[d][1] - own[d][0]) / room[d])
+            .map(|d| (needed[d][1] - needed[d][0]) / room[d])
             .fold(0.0, f64::max);
         [0, 1].map(|d| {
-            let middle = 0.5 * (own[d][0] + own[d][1]);
+            let middle = 0.5 * (needed[d][0] + needed[d][1]);
             let reach = 0.5 * unit * room[d];
             [middle - reach, middle + reach]
         })
     }
 
-    /// The values that an axis has to show, with what error bars reach.
+    /// Returns the values that an axis must include, with the ends of error bars.
     fn values(&self, direction: usize) -> impl Iterator<Item = f64> {
-        let of_bands = self.bands.iter().flat_map(|band| &band.points);
-        let of_bands = of_bands.flat_map(|[x, low, high]| [[*x, *low], [*x, *high]]);
-        let of_bands = of_bands.map(|point| (point, 0.0));
-        let of_curves = self.curves.iter().flat_map(|curve| {
+        let band_points = self.bands.iter().flat_map(|band| &band.points);
+        let band_points = band_points.flat_map(|[x, low, high]| [[*x, *low], [*x, *high]]);
+        let band_points = band_points.map(|point| (point, 0.0));
+        let curve_points = self.curves.iter().flat_map(|curve| {
             let bars = curve.bars.iter().copied().chain(std::iter::repeat(0.0));
             curve.points.iter().copied().zip(bars)
         });
-        let placed = of_bands
-            .chain(of_curves)
-            .map(|(point, bar)| (self.placed(point), bar));
-        let drawn = placed.filter(|(point, _)| self.is_drawn(point));
-        drawn.flat_map(move |(point, bar)| {
+        let placed = band_points
+            .chain(curve_points)
+            .map(|(point, bar)| (self.drawn_point(point), bar));
+        let drawable = placed.filter(|(point, _)| self.is_drawn(point));
+        drawable.flat_map(move |(point, bar)| {
             let is_shown = direction == 1 && is_shown(bar, point[1]);
             let bar = if is_shown { bar } else { 0.0 };
             [point[direction] - bar, point[direction] + bar]
@@ -299,7 +299,7 @@ impl Chart {
         } else {
             (WIDEN * high.abs()).max(f64::MIN_POSITIVE.sqrt())
         };
-        // What begins at zero stays there.
+        // A range that begins near zero begins at zero.
         let least = if low >= 0.0 && low < reach {
             low.min(0.0)
         } else {
@@ -308,23 +308,24 @@ impl Chart {
         [least, high + reach]
     }
 
-    /// A curve with its error bars and dots.
+    /// Draws a curve with its error bars and dots.
     fn curve(&self, curve: &Curve, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
         let style = curve.style % STYLES;
         let bars = curve.bars.iter().copied().chain(std::iter::repeat(0.0));
         let placed = curve
             .points
             .iter()
-            .map(|point| self.placed(*point))
+            .map(|point| self.drawn_point(*point))
             .zip(bars);
-        let drawn: Vec<([f64; 2], f64)> = placed.filter(|(p, _)| self.is_drawn(p)).collect();
+        let drawable: Vec<([f64; 2], f64)> = placed.filter(|(p, _)| self.is_drawn(p)).collect();
         let at = |[px, py]: [f64; 2]| [x.at(px), y.at(py)];
         let bar_of = |[px, py]: [f64; 2], bar: f64| {
             let ends = [py - bar, py + bar].map(|end| at([px, end]));
-            // What a logarithmic axis has not reaches below it; a bar within its dot is no more than that.
+            // On a logarithmic axis, a bar that reaches zero or below leaves the plot. A bar within its dot is not
+            // drawn.
             let ends = ends.map(|[x, y]| [x, if y.is_finite() { y } else { 1e4 }]);
-            let is_seen = is_shown(bar, py) && (ends[0][1] - ends[1][1]).abs() > 2.0 * DOT;
-            is_seen.then(|| {
+            let is_visible = is_shown(bar, py) && (ends[0][1] - ends[1][1]).abs() > 2.0 * DOT;
+            is_visible.then(|| {
                 let [[cx, low], [_, high]] = ends.map(|end| end.map(two));
                 format!(
                     "M{cx} {low}V{high}M{0} {low}H{1}M{0} {high}H{1}",
@@ -333,15 +334,15 @@ impl Chart {
                 )
             })
         };
-        let bars: String = drawn
+        let bars: String = drawable
             .iter()
             .filter_map(|(point, bar)| bar_of(*point, *bar))
             .collect();
-        let dots = drawn.iter().filter_map(|(point, bar)| {
+        let dots = drawable.iter().filter_map(|(point, bar)| {
             let hollow = *bar > 0.0 && !is_shown(*bar, point[1]);
             curve.mark.dot(style, hollow, at(*point))
         });
-        let points: Vec<[f64; 2]> = drawn.iter().map(|(point, _)| at(*point)).collect();
+        let points: Vec<[f64; 2]> = drawable.iter().map(|(point, _)| at(*point)).collect();
         html! {
             g data-name=(visible(&curve.name)) {
                 @if !bars.is_empty() { path class={ "bar b" (style) } fill="none" stroke-width="1.5" d=(bars) {} }
@@ -352,7 +353,7 @@ impl Chart {
     }
 }
 
-/// A band: the area between its ends.
+/// Draws a band.
 fn area(band: &Band, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
     let above = band
         .points
@@ -375,7 +376,7 @@ fn area(band: &Band, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
     }
 }
 
-/// True for an error bar that is drawn, of a value.
+/// Returns true if the error bar of a value is drawn.
 fn is_shown(bar: f64, value: f64) -> bool {
     bar > 0.0 && bar < LONGEST_BAR * value.abs()
 }

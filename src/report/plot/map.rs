@@ -1,4 +1,4 @@
-//! Values of the cells of a rectangle, as colours.
+//! Maps: values of the cells of a rectangle as colours.
 
 use std::ops::Range;
 
@@ -13,41 +13,41 @@ use super::{
     Drawing, EMPTY, HATCHING, TEXT, WIDTH, heading, polyline, rect, text, text_width, two, upwards,
 };
 
-/// How values become colours.
+/// Colour scale of a map.
 #[derive(Debug, Clone)]
 pub enum Scale {
-    /// From the first to the second, with the quantity and unit beside the bar.
+    /// Continuous scale with a colour bar.
     Continuous {
-        /// Values at the ends of the bar; what is beyond has the colour of the end.
+        /// Values at the ends of the bar. Values beyond have the colour of the end.
         range: [f64; 2],
-        /// True for even steps of the logarithm.
+        /// True for a logarithmic scale.
         log: bool,
-        /// Quantity and unit.
+        /// Label of the bar: quantity and unit.
         label: String,
     },
-    /// Values 0, 1, … are the names, in the colours of the curves' styles.
+    /// Names of the values 0, 1, …
     Classes(Vec<String>),
 }
 
-/// The value of a cell of the joint that has none: no contact.
+/// Value of a cell of the joint without data, for example without contact.
 pub const NOTHING: f64 = f64::NEG_INFINITY;
 
-/// A field over a rectangle.
+/// Map of a field over a rectangle.
 #[derive(Debug, Clone)]
 pub struct Map {
     /// Heading.
     pub title: String,
     /// Cells along x and y.
     pub cells: [usize; 2],
-    /// One value a cell, x slowest; NaN where a cell is no part of the joint, [`NOTHING`] where there is nothing to show.
+    /// One value per cell, x slowest. A cell outside the joint is NaN, a cell without data is [`NOTHING`].
     pub values: Vec<f64>,
     /// Extent along x and y \[mm\].
     pub size: [f64; 2],
-    /// The colours.
+    /// Colour scale.
     pub scale: Scale,
-    /// What a cell with [`NOTHING`] is called.
+    /// Name of a cell with [`NOTHING`].
     pub nothing: &'static str,
-    /// What is drawn over it, in mm.
+    /// Curves drawn over the map \[mm\].
     pub curves: Vec<Curve>,
 }
 
@@ -56,26 +56,27 @@ const SIDE: f64 = 320.0;
 const TOP: f64 = 36.0;
 const LEFT: f64 = 58.0;
 const BOTTOM: f64 = 46.0;
-/// Height of the line that says what hatching and grey are.
+/// Height of the legend of hatching and grey.
 const KEY: f64 = 28.0;
-/// Side of its squares.
+/// Side of the squares of the legend.
 const SQUARE: f64 = 14.0;
-/// Distance of the lines of the hatching, and side of its picture, in dots.
+/// Distance of the lines of the hatching, and side of its picture, in pixels.
 const HATCH: [usize; 2] = [6, 192];
 /// Width of the colour bar, and its distance from the map.
 const BAR: [f64; 2] = [16.0, 18.0];
-/// Colours of a map; after them the palette has what is nothing, and what is no part of the joint.
+/// Number of colours of the scale. The palette continues with the colours of [`NOTHING`] and of cells outside the
+/// joint.
 const COLOURS: usize = 200;
-/// Cells along a side of the picture at most: more are not seen.
+/// Maximum number of cells along a side of the picture. More cells would be invisible.
 const FINEST: usize = 256;
 
 impl Map {
-    /// The map as a drawing.
+    /// Draws the map.
     pub fn draw(&self) -> Drawing {
         self.draw_in(FINEST)
     }
 
-    /// The map as a drawing with at most so many cells along a side of its picture.
+    /// Draws the map with at most `finest` cells along a side of its picture.
     pub fn draw_in(&self, finest: usize) -> Drawing {
         let [width, height] = self.sides();
         let place = [LEFT, TOP, width, height];
@@ -87,14 +88,14 @@ impl Map {
         let [along_x, along_y] = ["x / mm", "y / mm"].map(axis);
         let x = PlacedAxis::new(&along_x, [LEFT, right], [0.0, self.size[0]]);
         let y = PlacedAxis::new(&along_y, [bottom, TOP], [0.0, self.size[1]]);
-        let keys = self.keys();
+        let keys = self.legend();
         let body = html! {
             (heading(&self.title))
             (x.draw(false, [bottom, TOP]))
             (y.draw(true, [LEFT, right]))
             (text("x / mm", [LEFT + width / 2.0, bottom + BOTTOM - 0.7 * TEXT], "middle"))
             (upwards("y / mm", [0.8 * TEXT, TOP + height / 2.0]))
-            // Cells that are no part of the joint let it through.
+            // The hatching is visible through cells outside the joint.
             @if self.values.iter().any(|value| value.is_nan()) {
                 (picture("hatch", &hatching(HATCH[1]), place))
             }
@@ -103,7 +104,7 @@ impl Map {
                 Scale::Classes(names) => {
                     (self.squares(place))
                     @for (k, name) in names.iter().enumerate() {
-                        (key(CLASSES[k % CLASSES.len()], name, [right + 16.0, TOP + 24.0 * k as f64]))
+                        (legend_entry(CLASSES[k % CLASSES.len()], name, [right + 16.0, TOP + 24.0 * k as f64]))
                     }
                 }
             }
@@ -111,7 +112,7 @@ impl Map {
                 @let points: Vec<[f64; 2]> = curve.points.iter().map(|[px, py]| [x.at(*px), y.at(*py)]).collect();
                 (polyline("cut", 2.0, &points))
             }
-            @for (class, name, left) in &keys { (key(class, name, [*left, bottom + BOTTOM + 5.0])) }
+            @for (class, name, left) in &keys { (legend_entry(class, name, [*left, bottom + BOTTOM + 5.0])) }
         };
         let key = if keys.is_empty() { 0.0 } else { KEY };
         Drawing {
@@ -121,7 +122,7 @@ impl Map {
         }
     }
 
-    /// The values as colours, and the bar that says which.
+    /// Draws the values as colours, and the colour bar.
     fn field(
         &self,
         place: [f64; 4],
@@ -152,38 +153,38 @@ impl Map {
         }
     }
 
-    /// Class, name and left edge of what the colours do not tell.
-    fn keys(&self) -> Vec<(&'static str, &str, f64)> {
+    /// Returns the class, name and left edge of each entry of the legend.
+    fn legend(&self) -> Vec<(&'static str, &str, f64)> {
         let is_nothing = self.values.contains(&NOTHING);
         let has_hole = self.values.iter().any(|value| value.is_nan());
-        let there = [
+        let entries = [
             ("empty", self.nothing, is_nothing),
             ("hatch", "hole", has_hole),
         ];
         let mut left = LEFT;
         let mut keys = Vec::new();
-        for (class, name, _) in there.into_iter().filter(|(.., is_there)| *is_there) {
+        for (class, name, _) in entries.into_iter().filter(|(.., is_used)| *is_used) {
             keys.push((class, name, left));
             left += SQUARE + 6.0 + text_width(name) + 22.0;
         }
         keys
     }
 
-    /// Width and height of the map itself, in units of the page.
+    /// Returns the width and height of the map itself, in units of the page.
     fn sides(&self) -> [f64; 2] {
         let longer = self.size[0].max(self.size[1]);
         self.size
             .map(|side| (SIDE * side / longer).round().max(20.0))
     }
 
-    /// The cells as rectangles, in the colours of the classes.
+    /// Draws the cells as rectangles, in the colours of the classes.
     fn squares(&self, [x, y, width, height]: [f64; 4]) -> Markup {
         let [nx, ny] = self.cells;
         let [w, h] = [width / nx as f64, height / ny as f64];
         let cells = (0..nx * ny).map(|cell| (cell / ny, cell % ny, self.values[cell]));
         html! {
             g shape-rendering="crispEdges" {
-                // The joint's y goes up.
+                // y of the joint points up, y of the SVG down.
                 @for (i, j, value) in cells.filter(|(.., value)| value.is_finite()) {
                     (rect(CLASSES[value as usize % CLASSES.len()], [x + i as f64 * w, y + height - (j + 1) as f64 * h, w, h]))
                 }
@@ -191,7 +192,7 @@ impl Map {
         }
     }
 
-    /// The field as a picture, means over blocks where it has more cells than are seen.
+    /// Encodes the field as a PNG picture. If the field has more cells than `finest`, a pixel is the mean over a block.
     fn picture(&self, range: [f64; 2], log: bool, finest: usize) -> Vec<u8> {
         let counts = self.cells.map(|cells| cells.min(finest));
         let block = |k: usize, d: usize| -> Range<usize> {
@@ -225,11 +226,11 @@ impl Map {
     }
 }
 
-/// Classes of the states of a contact element: sticks, slips partly, slips, is open.
+/// CSS classes of the states of a contact element: stick, partial slip, slip, open.
 const CLASSES: [&str; 4] = ["c7", "c9", "c8", "empty"];
 
-/// A square of a legend, and what stands beside it.
-fn key(class: &str, name: &str, [x, y]: [f64; 2]) -> Markup {
+/// Draws an entry of a legend: a square and its name.
+fn legend_entry(class: &str, name: &str, [x, y]: [f64; 2]) -> Markup {
     let place = [x, y, SQUARE, SQUARE];
     html! {
         @if class == "hatch" { (picture(class, &hatching(SQUARE as usize * 2), place)) } @else { (rect(class, place)) }
@@ -237,7 +238,7 @@ fn key(class: &str, name: &str, [x, y]: [f64; 2]) -> Markup {
     }
 }
 
-/// Slanted lines on nothing, in a square of so many dots a side.
+/// Encodes slanted lines on a transparent square as a PNG picture. `side` is in pixels.
 fn hatching(side: usize) -> Vec<u8> {
     let line = |k: usize| (k % side + k / side) % HATCH[0] < 2;
     let colour = |k: usize| COLOURS as u8 + u8::from(!line(k));
@@ -245,13 +246,14 @@ fn hatching(side: usize) -> Vec<u8> {
     png([side as u32; 2], &pixels, HATCHING)
 }
 
-/// The colours, the largest value above.
+/// Encodes the colour bar as a PNG picture, the largest value on top.
 fn colours() -> Vec<u8> {
     let pixels: Vec<u8> = (0..COLOURS as u8).rev().collect();
     png([1, COLOURS as u32], &pixels, EMPTY)
 }
 
-/// Viridis, of even steps to the eye and legible without colour; then a grey, and nothing.
+/// Encodes a PNG picture. The palette is Viridis (perceptually uniform, legible without colour), then a grey, then
+/// transparent.
 fn png(size: [u32; 2], pixels: &[u8], grey: &str) -> Vec<u8> {
     let channel = |k: usize| u8::from_str_radix(&grey[1 + 2 * k..3 + 2 * k], 16).unwrap_or(128);
     let grey: [u8; 3] = std::array::from_fn(channel);
@@ -276,7 +278,7 @@ fn png(size: [u32; 2], pixels: &[u8], grey: &str) -> Vec<u8> {
 }
 
 fn picture(class: &str, png: &[u8], place: [f64; 4]) -> Markup {
-    // Cells have edges; the lines of the hatching are slanted.
+    // Cells have sharp edges. The lines of the hatching are slanted.
     let rendering = if class == "hatch" {
         "auto"
     } else {

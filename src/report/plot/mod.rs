@@ -1,7 +1,7 @@
 //! Drawings as SVG: curves and maps.
 //!
-//! Nothing in a drawing has a colour of its own: strokes and fills are classes, so that the page around it gives them colours for
-//! light and dark, and [`Drawing::standalone`] those of paper.
+//! Strokes and fills are CSS classes without colours. The page defines their colours for light and dark displays, and
+//! [`standalone`] for paper.
 
 mod axis;
 mod chart;
@@ -15,44 +15,44 @@ pub use map::{Map, NOTHING, Scale};
 
 use super::text::visible;
 
-/// Styles of curves: states of wear, then runs.
+/// Number of curve styles: states of wear, then runs.
 const STYLES: usize = RUNS + 8;
-/// The style of the unworn joint, in every drawing.
+/// Style of the unworn joint, in all drawings.
 pub const UNWORN: usize = 0;
-/// The style of the joint as it is worn in the end.
+/// Style of the last state of wear.
 pub const WORN: usize = 1;
-/// The styles of states between them begin here, in the order of wear.
+/// First style of the intermediate states, in the order of wear.
 const BETWEEN: usize = 2;
-/// Those of runs begin here; after the last they begin again.
+/// First style of the runs. The styles of runs repeat after the last one.
 const RUNS: usize = 6;
 
-/// The style of a run among several, or of the only one where no state of wear is meant.
+/// Returns the style of a run.
 pub fn style_of_run(place: usize) -> usize {
     RUNS + place % (STYLES - RUNS)
 }
 
-/// The style of a state of wear among some in the order of wear, of which the first is the unworn one.
+/// Returns the style of a state of wear. The states are in the order of wear, the unworn one first.
 pub fn style_of_state(place: usize, states: usize) -> usize {
     let between = RUNS - BETWEEN;
     match place {
         0 => UNWORN,
         place if place + 1 >= states => WORN,
-        // Evenly between the two, whether there are many or one.
+        // Intermediate states spread evenly over their styles.
         place => BETWEEN + (place * (between + 1) / (states - 1)).clamp(1, between) - 1,
     }
 }
 
 /// Width of a drawing, in units of the page.
 pub const WIDTH: f64 = 480.0;
-/// Height of the heading.
+/// Height of the heading, in units of the page.
 const HEAD: f64 = 26.0;
-/// Size of its text.
+/// Font size.
 const TEXT: f64 = 14.0;
-/// Mean width of a letter of it, about.
+/// Approximate mean width of a letter, relative to the font size.
 const LETTER: f64 = 0.54;
 
-/// Blue and vermilion of Okabe and Ito for unworn and worn, steps from one to the other between them, and for runs colours that
-/// are neither; darker or lighter where the background wants it, with dashes for who cannot tell them apart.
+/// Colours of the styles. Unworn and worn are blue and vermilion of Okabe and Ito, with a gradation for the states
+/// between. The colours of runs differ from these. Dashes distinguish the styles without colour.
 const LIGHT: [&str; STYLES] = [
     "#0072b2", "#d55e00", "#4c71a8", "#7a6c98", "#a06682", "#bd625a", "#1d2327", "#008a63",
     "#b0508a", "#9a6b00", "#6b4fbb", "#3d8f9c", "#7a7a00", "#8a4b3c",
@@ -77,12 +77,12 @@ const DASHES: [&str; STYLES] = [
     "7.5 2.5 2 2.5 2 2.5",
     "1.5 2",
 ];
-/// Cells without contact: of no colour of the scale, and not the hatching of what is no part of the joint.
+/// Colour of cells without contact. It is not in the colour scale and differs from the hatching outside the joint.
 const EMPTY: &str = "#c3c9ce";
-/// The lines of that hatching.
+/// Colour of the hatching outside the joint.
 const HATCHING: &str = "#808a91";
 
-/// The style sheet of drawings in a page that is light or dark.
+/// Returns the style sheet of drawings in a page for light and dark displays.
 pub fn style_sheet() -> String {
     let colours = |colours: &[&str]| -> String {
         let each = colours.iter().enumerate();
@@ -101,7 +101,7 @@ pub fn style_sheet() -> String {
     )
 }
 
-/// The classes of drawings, with what gives a name its colour.
+/// Returns the CSS classes of drawings. `colour` maps a name to its colour.
 fn classes(colour: impl Fn(&str) -> String) -> String {
     let styles: String = (0..STYLES)
         .map(|k| {
@@ -118,17 +118,17 @@ fn classes(colour: impl Fn(&str) -> String) -> String {
     )
 }
 
-/// A drawing: what stands between the tags of an SVG.
+/// Drawing: the content of an SVG element.
 #[derive(Debug, Clone)]
 pub struct Drawing {
-    /// What it shows, for who cannot see it.
+    /// Description for readers who cannot see the drawing.
     pub title: String,
     height: f64,
     body: Markup,
 }
 
 impl Drawing {
-    /// The drawing as a part of a page that has the report's style sheet; `id` is its own in the page.
+    /// Returns the drawing as a part of a page that has the report's style sheet. `id` must be unique in the page.
     pub fn inline(&self, id: &str) -> Markup {
         html! {
             svg viewBox={ "0 0 " (WIDTH) " " (two(self.height)) } role="img" aria-labelledby=(id) font-family="sans-serif" {
@@ -139,7 +139,7 @@ impl Drawing {
     }
 }
 
-/// Drawings beside and below each other as a file of their own, on white; two in a row at most.
+/// Returns drawings as one SVG file on white, at most two per row.
 pub fn standalone(title: &str, drawings: &[Drawing]) -> String {
     let columns = drawings.len().clamp(1, 2);
     let (mut top, mut parts) = (0.0, Vec::new());
@@ -173,12 +173,12 @@ pub fn standalone(title: &str, drawings: &[Drawing]) -> String {
     file.into_string()
 }
 
-/// Width of a text in units of the page, about.
+/// Estimates the width of a text, in units of the page.
 fn text_width(text: &str) -> f64 {
     (text.chars().count() as f64 * LETTER * TEXT).ceil()
 }
 
-/// A coordinate: a hundredth of a unit is not seen.
+/// Rounds a coordinate to two decimals. Smaller differences are invisible.
 fn two(value: f64) -> f64 {
     (100.0 * value).round() / 100.0
 }
@@ -188,7 +188,7 @@ fn line(class: &str, width: f64, from: [f64; 2], to: [f64; 2]) -> Markup {
     html! { line class=(class) stroke-width=(width) x1=(x1) y1=(y1) x2=(x2) y2=(y2) {} }
 }
 
-/// A line through points.
+/// Draws a line through points.
 fn polyline(class: &str, width: f64, points: &[[f64; 2]]) -> Markup {
     let each = points
         .iter()
@@ -202,18 +202,18 @@ fn rect(class: &str, place: [f64; 4]) -> Markup {
     html! { rect class=(class) x=(x) y=(y) width=(width) height=(height) {} }
 }
 
-/// A text whose middle line is at a height: `start`, `middle` or `end` of it is at the place.
+/// Draws a text. Its vertical middle and its `anchor` (`start`, `middle` or `end`) are at the position.
 fn text(text: &str, at: [f64; 2], anchor: &str) -> Markup {
     let [x, y] = at.map(two);
     html! { text class="ink" x=(x) y=(y) dy=".35em" font-size=(TEXT) text-anchor=(anchor) { (visible(text)) } }
 }
 
-/// The heading of a drawing.
+/// Draws the heading of a drawing.
 fn heading(text: &str) -> Markup {
     html! { text class="ink" x="8" y=(HEAD / 2.0) dy=".35em" font-size=(TEXT) font-weight="bold" { (visible(text)) } }
 }
 
-/// A text that runs upwards, with its middle at a place.
+/// Draws a text that runs upwards, centred at a position.
 fn upwards(text: &str, at: [f64; 2]) -> Markup {
     let [x, y] = at.map(two);
     html! {

@@ -1,41 +1,41 @@
-//! The chart of a trade: cost to the right, error upwards, both logarithmic. Its marks carry the numbers of the rows of the table.
-//! A terminal and a page draw the same points.
+//! Chart of a trade: error over cost, both logarithmic. The labels of the points are the numbers of the rows of the
+//! table.
 
 use maud::{Markup, html};
 
 use super::super::quantity::digits;
 use super::super::text::visible;
 
-/// A smaller error is drawn at the lower edge: a hundred-thousandth of a percent.
+/// Smallest error of the chart. Smaller errors are drawn at the lower edge.
 pub const FLOOR: f64 = 1e-7;
 
-/// A run in the chart.
+/// Point of a run in the chart.
 #[derive(Debug, Clone)]
 pub struct Point {
-    /// Number of its row in the table, with a star if it is marked.
+    /// Number of the row in the table, with a star if the point is marked.
     pub label: String,
-    /// Its name in the table.
+    /// Name in the table.
     pub name: String,
     /// Cost, in the unit of the axis.
     pub cost: f64,
-    /// Largest deviation among the promised figures; none of a reference, which is drawn at the lower edge.
+    /// Largest deviation of the promised figures. `None` for a reference, which is drawn at the lower edge.
     pub error: Option<f64>,
     /// Uncertainty of the cost, relative; 0 if the cost is exact.
     pub noise: f64,
-    /// Drawn as a square instead of a disc.
+    /// True for a square, false for a disc.
     pub is_square: bool,
-    /// Drawn filled.
+    /// True for a filled mark.
     pub is_marked: bool,
 }
 
 impl Point {
-    /// The error that it is drawn at; none at the lower edge.
+    /// Returns the error at which the point is drawn, or `None` at the lower edge.
     fn height(&self) -> Option<f64> {
         self.error.filter(|error| *error >= FLOOR)
     }
 }
 
-/// A chart.
+/// Chart of error over cost.
 #[derive(Debug, Clone)]
 pub struct Chart {
     /// Title.
@@ -44,36 +44,36 @@ pub struct Chart {
     pub axes: [String; 2],
     /// Promised errors, each with its name.
     pub bounds: Vec<(f64, String)>,
-    /// The first points have their numbers closest to their places.
+    /// Points. The first ones get their labels closest to their positions.
     pub points: Vec<Point>,
-    /// True if a line joins the marked points.
+    /// True if a line connects the marked points.
     pub has_front: bool,
-    /// Meaning of the marks: in the terminal, and in the drawing in addition.
+    /// Legend: lines for the terminal and the drawing, and lines for the drawing only.
     pub keys: [Vec<String>; 2],
 }
 
-/// The `k`-th of the round values: 1, 2 and 5 times a power of ten, 1 being number 0.
+/// Returns the `k`-th round value: 1, 2 or 5 times a power of ten. Number 0 is 1.
 fn round_value(k: i32) -> f64 {
     let digit = [1, 2, 5][k.rem_euclid(3) as usize];
     let value = format!("{digit}e{}", k.div_euclid(3)).parse();
     value.unwrap_or(f64::NAN)
 }
 
-/// A logarithmic axis from one round value to another.
+/// Logarithmic axis between two round values.
 struct Axis {
     ends: [i32; 2],
 }
 
 impl Axis {
-    /// Values that have no logarithm are not counted.
-    fn of(values: impl Iterator<Item = f64>) -> Axis {
+    /// Creates an axis that includes all positive finite values.
+    fn new(values: impl Iterator<Item = f64>) -> Axis {
         const MARGIN: f64 = 1.02;
         let values = values.filter(|value| *value > 0.0 && value.is_finite());
         let range = values.fold(None, |range: Option<[f64; 2]>, value| {
             let [low, high] = range.unwrap_or([value; 2]);
             Some([low.min(value), high.max(value)])
         });
-        // Without points there is still a chart.
+        // Without points the chart still needs an axis.
         let [low, high] = range.unwrap_or([1.0, 10.0]);
         let near = |value: f64| (3.0 * value.log10()).floor() as i32;
         let (mut first, mut last) = (near(low) + 2, near(high) - 2);
@@ -88,31 +88,33 @@ impl Axis {
         }
     }
 
-    /// Place of a value, from 0 at the lower end to 1 at the upper end.
+    /// Returns the position of a value, from 0 at the lower end to 1 at the upper end.
     fn part(&self, value: f64) -> f64 {
         let [low, high] = self.ends.map(|k| round_value(k).log10());
         ((value.log10() - low) / (high - low)).clamp(0.0, 1.0)
     }
 
-    /// Round values, `most` at most: all of them, powers of ten, or powers of a power.
+    /// Returns at most `most` round values: all of them, powers of ten, or multiples of several decades.
     fn ticks(&self, most: usize) -> Vec<f64> {
         let [first, last] = self.ends;
-        let of = |step: i32| (first..=last).filter(move |k| k.rem_euclid(step) == 0);
+        let multiples = |step: i32| (first..=last).filter(move |k| k.rem_euclid(step) == 0);
         let mut steps = [1].into_iter().chain((1..).map(|decades| 3 * decades));
-        let step = steps.find(|step| of(*step).count() <= most.max(2));
-        step.map_or(Vec::new(), |step| of(step).map(round_value).collect())
+        let step = steps.find(|step| multiples(*step).count() <= most.max(2));
+        step.map_or(Vec::new(), |step| {
+            multiples(step).map(round_value).collect()
+        })
     }
 }
 
-/// Left, top, right and bottom.
+/// Box: left, top, right and bottom.
 type Place = [f64; 4];
 
-/// Finds places for texts, of which none lies over another.
+/// Finds free boxes for texts that do not overlap.
 struct Free {
     taken: Vec<Place>,
-    /// Of the taken places, those before this one have no text that the line from a mark to its text has to keep clear of.
+    /// Index of the first box of a text. Lines from marks to their texts avoid the boxes from this one on.
     first_text: usize,
-    /// In the order in which they are tried: the nearest first, beside before above.
+    /// Offsets in the order of the search: the nearest first, horizontal ones before vertical ones.
     offsets: Vec<[f64; 2]>,
 }
 
@@ -130,7 +132,7 @@ impl Free {
         }
     }
 
-    /// Takes the free place of a size that is nearest to `at`, its middle; none if there is no room.
+    /// Reserves the free box of a size that is nearest to `at`, its centre. Returns `None` if there is no room.
     fn take(&mut self, at: [f64; 2], size: [f64; 2], frame: &Place) -> Option<Place> {
         let place = |offset: &[f64; 2]| -> Place {
             let [left, top] = [0, 1].map(|d| at[d] + offset[d] - 0.5 * size[d]);
@@ -159,10 +161,10 @@ impl Chart {
         let errors = self.points.iter().filter_map(Point::height);
         let bounds = self.bounds.iter().map(|(bound, _)| *bound);
         let costs = self.points.iter().map(|point| point.cost);
-        [Axis::of(costs), Axis::of(errors.chain(bounds))]
+        [Axis::new(costs), Axis::new(errors.chain(bounds))]
     }
 
-    /// The chart in characters, `width` to a line. A number that has no room is listed below.
+    /// Returns the chart as text, with `width` characters per line. Labels without room are listed below the chart.
     pub fn text(&self, width: usize) -> String {
         let [x, y] = self.axes();
         let rows = (16 + self.points.len() / 4).min(40);
@@ -175,7 +177,7 @@ impl Chart {
         let margin = margin.max().unwrap_or(0);
         let columns = width.saturating_sub(margin + 2).max(40);
         let column = |value: f64| (x.part(value) * (columns - 1) as f64).round();
-        // The last line is the axis, and has what has no place above it.
+        // The last line is the axis. It also holds labels at the lower edge.
         let mut cells = vec![vec![' '; columns]; rows];
         cells.push(vec!['-'; columns]);
         for (bound, _) in &self.bounds {
@@ -229,32 +231,33 @@ impl Chart {
         text
     }
 
-    /// The chart as an SVG, light or dark as its surroundings; a `file` of its own brings its colours with it.
+    /// Returns the chart as an SVG. It inherits light or dark colours from its page, but a `file` has its own style
+    /// sheet.
     pub fn svg(&self, file: bool) -> Markup {
         const SIZE: [f64; 2] = [800.0, 580.0];
         const FRAME: Place = [76.0, 58.0, 768.0, 452.0];
         const TEXT: f64 = 12.5;
         let [left, top, right, bottom] = FRAME;
         let [x, y] = self.axes();
-        let across = |value: f64| left + x.part(value) * (right - left);
-        let up = |value: f64| bottom - y.part(value) * (bottom - top);
-        let place = |point: &Point| [across(point.cost), point.height().map_or(bottom, up)];
+        let x_of = |value: f64| left + x.part(value) * (right - left);
+        let y_of = |value: f64| bottom - y.part(value) * (bottom - top);
+        let place = |point: &Point| [x_of(point.cost), point.height().map_or(bottom, y_of)];
         let points = || self.points.iter();
         let mut front: Vec<_> = points().filter(|p| p.is_marked && self.has_front).collect();
         front.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let front: Vec<[f64; 2]> = front.into_iter().map(place).collect();
-        let bounds: Vec<f64> = self.bounds.iter().map(|(bound, _)| up(*bound)).collect();
-        // Texts lie beside marks and lines.
+        let bounds: Vec<f64> = self.bounds.iter().map(|(bound, _)| y_of(*bound)).collect();
+        // Texts avoid marks and lines.
         let lines = bounds.iter().map(|height| [left, *height, right, *height]);
-        let on_front = front.windows(2).flat_map(|pair| {
+        let front_pieces = front.windows(2).flat_map(|pair| {
             const PIECES: i32 = 40;
             let part = move |k: i32, d: usize| {
                 pair[0][d] + f64::from(k) / f64::from(PIECES) * (pair[1][d] - pair[0][d])
             };
             (0..PIECES).map(move |k| [part(k, 0), part(k, 1), part(k, 0), part(k, 1)])
         });
-        let marks = points().map(|point| around(point, place(point)));
-        let taken: Vec<Place> = marks.chain(lines).chain(on_front).collect();
+        let marks = points().map(|point| mark_box(point, place(point)));
+        let taken: Vec<Place> = marks.chain(lines).chain(front_pieces).collect();
         let first_text = taken.len();
         let mut free = Free::new(4.0, taken, first_text);
         let mut put = |text, at: [f64; 2], from| {
@@ -281,15 +284,15 @@ impl Chart {
                 font-family="sans-serif" fill="currentColor" role="img" {
                 title { (self.title) }
                 @if file { style { (FILE_STYLE) } }
-                (text([16.0, 24.0], "start", 16.0, &clipped(&self.title, SIZE[0] - 32.0, 16.0)))
+                (text([16.0, 24.0], "start", 16.0, &shortened(&self.title, SIZE[0] - 32.0, 16.0)))
                 (text([16.0, 46.0], "start", TEXT, &self.axes[1]))
                 @for tick in x.ticks(10) {
-                    (line([[across(tick), top], [across(tick), bottom]], 0.15, ""))
-                    (text([across(tick), bottom + 20.0], "middle", TEXT, &digits(tick, 1)))
+                    (line([[x_of(tick), top], [x_of(tick), bottom]], 0.15, ""))
+                    (text([x_of(tick), bottom + 20.0], "middle", TEXT, &digits(tick, 1)))
                 }
                 @for tick in y.ticks(12) {
-                    (line([[left, up(tick)], [right, up(tick)]], 0.15, ""))
-                    (text([left - 8.0, up(tick) + 0.35 * TEXT], "end", TEXT, &format!("{} %", digits(100.0 * tick, 1))))
+                    (line([[left, y_of(tick)], [right, y_of(tick)]], 0.15, ""))
+                    (text([left - 8.0, y_of(tick) + 0.35 * TEXT], "end", TEXT, &format!("{} %", digits(100.0 * tick, 1))))
                 }
                 (line([[left, top], [left, bottom]], 0.6, ""))
                 (line([[left, bottom], [right, bottom]], 0.6, ""))
@@ -299,10 +302,10 @@ impl Chart {
                 }
                 @for height in bounds { (line([[left, height], [right, height]], 0.7, "6 4")) }
                 @if !front.is_empty() { polyline points=(front.join(" ")) fill="none" stroke=(ACCENT) stroke-width="1.5" {} }
-                @for point in points().rev() { (mark(point, place(point), &across)) }
-                @for (label, found, from) in &texts {
-                    @if let Some(from) = from { (lead(*from, found)) }
-                    (text([0.5 * (found[0] + found[2]), found[1] + 0.95 * TEXT], "middle", TEXT, label))
+                @for point in points().rev() { (mark(point, place(point), &x_of)) }
+                @for (label, label_box, from) in &texts {
+                    @if let Some(from) = from { (leader_line(*from, label_box)) }
+                    (text([0.5 * (label_box[0] + label_box[2]), label_box[1] + 0.95 * TEXT], "middle", TEXT, label))
                 }
             }
         }
@@ -317,20 +320,20 @@ const FILE_STYLE: &str = "svg{color:#222;background:#fff}@media(prefers-color-sc
 /// Radius of a mark.
 const RADIUS: f64 = 4.5;
 
-/// What the mark of a point takes: a disc or square around its place, or a triangle above it.
-fn around(point: &Point, [x, y]: [f64; 2]) -> Place {
+/// Returns the box of the mark of a point: around a disc or a square, above a triangle.
+fn mark_box(point: &Point, [x, y]: [f64; 2]) -> Place {
     const ROOM: f64 = RADIUS + 2.0;
     let above = ROOM * if point.error.is_some() { 1.0 } else { 2.0 };
     [x - ROOM, y - above, x + ROOM, y + ROOM]
 }
 
-/// Width of a text in DejaVu Sans, the widest font in use.
+/// Estimates the width of a text in DejaVu Sans, the widest common font.
 fn width_of(text: &str, size: f64) -> f64 {
     0.64 * size * text.chars().count() as f64
 }
 
-/// A text, shortened to a width.
-fn clipped(text: &str, width: f64, size: f64) -> String {
+/// Shortens a text to a width.
+fn shortened(text: &str, width: f64, size: f64) -> String {
     let text = visible(text);
     let fits = (width / width_of("m", size)) as usize;
     match text.chars().count() > fits {
@@ -350,8 +353,8 @@ fn line([from, to]: [[f64; 2]; 2], opacity: f64, dashes: &str) -> Markup {
     html! { path d=(path) stroke="currentColor" stroke-opacity=(opacity) stroke-dasharray=[(!dashes.is_empty()).then_some(dashes)] {} }
 }
 
-/// A line from a mark to its number, where it is not beside it.
-fn lead(from: [f64; 2], label: &Place) -> Markup {
+/// Draws a line from a mark to its label, if the label is not adjacent.
+fn leader_line(from: [f64; 2], label: &Place) -> Markup {
     let to = [
         from[0].clamp(label[0], label[2]),
         from[1].clamp(label[1], label[3]),
@@ -360,7 +363,7 @@ fn lead(from: [f64; 2], label: &Place) -> Markup {
     html! { @if is_far { (line([from, to], 0.4, "")) } }
 }
 
-fn mark(point: &Point, [x, y]: [f64; 2], across: &dyn Fn(f64) -> f64) -> Markup {
+fn mark(point: &Point, [x, y]: [f64; 2], x_of: &dyn Fn(f64) -> f64) -> Markup {
     let colour = if point.is_marked {
         ACCENT
     } else {
@@ -378,7 +381,7 @@ fn mark(point: &Point, [x, y]: [f64; 2], across: &dyn Fn(f64) -> f64) -> Markup 
     };
     let ends = [1.0 / (1.0 + point.noise), 1.0 + point.noise];
     html! {
-        @if point.noise > 0.0 { (line(ends.map(|part| [across(part * point.cost), y]), 0.5, "")) }
+        @if point.noise > 0.0 { (line(ends.map(|part| [x_of(part * point.cost), y]), 0.5, "")) }
         path class="mark" d=(format_args!("M{x:.1} {y:.1}{shape}")) fill=(fill) stroke=(colour) stroke-width="1.5" {
             title { (point.label) " " (point.name) }
         }

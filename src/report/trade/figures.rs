@@ -1,4 +1,4 @@
-//! The figures of merit of a run, what it cost, and how far two runs are apart in them.
+//! Figures of merit of a run, its cost, and the deviation between two runs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,22 +9,22 @@ use crate::tables::typed::{self, Summary};
 /// Number of figures of merit.
 pub const COUNT: usize = 10;
 
-/// A figure of merit.
+/// Figure of merit.
 #[derive(Debug, Clone, Copy)]
 pub struct Figure {
-    /// Name: that of the column of the summary, but for the field.
+    /// Name of the column of the summary, or of the field.
     pub name: &'static str,
-    /// What a person calls it.
+    /// Title for readers.
     pub title: &'static str,
-    /// True if the presets promise it.
+    /// True if the presets promise a bound of its error.
     pub promised: bool,
-    /// Where it stands in a summary; nowhere for the field.
+    /// Reads the figure from a summary. Returns `None` for the field.
     of: fn(&Summary) -> Option<f64>,
-    /// Where its error bar stands; nowhere for the field.
+    /// Reads its error bar from a summary. Returns `None` for the field.
     bar: fn(&Summary) -> Option<f64>,
 }
 
-/// The figure that is a field: its error is an L1 distance, and it is no single number.
+/// Index of the figure that is a field. It has no single value, and its error is an L1 distance.
 pub const FIELD: usize = 1;
 
 macro_rules! figure {
@@ -39,7 +39,7 @@ macro_rules! figure {
     };
 }
 
-/// The figures of merit, in the order in which they are shown.
+/// All figures of merit, in the order of the tables.
 pub const FIGURES: [Figure; COUNT] = [
     figure!(wear_volume, "volume", true, error_wear_volume),
     Figure {
@@ -71,7 +71,7 @@ pub const FIGURES: [Figure; COUNT] = [
         true,
         error_wear_volume
     ),
-    // Where wear dies out, a small error of the volume is a large one of what is left to dissipate.
+    // If wear dies out, a small error of the volume is a large error of the remaining dissipation.
     figure!(
         dissipated_energy,
         "energy a cycle, in the end",
@@ -80,10 +80,10 @@ pub const FIGURES: [Figure; COUNT] = [
     ),
 ];
 
-/// One value a figure; none where the run has no such figure.
+/// One value per figure, `None` if the run lacks the figure.
 pub type Values = [Option<f64>; COUNT];
 
-/// Worn depth of every cell of the joint, which is worn by that depth all over the cell.
+/// Worn depth of each cell of the joint, constant over the cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearField {
     /// Cells along x and y.
@@ -92,44 +92,45 @@ pub struct WearField {
     pub depth: Vec<f64>,
 }
 
-/// What a run cost, and what came out.
+/// Cost and results of a run.
 #[derive(Debug, Clone, Default)]
 pub struct MeasuredVariant {
     /// Wall time \[s\].
     pub seconds: f64,
-    /// CPU time \[s\]; none where a stage does not tell it.
+    /// CPU time \[s\]. `None` if a stage does not report it.
     pub cpu_seconds: Option<f64>,
-    /// CPU time of each iteration, or its wall time where the CPU time is not told \[s\].
+    /// CPU time of each iteration, or its wall time if the CPU time is unknown \[s\].
     pub each: Vec<f64>,
-    /// Transform pairs.
+    /// FFT pairs.
     pub fft_pairs: f64,
     /// Wear iterations.
     pub iterations: u64,
-    /// Cells of its grid along x and y; none without one.
+    /// Cells of the grid along x and y, or `None` without a grid.
     pub cells: Option<[usize; 2]>,
     /// True if a structure vibrates.
     pub vibrates: bool,
-    /// Figures of its last iteration; none for the field.
+    /// Figures of the last iteration. `None` for the field.
     pub values: Values,
-    /// Its own error bars, relative to the figures.
+    /// Error bars from the run itself, relative to the figures.
     pub bars: Values,
-    /// The part of the bar of the volume by what the fine contact dissipates beyond its contact elements; none without vibration.
+    /// Part of the volume's error bar that comes from the closure: the rough contact dissipates more than its contact
+    /// elements. `None` without vibration.
     pub closure: Option<f64>,
-    /// The worn depths of its last iteration, if it wore.
+    /// Worn depths of the last iteration, if the run includes wear.
     pub field: Option<WearField>,
-    /// Where it was computed.
+    /// Machine that computed the run.
     pub machine: Option<Machine>,
-    /// Hash of its scene.
+    /// Hash of the scene.
     pub scene_hash: String,
 }
 
-/// The stage whose cost is not counted: whoever comes first pays for the structure that all share.
+/// Stage whose time is not counted. All runs share the structure, and the first run computes it.
 const SHARED: &str = "structure";
 
-/// The section of a scene by which it vibrates.
+/// Section of the scene of a vibrating structure.
 const DYNAMICS: &str = "dynamics";
 
-/// Reads a run; one that does not exist has cost nothing.
+/// Reads a run. A run that does not exist has no cost.
 pub fn measure(root: &Path) -> Result<MeasuredVariant, StoreError> {
     let reader = match RunReader::open(Arc::new(RealFileSystem), root) {
         Ok(reader) => reader,
@@ -160,7 +161,7 @@ pub fn measure(root: &Path) -> Result<MeasuredVariant, StoreError> {
     for k in reader.iterations() {
         match reader.typed::<typed::Timing>(k) {
             Ok(timing) => measured.each.push(seconds_of(&timing)),
-            // No result depends on it.
+            // No result depends on the timing.
             Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => (),
             Err(error) => return Err(error),
         }
@@ -179,24 +180,27 @@ pub fn measure(root: &Path) -> Result<MeasuredVariant, StoreError> {
     Ok(measured)
 }
 
-/// What an iteration took, of the wall where the CPU time is not told \[s\].
+/// Returns the CPU time of an iteration, or its wall time if the CPU time is unknown \[s\].
 fn seconds_of(timing: &typed::Timing) -> f64 {
-    let own = |k: &usize| timing.stage[*k] != SHARED;
-    let rows = || (0..timing.stage.len()).filter(own);
+    let is_counted = |k: &usize| timing.stage[*k] != SHARED;
+    let rows = || (0..timing.stage.len()).filter(is_counted);
     let cpu: Option<f64> = rows().map(|k| timing.cpu_seconds[k]).sum();
     cpu.unwrap_or_else(|| rows().map(|k| timing.seconds[k]).sum())
 }
 
-/// How far the seconds of two equal runs are apart: the differences of their iterations, each counted as positive, so that one does not
-/// hide another, in parts of what both took on average. None where nothing can be compared.
-pub fn noise(one: &[f64], other: &[f64]) -> Option<f64> {
-    let pairs = || one.iter().zip(other);
-    let apart: f64 = pairs().map(|(a, b)| (a - b).abs()).sum();
+/// Returns the relative noise of the seconds of two equal runs.
+///
+/// It is the sum of absolute differences of the iterations, so that they do not cancel, relative to the mean time of
+/// both runs. Returns `None` if the runs cannot be compared.
+pub fn noise(first: &[f64], second: &[f64]) -> Option<f64> {
+    let pairs = || first.iter().zip(second);
+    let difference: f64 = pairs().map(|(a, b)| (a - b).abs()).sum();
     let mean: f64 = pairs().map(|(a, b)| 0.5 * (a + b)).sum();
-    (one.len() == other.len() && mean > 0.0).then(|| apart / mean)
+    (first.len() == second.len() && mean > 0.0).then(|| difference / mean)
 }
 
-/// The work of a transform pair on a grid, up to a factor: n log n of the points of its plane, which has twice as many a side as cells.
+/// Returns the work of an FFT pair on a grid, up to a factor: n log n of the points of the padded grid, which has twice
+/// the cells along each side.
 pub fn work_of_pair(cells: [usize; 2]) -> f64 {
     let points = 4.0 * cells[0] as f64 * cells[1] as f64;
     points * points.ln()
@@ -212,19 +216,20 @@ fn wear_field(table: &typed::WearField, cells: [usize; 2]) -> WearField {
     WearField { cells, depth }
 }
 
-/// Errors of `of` against `reference`; none where one of them lacks the figure.
-pub fn errors(of: &MeasuredVariant, reference: &MeasuredVariant) -> Values {
+/// Returns the deviations of a result from the reference. `None` if one of them lacks the figure.
+pub fn errors(result: &MeasuredVariant, reference: &MeasuredVariant) -> Values {
     let mut errors: Values = std::array::from_fn(|k| {
-        let (value, reference) = (of.values[k]?, reference.values[k]?);
+        let (value, reference) = (result.values[k]?, reference.values[k]?);
         deviation(value, reference)
     });
-    if let (Some(field), Some(reference)) = (&of.field, &reference.field) {
+    if let (Some(field), Some(reference)) = (&result.field, &reference.field) {
         errors[FIELD] = field_error(field, reference);
     }
     errors
 }
 
-/// `value / reference - 1`; none where there is nothing to be relative to: to zero, or to a stiffness without compliance.
+/// Returns `value / reference - 1`, or `None` if that is not finite or the reference is not: a reference of zero, or an
+/// infinite stiffness.
 pub fn deviation(value: f64, reference: f64) -> Option<f64> {
     if value == reference {
         return Some(0.0);
@@ -234,7 +239,8 @@ pub fn deviation(value: f64, reference: f64) -> Option<f64> {
         .filter(|deviation| deviation.is_finite())
 }
 
-/// ∫ |a - b| dA / ∫ b dA of two fields over the same joint, each constant over its cells; none where `b` is zero and `a` is not.
+/// Returns ∫ |a - b| dA / ∫ b dA of two fields over the same joint, each constant over its cells. Returns `None` if `b`
+/// is zero and `a` is not.
 pub fn field_error(a: &WearField, b: &WearField) -> Option<f64> {
     let [x, y] = [0, 1].map(|d| overlaps(a.cells[d], b.cells[d]));
     let (mut difference, mut whole) = (0.0, 0.0);
@@ -251,17 +257,18 @@ pub fn field_error(a: &WearField, b: &WearField) -> Option<f64> {
     Some(difference / whole).filter(|error| error.is_finite())
 }
 
-/// The pieces into which the edges of `a` and of `b` equal cells cut the same length 1: cell of `a`, cell of `b`, length.
+/// Splits the unit length at the edges of `a` equal cells and of `b` equal cells. Returns the pieces: cell of `a`, cell
+/// of `b`, length.
 fn overlaps(a: usize, b: usize) -> Vec<(usize, usize, f64)> {
     let mut pieces = Vec::with_capacity(a + b);
     let (mut i, mut j) = (0, 0);
-    // In units of 1 / (a b) all edges are integers.
-    let mut at = 0;
+    // In units of 1 / (a b), all edges are integers.
+    let mut position = 0;
     while i < a && j < b {
         let (end_a, end_b) = ((i + 1) * b, (j + 1) * a);
         let end = end_a.min(end_b);
-        pieces.push((i, j, (end - at) as f64 / (a * b) as f64));
-        at = end;
+        pieces.push((i, j, (end - position) as f64 / (a * b) as f64));
+        position = end;
         i += usize::from(end == end_a);
         j += usize::from(end == end_b);
     }

@@ -1,4 +1,4 @@
-//! What a trade says: whether the presets keep their promises, which knob buys most, and what is not converged.
+//! Findings of a trade: kept promises of the presets, the most effective knobs, and convergence.
 
 use serde::{Serialize, Serializer};
 
@@ -6,51 +6,51 @@ use super::figures::{FIELD, FIGURES, Values, deviation, field_error};
 use super::{Cost, Row, Trade};
 use crate::scene::variants::{BALANCED, FAST, KnobKind, promise};
 
-/// A result that changes by more than this from one mesh to the next is not converged at the coarser one.
+/// Largest relative change between two meshes of a converged result.
 pub(super) const CONVERGED: f64 = 0.01;
 
-/// A smaller part of the cost than this is not worth a knob.
+/// Smallest relative saving that a finding reports.
 const WORTH: f64 = 0.05;
 
-/// An error that does not fall to this part of what it was is not worth a knob.
+/// Largest ratio of new to old error of a knob that a finding reports for accuracy.
 const GAIN: f64 = 0.5;
 
-/// A promise of a preset about one figure, and what became of it.
+/// Promise of a preset about one figure, with its outcome.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PresetPromise {
     /// The preset.
     pub preset: String,
     /// The figure.
     pub figure: &'static str,
-    /// Largest error promised.
+    /// Largest promised error.
     pub promise: f64,
-    /// The error; none where it is not known.
+    /// Error, or `None` if it is unknown.
     pub error: Option<f64>,
-    /// True if it is known and within the promise.
+    /// True if the error is known and within the promise.
     pub passed: bool,
 }
 
-/// The knob that saves most within a bound.
+/// Knob that saves most within an error bound.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Saving {
     /// Largest error of the promised figures.
     pub within: f64,
-    /// The knob; none if none saves more than noise, or than is worth it.
+    /// The knob, or `None` if no knob saves more than noise or than 5 % of the cost.
     pub buy: Option<KnobEffect>,
 }
 
-/// What one knob alone makes of `balanced`.
+/// Effect of a single knob on `balanced`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct KnobEffect {
     /// The variant.
     pub variant: String,
     /// The knob.
     pub knob: &'static str,
-    /// What it is set to.
+    /// Value of the knob.
     pub value: String,
-    /// Cost below that of `balanced`, in what the trade is by; negative if it costs more.
+    /// Saved cost against `balanced`, in the measure of the trade. It is negative if the variant costs more.
     pub saved: f64,
-    /// Cost below that of `balanced`, as a part of that of `balanced`.
+    /// Saved cost, relative to the cost of `balanced`.
     pub saved_part: f64,
     /// Largest error of the promised figures.
     pub error: f64,
@@ -58,64 +58,66 @@ pub struct KnobEffect {
     pub error_before: f64,
 }
 
-/// The change of the figures from one discretisation to the next finer one.
+/// Change of the figures from one discretisation to the next finer one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Step {
-    /// The coarser one.
+    /// Coarser value of the knob.
     pub from: String,
-    /// The finer one.
+    /// Finer value of the knob.
     pub to: String,
-    /// Change of each figure, in the order of [`FIGURES`], relative to the finer one; none where one of them has no such figure.
+    /// Change of each figure relative to the finer discretisation, in the order of [`FIGURES`]. `None` if one of the
+    /// runs lacks the figure.
     #[serde(serialize_with = "by_name")]
     pub change: Values,
 }
 
-/// Values under the names of their figures; those that are none are left out.
+/// Serializes values under the names of their figures. `None` is skipped.
 fn by_name<S: Serializer>(values: &Values, serializer: S) -> Result<S::Ok, S::Error> {
-    let named = FIGURES.iter().zip(values);
-    serializer.collect_map(named.filter_map(|(figure, value)| Some((figure.name, (*value)?))))
+    let named_values = FIGURES.iter().zip(values);
+    serializer
+        .collect_map(named_values.filter_map(|(figure, value)| Some((figure.name, (*value)?))))
 }
 
-/// How the figures follow one discretisation.
+/// Convergence of the figures with one discretisation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Convergence {
     /// The knob.
     pub knob: &'static str,
-    /// From the coarsest to the finest.
+    /// Steps from the coarsest to the finest.
     pub steps: Vec<Step>,
 }
 
 impl Step {
-    /// Figures that change by more than 1 %: their titles and changes.
+    /// Returns the figures that change by more than 1 %: their titles and changes.
     pub fn not_converged(&self) -> Vec<(&'static str, f64)> {
-        let titled = FIGURES.iter().zip(&self.change);
-        titled
+        let figures = FIGURES.iter().zip(&self.change);
+        figures
             .filter_map(|(figure, change)| Some((figure.title, (*change)?)))
             .filter(|(_, change)| change.abs() > CONVERGED)
             .collect()
     }
 }
 
-/// What a trade says.
+/// Findings of a trade.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Findings {
-    /// What costs are compared by.
+    /// Measure by which costs are compared.
     pub by: Cost,
-    /// How far the seconds of two equal runs are apart, in parts of them; none where that is not known.
+    /// Relative difference of the seconds of two equal runs. `None` if it is unknown.
     pub noise: Option<f64>,
-    /// Promise by promise.
+    /// All promises of the presets.
     pub promises: Vec<PresetPromise>,
-    /// Within the promise of `balanced`, then within that of `fast`.
+    /// Savings within the promise of `balanced`, then within the promise of `fast`.
     pub savings: Vec<Saving>,
-    /// The solver's knob that gives most accuracy for its cost; none if none halves the error.
+    /// Solver knob with the best gain of accuracy for its cost. `None` if no knob halves the error.
     pub accuracy: Option<KnobEffect>,
-    /// One entry a discretisation tried.
+    /// One entry per tested discretisation.
     pub convergence: Vec<Convergence>,
-    /// Knobs that change no digit of any figure, whatever they are set to.
+    /// Knobs that do not change any digit of any figure.
     pub without_effect: Vec<&'static str>,
 }
 
-/// Draws the conclusions.
+/// Evaluates a trade.
 pub fn findings(trade: &Trade) -> Findings {
     let bounds = [BALANCED, FAST].into_iter().filter_map(promise);
     Findings {
@@ -146,8 +148,8 @@ fn promises(trade: &Trade) -> Vec<PresetPromise> {
             continue;
         };
         for (k, figure) in FIGURES.iter().enumerate() {
-            let concerned = trade.has(k) && reference.is_none_or(|row| row.values[k].is_some());
-            if !figure.promised || !concerned {
+            let is_relevant = trade.has(k) && reference.is_none_or(|row| row.values[k].is_some());
+            if !figure.promised || !is_relevant {
                 continue;
             }
             promises.push(PresetPromise {
@@ -162,7 +164,7 @@ fn promises(trade: &Trade) -> Vec<PresetPromise> {
     promises
 }
 
-fn buy(row: &Row, balanced: &Row) -> Option<KnobEffect> {
+fn effect_of(row: &Row, balanced: &Row) -> Option<KnobEffect> {
     let saved = balanced.cost - row.cost;
     Some(KnobEffect {
         variant: row.variant.name.clone(),
@@ -175,8 +177,8 @@ fn buy(row: &Row, balanced: &Row) -> Option<KnobEffect> {
     })
 }
 
-/// The variants that change one knob of `balanced`, and no model.
-fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, KnobEffect)> {
+/// Returns the variants that change one knob of `balanced`, but not the model, with their effects.
+fn knob_effects(trade: &Trade) -> impl Iterator<Item = (&Row, KnobEffect)> {
     let balanced = trade.row(BALANCED);
     trade
         .rows
@@ -187,10 +189,11 @@ fn turned(trade: &Trade) -> impl Iterator<Item = (&Row, KnobEffect)> {
                 KnobKind::Solver | KnobKind::Discretisation
             )
         })
-        .filter_map(move |row| Some((row, buy(row, balanced?)?)))
+        .filter_map(move |row| Some((row, effect_of(row, balanced?)?)))
 }
 
-/// True for a knob that is set finer than in `balanced`: where that is faster, or the opposite more exact, it is by chance.
+/// Returns true for a knob that is finer than in `balanced`. A finer knob that is faster, or a coarser one that is more
+/// exact, is so by chance.
 fn is_finer(trade: &Trade, row: &Row) -> bool {
     let base = trade
         .base
@@ -199,38 +202,43 @@ fn is_finer(trade: &Trade, row: &Row) -> bool {
     base.is_some_and(|(_, _, size)| row.variant.size > *size)
 }
 
-/// Differences of costs below this part of that of `balanced` are none; not known of seconds whose noise is not.
-fn resolved(trade: &Trade) -> Option<f64> {
+/// Returns the smallest significant difference of costs, relative to the cost of `balanced`. It is unknown for seconds
+/// of unknown noise.
+fn cost_resolution(trade: &Trade) -> Option<f64> {
     match trade.by {
         Cost::FftPairs => Some(0.0),
         Cost::Seconds => trade.noise,
     }
 }
 
-/// True unless it is another mesh that changes some figure by more than the bound, promised or not: it is then another joint that is cheap.
+/// Returns false if another mesh changes a figure, promised or not, by more than the bound. Such a mesh makes another
+/// joint, which is no saving.
 fn is_same_joint(row: &Row, bound: f64) -> bool {
-    let holds = |error: &Option<f64>| error.is_none_or(|error| error.abs() <= bound);
-    row.variant.kind != KnobKind::Discretisation || row.errors.iter().all(holds)
+    let is_within = |error: &Option<f64>| error.is_none_or(|error| error.abs() <= bound);
+    row.variant.kind != KnobKind::Discretisation || row.errors.iter().all(is_within)
 }
 
 fn saving(trade: &Trade, bound: f64) -> Option<KnobEffect> {
-    let least = resolved(trade)?.max(WORTH);
-    turned(trade)
+    let least = cost_resolution(trade)?.max(WORTH);
+    knob_effects(trade)
         .filter(|(row, _)| !is_finer(trade, row) && is_same_joint(row, bound))
-        .map(|(_, buy)| buy)
-        .filter(|buy| buy.error <= bound && buy.saved_part > least)
+        .map(|(_, effect)| effect)
+        .filter(|effect| effect.error <= bound && effect.saved_part > least)
         .max_by(|a, b| a.saved.total_cmp(&b.saved))
 }
 
-/// A finer mesh than the reference's does not come closer to it, which says nothing about the mesh: only solvers count.
+/// Only solver knobs count. A mesh that is finer than the reference's deviates from it, which says nothing about the
+/// mesh.
 fn accuracy(trade: &Trade) -> Option<KnobEffect> {
-    let least = resolved(trade)?;
-    // What costs no more than noise tells costs as much as noise.
-    let rate = |buy: &KnobEffect| (buy.error_before - buy.error) / (-buy.saved_part).max(least);
-    turned(trade)
+    let least = cost_resolution(trade)?;
+    // An extra cost within the noise counts as the noise.
+    let rate = |effect: &KnobEffect| {
+        (effect.error_before - effect.error) / (-effect.saved_part).max(least)
+    };
+    knob_effects(trade)
         .filter(|(row, _)| row.variant.kind == KnobKind::Solver && is_finer(trade, row))
-        .map(|(_, buy)| buy)
-        .filter(|buy| buy.error <= GAIN * buy.error_before)
+        .map(|(_, effect)| effect)
+        .filter(|effect| effect.error <= GAIN * effect.error_before)
         .max_by(|a, b| (rate(a).total_cmp(&rate(b))).then(b.error.total_cmp(&a.error)))
 }
 
@@ -264,9 +272,9 @@ fn without_effect(trade: &Trade) -> Vec<&'static str> {
     let same = |row: &Row| row.values == balanced.values && row.field == balanced.field;
     for row in &trade.rows {
         let knob = row.variant.knob;
-        let mut own = trade.rows.iter().filter(|row| row.variant.knob == knob);
+        let mut rows_of_knob = trade.rows.iter().filter(|row| row.variant.knob == knob);
         let is_knob = !matches!(row.variant.kind, KnobKind::Preset | KnobKind::Repeat);
-        if is_knob && !knobs.contains(&knob) && own.all(same) {
+        if is_knob && !knobs.contains(&knob) && rows_of_knob.all(same) {
             knobs.push(knob);
         }
     }

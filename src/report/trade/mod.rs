@@ -1,7 +1,7 @@
-//! Speed against accuracy: the runs of the variants of a scene, or of the presets over many scenes, as one table, and what follows from it.
+//! Speed against accuracy: compares the runs of the variants of a scene, or of the presets over many scenes.
 //!
-//! Costs are read from the tables of the runs, never from a clock, so that a trade that was interrupted, or is read again, gives
-//! the same numbers. Errors are against the variant `reference`, whose own is not known.
+//! Costs come from the tables of the runs, not from a clock. A trade that was interrupted, or is read again, therefore
+//! gives the same numbers. Errors are deviations from the variant `reference`, whose own error is unknown.
 
 mod chart;
 mod figures;
@@ -26,96 +26,99 @@ pub use scenes::{FigureCount, Miss, Tally, misses, tallies};
 
 use figures::{MeasuredVariant, errors, measure, work_of_pair};
 
-/// A variant that was run, or that failed.
+/// Variant that was run, or that failed.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// What it is.
+    /// The variant.
     pub variant: Variant,
-    /// Folder of its run.
+    /// Folder of the run.
     pub root: PathBuf,
-    /// Peak of memory, counted from its recipe \[B\].
+    /// Peak memory, estimated from the recipe \[B\].
     pub memory: u64,
-    /// Why it did not come to its end; none if it did.
+    /// Reason of the failure, or `None` if the run reached its end.
     pub failure: Option<String>,
 }
 
-/// What variants are compared by. Pairs are exact; seconds are noisy, and all there is where a structure vibrates too.
+/// Measure by which the costs of variants are compared.
+///
+/// Pairs are exact. Seconds are noisy, but the only complete measure if a structure vibrates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cost {
-    /// Transform pairs; those on another grid than that of `balanced` count by the work of one there.
+    /// FFT pairs. Pairs on another grid than that of `balanced` are weighted by their work.
     FftPairs,
-    /// CPU time, or that of the wall where no CPU time is told \[s\].
+    /// CPU time, or wall time if the CPU time is unknown \[s\].
     Seconds,
 }
 
-/// Cost and errors of one variant.
+/// Cost and errors of a variant.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// What it is.
+    /// The variant.
     pub variant: Variant,
-    /// Why it did not come to its end; none if it did.
+    /// Reason of the failure, or `None` if the run reached its end.
     pub failure: Option<String>,
-    /// Wall time of all its iterations \[s\].
+    /// Wall time of all iterations \[s\].
     pub seconds: f64,
-    /// CPU time of them \[s\]; none where a run does not tell it.
+    /// CPU time of all iterations \[s\]. `None` if the run does not report it.
     pub cpu_seconds: Option<f64>,
-    /// Transform pairs of all its iterations.
+    /// FFT pairs of all iterations.
     pub fft_pairs: f64,
-    /// What it is compared by, in what [`Trade::by`] says.
+    /// Cost in the measure [`Trade::by`].
     pub cost: f64,
-    /// Peak of memory, counted from its recipe \[B\].
+    /// Peak memory, estimated from the recipe \[B\].
     pub memory: u64,
     /// Wear iterations.
     pub iterations: u64,
-    /// True if no other row, the reference aside, costs less and is more exact.
+    /// True if the row is on the Pareto front: no other row (except the reference) costs less and is more exact.
     pub pareto: bool,
-    /// Its figures, in the order of [`FIGURES`]; none where it has no such figure, or failed.
+    /// Figures, in the order of [`FIGURES`]. `None` for a figure that the run lacks, and for a failed run.
     pub values: Values,
-    /// Their errors against the reference.
+    /// Relative deviations of the figures from the reference.
     pub errors: Values,
-    /// Its own error bars of them, relative; none where it failed.
+    /// Relative error bars of the figures, from the run itself. `None` for a failed run.
     pub bars: Values,
-    /// The part of the bar of the volume by what the fine contact dissipates beyond its contact elements; none without vibration.
+    /// Part of the volume's error bar that comes from the closure: the rough contact dissipates more than its contact
+    /// elements. `None` without vibration.
     pub closure: Option<f64>,
-    /// The largest error among the promised figures; none where one of those of the reference has no error, which compares with
-    /// nothing.
+    /// Largest error of the promised figures. `None` if a promised figure of the reference has no error, which compares
+    /// to nothing.
     pub worst: Option<f64>,
-    /// Its worn depths.
+    /// Worn depths.
     pub field: Option<WearField>,
 }
 
-/// All variants of a scene.
+/// Comparison of all variants of a scene.
 #[derive(Debug, Clone)]
 pub struct Trade {
     /// Name of the scene.
     pub name: String,
-    /// What kind of motion wears it.
+    /// Kind of the motion that wears the joint.
     pub motion: MotionKind,
-    /// One row a variant, in the order in which they were run.
+    /// One row per variant, in the order of the runs.
     pub rows: Vec<Row>,
-    /// What `balanced` has in place of each knob that is finer or coarser: knob, value, size.
+    /// Values of the discretisation knobs in `balanced`: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
-    /// What its variants are compared by.
+    /// Measure by which costs are compared.
     pub by: Cost,
-    /// How far the seconds of two equal runs are apart, in parts of them; none where `balanced` was not run again.
+    /// Relative difference of the seconds of two equal runs. `None` if `balanced` was not run again.
     pub noise: Option<f64>,
-    /// The machine that the reference was computed on.
+    /// Machine that computed the reference.
     pub machine: Option<Machine>,
     /// Hash of the reference's scene.
     pub scene_hash: String,
 }
 
-/// Runs that do not go into a table, or files that cannot be written.
+/// Error of reading the runs or of writing the files.
 #[derive(Debug, thiserror::Error)]
 pub enum TradeError {
-    /// A run.
+    /// A run cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The table.
+    /// The table is invalid.
     #[error(transparent)]
     Table(#[from] TableError),
-    /// A file that cannot be written.
+    /// The file cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Io {
         /// The file.
@@ -125,7 +128,7 @@ pub enum TradeError {
     },
 }
 
-/// Reads the runs of the variants of a scene, and compares them with the reference among them.
+/// Reads the runs of the variants of a scene, and compares them with the reference.
 ///
 /// # Errors
 /// [`TradeError::Store`] for a run that cannot be read.
@@ -138,44 +141,46 @@ pub fn trade(
     let mut reference = None;
     let mut measured = Vec::with_capacity(trials.len());
     for trial in trials {
-        let mut found = measure(&trial.root)?;
+        let mut result = measure(&trial.root)?;
         if trial.failure.is_some() {
-            // Where it broke off is no result of it.
-            (found.values, found.field, found.bars) = Default::default();
-            found.closure = None;
+            // The last state of a failed run is not its result.
+            (result.values, result.field, result.bars) = Default::default();
+            result.closure = None;
         } else if trial.variant.name == REFERENCE {
-            reference = Some(found.clone());
+            reference = Some(result.clone());
         }
-        measured.push((trial, found));
+        measured.push((trial, result));
     }
-    let against = reference.unwrap_or_default();
-    let of = |name: &str| -> Option<&MeasuredVariant> {
-        let mut named = measured.iter().filter(|(trial, _)| trial.failure.is_none());
-        let (_, found) = named.find(|(trial, _)| trial.variant.name == name)?;
-        Some(found)
+    let reference_result = reference.unwrap_or_default();
+    let result_of = |name: &str| -> Option<&MeasuredVariant> {
+        let mut finished = measured.iter().filter(|(trial, _)| trial.failure.is_none());
+        let (_, result) = finished.find(|(trial, _)| trial.variant.name == name)?;
+        Some(result)
     };
-    let noise = of(BALANCED).zip(of(AGAIN));
+    let noise = result_of(BALANCED).zip(result_of(AGAIN));
     let noise = noise.and_then(|(one, other)| figures::noise(&one.each, &other.each));
-    let all = || measured.iter().map(|(_, found)| found);
-    let by = if all().any(|found| found.vibrates) || all().all(|found| found.fft_pairs == 0.0) {
+    let all = || measured.iter().map(|(_, result)| result);
+    let by = if all().any(|result| result.vibrates) || all().all(|result| result.fft_pairs == 0.0) {
         Cost::Seconds
     } else {
         Cost::FftPairs
     };
-    let unit = of(BALANCED).and_then(|found| found.cells).map(work_of_pair);
-    let cpu = all().all(|found| found.cpu_seconds.is_some());
-    let cost = |found: &MeasuredVariant| match by {
-        Cost::Seconds => found.cpu_seconds.filter(|_| cpu).unwrap_or(found.seconds),
+    let balanced_work = result_of(BALANCED)
+        .and_then(|result| result.cells)
+        .map(work_of_pair);
+    let cpu = all().all(|result| result.cpu_seconds.is_some());
+    let cost = |result: &MeasuredVariant| match by {
+        Cost::Seconds => result.cpu_seconds.filter(|_| cpu).unwrap_or(result.seconds),
         Cost::FftPairs => {
-            let work = found.cells.map(work_of_pair).zip(unit);
-            found.fft_pairs * work.map_or(1.0, |(work, unit)| work / unit)
+            let work = result.cells.map(work_of_pair).zip(balanced_work);
+            result.fft_pairs * work.map_or(1.0, |(work, balanced_work)| work / balanced_work)
         }
     };
     let costs: Vec<f64> = all().map(cost).collect();
     let mut rows: Vec<Row> = measured
         .into_iter()
         .zip(costs)
-        .map(|((trial, found), cost)| row(trial, found, cost, &against))
+        .map(|((trial, result), cost)| row(trial, result, cost, &reference_result))
         .collect();
     let points: Vec<Option<(f64, f64)>> = rows
         .iter()
@@ -191,29 +196,29 @@ pub fn trade(
         base,
         by,
         noise,
-        machine: against.machine,
-        scene_hash: against.scene_hash,
+        machine: reference_result.machine,
+        scene_hash: reference_result.scene_hash,
     })
 }
 
-fn row(trial: Trial, found: MeasuredVariant, cost: f64, reference: &MeasuredVariant) -> Row {
-    let errors = errors(&found, reference);
+fn row(trial: Trial, result: MeasuredVariant, cost: f64, reference: &MeasuredVariant) -> Row {
+    let errors = errors(&result, reference);
     Row {
         worst: worst(&errors, reference),
         errors,
         variant: trial.variant,
         failure: trial.failure,
-        seconds: found.seconds,
-        cpu_seconds: found.cpu_seconds,
-        fft_pairs: found.fft_pairs,
+        seconds: result.seconds,
+        cpu_seconds: result.cpu_seconds,
+        fft_pairs: result.fft_pairs,
         cost,
         memory: trial.memory,
-        iterations: found.iterations,
+        iterations: result.iterations,
         pareto: false,
-        values: found.values,
-        bars: found.bars,
-        closure: found.closure,
-        field: found.field,
+        values: result.values,
+        bars: result.bars,
+        closure: result.closure,
+        field: result.field,
     }
 }
 
@@ -227,7 +232,7 @@ fn worst(errors: &Values, reference: &MeasuredVariant) -> Option<f64> {
     worst
 }
 
-/// Which of the points (cost, error) no other point beats: none is as good in both and better in one.
+/// Marks the points (cost, error) on the Pareto front: no other point is as good in both and better in one.
 pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
     let beats =
         |a: &(f64, f64), b: &(f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
@@ -242,7 +247,8 @@ pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
 }
 
 impl Row {
-    /// True if its error and cost are those of a way to solve the same model: not the reference, nor `balanced` again.
+    /// Returns true if the row solves the same model: it is not the reference, a change of the model, or `balanced`
+    /// again.
     pub fn is_compared(&self) -> bool {
         let kind = self.variant.kind;
         self.variant.name != REFERENCE && !matches!(kind, KnobKind::Model | KnobKind::Repeat)
@@ -250,30 +256,31 @@ impl Row {
 }
 
 impl Trade {
-    /// The row of a variant.
+    /// Returns the row of a variant.
     pub fn row(&self, name: &str) -> Option<&Row> {
         self.rows.iter().find(|row| row.variant.name == name)
     }
 
-    /// The row of the reference, if it came to its end.
+    /// Returns the row of the reference, if its run reached its end.
     pub fn reference(&self) -> Option<&Row> {
         self.row(REFERENCE).filter(|row| row.failure.is_none())
     }
 
-    /// True where some row has this figure.
+    /// Returns true if a row has this figure.
     pub fn has(&self, figure: usize) -> bool {
-        let of_field = |row: &Row| figure == FIELD && row.field.is_some();
+        let has_field = |row: &Row| figure == FIELD && row.field.is_some();
         self.rows
             .iter()
-            .any(|row| row.values[figure].is_some() || of_field(row))
+            .any(|row| row.values[figure].is_some() || has_field(row))
     }
 
-    /// True if the CPU time of all rows is told.
+    /// Returns true if the CPU time of all rows is known.
     pub fn has_cpu(&self) -> bool {
         self.rows.iter().all(|row| row.cpu_seconds.is_some())
     }
 
-    /// Whether a figure of a row lies within its own error bar of that of the reference; none where there is no such figure or bar.
+    /// Checks if the reference lies within the error bar of a figure of a row. Returns `None` without the figure or its
+    /// bar.
     pub fn within(&self, row: &Row, figure: usize) -> Option<bool> {
         let (value, bar) = (row.values[figure]?, row.bars[figure]?);
         let exact = self.reference()?.values[figure]?;
@@ -281,22 +288,24 @@ impl Trade {
     }
 }
 
-/// The table `trade` of one scene or of several: figures that no variant has, have no column.
+/// Builds the table `trade` of one or several scenes. Figures that no variant has get no column.
 ///
 /// # Errors
 /// [`TradeError::Table`]
 pub fn table(trades: &[Trade]) -> Result<Table, TradeError> {
     let rows = || (trades.iter()).flat_map(|trade| trade.rows.iter().map(move |row| (trade, row)));
-    let text = |of: for<'a> fn(&'a Trade, &'a Row) -> &'a str| -> Vec<String> {
-        rows().map(|(t, row)| of(t, row).to_owned()).collect()
+    let text = |value: for<'a> fn(&'a Trade, &'a Row) -> &'a str| -> Vec<String> {
+        rows().map(|(t, row)| value(t, row).to_owned()).collect()
     };
-    let float = |of: fn(&Row) -> f64| -> Vec<f64> { rows().map(|(_, row)| of(row)).collect() };
-    let maybe = |of: &dyn Fn(&Trade, &Row) -> Option<f64>| -> Vec<Option<f64>> {
-        rows().map(|(trade, row)| of(trade, row)).collect()
+    let float =
+        |value: fn(&Row) -> f64| -> Vec<f64> { rows().map(|(_, row)| value(row)).collect() };
+    let optional = |value: &dyn Fn(&Trade, &Row) -> Option<f64>| -> Vec<Option<f64>> {
+        rows().map(|(trade, row)| value(trade, row)).collect()
     };
     let integer =
-        |of: fn(&Row) -> u64| -> Vec<i64> { rows().map(|(_, row)| of(row) as i64).collect() };
-    let flag = |of: fn(&Row) -> bool| -> Vec<bool> { rows().map(|(_, row)| of(row)).collect() };
+        |value: fn(&Row) -> u64| -> Vec<i64> { rows().map(|(_, row)| value(row) as i64).collect() };
+    let flag =
+        |value: fn(&Row) -> bool| -> Vec<bool> { rows().map(|(_, row)| value(row)).collect() };
     let relative = |trade: &Trade, row: &Row| {
         let balanced = trade.row(BALANCED)?.cost;
         Some(row.cost / balanced).filter(|part| part.is_finite())
@@ -313,43 +322,43 @@ pub fn table(trades: &[Trade]) -> Result<Table, TradeError> {
             text(|_, row| row.failure.as_deref().unwrap_or("")),
         )
         .column("seconds", float(|row| row.seconds))
-        .column("cpu_seconds", maybe(&|_, row| row.cpu_seconds))
+        .column("cpu_seconds", optional(&|_, row| row.cpu_seconds))
         .column("fft_pairs", float(|row| row.fft_pairs))
-        .column("relative_cost", maybe(&relative))
+        .column("relative_cost", optional(&relative))
         .column("memory", integer(|row| row.memory))
         .column("iterations", integer(|row| row.iterations))
         .column("pareto", flag(|row| row.pareto))
-        .column("error_promised", maybe(&|_, row| row.worst));
+        .column("error_promised", optional(&|_, row| row.worst));
     type Of = fn(&Row) -> &Values;
-    let of_figures: [(&str, Of); 3] = [
+    let figure_columns: [(&str, Of); 3] = [
         ("", |row| &row.values),
         ("error_", |row| &row.errors),
         ("bar_", |row| &row.bars),
     ];
-    for (prefix, of) in of_figures {
+    for (prefix, value) in figure_columns {
         for (k, figure) in FIGURES.iter().enumerate() {
-            // The field is no number, and has an error only.
+            // The wear field is not a number and only has an error.
             if k == FIELD && prefix != "error_" {
                 continue;
             }
-            let known = trades.iter().any(|trade| trade.has(k));
-            let values = known.then(|| maybe(&|_, row| of(row)[k]));
+            let is_used = trades.iter().any(|trade| trade.has(k));
+            let values = is_used.then(|| optional(&|_, row| value(row)[k]));
             table = table.maybe(&format!("{prefix}{}", figure.name), values);
         }
     }
     let closure = rows().any(|(_, row)| row.closure.is_some());
-    let closure = closure.then(|| maybe(&|_, row| row.closure));
+    let closure = closure.then(|| optional(&|_, row| row.closure));
     Ok(table.maybe("bar_closure", closure).build()?)
 }
 
-/// Writes `trade.parquet` of one scene or of several, and `trade.md`, `trade.svg` and `trade.html` of their page, into a folder. Files that
-/// are there are replaced.
+/// Writes `trade.parquet` of one or several scenes, and `trade.md`, `trade.svg` and `trade.html` of their page, into a
+/// folder. Replaces existing files.
 ///
 /// # Errors
-/// [`TradeError`] for a file that cannot be made or written.
+/// [`TradeError`] for a file that cannot be created or written.
 pub fn write(folder: &Path, trades: &[Trade], page: &Page) -> Result<(), TradeError> {
     let provenance = Provenance {
-        // Several scenes have no hash together.
+        // Several scenes have no common hash.
         scene_hash: match trades {
             [trade] => trade.scene_hash.clone(),
             _ => String::new(),

@@ -1,4 +1,4 @@
-//! A trade for a person: one table, one chart and what follows from them, in a terminal, as Markdown and as one HTML file.
+//! Page of a trade: one table, one chart and the findings, as terminal text, Markdown and one HTML file.
 
 use maud::{DOCTYPE, PreEscaped, html};
 
@@ -13,25 +13,26 @@ use super::{Cost, FIELD, FIGURES, Findings, KnobEffect, Row, Trade, findings};
 use crate::recipe::MotionKind;
 use crate::scene::variants::{BALANCED, FAST, KnobKind, REFERENCE, promise};
 
-/// A table.
+/// Table of a page.
 #[derive(Debug, Clone)]
 struct Sheet {
     heading: &'static str,
     head: Vec<String>,
     rows: Vec<Vec<String>>,
-    /// The first columns name a row, the last of them by words. A table that is wider than the terminal repeats them.
+    /// Number of columns that name a row. Only the last of them is text. A table that is wider than the terminal
+    /// repeats them.
     names: usize,
 }
 
-/// Cells of a row under their heads.
+/// Cells of a row, each with its head.
 type Cells = Vec<(&'static str, Option<String>)>;
 
 impl Sheet {
-    /// A table of rows with the same heads. A column without any value is left out.
-    fn of(heading: &'static str, names: usize, rows: &[Cells]) -> Sheet {
+    /// Creates a table of rows with the same heads. Columns without any value are omitted.
+    fn new(heading: &'static str, names: usize, rows: &[Cells]) -> Sheet {
         let heads = rows.first().map_or(0, Vec::len);
-        let is_there = |k: &usize| rows.iter().any(|row| row[*k].1.is_some());
-        let columns: Vec<usize> = (0..heads).filter(is_there).collect();
+        let has_value = |k: &usize| rows.iter().any(|row| row[*k].1.is_some());
+        let columns: Vec<usize> = (0..heads).filter(has_value).collect();
         let cell = |row: &Cells, k: usize| row[k].1.clone().unwrap_or(NONE.to_owned());
         let cells = |row| columns.iter().map(|k| cell(row, *k)).collect();
         Sheet {
@@ -42,7 +43,7 @@ impl Sheet {
         }
     }
 
-    /// Blocks of columns that fit into a width, each column as wide as its widest cell.
+    /// Returns the table as blocks of columns that fit a width. A column is as wide as its widest cell.
     fn text(&self, escape: fn(&str) -> String, width: usize) -> String {
         let cells = |row: &Vec<String>| -> Vec<String> {
             row.iter().map(|cell| text::cell(&escape(cell))).collect()
@@ -62,11 +63,11 @@ impl Sheet {
         let mut next = self.names;
         while next < self.head.len() {
             let mut columns: Vec<usize> = (0..self.names).collect();
-            let mut taken: usize = 1 + columns.iter().map(|k| widths[*k] + 3).sum::<usize>();
+            let mut used: usize = 1 + columns.iter().map(|k| widths[*k] + 3).sum::<usize>();
             while next < self.head.len()
-                && (columns.len() == self.names || taken + widths[next] + 3 <= width)
+                && (columns.len() == self.names || used + widths[next] + 3 <= width)
             {
-                taken += widths[next] + 3;
+                used += widths[next] + 3;
                 columns.push(next);
                 next += 1;
             }
@@ -92,7 +93,7 @@ impl Sheet {
     }
 }
 
-/// A trade for a person. Its text is as it is given, and escaped where it is written.
+/// Page of a trade. It stores raw text and escapes it on output.
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
@@ -103,18 +104,18 @@ pub struct Page {
 }
 
 impl Page {
-    /// As Markdown.
+    /// Returns the page as Markdown.
     pub fn markdown(&self) -> String {
         self.text(text::markdown, None)
     }
 
-    /// As a terminal shows it, in lines of at most `width` characters as far as a table allows.
+    /// Returns the page as text for a terminal, in lines of at most `width` characters if the tables allow it.
     pub fn plain(&self, width: Option<usize>) -> String {
         self.text(text::one_line, width)
     }
 
     fn text(&self, escape: fn(&str) -> String, width: Option<usize>) -> String {
-        /// Of the chart. Four spaces before a line keep it from being set as Markdown.
+        /// Widths of the chart. The indent of four spaces makes it a code block in Markdown.
         const WIDTHS: [usize; 3] = [60, 100, 160];
         const INDENT: &str = "    ";
         let chart = width.unwrap_or(WIDTHS[1]).clamp(WIDTHS[0], WIDTHS[2]);
@@ -141,13 +142,13 @@ impl Page {
         self.lists.iter().filter(|(_, items)| !items.is_empty())
     }
 
-    /// The chart as an SVG file.
+    /// Returns the chart as an SVG file.
     pub fn svg(&self) -> String {
-        // XML does not allow control characters, not even escaped.
+        // XML does not allow control characters, not even escaped ones.
         text::visible(&self.chart.svg(true).into_string()) + "\n"
     }
 
-    /// As one HTML file that needs no other.
+    /// Returns the page as one self-contained HTML file.
     pub fn html(&self) -> String {
         let page = html! {
             (DOCTYPE)
@@ -177,8 +178,9 @@ impl Page {
     }
 }
 
-/// Heads break into lines, so that a table of all figures is as wide as its numbers. A narrower window scrolls the table in a box that
-/// keeps number and name of a row in view, and shows by a shadow that there is more.
+/// Style sheet of the HTML page. Heads wrap, so that a table of all figures is as wide as its numbers. In a narrower
+/// window the table scrolls in a box, which keeps the number and name of a row visible. A shadow indicates further
+/// columns.
 const STYLE: &str = ":root{color-scheme:light dark;--ink:#222;--paper:#fff;--rule:#ddd}\
 @media(prefers-color-scheme:dark){:root{--ink:#ddd;--paper:#16181c;--rule:#3a3d42}}\
 body{font:15px/1.5 sans-serif;color:var(--ink);background:var(--paper);max-width:84em;margin:1.5em auto;padding:0 1em}\
@@ -193,16 +195,19 @@ h1{font-size:22px}h2{font-size:17px;margin:1.4em 0 .4em}\
 @media(max-width:40em){.names2 :is(th,td):nth-child(2){position:static}}\
 @page{size:landscape}@media print{.wide{overflow:visible}table{font-size:7pt}}";
 
-/// A run as the chart and the table show it.
+/// Run in the chart and the table.
 struct Entry<'a> {
     trade: &'a Trade,
     row: &'a Row,
     point: Point,
-    /// False without a known error, but for the reference of a scene.
+    /// False if the error is unknown, except for the reference of a scene.
     has_point: bool,
 }
 
-/// All runs, numbered through. Marked are those on the front of a scene; of several scenes, those that break their promise.
+/// Returns all runs, numbered consecutively.
+///
+/// For one scene the runs on the Pareto front are marked. For several scenes the runs that break their promise are
+/// marked.
 fn entries(trades: &[Trade], of_scenes: bool) -> Vec<Entry<'_>> {
     let rows = trades.iter();
     let rows = rows.flat_map(|trade| trade.rows.iter().map(move |row| (trade, row)));
@@ -244,7 +249,7 @@ fn entry<'a>(number: usize, trade: &'a Trade, row: &'a Row, of_scenes: bool) -> 
     }
 }
 
-/// Whether a preset keeps its promise; none if it makes none, or cannot be compared.
+/// Checks if a preset keeps its promise. Returns `None` if it has no promise or cannot be compared.
 fn is_kept(row: &Row) -> Option<bool> {
     Some(row.worst? <= promise(&row.variant.name)?)
 }
@@ -257,17 +262,17 @@ fn chart(title: String, cost: String, entries: &[Entry], of_scenes: bool) -> Cha
         true => ["*: breaks its promise.", "Discs: balanced. Squares: fast."],
         false => [
             "*: no other variant both costs less and is more exact (Pareto front).",
-            "Squares: presets. Discs: one knob turned.",
+            "Squares: presets. Discs: one knob changed.",
         ],
     };
     let mut keys = keys.map(|key| vec![key.to_owned()]);
     keys[0].retain(|_| points.iter().any(|point| point.is_marked));
     if points.iter().any(|point| point.error.is_none()) {
-        keys[0].push("reference is at the lower edge: its error is not known.".to_owned());
+        keys[0].push("reference is at the lower edge: its error is unknown.".to_owned());
     }
     if points.iter().any(|p| p.error.is_some_and(|e| e < FLOOR)) {
         let floor = percent(FLOOR);
-        keys[0].push(format!("Errors below {floor} are at the lower edge too."));
+        keys[0].push(format!("Errors below {floor} are also at the lower edge."));
     }
     let bound = |name| {
         let bound = promise(name)?;
@@ -284,7 +289,7 @@ fn chart(title: String, cost: String, entries: &[Entry], of_scenes: bool) -> Cha
     }
 }
 
-/// The table of all runs.
+/// Builds the table of all runs.
 fn runs(entries: &[Entry], of_scenes: bool) -> Sheet {
     let has_cpu = entries.iter().all(|entry| entry.trade.has_cpu());
     let clock = ["wall seconds", "CPU seconds"][usize::from(has_cpu)];
@@ -319,28 +324,28 @@ fn runs(entries: &[Entry], of_scenes: bool) -> Sheet {
         ];
         cells.extend(FIGURES.iter().enumerate().map(|(k, figure)| match k {
             FIELD => (figure.title, error(row.errors[k]).map(percent)),
-            _ => (figure.title, error(row.errors[k]).map(signed)),
+            _ => (figure.title, error(row.errors[k]).map(signed_percent)),
         }));
         cells.push(("own bar of volume", row.bars[0].map(percent)));
-        cells.push(("of it closures", row.closure.map(percent)));
+        cells.push(("closure part", row.closure.map(percent)));
         cells
     };
     let rows: Vec<Cells> = entries.iter().map(cells).collect();
-    Sheet::of("", 2, &rows)
+    Sheet::new("", 2, &rows)
 }
 
-/// True if the pairs of a run are on another grid than those of `balanced`.
+/// Returns true if the FFT pairs of a run are on another grid than those of `balanced`.
 fn is_weighed(trade: &Trade, row: &Row) -> bool {
     trade.by == Cost::FftPairs && row.cost != row.fft_pairs
 }
 
-/// The variants of a scene. `left_out` is what was not tried, and why.
+/// Builds the page on the variants of a scene. `left_out` lists the variants that were not tried, with reasons.
 pub fn page(trade: &Trade, left_out: &[(String, String)]) -> Page {
     let trades = std::slice::from_ref(trade);
     let (name, found, entries) = (&trade.name, findings(trade), entries(trades, false));
     let reasons = left_out.iter().map(|(what, why)| format!("{what}: {why}"));
     let mut lists = lists(trades, &entries);
-    lists.push(("What buys most", buys(&found)));
+    lists.push(("Most effective knobs", knob_findings(&found)));
     lists.push(("Convergence with the mesh", convergence(&found)));
     lists.push(("Not tried", reasons.collect()));
     let title = format!("{name}: error against cost");
@@ -353,7 +358,7 @@ pub fn page(trade: &Trade, left_out: &[(String, String)]) -> Page {
     }
 }
 
-/// The presets over several scenes, which have a name together.
+/// Builds the page on the presets over several scenes, under a common name.
 pub fn page_of_scenes(name: &str, trades: &[Trade]) -> Page {
     let entries = entries(trades, true);
     let first = trades.iter().find(|trade| trade.machine.is_some());
@@ -361,10 +366,10 @@ pub fn page_of_scenes(name: &str, trades: &[Trade]) -> Page {
     Page {
         title: format!("Speed against accuracy: {name}"),
         intro: format!(
-            "{name}: the presets over {} scenes. Deviations are from the preset reference of the same scene, whose own error is not known; \
-             costs are FFT pairs, which are exact.{}{}",
+            "{name}: the presets over {} scenes. Deviations are from the preset reference of the same scene, whose own error is unknown. \
+             Costs are FFT pairs, which are exact.{}{}",
             trades.len(),
-            promised(trades),
+            promised_figures(trades),
             first.map_or(String::new(), machine)
         ),
         chart: chart(title, "FFT pairs of a run".to_owned(), &entries, true),
@@ -373,11 +378,11 @@ pub fn page_of_scenes(name: &str, trades: &[Trade]) -> Page {
     }
 }
 
-/// The figures that the presets promise, as a sentence after a space.
-fn promised(trades: &[Trade]) -> String {
-    let is_there = |k: &usize| trades.iter().any(|trade| trade.has(*k));
+/// Lists the promised figures, as a sentence after a space.
+fn promised_figures(trades: &[Trade]) -> String {
+    let is_used = |k: &usize| trades.iter().any(|trade| trade.has(*k));
     let figures = (0..FIGURES.len()).filter(|k| FIGURES[*k].promised);
-    let figures = figures.filter(is_there);
+    let figures = figures.filter(is_used);
     let figures: Vec<&str> = figures.map(|k| FIGURES[k].title).collect();
     match figures.is_empty() {
         true => String::new(),
@@ -385,26 +390,27 @@ fn promised(trades: &[Trade]) -> String {
     }
 }
 
-/// What is off, and what is not compared.
+/// Lists the broken promises, the figures outside their error bars, and the runs that are not compared.
 fn lists(trades: &[Trade], entries: &[Entry]) -> Vec<(&'static str, Vec<String>)> {
     let line = |miss: &Miss| {
-        let is_it = |e: &&Entry| e.trade.name == miss.scene && e.row.variant.name == miss.preset;
+        let is_missed =
+            |e: &&Entry| e.trade.name == miss.scene && e.row.variant.name == miss.preset;
         let name = entries
             .iter()
-            .find(is_it)
+            .find(is_missed)
             .map_or("", |entry| &entry.point.name);
-        let off = match miss.error {
-            Some(error) => against(error, miss.limit),
+        let deviation = match miss.error {
+            Some(error) => error_and_limit(error, miss.limit),
             None => format!("is zero in reference, ±{}", percent(miss.limit)),
         };
-        format!("{name}: {} {off}", miss.figure)
+        format!("{name}: {} {deviation}", miss.figure)
     };
-    let [broken, outside] = misses(trades).map(|found| found.iter().map(line).collect());
+    let [broken, outside] = misses(trades).map(|figures| figures.iter().map(line).collect());
     let not_compared = entries.iter().filter_map(|entry| {
-        let is_lost = entry.point.error.is_none() && entry.row.is_compared();
-        let lost = "a promised figure is zero or infinite in the reference";
-        let lost = (is_lost && entry.trade.reference().is_some()).then_some(lost);
-        let why = entry.row.failure.as_deref().or(lost)?;
+        let has_no_error = entry.point.error.is_none() && entry.row.is_compared();
+        let reason = "a promised figure is zero or infinite in the reference";
+        let reason = (has_no_error && entry.trade.reference().is_some()).then_some(reason);
+        let why = entry.row.failure.as_deref().or(reason)?;
         Some(format!("{}: {why}", entry.point.name))
     });
     vec![
@@ -414,10 +420,10 @@ fn lists(trades: &[Trade], entries: &[Entry]) -> Vec<(&'static str, Vec<String>)
     ]
 }
 
-/// The presets by kind of motion.
-fn summary(found: &[Tally]) -> Sheet {
+/// Builds the table of the presets by kind of motion.
+fn summary(tallies: &[Tally]) -> Sheet {
     let or_none = |value: Option<f64>| value.map_or(NONE.to_owned(), percent);
-    let of_figure = |f: &FigureCount| {
+    let figure_text = |f: &FigureCount| {
         let [median, worst] = [f.median, f.worst].map(or_none);
         format!("{median} / {worst}; {} of {}", f.within, f.scenes)
     };
@@ -449,41 +455,43 @@ fn summary(found: &[Tally]) -> Sheet {
             ("in scene", tally.worst_scene.clone()),
         ];
         cells.extend(FIGURES.iter().map(|figure| {
-            let found = tally.figures.iter().find(|f| f.figure == figure.title);
-            (figure.title, found.map(of_figure))
+            let count = tally.figures.iter().find(|f| f.figure == figure.title);
+            (figure.title, count.map(figure_text))
         }));
         cells
     };
-    let rows: Vec<Cells> = found.iter().map(cells).collect();
+    let rows: Vec<Cells> = tallies.iter().map(cells).collect();
     let heading = "Presets by kind of motion: median / largest deviation; scenes in which a figure is within its own error bar";
-    Sheet::of(heading, 1, &rows)
+    Sheet::new(heading, 1, &rows)
 }
 
 fn intro(trade: &Trade) -> String {
     let seconds = match (trade.noise, trade.has_cpu()) {
         (Some(noise), cpu) => format!(
-            "{} seconds are of the stages of a run, and known to ±{}: by so much the iterations of balanced differ when it is run again.",
+            "{} seconds are the time of the stages of a run. They are reproducible to ±{}, the difference between two runs of balanced.",
             if cpu { "CPU" } else { "Wall" },
             percent(noise)
         ),
         (None, _) => {
-            "How noisy the seconds are is not known, since balanced was not run again.".to_owned()
+            "The noise of the seconds is unknown, because balanced was not run twice.".to_owned()
         }
     };
     let by = match trade.by {
-        Cost::FftPairs => "FFT pairs, which are exact, are what costs are compared by.",
-        Cost::Seconds => "Costs are compared by seconds, since FFT pairs are not all of the work.",
+        Cost::FftPairs => "Costs are compared by FFT pairs, which are exact.",
+        Cost::Seconds => {
+            "Costs are compared by seconds, because FFT pairs are only a part of the work."
+        }
     };
     format!(
-        "{}: cost, and deviation from the variant reference, whose own error is not known. A knob is turned alone, from the preset \
+        "{}: cost, and deviation from the variant reference, whose own error is unknown. Each variant changes one knob of the preset \
          balanced. {by} {seconds}{}{}",
         trade.name,
-        promised(std::slice::from_ref(trade)),
+        promised_figures(std::slice::from_ref(trade)),
         machine(trade)
     )
 }
 
-/// Where a trade was computed, as a sentence after a space.
+/// Describes the machine of a trade, as a sentence after a space.
 fn machine(trade: &Trade) -> String {
     trade.machine.as_ref().map_or(String::new(), |machine| {
         let features = machine.cpu_features.last();
@@ -509,76 +517,90 @@ fn cost_axis(trade: &Trade) -> String {
     }
 }
 
-fn buys(found: &Findings) -> Vec<String> {
-    let least = match (found.by, found.noise) {
+fn knob_findings(findings: &Findings) -> Vec<String> {
+    let least = match (findings.by, findings.noise) {
         (Cost::FftPairs, _) => 0.0,
         (Cost::Seconds, Some(noise)) => noise,
         (Cost::Seconds, None) => {
-            return vec!["Nothing is said of seconds whose noise is not known".to_owned()];
+            return vec!["No finding: costs are seconds, and their noise is not known".to_owned()];
         }
     };
-    let is_seconds = found.by == Cost::Seconds;
+    let is_seconds = findings.by == Cost::Seconds;
     let amount = |amount: f64| match is_seconds {
         true => format!("{} s", seconds(amount)),
         false => format!("{amount:.0} FFT pairs"),
     };
-    let told = |KnobEffect {
-                    knob,
-                    value,
-                    error,
-                    error_before,
-                    ..
-                }: &KnobEffect,
-                cost: String| {
+    let effect_text = |KnobEffect {
+                           knob,
+                           value,
+                           error,
+                           error_before,
+                           ..
+                       }: &KnobEffect,
+                       cost: String| {
         let [error, before] = [*error, *error_before].map(percent);
-        format!("{knob} = {value} {cost}, for an error of {error} in place of {before}")
+        format!("{knob} = {value} {cost}, for an error of {error} instead of {before}")
     };
-    let saving = found.savings.iter().map(|saving| {
-        let what = saving.buy.as_ref().map(|buy| {
-            let (saved, part) = (amount(buy.saved), percent(buy.saved_part));
-            told(buy, format!("saves {saved}, {part} of those of balanced"))
+    let saving = findings.savings.iter().map(|saving| {
+        let effect_or_none = saving.buy.as_ref().map(|effect| {
+            let (saved, part) = (amount(effect.saved), percent(effect.saved_part));
+            effect_text(
+                effect,
+                format!("saves {saved}, {part} of the cost of balanced"),
+            )
         });
-        let what = what.unwrap_or_else(|| "no single knob saves anything worth it".to_owned());
-        format!("Within {}: {what}", percent(saving.within))
+        let effect_or_none = effect_or_none
+            .unwrap_or_else(|| "no single knob saves a significant part of the cost".to_owned());
+        format!("Within {}: {effect_or_none}", percent(saving.within))
     });
-    let accuracy = found.accuracy.as_ref().map(|buy| {
-        let cost = match -buy.saved_part {
-            more if more > least => format!("costs {} more, {}", amount(-buy.saved), percent(more)),
-            _ if is_seconds => "costs no more than noise tells".to_owned(),
+    let accuracy = findings.accuracy.as_ref().map(|effect| {
+        let cost = match -effect.saved_part {
+            extra if extra > least => {
+                format!("costs {} more, {}", amount(-effect.saved), percent(extra))
+            }
+            _ if is_seconds => "costs no more within the noise".to_owned(),
             _ => "costs no FFT pair more".to_owned(),
         };
-        format!("Most accuracy for its cost: {}", told(buy, cost))
+        format!(
+            "Best gain of accuracy for its cost: {}",
+            effect_text(effect, cost)
+        )
     });
     let accuracy = accuracy
         .unwrap_or_else(|| "No single knob of a solver halves the error of balanced".to_owned());
-    let idle = found.without_effect.join(", ");
-    let idle = (!idle.is_empty()).then(|| format!("Without any effect: {idle}"));
-    saving.chain([accuracy]).chain(idle).collect()
+    let ineffective = findings.without_effect.join(", ");
+    let ineffective =
+        (!ineffective.is_empty()).then(|| format!("Knobs without any effect: {ineffective}"));
+    saving.chain([accuracy]).chain(ineffective).collect()
 }
 
-fn convergence(found: &Findings) -> Vec<String> {
-    let knobs = found.convergence.iter();
+fn convergence(findings: &Findings) -> Vec<String> {
+    let knobs = findings.convergence.iter();
     let steps = knobs.flat_map(|knob| knob.steps.iter().map(|step| (knob.knob, step)));
     let lines = steps.map(|(knob, step)| {
-        let open = step.not_converged().into_iter();
-        let open = open.map(|(title, change)| format!("{title} {}", percent(change.abs())));
-        let open: Vec<String> = open.collect();
-        let what = match open.is_empty() {
-            true => format!("converged, all change by less than {}", percent(CONVERGED)),
-            false => format!("not converged: {}", open.join(", ")),
+        let not_converged = step.not_converged().into_iter();
+        let not_converged =
+            not_converged.map(|(title, change)| format!("{title} {}", percent(change.abs())));
+        let not_converged: Vec<String> = not_converged.collect();
+        let what = match not_converged.is_empty() {
+            true => format!(
+                "converged, all figures change by less than {}",
+                percent(CONVERGED)
+            ),
+            false => format!("not converged: {}", not_converged.join(", ")),
         };
         format!("{knob} {}, against {}: {what}", step.from, step.to)
     });
     lines.collect()
 }
 
-/// Three significant digits, to the millisecond at most.
+/// Formats seconds with three significant digits, but at most milliseconds.
 fn seconds(seconds: f64) -> String {
     let decimals = (2.0 - seconds.abs().log10().floor()).clamp(0.0, 3.0);
     format!("{seconds:.*}", decimals as usize)
 }
 
-/// A share of a hundred, to two significant digits, or to the whole percent.
+/// Formats a share in percent, with two significant digits, or as a whole percent.
 fn percent(share: f64) -> String {
     percent_of(share, 2)
 }
@@ -592,16 +614,16 @@ fn percent_of(share: f64, least: i32) -> String {
     format!("{} %", digits(percent, whole.max(least)))
 }
 
-/// The same with its sign.
-fn signed(share: f64) -> String {
+/// Formats a share in percent with its sign.
+fn signed_percent(share: f64) -> String {
     format!("{}{}", if share > 0.0 { "+" } else { "" }, percent(share))
 }
 
-/// An error with its sign and what it is held against, to as many digits as tell them apart.
-fn against(share: f64, limit: f64) -> String {
+/// Formats an error with its sign and its limit, with as many digits as distinguish them.
+fn error_and_limit(share: f64, limit: f64) -> String {
     const MOST: i32 = 6;
-    let told = |digits| [share.abs(), limit].map(|share| percent_of(share, digits));
-    let are_apart = |digits: &i32| told(*digits)[0] != told(*digits)[1];
-    let [error, limit] = told((2..MOST).find(are_apart).unwrap_or(MOST));
+    let percent_texts = |digits| [share.abs(), limit].map(|share| percent_of(share, digits));
+    let are_apart = |digits: &i32| percent_texts(*digits)[0] != percent_texts(*digits)[1];
+    let [error, limit] = percent_texts((2..MOST).find(are_apart).unwrap_or(MOST));
     format!("{}{error}, of {limit}", if share > 0.0 { "+" } else { "−" })
 }

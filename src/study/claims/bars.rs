@@ -1,13 +1,15 @@
-//! Numbers with how much the computation may be off by, and what they decide.
+//! Values with error bars, and verdicts that respect the bars.
 //!
-//! A verdict is of the model that a study names, with its contact elements and harmonics. Bars here are therefore those of steps and solves
-//! alone: what harmonics leave out is claim 27, what contact elements and fine contact differ by is claim 47.
+//! A verdict concerns the model of a study, with its contact elements and harmonics. Error bars here therefore only
+//! include wear steps and solves. Claim 27 covers the truncation of the harmonics. Claim 47 covers the difference
+//! between contact elements and fine contact.
 
 use super::{Evidence, Verdict};
 
-/// * Of what steps and solves make wrong in the volume, the least that they make wrong in a rate, as in `error_dissipated_energy`.
+/// * Smallest relative error of a rate, relative to the error that wear steps and solves cause in the volume, as in
+///   `error_dissipated_energy`.
 const RATE: f64 = 0.4;
-/// What the search of a peak leaves open: of its amplitude, of its frequency.
+/// Relative errors of the search of a peak: of its amplitude and of its frequency.
 const PEAK: f64 = 2e-5;
 const FREQUENCY: f64 = 1e-6;
 
@@ -16,17 +18,17 @@ const FREQUENCY: f64 = 1e-6;
 pub struct Bar {
     /// The value.
     pub value: f64,
-    /// How far it may be off.
+    /// Bound of the error.
     pub error: f64,
 }
 
 impl Bar {
-    /// A value that is known.
+    /// Creates an exact value.
     pub fn exact(value: f64) -> Bar {
         Bar { value, error: 0.0 }
     }
 
-    /// A value with a relative bar.
+    /// Creates a value with a relative error bar.
     pub fn relative(value: f64, error: f64) -> Bar {
         let error = if error.is_nan() { 0.0 } else { error };
         Bar {
@@ -35,7 +37,7 @@ impl Bar {
         }
     }
 
-    /// The difference.
+    /// Returns the difference.
     pub fn less(self, other: Bar) -> Bar {
         Bar {
             value: self.value - other.value,
@@ -43,14 +45,14 @@ impl Bar {
         }
     }
 
-    /// In parts of another.
+    /// Returns the ratio.
     pub fn over(self, other: Bar) -> Bar {
         let value = self.value / other.value;
         let relative = (self.error / self.value).abs() + (other.error / other.value).abs();
         Bar::relative(value, relative)
     }
 
-    /// The size.
+    /// Returns the magnitude.
     pub fn size(self) -> Bar {
         Bar {
             value: self.value.abs(),
@@ -58,7 +60,7 @@ impl Bar {
         }
     }
 
-    /// Whether it is above a bound.
+    /// Judges if the value is above a bound.
     pub fn above(self, bound: f64) -> Verdict {
         let is_within = self.error > 0.0 && (self.value - bound).abs() <= self.error;
         if self.value.is_nan() || is_within {
@@ -68,7 +70,7 @@ impl Bar {
         }
     }
 
-    /// Whether it is below a bound.
+    /// Judges if the value is below a bound.
     pub fn below(self, bound: f64) -> Verdict {
         Bar {
             value: -self.value,
@@ -78,10 +80,10 @@ impl Bar {
     }
 }
 
-/// (largest − smallest) / mean, of which each may be off by its bar.
+/// Returns (largest − smallest) / mean. Each value may be off by its bar.
 pub fn spread(values: &[Bar]) -> Bar {
-    let bare: Vec<f64> = values.iter().map(|bar| bar.value).collect();
-    let at = |better: fn(&f64, &f64) -> bool| {
+    let bare_values: Vec<f64> = values.iter().map(|bar| bar.value).collect();
+    let extreme = |better: fn(&f64, &f64) -> bool| {
         let first = values[0];
         let pick = |best: Bar, bar: &Bar| {
             if better(&bar.value, &best.value) {
@@ -92,15 +94,15 @@ pub fn spread(values: &[Bar]) -> Bar {
         };
         values.iter().fold(first, pick)
     };
-    let (largest, smallest) = (at(|a, b| a > b), at(|a, b| a < b));
-    let mean = bare.iter().sum::<f64>() / bare.len() as f64;
+    let (largest, smallest) = (extreme(|a, b| a > b), extreme(|a, b| a < b));
+    let mean = bare_values.iter().sum::<f64>() / bare_values.len() as f64;
     Bar {
         value: (largest.value - smallest.value) / mean,
         error: (largest.error + smallest.error) / mean.abs(),
     }
 }
 
-/// Whether each is above the one before.
+/// Judges if each value is above its predecessor.
 pub fn rises(values: &[Bar]) -> Verdict {
     let steps = values
         .windows(2)
@@ -108,25 +110,31 @@ pub fn rises(values: &[Bar]) -> Verdict {
     Verdict::all(steps)
 }
 
-/// What a value is off by where the volume is off by a part `error`, if it goes on as over the last step.
-fn followed(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
+/// Returns the error of a value if the volume is off by a relative `error`. It extrapolates the change over the last
+/// step.
+fn last_step_error(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
     if place == 0 {
         return 0.0;
     }
-    let worn = volumes[place] - volumes[place - 1];
-    let off = (values[place] - values[place - 1]).abs() * error * volumes[place] / worn;
-    if off.is_finite() { off } else { 0.0 }
+    let step_volume = volumes[place] - volumes[place - 1];
+    let deviation =
+        (values[place] - values[place - 1]).abs() * error * volumes[place] / step_volume;
+    if deviation.is_finite() {
+        deviation
+    } else {
+        0.0
+    }
 }
 
-/// What a value that follows the state of wear is off by where the volume is off by a part `error`: at least that part of what wear has
-/// changed so far.
-fn state(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
+/// Returns the error of a value that depends on the state of wear, if the volume is off by a relative `error`. It is at
+/// least that part of the change since the unworn state.
+fn state_error(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
     let so_far = (values[place] - values[0]).abs() * error;
-    followed(values, volumes, place, error).max(so_far)
+    last_step_error(values, volumes, place, error).max(so_far)
 }
 
 impl Evidence {
-    /// What steps and solves make wrong in the worn volume of an iteration, relative.
+    /// Returns the relative error that wear steps and solves cause in the worn volume of an iteration.
     fn steps_error(&self, place: usize) -> f64 {
         let at = |name: &str| {
             let value = self
@@ -137,7 +145,7 @@ impl Evidence {
         (at("error_wear_volume") - at("error_closure") - at("error_harmonics")).max(0.0)
     }
 
-    /// Deepest wear at the end \[m\].
+    /// Returns the deepest wear at the end \[m\].
     pub fn deepest_wear(&self) -> Option<Bar> {
         let last = self.cycles()?.len() - 1;
         Some(Bar::relative(
@@ -146,23 +154,25 @@ impl Evidence {
         ))
     }
 
-    /// A column of the summary at the place of an iteration, with its bar.
+    /// Returns a value of a column of the summary with its bar. `place` is the index of the iteration.
     pub fn bar(&self, name: &str, place: usize) -> Option<Bar> {
         let values = self.column(name)?;
         let value = *values.get(place)?;
-        let own =
+        let relative_error =
             |error: &str, place: usize| self.column(error).and_then(|e| e.get(place).copied());
         let volumes = || self.column("wear_volume");
         let error = self.steps_error(place);
         let by_wear = match name {
             "dissipated_energy" | "wear_rate" => {
-                let solves = own("error_cycle", place).unwrap_or(0.0);
+                let solves = relative_error("error_cycle", place).unwrap_or(0.0);
                 let least = (RATE * error * value).abs();
-                followed(values, volumes()?, place, error).max(least) + (solves * value).abs()
+                last_step_error(values, volumes()?, place, error).max(least)
+                    + (solves * value).abs()
             }
             "kn" | "kt" => {
-                let solves = own(&format!("error_{name}"), 0).unwrap_or(0.0);
-                let worn = volumes().map_or(0.0, |volumes| state(values, volumes, place, error));
+                let solves = relative_error(&format!("error_{name}"), 0).unwrap_or(0.0);
+                let worn =
+                    volumes().map_or(0.0, |volumes| state_error(values, volumes, place, error));
                 worn + (solves * value).abs()
             }
             _ => 0.0,
@@ -171,45 +181,48 @@ impl Evidence {
         Some(Bar { value, error })
     }
 
-    /// The first and the last.
+    /// Returns the first and the last value of a column of the summary.
     pub fn end_bars(&self, name: &str) -> Option<[Bar; 2]> {
         let last = self.column(name)?.len().checked_sub(1)?;
         Some([self.bar(name, 0)?, self.bar(name, last)?])
     }
 
-    /// The value at some cycles, between iterations, with the bar of the next.
-    pub fn bar_at(&self, name: &str, at: f64) -> Option<Bar> {
+    /// Returns the value of a column of the summary at some cycles, interpolated between iterations, with the bar of
+    /// the next iteration.
+    pub fn bar_at(&self, name: &str, at_cycles: f64) -> Option<Bar> {
         let (cycles, values) = (self.cycles()?, self.column(name)?);
-        let next = cycles.partition_point(|n| *n < at).min(cycles.len() - 1);
-        let value = super::words::interpolated(cycles, values, at);
-        let near = self.bar(name, next)?;
-        Some(Bar::relative(value, near.error / near.value.abs()))
+        let next = cycles
+            .partition_point(|n| *n < at_cycles)
+            .min(cycles.len() - 1);
+        let value = super::words::interpolated(cycles, values, at_cycles);
+        let next_bar = self.bar(name, next)?;
+        Some(Bar::relative(value, next_bar.error / next_bar.value.abs()))
     }
 
-    /// A column of the responses of worn states, each with its bar.
+    /// Returns a column of the responses of worn states, each value with its bar.
     pub fn worn_bars(&self, name: &str) -> Option<Vec<Bar>> {
         let values = self.worn_response.get(name)?;
         let (volumes, places) = (
             self.worn_response.get("wear_volume"),
             self.worn_response.get("place"),
         );
-        let found = match name.ends_with("frequency") {
+        let search_error = match name.ends_with("frequency") {
             true => FREQUENCY,
             false => PEAK,
         };
         let bar = |k: usize| {
-            let of_steps = volumes.zip(places).map_or(0.0, |(volumes, places)| {
-                state(values, volumes, k, self.steps_error(places[k] as usize))
+            let step_error = volumes.zip(places).map_or(0.0, |(volumes, places)| {
+                state_error(values, volumes, k, self.steps_error(places[k] as usize))
             });
             Bar {
                 value: values[k],
-                error: found * values[k].abs() + of_steps,
+                error: search_error * values[k].abs() + step_error,
             }
         };
         Some((0..values.len()).map(bar).collect())
     }
 
-    /// The first and the last.
+    /// Returns the first and the last value of a column of the responses of worn states.
     pub fn worn_end_bars(&self, name: &str) -> Option<[Bar; 2]> {
         let bars = self.worn_bars(name)?;
         Some([*bars.first()?, *bars.last()?])

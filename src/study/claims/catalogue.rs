@@ -1,35 +1,37 @@
-//! The claims: what the paper says, where, and the criterion. Criteria marked * are ours, the paper gives none.
+//! Catalogue of the claims: statement, place in the paper, and criterion. Criteria marked * are ours, because the paper
+//! gives none.
 
 use serde::Serialize;
 
-/// What a claim is about.
+/// Kind of a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// A result of the paper: what a run may contradict.
+    /// A result of the paper, which a run may contradict.
     Result,
-    /// What the method does by its own definition. A run shows that it was computed so, which confirms nothing of the paper.
+    /// A property that follows from the definition of the method. A run shows that it was computed so, but does not
+    /// confirm a result of the paper.
     Method,
-    /// Said by nobody: a check of the runs that the verdicts rest on.
+    /// A check of the runs that the verdicts depend on. The paper does not state it.
     Check,
 }
 
-/// A statement of the paper.
+/// Statement of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Claim {
-    /// Its number, in the order of the paper's argument.
+    /// Number, in the order of the paper's argument.
     pub number: u32,
-    /// What it is about.
+    /// Kind of the claim.
     pub kind: Kind,
     /// Section, equation or figure.
     pub place: &'static str,
-    /// What is said, in short.
+    /// Short statement.
     pub statement: &'static str,
-    /// The paper's own words; empty where it has none.
+    /// Words of the paper. Empty for a check.
     pub words: &'static str,
-    /// When it holds.
+    /// Criterion of the verdict.
     pub criterion: &'static str,
-    /// Which runs it takes, said where there are none.
+    /// Runs that the claim needs. The finding reports them if there are none.
     #[serde(skip)]
     pub needs: &'static str,
 }
@@ -48,7 +50,7 @@ const PLASTIC_LATER: &str =
     "needs two finished runs to 4 × 10⁶ cycles that differ by the pressure cap alone";
 const PLASTIC: &str = "needs two finished runs that differ by the pressure cap alone";
 
-/// One after another, as [`CLAIMS`] numbers them.
+/// Creates an entry of [`CLAIMS`].
 const fn claim(
     number: u32,
     kind: Kind,
@@ -132,7 +134,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "a fretting cycle takes 70 s, and 10⁷ cycles 4 h 29 min",
             "Each fretting cycle took approximately 70 s to run […] which took approximately 4 h 29 min",
-            "explicit run, time of the processor: at most 70 s an iteration, and 4 h 29 min in all, on this machine",
+            "explicit run, CPU time: at most 70 s per iteration, and 4 h 29 min in total, on this machine",
             "needs a finished explicit run to 10⁷ cycles",
         ],
     ),
@@ -154,7 +156,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "peaks are flattened, valleys stay as they are",
             "wear, which only affects the peaks of the profile (in contact), while the valleys (not in contact) maintain their shape",
-            "Rq 5 µm: cells that never touched are left, and have worn by exactly 0; others have worn",
+            "Rq 5 µm: some cells have never touched, and their wear is exactly 0; other cells have worn",
             RQ5,
         ],
     ),
@@ -165,7 +167,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "Rq decreases with wear",
             "As the surface wears out, its RMS roughness tends to decrease",
-            "each roughness, of the heights as eq. 4.1 has them: never above the unworn value (by more than 1e-4*), lower at the end",
+            "each roughness, Rq of the heights by eq. 4.1: never above the unworn value (by more than 1e-4*), lower at the end",
             ALL,
         ],
     ),
@@ -242,7 +244,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "peaks of pressure fall, flat patches of much lower pressure appear",
             "the peaks of pressure are decreasing until nearly flat patches of much lower pressure are obtained",
-            "Rq 5 µm: half* of the unworn value or less at the end, for the largest pressure along a section (median over the sections along x) and for that of 99 % of the cells in contact; which also comes closer to the mean",
+            "Rq 5 µm: at the end at most half* of the unworn value, both for the largest pressure along a section (median over the sections along x) and for the pressure that 99 % of the cells in contact do not exceed; the ratio of the latter to the mean falls",
             RQ5,
         ],
     ),
@@ -297,7 +299,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "the same for kt",
             "The same observations can be made on the global tangential contact stiffness",
-            "as 19 and 20",
+            "criteria of claims 19 and 20",
             "needs finished runs of generated surfaces to 10⁷ cycles, in the setting",
         ],
     ),
@@ -308,7 +310,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "local stiffness falls while the global one rises",
             "the local values of contact stiffness are decreasing, but the overall contact stiffness keeps increasing because the global contact area does so",
-            "contact elements with a stiffness of their own, renewed as the joint wears: kn over the area in contact of an element falls (median), kn of the joint and its contact area rise",
+            "contact elements with individual stiffness, updated as the joint wears: kn of an element over its area in contact falls (median), kn of the joint and its contact area rise",
             "needs a finished run with updates and contact.stiffness = \"tangent\"",
         ],
     ),
@@ -330,7 +332,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "the total normal load is the bolt load with a small harmonic part",
             "equal to the bolt load (30 kN) plus a small harmonic oscillation due to the dynamic load",
-            "each roughness, unworn: mean within 1 %* of it, half range below 5 %*",
+            "each roughness, unworn: mean within 1 %* of the bolt load, half range below 5 %* of it",
             MOVES,
         ],
     ),
@@ -352,7 +354,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "the loops are shifted by the static component",
             "A clear shift of the loops due to the static component of the dynamic response can be observed",
-            "Rq 5 µm, unworn: |mean| above 5 %* of the half range of the relative displacement; undecided where the joint slides as a whole, as nothing holds its mean then",
+            "Rq 5 µm, unworn: |mean| above 5 %* of the half range of the relative displacement; undecided if the joint slides as a whole, because its mean is then indeterminate",
             MOVES,
         ],
     ),
@@ -385,7 +387,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "the wear rate jumps down at each update of the dynamic model",
             "a jump in the wear rate is obtained after each update […] smaller tangential relative displacements at the contact interface, and therefore […] a lower wear rate",
-            "of one state of wear, under the vibration before and after: dissipation falls by more than 1 %* at every update",
+            "at every update, for the same state of wear: dissipation falls by more than 1 %* from the vibration before the update to the one after it",
             "needs a finished run with updates",
         ],
     ),
@@ -429,7 +431,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "no update is needed: the coupling is minimal",
             "no update of the nonlinear dynamic model is needed to discuss the effects of roughness and wear on the dynamic response up to 10 million cycles",
-            "never against the finest criterion: as 32",
+            "the run without updates against the finest criterion: criterion of claim 32",
             "needs two finished runs that differ by the model update alone, one of them never updated, and wear to 10⁷ cycles",
         ],
     ),
@@ -506,7 +508,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "peaks above 600 MPa become 600 MPa",
             "the numerous peaks that were higher than 600 MPa in the elastic contact, are now all equal to 600 MPa",
-            "unworn: largest pressure = cap, below that of the elastic run; more than 1 %* of the cells in contact at it",
+            "unworn: largest pressure = cap, lower than in the elastic run; more than 1 %* of the cells in contact are at the cap",
             PLASTIC,
         ],
     ),
@@ -572,7 +574,7 @@ pub const CLAIMS: [Claim; 47] = [
         [
             "the joint slides as a whole",
             "The simulations of the tangential contact problem are displacement-controlled to allow macro-slip",
-            "Rq 5 µm: the tangential force of the fine contact reaches µN, N of the same time, within 0.1 %*, and is never above",
+            "Rq 5 µm: the tangential force of the fine contact reaches µN at the same instant within 0.1 %*, and never exceeds it",
             MOVES,
         ],
     ),

@@ -6,61 +6,61 @@ use super::words::{interpolated, list, never_falls, percent};
 use super::{Evidence, Part, Study, Verdict};
 use crate::report::quantity::number;
 
-/// * Fall of the area that counts as none, of the area.
+/// * Largest relative decrease of the area that counts as no decrease.
 const FALL: f64 = 0.01;
-/// * Slope at first over slope at last, of what rises fast and then slowly.
+/// * Smallest ratio of the first to the last slope of a curve that rises fast and then slowly.
 const FAST: f64 = 5.0;
-/// * R² of what is nearly linear.
+/// * Smallest R² of a nearly linear curve.
 const LINEAR: f64 = 0.95;
-/// Points at which a line is fitted.
+/// Number of points of a linear fit.
 const POINTS: usize = 200;
-/// Roughness up to which a surface is one of the smoother ones \[m\]: 0.5 and 1 µm, against 5 and 10 µm [A §4a].
+/// Largest roughness of the smoother surfaces \[m\]: 0.5 and 1 µm, against 5 and 10 µm [A §4a].
 const SMOOTHER: f64 = 1e-6;
-/// * Area of the smoothest over that of the roughest, of what is much larger.
+/// * Smallest ratio of the areas of the smoothest and the roughest surface that counts as much larger.
 const MUCH: f64 = 2.0;
-/// * Pressure at the end over that at first, of what is much lower.
+/// * Largest ratio of the last to the first pressure that counts as much lower.
 const LOWER: f64 = 0.5;
-/// Cycles of running-in, and from which on it is over*.
+/// Cycles of running-in, and cycles from which on running-in is over*.
 const EARLY: f64 = 1e5;
 const LATE: f64 = 5e6;
-/// * What a spread shrinks to, where runs converge.
+/// * Largest ratio of the last to the first spread of runs that converge.
 pub const CONVERGED: f64 = 1.0 / 3.0;
-/// A cell that dissipates less than this share of the most, sticks.
+/// A cell sticks if it dissipates less than this part of the largest dissipation.
 const STICKS: f64 = 1e-3;
 
-/// What the runs of a study say of a claim.
+/// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     let worn = || (study.rough.iter().copied()).filter(|run| run.cycles().is_some());
-    let set = || study.rough.as_slice();
-    let one = |part: Option<Part>| part.into_iter().collect();
+    let rough_runs = || study.rough.as_slice();
+    let as_list = |part: Option<Part>| part.into_iter().collect();
     match claim {
         15 => worn().filter_map(area).collect(),
-        16 => one(study.main.and_then(pressure)),
-        17 => one(several(set()).and_then(areas)),
-        18 => match several(set()) {
+        16 => as_list(study.main.and_then(pressure)),
+        17 => as_list(several(rough_runs()).and_then(areas)),
+        18 => match several(rough_runs()) {
             Some(_) => worn().filter_map(shape).collect(),
             None => Vec::new(),
         },
         19 => to_the_end(study)
             .filter_map(|run| running_in(run, "kn"))
             .collect(),
-        20 => one(several(set()).and_then(|set| converge(set, "kn"))),
+        20 => as_list(several(rough_runs()).and_then(|rough_runs| converge(rough_runs, "kn"))),
         21 => {
             let each = to_the_end(study).filter_map(|run| running_in(run, "kt"));
             let mut parts: Vec<Part> = each.collect();
-            parts.extend(several(set()).and_then(|set| converge(set, "kt")));
+            parts.extend(several(rough_runs()).and_then(|rough_runs| converge(rough_runs, "kt")));
             parts
         }
-        _ => one(study.local.and_then(local)),
+        _ => as_list(study.local.and_then(local)),
     }
 }
 
-/// Runs to the end of the study.
+/// Returns the runs that reach the end of the study.
 fn to_the_end<'a>(study: &'a Study) -> impl Iterator<Item = &'a Evidence> {
     (study.rough.iter().copied()).filter(|run| reaches(run, STUDY))
 }
 
-/// Runs of different roughness, if there are two at least.
+/// Returns the runs of different roughness, if there are at least two.
 pub fn several<'a, 'b>(set: &'b [&'a Evidence]) -> Option<&'b [&'a Evidence]> {
     let rough = set.iter().all(|run| run.scene.rq.is_some());
     (set.len() > 1 && rough).then_some(set)
@@ -97,7 +97,7 @@ fn pressure(run: &Evidence) -> Option<Part> {
     ];
     let uneven = [before, after].map(|moment| moment.high_pressure / moment.mean_pressure);
     let measured = format!(
-        "median of the largest along sections {} → {} MPa; 99 % of the cells in contact below {} → {} MPa, {} → {} times the mean; single largest {} → {} MPa",
+        "median of the largest pressures of all sections {} → {} MPa; 99 % of the cells in contact below {} → {} MPa, {} → {} times the mean; largest pressure {} → {} MPa",
         number(1e-6 * sections[0]),
         number(1e-6 * sections[1]),
         number(1e-6 * before.high_pressure),
@@ -114,20 +114,20 @@ fn pressure(run: &Evidence) -> Option<Part> {
     Some(part.because(|| {
         let share = after.peak_dissipation;
         if share < STICKS {
-            format!("the cell under the largest pressure sticks (it dissipates {share:.1e} of the most): it does not wear while its surroundings do, so that it carries ever more; a hardness limit would flatten it")
+            format!("the cell under the largest pressure sticks (its dissipation is {share:.1e} of the largest): it does not wear while its surroundings do, so its pressure keeps rising; a hardness limit would flatten it")
         } else {
             String::new()
         }
     }))
 }
 
-/// Slope at first over slope at last; kn or kt.
+/// Compares the first and the last slope of kn or kt.
 fn running_in(run: &Evidence, name: &str) -> Option<Part> {
     run.scene.rq?;
     let values = run.column(name)?;
     let at = |n: f64| run.bar_at(name, n);
     let slope = |from: Bar, to: Bar, cycles: f64| {
-        // Bars of neighbours are shared but for what the later has more.
+        // Neighbours share their error, except for the growth of the bar.
         Bar {
             value: (to.value - from.value) / cycles,
             error: (to.error - from.error).abs() / cycles,
@@ -135,7 +135,7 @@ fn running_in(run: &Evidence, name: &str) -> Option<Part> {
     };
     let early = slope(run.bar(name, 0)?, at(EARLY)?, EARLY);
     let late = slope(at(LATE)?, at(STUDY)?, STUDY - LATE);
-    // A stiffness that no longer changes is slow enough.
+    // The slope of a constant stiffness is a rounding error.
     let rounding = 1e-9 * values[0] / (STUDY - LATE);
     let scaled = Bar {
         value: FAST * late.value.max(0.0),
@@ -160,7 +160,7 @@ fn local(run: &Evidence) -> Option<Part> {
     let ends = (run.ends("kn")?, run.ends("contact_area_fraction")?);
     let ([before, after], [area, grown]) = ends;
     let measured = format!(
-        "median over loaded elements {} → {} N/µm per mm² in contact ({} → {} N/µm an element); joint {} → {} N/µm on {} → {} of its area",
+        "median over loaded elements {} → {} N/µm per mm² in contact ({} → {} N/µm per element); joint {} → {} N/µm on {} → {} of its area",
         number(1e-12 * density),
         number(1e-12 * worn),
         number(1e-6 * kn),
@@ -174,7 +174,7 @@ fn local(run: &Evidence) -> Option<Part> {
     Some(Part::of(&[run], Verdict::of(holds), measured))
 }
 
-/// Roughnesses of a set in words.
+/// Formats the roughnesses of a set.
 pub fn roughnesses(set: &[&Evidence]) -> String {
     let rq = set.iter().filter_map(|run| run.scene.rq);
     format!("Rq {} µm", list(rq.map(|rq| 1e6 * rq)))
@@ -195,7 +195,7 @@ fn areas(set: &[&Evidence]) -> Option<Part> {
     Some(Part::of(set, Verdict::of(holds), measured))
 }
 
-/// The area over the cycles: an asymptote of a smoother surface, nearly a line of a rougher one.
+/// Judges the area over the cycles: asymptotic for a smoother surface, nearly linear for a rougher one.
 fn shape(run: &Evidence) -> Option<Part> {
     let rq = run.scene.rq?;
     let (cycles, area) = (run.cycles()?, run.column("contact_area_fraction")?);
@@ -219,7 +219,7 @@ fn shape(run: &Evidence) -> Option<Part> {
     Some(Part::of(&[run], Verdict::of(holds), measured))
 }
 
-/// R² of the best line through values at equal distances.
+/// Returns R² of the best line through equidistant values.
 fn r_squared(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let [mid, mean] = [0.5 * (n - 1.0), values.iter().sum::<f64>() / n];
@@ -233,7 +233,7 @@ fn r_squared(values: &[f64]) -> f64 {
     sxy * sxy / (sxx * syy)
 }
 
-/// Whether a spread has fallen to a third.
+/// Judges if a spread has fallen to a third.
 pub fn converged(before: Bar, after: Bar) -> Verdict {
     let scaled = Bar {
         value: CONVERGED * before.value,
@@ -260,7 +260,7 @@ fn converge(set: &[&Evidence], name: &str) -> Option<Part> {
     let mut part = Part::of(set, converged(before, after), measured);
     part.of = "the spread".to_owned();
     Some(part.because(|| {
-        let still: Vec<String> = set
+        let rising: Vec<String> = set
             .iter()
             .filter(|run| {
                 run.column(name)
@@ -268,10 +268,10 @@ fn converge(set: &[&Evidence], name: &str) -> Option<Part> {
             })
             .map(|run| run.name.clone())
             .collect();
-        if still.is_empty() {
+        if rising.is_empty() {
             String::new()
         } else {
-            format!("still rising: {}", still.join(", "))
+            format!("still rising: {}", rising.join(", "))
         }
     }))
 }

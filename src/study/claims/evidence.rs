@@ -1,4 +1,4 @@
-//! What the claims are judged by: numbers of a run, read from its tables once.
+//! Evidence for the claims: numbers of a run, read once from its tables.
 
 use std::collections::BTreeMap;
 
@@ -11,16 +11,16 @@ use crate::tables::{TableName, typed};
 /// Columns of a table over the iterations that have it.
 pub type Columns = BTreeMap<String, Vec<f64>>;
 
-/// Tangential load over relative displacement, a cycle.
+/// Hysteresis loop: tangential load over relative displacement, for one cycle.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HysteresisLoop {
-    /// \[m\]
+    /// Relative displacement \[m\].
     pub displacement: Vec<f64>,
-    /// \[N\]
+    /// Tangential load \[N\].
     pub load: Vec<f64>,
 }
 
-/// What the fields and curves of one iteration say.
+/// Numbers from the fields and curves of one iteration.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Moment {
     /// Pressure that 99 % of the cells in contact do not reach \[Pa\].
@@ -33,82 +33,82 @@ pub struct Moment {
     pub share_at_cap: f64,
     /// Σ p dA \[N\].
     pub load: f64,
-    /// Dissipation of the cell under the largest pressure, over the largest of all cells.
+    /// Dissipation of the cell with the largest pressure, over the largest dissipation of all cells.
     pub peak_dissipation: f64,
-    /// The loop, where it is written.
+    /// Hysteresis loop, if the run stores it.
     pub hysteresis: Option<HysteresisLoop>,
     /// Mean and half range of the normal load over a cycle \[N\].
     pub normal_load: Option<[f64; 2]>,
     /// Mean and half range of the relative displacement over a cycle \[m\].
     pub displacement: Option<[f64; 2]>,
-    /// Fine contact over contact elements of the structure, by quantity.
+    /// Ratio of fine contact to contact elements of the structure, by quantity.
     pub fine_over_elements: BTreeMap<String, f64>,
-    /// Largest size of the moments about x and y, and about the normal, over a cycle \[N m\].
+    /// Largest magnitude of the moments about x and y, and of the moment about the normal, over a cycle \[N m\].
     pub moments: Option<[f64; 2]>,
 }
 
-/// Contact elements when they were made.
+/// Contact elements that carry load, right after an update.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ElementDistribution {
-    /// Normal stiffness of each that bears load \[N/m\].
+    /// Normal stiffness of each loaded element \[N/m\].
     pub kn: Vec<f64>,
-    /// Normal stiffness of each contact element that bears load, over its area in contact \[N/m³\].
+    /// Normal stiffness of each loaded element over its area in contact \[N/m³\].
     pub density: Vec<f64>,
 }
 
-/// What all wear fields together say.
+/// Numbers from all wear fields of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WornSurface {
-    /// Least growth of the depth of a cell in a step \[m\]; below 0 if material came back.
+    /// Smallest growth of the depth of a cell in a step \[m\]. It is below 0 if material came back.
     pub least_growth: f64,
-    /// Deepest wear in the end \[m\].
+    /// Deepest wear at the end \[m\].
     pub deepest: f64,
-    /// Σ depth dA in the end \[m³\].
+    /// Σ depth dA at the end \[m³\].
     pub volume: f64,
-    /// Cells that are in contact at no committed iteration.
+    /// Number of cells that are in contact at no committed iteration.
     pub never_touched: usize,
-    /// Deepest wear among them \[m\].
+    /// Deepest wear of these cells \[m\].
     pub never_touched_depth: f64,
     /// Largest deviation of an explicit step from N α q·v, over the deepest wear.
     pub rule_error: f64,
 }
 
-/// The numbers of a run that claims are judged by. Series have one value for each committed iteration.
+/// Numbers of a run that claims are judged by. Series have one value per committed iteration.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Evidence {
     /// Name of the run.
     pub name: String,
-    /// Its part.
+    /// Setting of the run, which determines its role in a study.
     pub scene: Setting,
-    /// True if the scene is computed to its end.
+    /// True if the run has reached its end.
     pub done: bool,
-    /// `summary`
+    /// Columns of `summary`.
     pub summary: Columns,
-    /// Area of the joint, where it has a surface \[m²\].
+    /// Area of the joint, if it has a surface \[m²\].
     pub area: Option<f64>,
-    /// `dynamic_response`
+    /// Columns of `dynamic_response`.
     pub response: Columns,
-    /// `worn_response`, with the cycles at which it was computed.
+    /// Columns of `worn_response`, with the cycles of each response.
     pub worn_response: Columns,
-    /// `wear_step`
+    /// Columns of `wear_step`.
     pub step: Columns,
-    /// `rq`, `sk` and `ku` of the heights without their form, in a run of a generated surface that wears.
+    /// `rq`, `sk` and `ku` of the heights without their form, for a run of a generated surface with wear.
     pub formless: Columns,
-    /// Deepest wear per cycle, α times the largest dissipation of a cell \[m\].
+    /// Deepest wear per cycle: α times the largest dissipation of a cell \[m\].
     pub depth_rate: Vec<f64>,
-    /// The wear fields, in a run that wears.
+    /// Numbers from the wear fields, for a run with wear.
     pub worn: Option<WornSurface>,
     /// The unworn state.
     pub first: Moment,
     /// The last state.
     pub last: Moment,
-    /// Contact elements of the unworn state, and those of the last update.
+    /// Contact elements of the unworn state, and of the last update.
     pub local: Option<[ElementDistribution; 2]>,
-    /// Largest part of µN that the tangential force takes in the cycle of each iteration, N of the same time.
+    /// Largest ratio of the tangential force to µN at the same instant, over the cycle of each iteration.
     pub sliding: Vec<f64>,
-    /// Time of the processor for all stages, of the clock on the wall where that is not told \[s\].
+    /// CPU time of all stages, or wall time if the CPU time is unknown \[s\].
     pub seconds: f64,
-    /// Kept modes of the reduced structure, if it is there once and verifies.
+    /// Number of retained modes of the reduced structure, if its tables exist and verify.
     pub modes: Option<usize>,
 }
 
@@ -128,19 +128,22 @@ impl Evidence {
         });
         let mut worn_response = Columns::new();
         if let Some(frame) = run.series(TableName::WornResponse)? {
-            worn_response = of_frame(&frame, TableName::WornResponse);
+            worn_response = frame_columns(&frame, TableName::WornResponse);
             let history = run.history()?;
             let iterations = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
             let row = |k: &f64| history.row::<typed::Summary>(*k as u64).ok().flatten();
-            let of = |value: fn(&typed::Summary) -> f64| -> Vec<f64> {
+            let history_column = |value: fn(&typed::Summary) -> f64| -> Vec<f64> {
                 let each = iterations.iter();
                 each.map(|k| row(k).as_ref().map_or(0.0, value)).collect()
             };
-            let cycles = of(|row| row.cycles.unwrap_or(0) as f64);
+            let cycles = history_column(|row| row.cycles.unwrap_or(0) as f64);
             worn_response.insert("cycles".to_owned(), cycles);
-            let volumes = of(|row| row.wear_volume.unwrap_or(0.0));
+            let volumes = history_column(|row| row.wear_volume.unwrap_or(0.0));
             worn_response.insert("wear_volume".to_owned(), volumes);
-            let place = |k: &f64| run.iterations().partition_point(|own| *own < *k as u64) as f64;
+            let place = |k: &f64| {
+                run.iterations()
+                    .partition_point(|stored| *stored < *k as u64) as f64
+            };
             worn_response.insert("place".to_owned(), iterations.iter().map(place).collect());
         }
         let cell_area = recipe.surface().map_or(0.0, |s| s.grid().cell_area());
@@ -150,9 +153,11 @@ impl Evidence {
             .get("updated")
             .map(Vec::as_slice)
             .unwrap_or_default();
-        let renewed = updated.iter().rposition(|flag| *flag > 0.0);
-        let local = match renewed.map(|place| run.iterations()[place]) {
-            Some(k) if k > 0 => local(run, run.iterations()[0])?.zip(local(run, k)?),
+        let last_update = updated.iter().rposition(|flag| *flag > 0.0);
+        let local = match last_update.map(|place| run.iterations()[place]) {
+            Some(k) if k > 0 => {
+                element_distribution(run, run.iterations()[0])?.zip(element_distribution(run, k)?)
+            }
             _ => None,
         };
         Ok(Evidence {
@@ -179,29 +184,29 @@ impl Evidence {
         })
     }
 
-    /// A column of the summary.
+    /// Returns a column of the summary.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         self.summary.get(name).map(Vec::as_slice)
     }
 
-    /// Cycles behind each iteration, in a run that wears.
+    /// Returns the cycles up to each iteration, for a run with wear.
     pub fn cycles(&self) -> Option<&[f64]> {
         self.column("cycles")
     }
 
-    /// First and last value of a column of the summary.
+    /// Returns the first and the last value of a column of the summary.
     pub fn ends(&self, name: &str) -> Option<[f64; 2]> {
         let values = self.column(name)?;
         Some([*values.first()?, *values.last()?])
     }
 
-    /// First and last value of a column of the responses of worn states.
+    /// Returns the first and the last value of a column of the responses of worn states.
     pub fn worn_ends(&self, name: &str) -> Option<[f64; 2]> {
         let values = self.worn_response.get(name)?;
         Some([*values.first()?, *values.last()?])
     }
 
-    /// Renewals of the contact elements after the first.
+    /// Returns the number of updates of the contact elements after the first one.
     pub fn updates(&self) -> usize {
         let updated = self.column("updated").unwrap_or_default();
         updated.iter().skip(1).filter(|flag| **flag > 0.0).count()
@@ -213,7 +218,7 @@ fn area(summary: &Columns) -> Option<f64> {
     Some(first("contact_area")? / first("contact_area_fraction")?)
 }
 
-fn of_frame(frame: &polars::prelude::DataFrame, table: TableName) -> Columns {
+fn frame_columns(frame: &polars::prelude::DataFrame, table: TableName) -> Columns {
     let names = table.schema().columns.iter().map(|column| &column.name);
     names
         .filter_map(|name| Some((name.clone(), numbers(frame, name)?)))
@@ -221,23 +226,23 @@ fn of_frame(frame: &polars::prelude::DataFrame, table: TableName) -> Columns {
         .collect()
 }
 
-/// A one-row table over the iterations that are kept: what is read from their fields goes with it.
+/// Reads a table with one row per iteration, for the iterations whose fields are stored.
 fn columns(run: &RunTables, table: TableName) -> Result<Columns, ReportError> {
     let Some(frame) = run.series(table)? else {
         return Ok(Columns::new());
     };
     let rows = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
-    let kept = |k: &f64| run.iterations().contains(&(*k as u64));
-    let kept: Vec<bool> = rows.iter().map(kept).collect();
-    let mut columns = of_frame(&frame, table);
+    let is_stored = |k: &f64| run.iterations().contains(&(*k as u64));
+    let is_stored: Vec<bool> = rows.iter().map(is_stored).collect();
+    let mut columns = frame_columns(&frame, table);
     for values in columns.values_mut() {
-        let mut kept = kept.iter();
-        values.retain(|_| kept.next() == Some(&true));
+        let mut is_stored = is_stored.iter();
+        values.retain(|_| is_stored.next() == Some(&true));
     }
     Ok(columns)
 }
 
-/// What is read from the fields of all iterations.
+/// Numbers from the fields of all iterations.
 struct Fields {
     depth_rate: Vec<f64>,
     worn: Option<WornSurface>,
@@ -245,10 +250,11 @@ struct Fields {
     formless: Columns,
 }
 
-/// * Wavelength from which on heights are form, in correlation lengths: the 2.5 mm that ISO 4288 has for the roughest of the paper.
+/// * Cutoff wavelength of the form, in correlation lengths: the 2.5 mm of ISO 4288 for the roughest surface of the
+///   paper.
 const FORM: f64 = 5.0;
 
-/// Unworn heights on the grid of a joint, and what they are measured by.
+/// Unworn heights on the grid of a joint, with the cutoff of their form.
 struct Surface {
     cells: [usize; 2],
     steps: [f64; 2],
@@ -279,13 +285,13 @@ impl Surface {
         }))
     }
 
-    /// Rq, Sk and Ku without the form, at these depths of cells (i, j).
+    /// Returns Rq, Sk and Ku without the form, after wear by `depth` at the cells (i, j).
     fn worn(&self, i: &[f64], j: &[f64], depth: &[f64]) -> [f64; 3] {
         let mut heights = self.heights.clone();
         let mut kept = vec![false; heights.len()];
         for ((i, j), depth) in i.iter().zip(j).zip(depth) {
-            let at = *i as usize * self.cells[1] + *j as usize;
-            (heights[at], kept[at]) = (heights[at] - depth, true);
+            let cell = *i as usize * self.cells[1] + *j as usize;
+            (heights[cell], kept[cell]) = (heights[cell] - depth, true);
         }
         form::roughness(&heights, &kept, self.cells, self.steps, self.cutoff)
     }
@@ -298,14 +304,14 @@ impl Fields {
         summary: &Columns,
         cell_area: f64,
     ) -> Result<Fields, ReportError> {
-        let mut found = Fields {
+        let mut result = Fields {
             depth_rate: Vec::new(),
             worn: None,
             sliding: Vec::new(),
             formless: Columns::new(),
         };
         let Some(coefficient) = scene.coefficient else {
-            return Ok(found);
+            return Ok(result);
         };
         let steps = summary.get("n_cycles").cloned().unwrap_or_default();
         let mut worn = WornSurface {
@@ -332,7 +338,7 @@ impl Fields {
             if let Some(surface) = &surface {
                 let worn = surface.worn(&column("i"), &column("j"), &depth);
                 for (name, value) in ["rq", "sk", "ku"].into_iter().zip(worn) {
-                    let column: &mut Vec<f64> = found.formless.entry(name.to_owned()).or_default();
+                    let column: &mut Vec<f64> = result.formless.entry(name.to_owned()).or_default();
                     column.push(value);
                 }
             }
@@ -350,7 +356,7 @@ impl Fields {
                 worn.rule_error = worn.rule_error.max((now - then - n_cycles * rate).abs());
             }
             let most = dissipation.iter().copied().fold(0.0, f64::max);
-            found.depth_rate.push(coefficient * most);
+            result.depth_rate.push(coefficient * most);
             let cycle = run.at(k, TableName::Cycle)?;
             let column = |name| {
                 let column = cycle.as_ref().and_then(|cycle| numbers(cycle, name));
@@ -360,7 +366,7 @@ impl Fields {
             let forces = column("force_x").into_iter().zip(column("force_y"));
             let shares = forces.zip(column("normal_load"));
             let shares = shares.map(|((x, y), load)| x.hypot(y) / (friction * load));
-            found.sliding.push(shares.fold(0.0, f64::max));
+            result.sliding.push(shares.fold(0.0, f64::max));
             rates = dissipation
                 .iter()
                 .map(|energy| coefficient * energy)
@@ -378,32 +384,32 @@ impl Fields {
             worn.never_touched += 1;
             worn.never_touched_depth = worn.never_touched_depth.max(*depth);
         }
-        found.worn = Some(worn);
-        Ok(found)
+        result.worn = Some(worn);
+        Ok(result)
     }
 }
 
-/// Cells with this share of the cap are at it.
+/// Cells at or above this part of the cap count as capped.
 const AT_CAP: f64 = 1.0 - 1e-12;
 
 fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Moment, ReportError> {
-    let mut found = Moment::default();
+    let mut moment = Moment::default();
     if let Some(field) = run.at(k, TableName::ContactField)? {
         let pressure = numbers(&field, "pressure").unwrap_or_default();
         let dissipation = numbers(&field, "dissipation").unwrap_or_default();
-        found.load = pressure.iter().sum::<f64>() * cell_area;
+        moment.load = pressure.iter().sum::<f64>() * cell_area;
         let mut loaded: Vec<f64> = pressure.iter().copied().filter(|p| *p > 0.0).collect();
         loaded.sort_by(f64::total_cmp);
         let sections = numbers(&field, "j").unwrap_or_default();
         let count = sections.iter().fold(-1.0, |most: f64, j| j.max(most)) + 1.0;
-        found.section_peaks = vec![0.0; count as usize];
+        moment.section_peaks = vec![0.0; count as usize];
         for (j, pressure) in sections.iter().zip(&pressure) {
-            let peak = &mut found.section_peaks[*j as usize];
+            let peak = &mut moment.section_peaks[*j as usize];
             *peak = peak.max(*pressure);
         }
         if !loaded.is_empty() {
-            found.mean_pressure = loaded.iter().sum::<f64>() / loaded.len() as f64;
-            found.high_pressure = loaded[(0.99 * (loaded.len() - 1) as f64) as usize];
+            moment.mean_pressure = loaded.iter().sum::<f64>() / loaded.len() as f64;
+            moment.high_pressure = loaded[(0.99 * (loaded.len() - 1) as f64) as usize];
             let cap = recipe
                 .contact()
                 .and_then(|contact| contact.conditions.pressure_cap);
@@ -411,7 +417,7 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
                 .iter()
                 .filter(|p| cap.is_some_and(|cap| **p >= AT_CAP * cap))
                 .count();
-            found.share_at_cap = at_cap as f64 / loaded.len() as f64;
+            moment.share_at_cap = at_cap as f64 / loaded.len() as f64;
         }
         let most = dissipation.iter().copied().fold(0.0, f64::max);
         let peak = pressure
@@ -419,24 +425,24 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
             .enumerate()
             .max_by(|a, b| a.1.total_cmp(b.1));
         if let (Some((cell, _)), true) = (peak, most > 0.0) {
-            found.peak_dissipation = dissipation[cell] / most;
+            moment.peak_dissipation = dissipation[cell] / most;
         }
     }
     if let Some(frame) = run.at(k, TableName::Hysteresis)? {
         let column = |name| numbers(&frame, name).unwrap_or_default();
-        found.hysteresis = Some(HysteresisLoop {
+        moment.hysteresis = Some(HysteresisLoop {
             displacement: column("displacement"),
             load: column("load"),
         });
     }
     if let Some(frame) = run.at(k, TableName::JointCycle)? {
-        found.normal_load = numbers(&frame, "normal_load").map(|v| mean_and_half_range(&v));
-        found.displacement = numbers(&frame, "displacement_x").map(|v| mean_and_half_range(&v));
+        moment.normal_load = numbers(&frame, "normal_load").map(|v| mean_and_half_range(&v));
+        moment.displacement = numbers(&frame, "displacement_x").map(|v| mean_and_half_range(&v));
         let most = |name| {
             let moments = numbers(&frame, name)?;
             Some(moments.iter().fold(0.0, |most: f64, m| m.abs().max(most)))
         };
-        found.moments = most("moment_x")
+        moment.moments = most("moment_x")
             .zip(most("moment_y"))
             .zip(most("moment_z"))
             .map(|((x, y), normal)| [x.max(y), normal]);
@@ -447,17 +453,20 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
             .into_iter()
             .zip(column("dynamic"))
             .map(|(fine, dynamic)| fine / dynamic);
-        found.fine_over_elements = texts(&frame, "quantity")
+        moment.fine_over_elements = texts(&frame, "quantity")
             .unwrap_or_default()
             .into_iter()
             .zip(ratios)
             .collect();
     }
-    Ok(found)
+    Ok(moment)
 }
 
-/// The contact elements of an iteration, with the area in contact that is in each.
-fn local(run: &RunTables, k: u64) -> Result<Option<ElementDistribution>, ReportError> {
+/// Returns the contact elements of an iteration, each with its area in contact.
+fn element_distribution(
+    run: &RunTables,
+    k: u64,
+) -> Result<Option<ElementDistribution>, ReportError> {
     let grid = run.recipe().surface().map(|surface| surface.grid());
     let frames = (
         run.at(k, TableName::ContactElement)?,
@@ -466,28 +475,34 @@ fn local(run: &RunTables, k: u64) -> Result<Option<ElementDistribution>, ReportE
     let (Some(grid), (Some(elements), Some(field))) = (grid, frames) else {
         return Ok(None);
     };
-    let of = |name| numbers(&elements, name).unwrap_or_default();
-    let (x, y, area, kn, load) = (of("x"), of("y"), of("area"), of("kn"), of("normal_load"));
+    let element = |name| numbers(&elements, name).unwrap_or_default();
+    let (x, y, area, kn, load) = (
+        element("x"),
+        element("y"),
+        element("area"),
+        element("kn"),
+        element("normal_load"),
+    );
     let cell = |name| numbers(&field, name).unwrap_or_default();
     let (i, j, pressure) = (cell("i"), cell("j"), cell("pressure"));
     let mut touching = vec![0.0; x.len()];
     for ((i, j), _) in i.iter().zip(&j).zip(&pressure).filter(|(_, p)| **p > 0.0) {
         let (cx, cy) = grid.centre(*i as usize, *j as usize);
-        // Elements are squares beside each other.
-        let own = (0..x.len()).find(|&e| {
+        // Elements are adjacent squares.
+        let owner = (0..x.len()).find(|&e| {
             let half = 0.5 * area[e].sqrt() * (1.0 + 1e-9);
             (cx - x[e]).abs() <= half && (cy - y[e]).abs() <= half
         });
-        if let Some(own) = own {
-            touching[own] += grid.cell_area();
+        if let Some(owner) = owner {
+            touching[owner] += grid.cell_area();
         }
     }
-    let mut found = ElementDistribution::default();
+    let mut distribution = ElementDistribution::default();
     for e in (0..x.len()).filter(|&e| load[e] > 0.0 && touching[e] > 0.0) {
-        found.kn.push(kn[e]);
-        found.density.push(kn[e] / touching[e]);
+        distribution.kn.push(kn[e]);
+        distribution.density.push(kn[e] / touching[e]);
     }
-    Ok(Some(found))
+    Ok(Some(distribution))
 }
 
 fn mean_and_half_range(values: &[f64]) -> [f64; 2] {
@@ -499,7 +514,7 @@ fn mean_and_half_range(values: &[f64]) -> [f64; 2] {
     ]
 }
 
-/// Modes of a reduction whose tables are all there and verify.
+/// Returns the number of modes of a reduction whose tables all exist and verify.
 fn modes(run: &RunTables) -> Result<Option<usize>, ReportError> {
     let tables = [
         TableName::Structure,

@@ -1,6 +1,6 @@
-//! Which figures of a report show what figures of the paper show.
+//! Figures of a report and the corresponding figures of the paper.
 
-/// The name of a figure in the report, and the figures of the paper beside which it may be laid.
+/// Ids of figures of the report, each with the figures of the paper to compare it with.
 pub const FIGURES: [(&str, &str); 14] = [
     ("contact-mesh", "figure 6b"),
     ("surface", "figure 6a"),

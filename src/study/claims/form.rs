@@ -1,10 +1,12 @@
-//! Roughness without the form: what is left of heights beside their Gaussian mean (ISO 16610-61).
+//! Roughness without the form: deviation of heights from their Gaussian mean (ISO 16610-61).
 
-/// Weight of the filter is exp(−π (x / (α λ))²).
+/// The weight of the filter is exp(−π (x / (α λ))²).
 const ALPHA: f64 = 0.469_718_639_1;
 
-/// Rq \[m\], Sk and Ku [A eq. 4.1, 4.2] of what heights differ by from the mean around them. Heights stand where `kept`, on `cells` of
-/// these `steps`, x slow; `cutoff` is the wavelength of which half remains.
+/// Computes Rq \[m\], Sk and Ku [A eq. 4.1, 4.2] of the deviations of heights from their local mean.
+///
+/// Only heights with `kept` count. The grid has `cells` with spacings `steps`, x slowest. The filter halves the
+/// amplitude at the wavelength `cutoff`.
 pub fn roughness(
     heights: &[f64],
     kept: &[bool],
@@ -17,14 +19,14 @@ pub fn roughness(
         each.map(|(k, kept)| if *kept { value(k) } else { 0.0 })
             .collect()
     };
-    let mean = blurred(field(&|k| heights[k]), cells, steps, cutoff);
-    let weight = blurred(field(&|_| 1.0), cells, steps, cutoff);
-    let left = (0..heights.len()).filter(|k| kept[*k]);
-    let left: Vec<f64> = left.map(|k| heights[k] - mean[k] / weight[k]).collect();
-    moments(&left)
+    let mean = gaussian_sums(field(&|k| heights[k]), cells, steps, cutoff);
+    let weight = gaussian_sums(field(&|_| 1.0), cells, steps, cutoff);
+    let indices = (0..heights.len()).filter(|k| kept[*k]);
+    let deviations: Vec<f64> = indices.map(|k| heights[k] - mean[k] / weight[k]).collect();
+    moments(&deviations)
 }
 
-/// Rq, Sk and Ku [A eq. 4.1, 4.2].
+/// Computes Rq, Sk and Ku [A eq. 4.1, 4.2].
 pub fn moments(values: &[f64]) -> [f64; 3] {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -37,8 +39,8 @@ pub fn moments(values: &[f64]) -> [f64; 3] {
     ]
 }
 
-/// Weighted sums along x, then along y.
-fn blurred(field: Vec<f64>, [nx, ny]: [usize; 2], steps: [f64; 2], cutoff: f64) -> Vec<f64> {
+/// Computes weighted sums along x, then along y.
+fn gaussian_sums(field: Vec<f64>, [nx, ny]: [usize; 2], steps: [f64; 2], cutoff: f64) -> Vec<f64> {
     let along = |field: &[f64], count: usize, stride: usize, step: f64| {
         let reach = (cutoff / step).ceil() as usize;
         let weight = |k: usize| {
@@ -47,15 +49,19 @@ fn blurred(field: Vec<f64>, [nx, ny]: [usize; 2], steps: [f64; 2], cutoff: f64) 
         };
         let weights: Vec<f64> = (0..=reach).map(weight).collect();
         let mut sums = vec![0.0; field.len()];
-        for (at, sum) in sums.iter_mut().enumerate() {
-            let own = at / stride % count;
-            let (first, last) = (own.saturating_sub(reach), (own + reach).min(count - 1));
-            for other in first..=last {
-                *sum += weights[own.abs_diff(other)] * field[at - own * stride + other * stride];
+        for (index, sum) in sums.iter_mut().enumerate() {
+            let centre = index / stride % count;
+            let (first, last) = (
+                centre.saturating_sub(reach),
+                (centre + reach).min(count - 1),
+            );
+            for neighbour in first..=last {
+                *sum += weights[centre.abs_diff(neighbour)]
+                    * field[index - centre * stride + neighbour * stride];
             }
         }
         sums
     };
-    let once = along(&field, nx, ny, steps[0]);
-    along(&once, ny, 1, steps[1])
+    let along_x = along(&field, nx, ny, steps[0]);
+    along(&along_x, ny, 1, steps[1])
 }

@@ -1,10 +1,10 @@
-//! What the paper claims, held against the tables of runs.
+//! Claims of the paper, judged by the tables of runs.
 //!
-//! Every statement of [A §2–4] that runs can confirm or contradict is measured on the quantity that its sentence names, in the paper's own
-//! setting where there are such runs, and judged by a criterion that stands beside it: one verdict a claim and setting, with the verdicts
-//! on single runs behind it. A claim that does not hold is a result like one that does, with its numbers and, where the runs' own numbers
-//! point to one, a likely cause. Which run plays which part (roughness, plasticity, update criterion) is read from its scene, never from
-//! the name of its folder.
+//! Each claim is a statement of [A §2–4] that runs can confirm or contradict. It is measured on the quantity that its
+//! sentence names, in the paper's own setting if there are such runs, and judged by a stated criterion. Each claim gets
+//! one verdict per setting, with verdicts on its parts. A claim that fails is reported with its numbers and, if the
+//! runs' numbers indicate one, a likely cause. The scene of a run, never the name of its folder, determines its role
+//! (roughness, plasticity, update criterion).
 
 mod bars;
 mod catalogue;
@@ -37,22 +37,22 @@ pub use roles::Study;
 pub use setting::Setting;
 pub use write::{counts, markdown, section, table, write};
 
-/// What a measurement says of a claim.
+/// Verdict on a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The criterion is met.
     Holds,
-    /// It is not.
+    /// The criterion is not met.
     Fails,
-    /// Its error bar, or what it rests on, leaves both open.
+    /// The error bar, or a premise of the measurement, leaves the criterion open.
     Undecided,
-    /// There is no run that it can be measured on.
+    /// No run measures the claim.
     NotApplicable,
 }
 
 impl Verdict {
-    /// That of a criterion that is met, or is not.
+    /// Returns the verdict on a criterion that is met or not met.
     pub fn of(holds: bool) -> Verdict {
         if holds {
             Verdict::Holds
@@ -61,46 +61,46 @@ impl Verdict {
         }
     }
 
-    /// That of all of several: one that fails decides, then one that is undecided.
+    /// Combines verdicts: one that fails decides, then one that is undecided.
     pub fn all(verdicts: impl IntoIterator<Item = Verdict>) -> Verdict {
-        let mut found = Verdict::Holds;
+        let mut combined = Verdict::Holds;
         for verdict in verdicts {
-            found = match (found, verdict) {
+            combined = match (combined, verdict) {
                 (Verdict::Fails, _) | (_, Verdict::Fails) => Verdict::Fails,
                 (Verdict::Holds, Verdict::Holds) => Verdict::Holds,
                 _ => Verdict::Undecided,
             };
         }
-        found
+        combined
     }
 
-    /// That of both.
+    /// Combines two verdicts.
     pub fn and(self, other: Verdict) -> Verdict {
         Verdict::all([self, other])
     }
 }
 
-/// A claim judged in a setting: as a whole, or on some of its runs.
+/// Verdict on a claim in a setting: on the whole claim, or on some of its runs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// Number of the claim in [`CLAIMS`].
     pub claim: u32,
-    /// The setting, as [`Study::name`] has it; empty where there is none.
+    /// Setting, as in [`Study::name`]. Empty if there is no study.
     pub setting: String,
-    /// True for the verdict on the claim, false for that on one of the parts that it is put together of.
+    /// True for the verdict on the whole claim, false for the verdict on one of its parts.
     pub whole: bool,
-    /// Names of the runs that were looked at.
+    /// Names of the evaluated runs.
     pub runs: Vec<String>,
     /// The verdict.
     pub verdict: Verdict,
-    /// The numbers behind it in words; the reason of a claim that is not applicable.
+    /// The measured numbers in words, or the reason why a claim is not applicable.
     pub measured: String,
-    /// What the runs' numbers say of why it fails; empty if they say nothing, and of a claim that holds.
+    /// Likely cause of a failure, from the runs' numbers. Empty if the numbers indicate none, and if the claim holds.
     pub cause: String,
 }
 
 impl Finding {
-    /// The claim.
+    /// Returns the claim.
     pub fn statement(&self) -> &'static Claim {
         CLAIMS
             .iter()
@@ -109,10 +109,10 @@ impl Finding {
     }
 }
 
-/// What one run, or one set of runs, says of a claim.
+/// Verdict of one run, or of one set of runs, on a claim.
 struct Part {
     runs: Vec<String>,
-    /// What tells it from the other parts; empty where there is one only.
+    /// Label that distinguishes the part. Empty if it is the only part.
     of: String,
     verdict: Verdict,
     measured: String,
@@ -137,7 +137,7 @@ impl Part {
         }
     }
 
-    /// The part with a likely cause, unless it holds.
+    /// Adds a likely cause, unless the part holds.
     fn because(mut self, cause: impl FnOnce() -> String) -> Part {
         if self.verdict != Verdict::Holds {
             self.cause = cause();
@@ -159,14 +159,15 @@ pub fn evaluate(runs: &[RunTables]) -> Result<(Vec<Evidence>, Vec<Finding>), Rep
     Ok((evidence, findings))
 }
 
-/// The studies among runs that are done.
+/// Returns the studies among the finished runs.
 pub fn studies(runs: &[Evidence]) -> Vec<Study<'_>> {
     let done: Vec<&Evidence> = runs.iter().filter(|run| run.done).collect();
     roles::studies(&done)
 }
 
-/// Judges all claims: sorted by number, then by setting; the verdict on a claim before those on its parts. Every claim has a verdict in
-/// every setting.
+/// Judges all claims. Each claim has a verdict in each setting.
+///
+/// The findings are sorted by claim, then by setting. The verdict on a claim precedes the verdicts on its parts.
 pub fn judge(runs: &[Evidence]) -> Vec<Finding> {
     let studies = studies(runs);
     let unfinished: Vec<&str> = (runs.iter().filter(|run| !run.done))
@@ -175,10 +176,10 @@ pub fn judge(runs: &[Evidence]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for claim in &CLAIMS {
         if studies.is_empty() {
-            findings.extend(together(claim, "", Vec::new(), &unfinished));
+            findings.extend(combined_findings(claim, "", Vec::new(), &unfinished));
         }
         for study in &studies {
-            findings.extend(together(
+            findings.extend(combined_findings(
                 claim,
                 &study.name,
                 parts(claim.number, study),
@@ -200,8 +201,13 @@ fn parts(claim: u32, study: &Study) -> Vec<Part> {
     }
 }
 
-/// The verdict on a claim, and on its parts where there are several.
-fn together(claim: &Claim, setting: &str, parts: Vec<Part>, unfinished: &[&str]) -> Vec<Finding> {
+/// Returns the verdict on a claim, and the verdicts on its parts if there are several.
+fn combined_findings(
+    claim: &Claim,
+    setting: &str,
+    parts: Vec<Part>,
+    unfinished: &[&str],
+) -> Vec<Finding> {
     let finding = |whole, runs, verdict, measured, cause| Finding {
         claim: claim.number,
         setting: setting.to_owned(),
@@ -239,14 +245,14 @@ fn together(claim: &Claim, setting: &str, parts: Vec<Part>, unfinished: &[&str])
         _ => {
             let verdict = Verdict::all(parts.iter().map(|part| part.verdict));
             let mut texts = Vec::new();
-            for one in [Verdict::Holds, Verdict::Fails, Verdict::Undecided] {
-                let same: Vec<&str> = (parts.iter().filter(|part| part.verdict == one))
+            for kind in [Verdict::Holds, Verdict::Fails, Verdict::Undecided] {
+                let names: Vec<&str> = (parts.iter().filter(|part| part.verdict == kind))
                     .map(|part| part.of.as_str())
                     .collect();
-                if same.len() == parts.len() {
-                    texts.push(format!("{} for all of {}", one.words(), shortened(&same)));
-                } else if !same.is_empty() {
-                    texts.push(format!("{} for {}", one.words(), shortened(&same)));
+                if names.len() == parts.len() {
+                    texts.push(format!("{} for all of {}", kind.words(), shortened(&names)));
+                } else if !names.is_empty() {
+                    texts.push(format!("{} for {}", kind.words(), shortened(&names)));
                 }
             }
             let runs: Vec<String> = parts.iter().flat_map(|part| part.runs.clone()).collect();
@@ -272,14 +278,14 @@ fn together(claim: &Claim, setting: &str, parts: Vec<Part>, unfinished: &[&str])
     }
 }
 
-/// "Rq 0.5 µm, Rq 1 µm" as "Rq 0.5, 1 µm".
+/// Shortens "Rq 0.5 µm, Rq 1 µm" to "Rq 0.5, 1 µm".
 fn shortened(names: &[&str]) -> String {
-    let bare: Option<Vec<&str>> = names
+    let numbers: Option<Vec<&str>> = names
         .iter()
         .map(|name| name.strip_prefix("Rq ")?.strip_suffix(" µm"))
         .collect();
-    bare.map_or_else(
+    numbers.map_or_else(
         || names.join(", "),
-        |bare| format!("Rq {} µm", bare.join(", ")),
+        |numbers| format!("Rq {} µm", numbers.join(", ")),
     )
 }

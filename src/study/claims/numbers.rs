@@ -1,4 +1,4 @@
-//! The numbers that the paper states, beside those of runs.
+//! Numbers of the paper compared with numbers of runs.
 
 use serde::Serialize;
 
@@ -7,25 +7,25 @@ use super::steps::{DEPTH_STEP, ITERATIONS, SECONDS, SECONDS_A_CYCLE, STUDY};
 use super::updates::agreement;
 use super::{Evidence, Study};
 
-/// A number of the paper and that of a study.
+/// Number of the paper, and of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NumberComparison {
     /// The study.
     pub setting: String,
-    /// What it is.
+    /// Description of the number.
     pub what: &'static str,
-    /// Where the paper has it.
+    /// Place in the paper.
     pub place: &'static str,
-    /// Its unit; empty of a pure number.
+    /// Unit, empty for a pure number.
     pub unit: &'static str,
-    /// The paper's.
+    /// Value in the paper.
     pub paper: f64,
-    /// The study's, where it has the runs.
+    /// Value of the study, if it has the runs.
     pub ours: Option<f64>,
 }
 
 impl NumberComparison {
-    /// Ours over the paper's; none where that is 0, or ours is not there.
+    /// Returns the ratio of our value to the paper's. Returns `None` if the paper's is 0, or if ours is missing.
     pub fn ratio(&self) -> Option<f64> {
         let ratio = self.ours? / self.paper;
         (self.paper != 0.0).then_some(ratio)
@@ -34,19 +34,19 @@ impl NumberComparison {
 
 /// Cycles at the end of the paper's run [A §4b].
 const CYCLES: f64 = 10_041_928.0;
-/// From here on the update criteria agree [A §4d(i)].
+/// Cycles from which on the update criteria agree [A §4d(i)].
 const AGREE: f64 = 1e6;
-/// From here on plastic and elastic wear rates agree [A §4d(iii)].
+/// Cycles from which on plastic and elastic wear rates agree [A §4d(iii)].
 const MEET: f64 = 2e6;
 
-/// The numbers of the paper beside those of a study.
+/// Compares the numbers of the paper with a study.
 pub fn beside(study: &Study) -> Vec<NumberComparison> {
-    let whole = |run: &&Evidence| super::steps::reaches(run, STUDY);
-    let explicit = study.explicit.filter(whole);
-    let main = study.main.filter(whole);
+    let is_complete = |run: &&Evidence| super::steps::reaches(run, STUDY);
+    let explicit = study.explicit.filter(is_complete);
+    let main = study.main.filter(is_complete);
     let iterations = explicit.and_then(|run| {
-        let found = run.cycles()?.iter().position(|n| *n >= STUDY)?;
-        Some(found as f64)
+        let iteration = run.cycles()?.iter().position(|n| *n >= STUDY)?;
+        Some(iteration as f64)
     });
     let reached = explicit.and_then(|run| run.cycles()?.last().copied());
     let ends = |name: &str, end: usize| study.main.and_then(|run| run.ends(name)).map(|e| e[end]);
@@ -59,7 +59,7 @@ pub fn beside(study: &Study) -> Vec<NumberComparison> {
             iterations,
         ),
         (
-            "cycles of an iteration, on average",
+            "average cycles per iteration",
             "4b",
             "",
             CYCLES / ITERATIONS,
@@ -74,14 +74,14 @@ pub fn beside(study: &Study) -> Vec<NumberComparison> {
                 .map(|bar| 1e6 * bar.value),
         ),
         (
-            "time of an iteration",
+            "time per iteration",
             "4b",
             "s",
             SECONDS_A_CYCLE,
             explicit.zip(iterations).map(|(run, k)| run.seconds / k),
         ),
         (
-            "time of all",
+            "total time",
             "4b",
             "s",
             SECONDS,
@@ -111,14 +111,14 @@ pub fn beside(study: &Study) -> Vec<NumberComparison> {
                 .map(|e| 1e-6 * e[0]),
         ),
         (
-            "cycles from which on the update criteria wear alike (within 5 %*)",
+            "cycles until the update criteria agree in their wear rates (within 5 %*)",
             "4d(i)",
             "million",
             1e-6 * AGREE,
             agreement(&study.updated).map(|n| 1e-6 * n),
         ),
         (
-            "cycles from which on plastic and elastic joint wear alike (within 5 %*)",
+            "cycles until plastic and elastic joint agree in their wear rates (within 5 %*)",
             "4d(iii)",
             "million",
             1e-6 * MEET,
@@ -147,10 +147,11 @@ pub fn beside(study: &Study) -> Vec<NumberComparison> {
         .collect()
 }
 
-/// * Change of dissipation per 10⁶ cycles, of what is steady.
+/// * Largest relative change of the dissipation per 10⁶ cycles in a steady state.
 const STEADY: f64 = 0.05;
 
-/// Cycles from which on the dissipation changes by less than 5 %* per 10⁶ cycles from one iteration to the next; none if it never does.
+/// Returns the cycles from which on the dissipation changes by less than 5 %* per 10⁶ cycles between iterations.
+/// Returns `None` if it never does.
 fn steady_from(run: &Evidence) -> Option<f64> {
     let (cycles, energy) = (run.cycles()?, run.column("dissipated_energy")?);
     let is_fast = |k: usize| {

@@ -5,26 +5,26 @@ use super::words::{interpolated, percent, rises};
 use super::{Evidence, Part, Study, Verdict};
 use crate::report::quantity::number;
 
-/// * Of the cap: rounding.
+/// * Largest relative deviation from the cap, for rounding.
 const CAP: f64 = 1e-9;
-/// * Of the load.
+/// * Largest relative deviation of the load.
 const LOAD: f64 = 1e-6;
-/// * Share of the cells in contact that makes a plateau.
+/// * Smallest share of the cells in contact that makes a plateau.
 const PLATEAU: f64 = 0.01;
-/// * Growth of an area that is small, or slight.
+/// * Largest relative growth of an area that counts as small or slight.
 const SLIGHT: f64 = 0.5;
-/// From here on the stiffnesses agree, and the rates \[cycles\] [A §4d(iii)].
+/// Cycles from which on the stiffnesses and the rates agree [A §4d(iii)].
 const LATER: f64 = 2e6;
-/// * Stiffnesses and rates that are nearly the same.
+/// * Largest relative difference of stiffnesses and rates that are nearly equal.
 const SAME: f64 = 0.05;
-/// * The initial phase, in which dissipation differs, ends here \[cycles\].
+/// * Cycles at the end of the initial phase, in which dissipation differs.
 const INITIAL: f64 = 1e5;
-/// * Until when "approximately 2 million cycles" are looked at \[cycles\].
+/// * Cycles up to which the agreement after "approximately 2 million cycles" is checked.
 const MEET: f64 = 4e6;
-/// Cycles at which ratios are looked at in a range.
+/// Number of samples of a ratio over a range of cycles.
 const POINTS: usize = 40;
 
-/// What the runs of a study say of a claim.
+/// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     if claim == 39 {
         let spheres = (study.spheres.len() > 1).then(|| spheres(&study.spheres));
@@ -34,26 +34,27 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
         return Vec::new();
     };
     let reached = set.iter().all(|run| super::steps::reaches(run, MEET));
-    let found = match claim {
+    let part_of_claim = match claim {
         40 => peaks(set),
         41 => start(set),
         42 if reached => later(set),
         43 if reached => energies(set),
         _ => None,
     };
-    let unlimited = || Some(Part::of(&set, Verdict::Undecided, below_limit(set)?));
-    found
-        .map(|part| unlimited().unwrap_or(part))
+    let without_effect = || Some(Part::of(&set, Verdict::Undecided, below_limit(set)?));
+    part_of_claim
+        .map(|part| without_effect().unwrap_or(part))
         .into_iter()
         .collect()
 }
 
-/// That the elastic joint nowhere bears as much as the limit, so that both joints are one; none where it does.
+/// Reports that the largest pressure of the elastic joint is not above the cap, so that both joints are the same.
+/// Returns `None` if it is above.
 pub fn below_limit(set: [&Evidence; 2]) -> Option<String> {
     let (most, cap) = (set[0].ends("max_pressure")?[0], set[1].scene.pressure_cap?);
     (most <= cap).then(|| {
         format!(
-            "the limit limits nothing: the largest pressure of the elastic joint is {} of {} MPa",
+            "the pressure cap has no effect: the largest pressure of the elastic joint is {} MPa, and the cap is {} MPa",
             number(1e-6 * most),
             number(1e-6 * cap)
         )
@@ -93,28 +94,30 @@ fn start(set: [&Evidence; 2]) -> Option<Part> {
     let part = Part::of(&set, verdict, measured);
     Some(part.because(|| {
         if larger >= (1.0 + SLIGHT) * area {
-            "elastic peaks here go far beyond the limit, so that much more has to touch: the area of the elastic joint hangs on the cells of the grid".to_owned()
+            "elastic peaks far exceed the limit here, so much more area must touch: the area of the elastic joint depends on the cells of the grid".to_owned()
         } else {
             String::new()
         }
     }))
 }
 
-/// The plastic over the elastic joint where that is farthest from 1 in a range of cycles, and the smallest and the largest.
+/// Samples the ratio of the plastic to the elastic joint over a range of cycles.
+///
+/// Returns the largest deviation from 1, and the smallest and the largest ratio.
 fn ratios(set: [&Evidence; 2], name: &str, range: [f64; 2]) -> Option<(Bar, [f64; 2])> {
-    let mut found = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut extremes = [f64::INFINITY, f64::NEG_INFINITY];
     let mut farthest = Bar::exact(0.0);
     for k in 0..POINTS {
         let at = range[0] + (range[1] - range[0]) * k as f64 / (POINTS - 1) as f64;
         let [elastic, plastic] = set.map(|run| run.bar_at(name, at));
         let ratio = plastic?.over(elastic?);
-        found = [found[0].min(ratio.value), found[1].max(ratio.value)];
-        let off = ratio.less(Bar::exact(1.0)).size();
-        if off.value >= farthest.value {
-            farthest = off;
+        extremes = [extremes[0].min(ratio.value), extremes[1].max(ratio.value)];
+        let deviation = ratio.less(Bar::exact(1.0)).size();
+        if deviation.value >= farthest.value {
+            farthest = deviation;
         }
     }
-    Some((farthest, found))
+    Some((farthest, extremes))
 }
 
 fn later(set: [&Evidence; 2]) -> Option<Part> {
@@ -122,53 +125,57 @@ fn later(set: [&Evidence; 2]) -> Option<Part> {
         .iter()
         .filter_map(|run| run.cycles()?.last().copied())
         .fold(f64::INFINITY, f64::min);
-    let (farthest, found) = ratios(set, "kn", [LATER, end])?;
+    let (farthest, extremes) = ratios(set, "kn", [LATER, end])?;
     let measured = format!(
         "plastic over elastic {} to {}",
-        number(found[0]),
-        number(found[1])
+        number(extremes[0]),
+        number(extremes[1])
     );
     Some(Part::of(&set, farthest.below(SAME), measured))
 }
 
 fn energies(set: [&Evidence; 2]) -> Option<Part> {
-    let (farthest, early) = ratios(set, "dissipated_energy", [0.0, INITIAL])?;
-    let (off, meet) = ratios(set, "dissipated_energy", [LATER, MEET])?;
+    let (early_deviation, early_ratios) = ratios(set, "dissipated_energy", [0.0, INITIAL])?;
+    let (later_deviation, later_ratios) = ratios(set, "dissipated_energy", [LATER, MEET])?;
     let measured = format!(
         "plastic over elastic {} to {} before 10⁵ cycles, {} to {} from 2 to 4 × 10⁶",
-        number(early[0]),
-        number(early[1]),
-        number(meet[0]),
-        number(meet[1])
+        number(early_ratios[0]),
+        number(early_ratios[1]),
+        number(later_ratios[0]),
+        number(later_ratios[1])
     );
-    let part = Part::of(&set, farthest.above(SAME).and(off.below(SAME)), measured);
+    let part = Part::of(
+        &set,
+        early_deviation.above(SAME).and(later_deviation.below(SAME)),
+        measured,
+    );
     Some(part.because(|| {
         let slides = set.iter().all(|run| {
             let first = run.sliding.first();
             first.is_some_and(|share| *share > 0.99)
         });
-        let moves = set.map(|run| {
+        let amplitudes = set.map(|run| {
             let amplitude = run.response.get("displacement_amplitude");
             amplitude.and_then(|values| values.first().copied()).unwrap_or(f64::NAN)
         });
         let mut texts = Vec::new();
-        if farthest.value <= SAME && slides {
-            texts.push("both slide nearly as a whole from the first cycle on: dissipation is then µN times slip, whatever the pressure is".to_owned());
+        if early_deviation.value <= SAME && slides {
+            texts.push("both joints slide nearly as a whole from the first cycle on: dissipation is then µN times slip for any pressure".to_owned());
         }
-        if off.value > SAME && (moves[1] / moves[0] - 1.0).abs() > SAME {
+        if later_deviation.value > SAME && (amplitudes[1] / amplitudes[0] - 1.0).abs() > SAME {
             texts.push(format!(
-                "each joint keeps its own unworn motion, {} and {} µm, as neither is updated",
-                number(1e6 * moves[0]),
-                number(1e6 * moves[1])
+                "each joint keeps its unworn motion ({} and {} µm), because neither is updated",
+                number(1e6 * amplitudes[0]),
+                number(1e6 * amplitudes[1])
             ));
         }
         texts.join("; ")
     }))
 }
 
-/// Spheres, that without a limit first, then from the largest limit down.
+/// Judges spheres: the one without a limit first, then by decreasing limit.
 fn spheres(set: &[&Evidence]) -> Option<Part> {
-    let found: Option<Vec<[f64; 2]>> = set
+    let pressures_and_areas: Option<Vec<[f64; 2]>> = set
         .iter()
         .map(|run| {
             Some([
@@ -177,18 +184,18 @@ fn spheres(set: &[&Evidence]) -> Option<Part> {
             ])
         })
         .collect();
-    let found = found?;
-    let capped = set.iter().zip(&found).skip(1);
+    let pressures_and_areas = pressures_and_areas?;
+    let capped = set.iter().zip(&pressures_and_areas).skip(1);
     let at_cap = capped.clone().all(|(run, [pressure, _])| {
         let cap = run.scene.pressure_cap.unwrap_or(f64::INFINITY);
         (pressure / cap - 1.0).abs() <= CAP && run.first.share_at_cap > PLATEAU
     });
-    let borne = set
+    let is_load_carried = set
         .iter()
         .all(|run| (run.first.load / run.scene.normal_load - 1.0).abs() <= LOAD);
-    let areas: Vec<f64> = found.iter().map(|[_, area]| *area).collect();
-    let small = areas.iter().all(|area| *area < (1.0 + SLIGHT) * areas[0]);
-    let texts: Vec<String> = (set.iter().zip(&found))
+    let areas: Vec<f64> = pressures_and_areas.iter().map(|[_, area]| *area).collect();
+    let is_slight = areas.iter().all(|area| *area < (1.0 + SLIGHT) * areas[0]);
+    let texts: Vec<String> = (set.iter().zip(&pressures_and_areas))
         .map(|(run, [pressure, area])| {
             format!(
                 "{} MPa on {} of the area, {} of it at the limit",
@@ -198,25 +205,26 @@ fn spheres(set: &[&Evidence]) -> Option<Part> {
             )
         })
         .collect();
-    let holds = at_cap && borne && small && rises(&areas);
+    let holds = at_cap && is_load_carried && is_slight && rises(&areas);
     Some(Part::of(set, Verdict::of(holds), texts.join("; ")))
 }
 
-/// Cycles from which on the dissipation of a plastic joint is within 5 %* of that of the elastic one; none if it never is, and where the
-/// limit limits nothing.
+/// Returns the cycles from which on the dissipation of the plastic joint is within 5 %* of the elastic one.
+///
+/// Returns `None` if it never is, and if the cap has no effect.
 pub fn cycles_to_agreement(set: [&Evidence; 2]) -> Option<f64> {
     if below_limit(set).is_some() {
         return None;
     }
     let curves = set.map(|run| Some((run.cycles()?, run.column("dissipated_energy")?)));
     let (elastic, plastic) = (curves[0]?, curves[1]?);
-    let apart = |n: f64| {
+    let differs = |n: f64| {
         let ratio = interpolated(plastic.0, plastic.1, n) / interpolated(elastic.0, elastic.1, n);
         (ratio - 1.0).abs() > SAME
     };
     let mut all: Vec<f64> = elastic.0.iter().chain(plastic.0).copied().collect();
     all.sort_by(f64::total_cmp);
-    let last = all.iter().rposition(|n| apart(*n));
+    let last = all.iter().rposition(|n| differs(*n));
     match last {
         None => Some(0.0),
         Some(k) => all.get(k + 1).copied(),

@@ -1,43 +1,43 @@
-//! Which part each run plays in a study, by its scene.
+//! Roles of runs in a study, from their scenes.
 
 use super::evidence::Evidence;
 
-/// Roughness that most of the paper's figures are of \[m\].
+/// Roughness of most figures of the paper \[m\].
 pub const MAIN: f64 = 5e-6;
 /// Harmonics of the paper.
 const HARMONICS: &str = "[0,1,2,3]";
 
-/// Runs of one joint with one law of contact elements, by the parts they play.
+/// Runs of one joint with one law of contact elements, by their roles.
 #[derive(Debug, Clone, Default)]
 pub struct Study<'a> {
-    /// What it is, in words: the law of contact elements, the update, the seed where there are several.
+    /// Name in words: law of contact elements, update, and seed if there are several.
     pub name: String,
-    /// The setting: elastic runs that differ by roughness, smoothest first, never updated where there are such.
+    /// Elastic runs that differ by roughness, smoothest first. They are never updated, if such runs exist.
     pub rough: Vec<&'a Evidence>,
-    /// That of them that most figures are of: Rq 5 µm, or the nearest.
+    /// Main run, which most figures show: Rq 5 µm, or the nearest roughness.
     pub main: Option<&'a Evidence>,
-    /// The main one by the explicit algorithm.
+    /// Main run with the explicit algorithm.
     pub explicit: Option<&'a Evidence>,
-    /// It without and with a pressure cap; that of another roughness where only that has both.
+    /// Main run without and with a pressure cap, or runs of another roughness if only that has both.
     pub plastic: Option<[&'a Evidence; 2]>,
-    /// It with updates, the finest criterion first.
+    /// Main runs with updates, the finest criterion first.
     pub updated: Vec<&'a Evidence>,
-    /// It with more harmonics, fewest first.
+    /// Main runs with more harmonics, fewest first.
     pub harmonics: Vec<&'a Evidence>,
-    /// Runs with updates of contact elements that have a stiffness of their own.
+    /// Run with updates of contact elements with individual stiffness.
     pub local: Option<&'a Evidence>,
-    /// Spheres that differ by their pressure cap: that without one first, then from the largest cap down.
+    /// Spheres that differ by their pressure cap: without a cap first, then by decreasing cap.
     pub spheres: Vec<&'a Evidence>,
-    /// All of these.
+    /// All runs of the study.
     pub all: Vec<&'a Evidence>,
 }
 
-/// Runs of the same key, in their order.
+/// Groups runs by a key, in their order.
 fn groups<'a>(runs: &[&'a Evidence], key: impl Fn(&Evidence) -> String) -> Vec<Vec<&'a Evidence>> {
     let mut groups: Vec<(String, Vec<&Evidence>)> = Vec::new();
     for &run in runs {
         let key = key(run);
-        match groups.iter_mut().find(|(known, _)| *known == key) {
+        match groups.iter_mut().find(|(other, _)| *other == key) {
             Some((_, group)) => group.push(run),
             None => groups.push((key, vec![run])),
         }
@@ -45,7 +45,7 @@ fn groups<'a>(runs: &[&'a Evidence], key: impl Fn(&Evidence) -> String) -> Vec<V
     groups.into_iter().map(|(_, group)| group).collect()
 }
 
-fn same(a: Option<f64>, b: Option<f64>) -> bool {
+fn is_same(a: Option<f64>, b: Option<f64>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => (a / b - 1.0).abs() < 1e-6,
         (a, b) => a.is_none() && b.is_none(),
@@ -56,11 +56,11 @@ fn is_never(run: &Evidence) -> bool {
     run.scene.update == "never"
 }
 
-/// The studies among runs, in the order in which they begin.
+/// Returns the studies among runs, in the order of their first runs.
 ///
-/// Runs of one joint, one law of contact elements and one seed are a study. Where one has runs that are never updated, as the paper's are,
-/// they are its setting, and laws without such a run are no study of their own: they belong to those of the same joint. Spheres belong to
-/// all.
+/// A study consists of the runs of one joint, one law of contact elements and one seed. If some studies have runs that
+/// are never updated, like the paper's, only these are studies. Runs of other laws then belong to the studies of the
+/// same joint. Spheres belong to all studies.
 pub fn studies<'a>(runs: &[&'a Evidence]) -> Vec<Study<'a>> {
     let (spheres, joints): (Vec<&Evidence>, Vec<&Evidence>) =
         runs.iter().copied().partition(|run| run.scene.sphere);
@@ -69,24 +69,24 @@ pub fn studies<'a>(runs: &[&'a Evidence]) -> Vec<Study<'a>> {
         format!("{}|{}|{:?}", scene.base, scene.law, scene.seed)
     });
     let has_setting = |group: &Vec<&Evidence>| group.iter().any(|run| is_never(run));
-    let mut beside: Vec<&Evidence> = Vec::new();
+    let mut other_runs: Vec<&Evidence> = Vec::new();
     if all.iter().any(has_setting) {
         let (settings, others): (Vec<_>, Vec<_>) = all.into_iter().partition(has_setting);
         all = settings;
-        beside = others.into_iter().flatten().collect();
+        other_runs = others.into_iter().flatten().collect();
     }
     if all.is_empty() && !spheres.is_empty() {
         all.push(Vec::new());
     }
     let seeds = groups(&joints, |run| format!("{:?}", run.scene.seed)).len() > 1;
     all.into_iter()
-        .map(|group| study(&group, &beside, &spheres, seeds))
+        .map(|group| study(&group, &other_runs, &spheres, seeds))
         .collect()
 }
 
 fn study<'a>(
     group: &[&'a Evidence],
-    beside: &[&'a Evidence],
+    other_runs: &[&'a Evidence],
     spheres: &[&'a Evidence],
     seeds: bool,
 ) -> Study<'a> {
@@ -96,11 +96,11 @@ fn study<'a>(
             .first()
             .map_or("never", |run| run.scene.update.as_str()),
     };
-    let of_paper =
+    let has_paper_harmonics =
         |run: &&&Evidence| run.scene.harmonics.is_empty() || run.scene.harmonics == HARMONICS;
-    // Harmonics of a joint that is not the paper's are those of its first run.
-    let own = group.iter().find(of_paper).or(group.first());
-    let harmonics = own.map_or("", |run| run.scene.harmonics.as_str());
+    // If no run has the paper's harmonics, the first run determines them.
+    let reference = group.iter().find(has_paper_harmonics).or(group.first());
+    let harmonics = reference.map_or("", |run| run.scene.harmonics.as_str());
     let plain: Vec<&Evidence> = (group.iter().copied())
         .filter(|run| run.scene.harmonics == harmonics)
         .collect();
@@ -108,7 +108,7 @@ fn study<'a>(
         .filter(|run| run.scene.update == update && run.scene.pressure_cap.is_none())
         .filter(|run| run.cycles().is_some() || run.scene.rq.is_some())
         .collect();
-    // Of two of one roughness that which is not explicit: where there is no other, that.
+    // Of two runs with the same roughness, the one that is not explicit is kept.
     rough.sort_by(|a, b| {
         let key = |run: &Evidence| {
             (
@@ -118,32 +118,35 @@ fn study<'a>(
         };
         key(a).partial_cmp(&key(b)).expect("roughnesses are finite")
     });
-    rough.dedup_by(|a, b| same(a.scene.rq, b.scene.rq));
-    let off = |run: &Evidence| {
+    rough.dedup_by(|a, b| is_same(a.scene.rq, b.scene.rq));
+    let distance = |run: &Evidence| {
         run.scene
             .rq
             .map_or(f64::INFINITY, |rq| (rq / MAIN).ln().abs())
     };
-    let main = (rough.iter().copied()).min_by(|a, b| off(a).total_cmp(&off(b)));
+    let main = (rough.iter().copied()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let rq = main.and_then(|main| main.scene.rq);
-    let is_main = |run: &Evidence| same(run.scene.rq, rq);
-    let of_main: Vec<&Evidence> = plain.iter().copied().filter(|run| is_main(run)).collect();
+    let is_main = |run: &Evidence| is_same(run.scene.rq, rq);
+    let main_runs: Vec<&Evidence> = plain.iter().copied().filter(|run| is_main(run)).collect();
     let elastic = |run: &&Evidence| run.scene.pressure_cap.is_none();
-    let find = |fits: &dyn Fn(&Evidence) -> bool| of_main.iter().copied().find(|run| fits(run));
+    let find = |fits: &dyn Fn(&Evidence) -> bool| main_runs.iter().copied().find(|run| fits(run));
     let explicit = find(&|run| {
         run.scene.explicit.is_some()
             && run.scene.update == update
             && run.scene.pressure_cap.is_none()
     });
-    let mut limited: Vec<&Evidence> = (plain.iter().copied())
+    let mut capped_runs: Vec<&Evidence> = (plain.iter().copied())
         .filter(|run| run.scene.update == update && run.scene.pressure_cap.is_some())
         .collect();
-    limited.sort_by_key(|run| !is_main(run));
-    let plastic = limited.iter().find_map(|plastic| {
-        let alike = |run: &&&Evidence| same(run.scene.rq, plastic.scene.rq);
-        rough.iter().find(alike).map(|elastic| [*elastic, *plastic])
+    capped_runs.sort_by_key(|run| !is_main(run));
+    let plastic = capped_runs.iter().find_map(|plastic| {
+        let has_same_rq = |run: &&&Evidence| is_same(run.scene.rq, plastic.scene.rq);
+        rough
+            .iter()
+            .find(has_same_rq)
+            .map(|elastic| [*elastic, *plastic])
     });
-    let mut updated: Vec<&Evidence> = (of_main.iter().copied())
+    let mut updated: Vec<&Evidence> = (main_runs.iter().copied())
         .filter(elastic)
         .filter(|run| !is_never(run) && run.scene.vibrates && run.scene.explicit.is_none())
         .collect();
@@ -158,15 +161,15 @@ fn study<'a>(
         .collect();
     more.sort_by_key(|run| orders(run));
     let base = main.map_or("", |main| main.scene.base.as_str());
-    let local = (group.iter().chain(beside).copied())
+    let local = (group.iter().chain(other_runs).copied())
         .filter(|run| run.scene.base == base && run.scene.tangent)
         .find(|run| run.local.is_some());
-    let spheres = capped(spheres);
+    let spheres = sphere_series(spheres);
     let parts = [explicit, local].into_iter().flatten();
     let mut all: Vec<&Evidence> = rough.clone();
     all.extend(plastic.map(|[_, plastic]| plastic));
     for run in parts.chain(updated.iter().chain(&more).chain(&spheres).copied()) {
-        if !all.iter().any(|known| std::ptr::eq(*known, run)) {
+        if !all.iter().any(|listed| std::ptr::eq(*listed, run)) {
             all.push(run);
         }
     }
@@ -209,8 +212,9 @@ fn name(main: Option<&Evidence>, update: &str, seeds: bool) -> String {
     words.join("; ")
 }
 
-/// Spheres that differ by their pressure cap alone: that without one first, then from the largest cap down; two at least, or none.
-fn capped<'a>(spheres: &[&'a Evidence]) -> Vec<&'a Evidence> {
+/// Returns spheres that only differ by their pressure cap: without a cap first, then by decreasing cap. The list is
+/// empty if there are fewer than two.
+fn sphere_series<'a>(spheres: &[&'a Evidence]) -> Vec<&'a Evidence> {
     let mut sets = groups(spheres, |run| run.scene.base.clone());
     for set in &mut sets {
         let cap = |run: &Evidence| run.scene.pressure_cap.unwrap_or(f64::INFINITY);

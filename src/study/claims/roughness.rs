@@ -7,32 +7,37 @@ use super::words::{interpolated, micrometres, never_falls, percent};
 use super::{Evidence, Part, Study, Verdict};
 use crate::report::quantity::number;
 
-/// * Rise of Rq that counts as none, of Rq.
+/// * Largest relative increase of Rq that counts as no increase.
 const RISE: f64 = 1e-4;
-/// * Between the mean height and the worn volume.
+/// * Largest relative difference between the fall of the mean height and the worn volume.
 const MEAN: f64 = 1e-9;
-/// * Skewness of what counts as symmetric.
+/// * Largest skewness of a surface that counts as symmetric.
 const SYMMETRIC: f64 = 0.1;
-/// * Deviation from a kurtosis of 3 that counts as none.
+/// * Largest deviation from a kurtosis of 3 that counts as none.
 const NORMAL: f64 = 0.2;
 /// Kurtosis of a Gaussian surface.
 const GAUSSIAN: f64 = 3.0;
-/// * Cycles of "only a few", a hundredth of the study.
+/// * Cycles that count as "only a few": a hundredth of the study.
 const FEW: f64 = 1e5;
-/// * Standard deviations of the skewness.
+/// * Smallest significant skewness, in its standard deviations.
 const SIGNIFICANT: f64 = 3.0;
-/// * Changes that are strong: of the mean height and of Rq in parts of the unworn Rq, of Sk and Ku.
+/// * Smallest strong changes: of the mean height and of Rq relative to the unworn Rq, of Sk, and of Ku.
 const STRONG: [f64; 3] = [0.05, 0.3, 0.3];
 
-/// Clipping a Gaussian surface flat: its kurtosis is back at 3 where that part of Rq is removed on average.
+/// Mean removed height, relative to Rq, at which the kurtosis of a flatly clipped Gaussian surface has returned to 3.
 const CLIPPED: f64 = 0.13;
 
-/// What the runs of a study say of a claim.
+/// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     let worn = || (study.rough.iter().copied()).filter(|run| run.cycles().is_some());
-    // A single cycle takes less from the mean than rounding of the heights leaves open.
+    // The wear of a single cycle is below the rounding errors of the mean height.
     let all = || {
-        let is_unworn = |run: &Evidence| study.harmonics.iter().any(|own| std::ptr::eq(*own, run));
+        let is_unworn = |run: &Evidence| {
+            study
+                .harmonics
+                .iter()
+                .any(|other| std::ptr::eq(*other, run))
+        };
         let rough = study
             .all
             .iter()
@@ -42,12 +47,12 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     };
     match claim {
         8 => study.main.and_then(valleys).into_iter().collect(),
-        9 => worn().filter_map(falls).collect(),
-        10 => all_of(all().filter_map(mean)),
+        9 => worn().filter_map(rq_decrease).collect(),
+        10 => all_of(all().filter_map(mean_height)),
         11 => worn().filter_map(skewness).collect(),
         12 => worn().filter_map(kurtosis).collect(),
-        13 => worn().filter_map(few).collect(),
-        _ => worn().filter_map(strong).collect(),
+        13 => worn().filter_map(early_skewness).collect(),
+        _ => worn().filter_map(strong_changes).collect(),
     }
 }
 
@@ -65,7 +70,7 @@ fn valleys(run: &Evidence) -> Option<Part> {
         if worn.never_touched == 0 {
             "no valley is left: all cells have touched".to_owned()
         } else if run.scene.explicit.is_none() {
-            "the steps are not explicit: within one a cell may touch that does not at its ends"
+            "the steps are not explicit: a cell may touch within a step but not at its ends"
                 .to_owned()
         } else {
             String::new()
@@ -73,13 +78,13 @@ fn valleys(run: &Evidence) -> Option<Part> {
     }))
 }
 
-/// First, last and extreme value of a series of the raw heights, and of those without their form.
+/// Returns the first and the last value.
 fn ends(values: &[f64]) -> [f64; 2] {
     [values[0], values[values.len() - 1]]
 }
 
-/// First and last value of a statistic of the heights without their form, in words.
-fn beside(run: &Evidence, name: &str, scale: f64) -> String {
+/// Formats the first and the last value of a statistic of the heights without their form.
+fn formless_text(run: &Evidence, name: &str, scale: f64) -> String {
     let Some(values) = run.formless.get(name) else {
         return String::new();
     };
@@ -91,29 +96,29 @@ fn beside(run: &Evidence, name: &str, scale: f64) -> String {
     )
 }
 
-/// Whether the criterion is met once the form is taken away, and how much is worn.
-fn form(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> String {
+/// Explains a failure: checks if the criterion is met without the form, and reports the mean removed height.
+fn form_cause(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> String {
     let (Some(heights), Some(rq)) = (run.ends("mean_height"), run.scene.rq) else {
         return String::new();
     };
     let removed = (heights[0] - heights[1]) / rq;
     let mut formless = run.clone();
     formless.summary.extend(run.formless.clone());
-    let bare = !run.formless.is_empty() && holds(&formless) == Some(true);
-    match bare {
+    let holds_formless = !run.formless.is_empty() && holds(&formless) == Some(true);
+    match holds_formless {
         true => format!(
-            "what the statistics see is the worn form, not the roughness: {} Rq are worn away on average; without the form it holds",
+            "the statistics measure the worn form, not the roughness: {} Rq are worn away on average; without the form it holds",
             number(removed)
         ),
         false => format!("{} Rq are worn away on average", number(removed)),
     }
 }
 
-/// That with what little wear does to the kurtosis.
-fn form_of_peaks(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> String {
+/// Explains a failure as [`form_cause`] does, and adds the effect of little wear on the kurtosis.
+fn kurtosis_cause(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> String {
     let is_clipped = run.ends("mean_height").zip(run.scene.rq);
     let is_clipped = is_clipped.is_some_and(|([before, after], rq)| before - after < CLIPPED * rq);
-    let form = form(run, holds);
+    let form = form_cause(run, holds);
     match is_clipped {
         true => format!("{form}; flat clipping of a Gaussian surface first lowers Ku"),
         false => form,
@@ -127,7 +132,7 @@ fn is_falling(run: &Evidence) -> Option<bool> {
     Some(most <= first * (1.0 + RISE) && last < first)
 }
 
-fn falls(run: &Evidence) -> Option<Part> {
+fn rq_decrease(run: &Evidence) -> Option<Part> {
     run.scene.rq?;
     let holds = is_falling(run)?;
     let [first, last] = ends(run.column("rq")?);
@@ -135,20 +140,20 @@ fn falls(run: &Evidence) -> Option<Part> {
         "{} → {} µm{}",
         number(1e6 * first),
         number(1e6 * last),
-        beside(run, "rq", 1e6)
+        formless_text(run, "rq", 1e6)
     );
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_falling)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_cause(run, is_falling)))
 }
 
-fn mean(run: &Evidence) -> Option<(f64, Part)> {
+fn mean_height(run: &Evidence) -> Option<(f64, Part)> {
     let (heights, volumes) = (run.column("mean_height")?, run.column("wear_volume")?);
     let area = run.area?;
     let removed = volumes[volumes.len() - 1] / area;
-    let off = heights
+    let deviations = heights
         .iter()
         .zip(volumes)
         .map(|(height, volume)| (heights[0] - height - volume / area).abs());
-    let worst = off.fold(0.0, f64::max) / removed;
+    let worst = deviations.fold(0.0, f64::max) / removed;
     let falling: Vec<f64> = heights.iter().map(|height| -height).collect();
     let measured = format!(
         "{}, fell by {}, {worst:.1e} off volume / area",
@@ -172,9 +177,9 @@ fn skewness(run: &Evidence) -> Option<Part> {
         "{} → {}{}",
         number(first),
         number(last),
-        beside(run, "sk", 1.0)
+        formless_text(run, "sk", 1.0)
     );
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form(run, is_skewed)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_cause(run, is_skewed)))
 }
 
 fn is_peaked(run: &Evidence) -> Option<bool> {
@@ -193,36 +198,37 @@ fn kurtosis(run: &Evidence) -> Option<Part> {
         number(first),
         number(last),
         number(least),
-        beside(run, "ku", 1.0)
+        formless_text(run, "ku", 1.0)
     );
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_of_peaks(run, is_peaked)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| kurtosis_cause(run, is_peaked)))
 }
 
-/// What the skewness of Gaussian surfaces of this size scatters by.
+/// Returns the standard deviation of the skewness of Gaussian surfaces of this size.
 fn scatter(run: &Evidence) -> Option<f64> {
     let [clx, cly] = run.scene.correlation_length?;
-    // Variance 6 / (independent cells), A / ∫ρ³ of them; ∫ρ³ = π clx cly / 3 for ρ = exp(−(x²/clx² + y²/cly²)).
+    // The variance is 6 / (independent cells), with A / ∫ρ³ such cells. ∫ρ³ = π clx cly / 3 for ρ = exp(−(x²/clx² +
+    // y²/cly²)).
     Some((2.0 * PI * clx * cly / run.area?).sqrt())
 }
 
-fn few(run: &Evidence) -> Option<Part> {
+fn early_skewness(run: &Evidence) -> Option<Part> {
     let (cycles, sk) = (run.cycles()?, run.column("sk")?);
     let sigma = scatter(run)?;
     if cycles[cycles.len() - 1] < FEW {
         return None;
     }
-    let found = interpolated(cycles, sk, FEW);
+    let skewness = interpolated(cycles, sk, FEW);
     let measured = format!(
         "Sk {} at 10⁵ cycles; σ of surfaces of this size {}",
-        number(found),
+        number(skewness),
         number(sigma)
     );
-    let holds = found.abs() > SIGNIFICANT * sigma;
+    let holds = skewness.abs() > SIGNIFICANT * sigma;
     Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
-        let passed = (cycles.iter().zip(sk)).find(|(_, sk)| sk.abs() > SIGNIFICANT * sigma);
-        match passed {
+        let crossing = (cycles.iter().zip(sk)).find(|(_, sk)| sk.abs() > SIGNIFICANT * sigma);
+        match crossing {
             Some((cycles, _)) => format!(
-                "it takes some {} cycles: fewer touch too little of the surface",
+                "it takes about {} cycles: fewer cycles wear too little of the surface",
                 number(*cycles)
             ),
             None => "too little of the surface is worn".to_owned(),
@@ -230,7 +236,7 @@ fn few(run: &Evidence) -> Option<Part> {
     }))
 }
 
-/// Changes of Rq (relative), Sk and Ku.
+/// Returns the changes of Rq (relative), Sk and Ku.
 fn changes(run: &Evidence) -> Option<[f64; 3]> {
     let change = |name| {
         let [first, last] = ends(run.column(name)?);
@@ -247,7 +253,7 @@ fn is_strong(run: &Evidence) -> Option<bool> {
     Some(removed > STRONG[0] && rq < -STRONG[0] && sk < -STRONG[1] && ku > STRONG[2])
 }
 
-fn strong(run: &Evidence) -> Option<Part> {
+fn strong_changes(run: &Evidence) -> Option<Part> {
     let holds = is_strong(run)?;
     let [rq, sk, ku] = changes(run)?;
     let heights = run.ends("mean_height")?;
@@ -271,5 +277,5 @@ fn strong(run: &Evidence) -> Option<Part> {
             number(ku)
         );
     }
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_of_peaks(run, is_strong)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| kurtosis_cause(run, is_strong)))
 }

@@ -1,21 +1,22 @@
-//! Which part a run plays, by its recipe.
+//! Setting of a run, from its recipe. It determines the role of the run in a study.
 
 use serde_json::{Value, json};
 
 use crate::recipe::{ElementStiffness, Recipe, UpdateCriterion};
 
-/// What of a scene decides which part a run plays.
+/// Values of a scene that determine the role of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Setting {
-    /// The scene without what a study varies: roughness, cap, update, harmonics, contact elements, algorithm, seed, output.
+    /// The scene without the keys that a study varies: roughness, cap, update, harmonics, contact elements, algorithm,
+    /// seed, output.
     pub base: String,
-    /// Which law contact elements have, in words; empty without them.
+    /// Law of the contact elements in words, empty without contact elements.
     pub law: String,
-    /// Seed of the surface, where it is generated.
+    /// Seed of a generated surface.
     pub seed: Option<u64>,
     /// RMS height of a generated surface \[m\].
     pub rq: Option<f64>,
-    /// Its correlation lengths \[m\].
+    /// Correlation lengths of the generated surface \[m\].
     pub correlation_length: Option<[f64; 2]>,
     /// Hardness limit \[Pa\].
     pub pressure_cap: Option<f64>,
@@ -23,19 +24,19 @@ pub struct Setting {
     pub sphere: bool,
     /// Criterion of the model update, in words.
     pub update: String,
-    /// That criterion, where it is a change of stiffness.
+    /// Threshold of the criterion, if it is a change of stiffness.
     pub stiffness_change: Option<f64>,
     /// True if a structure vibrates.
     pub vibrates: bool,
     /// Harmonics of the response, as JSON.
     pub harmonics: String,
-    /// True if each contact element has a stiffness of its own.
+    /// True if the contact elements have individual stiffness.
     pub tangent: bool,
     /// Shorter side of the joint \[m\].
     pub side: Option<f64>,
-    /// Side along x, whose half is the lever of moments \[m\].
+    /// Side along x \[m\]. Its half is the lever of the moments.
     pub length: Option<f64>,
-    /// Depth of an explicit wear step \[m\]; none for other schemes.
+    /// Depth of an explicit wear step \[m\], `None` for other schemes.
     pub explicit: Option<f64>,
     /// Worn volume per energy \[m³/J\].
     pub coefficient: Option<f64>,
@@ -45,7 +46,7 @@ pub struct Setting {
     pub friction_coefficient: Option<f64>,
     /// Static load \[N\].
     pub normal_load: f64,
-    /// Poisson ratio, where it is that of both bodies.
+    /// Poisson ratio, if both bodies have the same.
     pub poisson_ratio: Option<f64>,
     /// Dundurs' β of the bodies.
     pub dundurs_beta: f64,
@@ -54,7 +55,7 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// That of a run, by its recipe and by the scene as the run is known by it.
+    /// Returns the setting of a run, from its recipe and its canonical scene.
     pub fn of(recipe: &Recipe, scene: &Value) -> Setting {
         let (contact, elements) = (recipe.contact(), recipe.elements());
         let heights = recipe.surface().map(|surface| &surface.heights);
@@ -63,7 +64,7 @@ impl Setting {
         let bodies = contact.map(|contact| contact.bodies);
         let same_ratio = bodies.filter(|b| b.lower.poisson_ratio == b.upper.poisson_ratio);
         let wear = recipe.wear.as_ref();
-        let given = elements.and_then(|elements| match elements.stiffness {
+        let given_contact = elements.and_then(|elements| match elements.stiffness {
             ElementStiffness::Given { normal_load, .. } => {
                 Some((Some(elements.friction_coefficient), normal_load))
             }
@@ -71,7 +72,7 @@ impl Setting {
         });
         let load =
             contact.map(|contact| (contact.friction_coefficient, contact.conditions.normal_load));
-        let load = load.or(given);
+        let load = load.or(given_contact);
         let size = recipe.surface().map(|surface| surface.size);
         Setting {
             base: base(scene),
@@ -113,7 +114,7 @@ impl Setting {
     }
 }
 
-/// The law of contact elements: its word, and how a stiffness of the whole joint is shared.
+/// Returns the law of the contact elements: the stiffness kind, and the distribution of a stiffness of the whole joint.
 fn law(scene: &Value) -> String {
     if scene["dynamics"].is_null() {
         return String::new();
@@ -134,7 +135,7 @@ fn base(scene: &Value) -> String {
         ("contact", "stiffness"),
         ("contact", "distribution"),
         ("dynamics", "harmonics"),
-        // Where a run ends, and how its steps are taken.
+        // End of the run, and wear steps.
         ("wear", "cycles"),
         ("wear", "scheme"),
         ("wear", "tolerance"),

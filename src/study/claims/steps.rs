@@ -1,4 +1,4 @@
-//! Wear steps and what they add up to (claims 1–7, 45).
+//! Wear steps and their sums (claims 1–7, 45).
 
 use super::bars::Bar;
 use super::roles::MAIN;
@@ -8,41 +8,41 @@ use crate::report::quantity::number;
 
 /// Wear iterations at Rq 5 µm [A §4b].
 pub const ITERATIONS: f64 = 231.0;
-/// Depth of one of them \[m\] [A §4a].
+/// Depth of a wear iteration \[m\] [A §4a].
 pub const DEPTH_STEP: f64 = 0.1e-6;
-/// * What unknown dimensions and damping leave open.
+/// * Factor of uncertainty from unknown dimensions and damping.
 const FACTOR: f64 = 1.5;
 /// Cycles of the study.
 pub const STUDY: f64 = 1e7;
-/// * Of the volume, between sums in different order.
+/// * Largest relative difference of volumes that are summed in different order.
 const BOOKKEEPING: f64 = 1e-10;
-/// * Of the deepest wear.
+/// * Largest deviation of an explicit step, relative to the deepest wear.
 const EXACT: f64 = 1e-12;
-/// A fretting cycle [A §4b] \[s\].
+/// Time of a fretting cycle \[s\] [A §4b].
 pub const SECONDS_A_CYCLE: f64 = 70.0;
-/// 4 h 29 min \[s\] [A §4b].
+/// Total time, 4 h 29 min \[s\] [A §4b].
 pub const SECONDS: f64 = 16_140.0;
-/// * Change of dissipation per 10⁶ cycles, of its value at the end.
+/// * Largest change of the dissipation per 10⁶ cycles in a steady state, relative to the last value.
 const STEADY: f64 = 0.05;
-/// Cycles over which it is looked at.
+/// Cycles over which this change is measured.
 const LAST: f64 = 2e6;
-/// * Deepest wear over the shorter side, of what is very small.
+/// * Largest ratio of the deepest wear to the shorter side that counts as very small.
 const SHALLOW: f64 = 1e-3;
-/// A whole number but for rounding may be taken down or up.
+/// Relative rounding error of a ratio. A nearly whole ratio may be rounded down or up.
 const ROUNDING: f64 = 1e-9;
 
-/// What the runs of a study say of a claim.
+/// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     let worn = || study.all.iter().copied().filter(|run| run.worn.is_some());
     let to_the_end = || (study.rough.iter().copied()).filter(|run| reaches(run, STUDY));
     let explicit = study.explicit;
     match claim {
         1 => (explicit.filter(|run| is_main(run)))
-            .and_then(count)
+            .and_then(iteration_count)
             .into_iter()
             .collect(),
-        2 => explicit.and_then(lengths).into_iter().collect(),
-        3 => explicit.and_then(removal).into_iter().collect(),
+        2 => explicit.and_then(step_lengths).into_iter().collect(),
+        3 => explicit.and_then(material_removal).into_iter().collect(),
         4 => all_of(worn().filter_map(volume)),
         5 => {
             let main = study.main.filter(|run| is_main(run) && reaches(run, STUDY));
@@ -50,7 +50,7 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
         }
         6 => explicit
             .filter(|run| reaches(run, STUDY))
-            .map(time)
+            .map(computing_time)
             .into_iter()
             .collect(),
         7 => to_the_end().filter_map(steady).collect(),
@@ -58,42 +58,42 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     }
 }
 
-/// Parts that say the same of many runs, as one: the worst of them speaks.
+/// Combines the parts of many runs into one, with the measurement of the worst run.
 pub fn all_of(parts: impl Iterator<Item = (f64, Part)>) -> Vec<Part> {
     let mut worst: Option<(f64, Part)> = None;
     let (mut runs, mut verdicts) = (Vec::new(), Vec::new());
-    for (off, part) in parts {
+    for (deviation, part) in parts {
         runs.extend(part.runs.clone());
         verdicts.push(part.verdict);
-        if worst.as_ref().is_none_or(|(most, _)| off > *most) {
-            worst = Some((off, part));
+        if worst.as_ref().is_none_or(|(most, _)| deviation > *most) {
+            worst = Some((deviation, part));
         }
     }
-    let one = worst.map(|(_, part)| Part {
-        measured: format!("{} runs, at worst: {}", runs.len(), part.measured),
+    let combined = worst.map(|(_, part)| Part {
+        measured: format!("{} runs, worst: {}", runs.len(), part.measured),
         verdict: Verdict::all(verdicts),
         runs,
         of: String::new(),
         cause: part.cause,
     });
-    one.into_iter().collect()
+    combined.into_iter().collect()
 }
 
-/// True if the run wears to that many cycles.
+/// Returns true if the run reaches that many cycles of wear.
 pub fn reaches(run: &Evidence, cycles: f64) -> bool {
     run.cycles()
         .and_then(|all| all.last())
         .is_some_and(|last| *last >= cycles)
 }
 
-/// True for the roughness that steps were counted at.
+/// Returns true for the roughness whose steps the paper counts.
 fn is_main(run: &Evidence) -> bool {
     run.scene
         .rq
         .is_some_and(|rq| (rq / MAIN - 1.0).abs() < 1e-6)
 }
 
-fn count(run: &Evidence) -> Option<Part> {
+fn iteration_count(run: &Evidence) -> Option<Part> {
     let step = run.scene.explicit?;
     if (step / DEPTH_STEP - 1.0).abs() > 1e-6 || !reaches(run, STUDY) {
         return None;
@@ -109,44 +109,44 @@ fn count(run: &Evidence) -> Option<Part> {
     Some(part.because(|| {
         let [first, last] = [run.depth_rate[0], run.depth_rate[run.depth_rate.len() - 1]];
         format!(
-            "dimensions and damping of the rig are not published, and set the slip: here 0.1 µm take {} cycles at first, {} at last, and 43 472 on average in the paper",
+            "dimensions and damping of the rig, which determine the slip, are not published: here 0.1 µm takes {} cycles at first and {} at last, against 43 472 on average in the paper",
             number(DEPTH_STEP / first),
             number(DEPTH_STEP / last)
         )
     }))
 }
 
-fn lengths(run: &Evidence) -> Option<Part> {
+fn step_lengths(run: &Evidence) -> Option<Part> {
     let depth_step = run.scene.explicit?;
     let steps = run.column("n_cycles")?.get(1..)?;
-    // The last one ends where the run does.
+    // The end of the run cuts the last step.
     let steps = &steps[..steps.len().saturating_sub(usize::from(run.done))];
-    let off = |(steps, rate): (&f64, &f64)| {
+    let is_wrong = |(steps, rate): (&f64, &f64)| {
         let ratio = depth_step / rate;
         let slack = ROUNDING * ratio;
         let [low, high] = [ratio - slack, ratio + slack].map(|ratio| ratio.floor().max(1.0));
         *steps < low || *steps > high
     };
-    let wrong = steps
+    let wrong_count = steps
         .iter()
         .zip(&run.depth_rate)
-        .filter(|pair| off(*pair))
+        .filter(|pair| is_wrong(*pair))
         .count();
     let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
     let most = steps.iter().copied().fold(0.0, f64::max);
     let measured = format!(
-        "{wrong} of {} steps are not floor(Δh_max / max Δh); {least:.0} to {most:.0} cycles a step",
+        "{wrong_count} of {} steps are not floor(Δh_max / max Δh); {least:.0} to {most:.0} cycles per step",
         steps.len()
     );
-    let holds = wrong == 0 && most > least;
+    let holds = wrong_count == 0 && most > least;
     Some(Part::of(&[run], Verdict::of(holds), measured))
 }
 
-fn removal(run: &Evidence) -> Option<Part> {
+fn material_removal(run: &Evidence) -> Option<Part> {
     let worn = run.worn.as_ref()?;
     let holds = worn.least_growth >= 0.0 && worn.rule_error <= EXACT;
     let measured = format!(
-        "least growth of a cell in a step {}, steps off N Δh by {:.1e} of the deepest wear",
+        "smallest growth of a cell in a step {}, steps deviate from N Δh by {:.1e} of the deepest wear",
         micrometres(worn.least_growth),
         worn.rule_error
     );
@@ -158,14 +158,14 @@ fn volume(run: &Evidence) -> Option<(f64, Part)> {
     let (volume, energy) = (last("wear_volume")?, last("dissipated_energy_total")?);
     let local = (run.worn.as_ref()?.volume / volume - 1.0).abs();
     let global = (run.scene.coefficient? * energy / volume - 1.0).abs();
-    let off = local.max(global);
+    let deviation = local.max(global);
     let measured = format!(
-        "{}, sum of depths off by {local:.1e}, α × energy by {global:.1e}",
+        "{}, sum of depths deviates by {local:.1e}, α × energy by {global:.1e}",
         run.name
     );
     Some((
-        off,
-        Part::of(&[run], Verdict::of(off <= BOOKKEEPING), measured),
+        deviation,
+        Part::of(&[run], Verdict::of(deviation <= BOOKKEEPING), measured),
     ))
 }
 
@@ -180,15 +180,15 @@ fn depth(run: &Evidence) -> Option<Part> {
     );
     let part = Part::of(&[run], deepest.below(bound * (1.0 + EXACT)), measured);
     Some(part.because(|| {
-        "more slip than the paper's joint, or more of it at one place: dimensions and damping of the rig are not published".to_owned()
+        "this joint slips more than the paper's, or more at one place: dimensions and damping of the rig are not published".to_owned()
     }))
 }
 
-fn time(run: &Evidence) -> Part {
+fn computing_time(run: &Evidence) -> Part {
     let iterations = run.cycles().map_or(1, |cycles| cycles.len() - 1).max(1);
     let each = run.seconds / iterations as f64;
     let measured = format!(
-        "{} s an iteration, {:.0} s in all: {} and {} of the paper's",
+        "{} s per iteration, {:.0} s in total: {} and {} of the paper's times",
         number(each),
         run.seconds,
         percent(each / SECONDS_A_CYCLE),
@@ -205,16 +205,16 @@ fn steady(run: &Evidence) -> Option<Part> {
     let last = run.bar("dissipated_energy", cycles.len() - 1)?;
     let earlier = interpolated(cycles, energy, end - LAST);
     let per_million = 1e6 / LAST;
-    // Neighbours share what steps make wrong: of it the difference is off by what the last has more than the earlier. Each cycle is solved
-    // by itself.
-    let at = run.bar_at("dissipated_energy", end - LAST)?;
+    // Neighbours share the error of the wear steps, so the difference only has the growth of the bar. The errors of the
+    // cycles are independent.
+    let earlier_bar = run.bar_at("dissipated_energy", end - LAST)?;
     let solves = run
         .column("error_cycle")
         .and_then(|errors| errors.last().copied());
     let solves = 2.0 * solves.filter(|error| error.is_finite()).unwrap_or(0.0);
     let change = Bar {
         value: (last.value - earlier) * per_million / last.value,
-        error: ((last.error - at.error).abs() / last.value + solves) * per_million,
+        error: ((last.error - earlier_bar.error).abs() / last.value + solves) * per_million,
     };
     let measured = format!("{} per 10⁶ cycles", percent(change.value));
     Some(Part::of(&[run], change.size().below(STEADY), measured))

@@ -1,4 +1,4 @@
-//! The vibration, and the solvers behind it (claims 23–28, 34–38, 44, 46, 47).
+//! Vibration and solvers (claims 23–28, 34–38, 44, 46, 47).
 
 use super::bars::{Bar, rises, spread};
 use super::contact::{converged, roughnesses, several};
@@ -7,24 +7,24 @@ use super::words::{list, micrometres, percent};
 use super::{Evidence, HysteresisLoop, Part, Study, Verdict};
 use crate::report::quantity::number;
 
-/// * Deviation of the mean normal load, and its half range, of the bolt load.
+/// * Largest deviation of the mean normal load, and its largest half range, relative to the bolt load.
 const LOAD: [f64; 2] = [0.01, 0.05];
-/// * Moments over load times lever.
+/// * Largest ratio of moments to load times lever.
 const MOMENT: f64 = 0.05;
-/// * Shift of a loop that is clear, of its half range.
+/// * Smallest clear shift of a loop, relative to its half range.
 const SHIFT: f64 = 0.05;
-/// * What more harmonics may change: amplitude, frequency.
+/// * Largest relative change by more harmonics: amplitude, frequency.
 const HARMONICS: [f64; 2] = [0.01, 5e-4];
-/// * A slight rise of the resonance.
+/// * Largest relative rise of the resonance that counts as slight.
 const SLIGHT: f64 = 0.05;
-/// * Spread of rates that have converged.
+/// * Largest spread of rates that have converged.
 const RATES: f64 = 0.1;
-/// * Of µN.
+/// * Largest deviation of the tangential force from µN, relative to µN.
 const SLIDING: f64 = 1e-3;
-/// * A difference between fine contact and contact elements that explains another.
+/// * Smallest relative difference between fine contact and contact elements that explains another difference.
 const APART: f64 = 0.1;
 
-/// What the runs of a study say of a claim.
+/// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     let vibrating = || study.rough.iter().copied().filter(|run| run.scene.vibrates);
     let main = study.main.filter(|run| run.scene.vibrates);
@@ -34,22 +34,22 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
         let rough = |run: &&Evidence| run.column("max_pressure").is_some();
         study.all.iter().copied().filter(rough)
     };
-    let one = |part: Option<Part>| part.into_iter().collect();
+    let as_list = |part: Option<Part>| part.into_iter().collect();
     match claim {
-        23 => one(set.and_then(unworn)),
+        23 => as_list(set.and_then(unworn_trend)),
         24 => vibrating().filter_map(load).collect(),
         25 => vibrating().filter_map(moments).collect(),
-        26 => one(main.and_then(shift)),
-        27 => one(main.and_then(|main| harmonics(main, &study.harmonics))),
+        26 => as_list(main.and_then(shift)),
+        27 => as_list(main.and_then(|main| harmonics(main, &study.harmonics))),
         28 => all_of(contacts().map(uncoupled)),
-        34 => one(wearing.and_then(resonance)),
-        35 => one(wearing.and_then(peak)),
-        36 => one(wearing.and_then(loops)),
-        37 => one(set.and_then(worn)),
-        38 => one(set.and_then(rates)),
+        34 => as_list(wearing.and_then(resonance)),
+        35 => as_list(wearing.and_then(peak)),
+        36 => as_list(wearing.and_then(loops)),
+        37 => as_list(set.and_then(worn_convergence)),
+        38 => as_list(set.and_then(rates)),
         44 => all_of(contacts().filter_map(residuals)),
-        46 => one(wearing.and_then(sliding)),
-        _ => vibrating().filter_map(balance).collect(),
+        46 => as_list(wearing.and_then(sliding)),
+        _ => vibrating().filter_map(energy_balance).collect(),
     }
 }
 
@@ -96,16 +96,14 @@ fn shift(run: &Evidence) -> Option<Part> {
     let part = Part::of(&[run], verdict, measured);
     Some(part.because(|| {
         match slides {
-            true => {
-                "the joint slides as a whole, so that its mean displacement is hardly determined"
-                    .to_owned()
-            }
+            true => "the joint slides as a whole, so its mean displacement is nearly indeterminate"
+                .to_owned(),
             false => String::new(),
         }
     }))
 }
 
-/// Harmonics 0 to 3 against more of them; what the last of these have more than those before is how far they are off themselves.
+/// Compares harmonics 0 to 3 with more harmonics. The last difference between these runs bounds their own error.
 fn harmonics(few: &Evidence, more: &[&Evidence]) -> Option<Part> {
     let most = *more.last()?;
     let value = |run: &Evidence, name: &str| run.worn_ends(name).map(|ends| ends[0]);
@@ -127,7 +125,7 @@ fn harmonics(few: &Evidence, more: &[&Evidence]) -> Option<Part> {
         .map(|run| value(run, "peak_amplitude"))
         .collect();
     let measured = format!(
-        "amplitude {} µm with harmonics to {}: changes by {} ± {}; frequency by {} ± {}",
+        "amplitude {} µm with harmonics up to {}: it changes by {} ± {}, and the frequency by {} ± {}",
         list(peaks?.into_iter().map(|x| 1e6 * x)),
         [few]
             .iter()
@@ -172,15 +170,15 @@ fn residuals(run: &Evidence) -> Option<(f64, Part)> {
         ("normal", most("error_normal"), normal),
         ("tangential", most("error_tangential"), tangential),
     ];
-    let known: Vec<_> = pairs
+    let available: Vec<_> = pairs
         .into_iter()
         .filter_map(|(name, most, bound)| Some((name, most?, bound)))
         .collect();
-    let texts: Vec<String> = known
+    let texts: Vec<String> = available
         .iter()
         .map(|(name, most, bound)| format!("{name} {most:.1e} (tolerance {bound:.0e})"))
         .collect();
-    let worst = known
+    let worst = available
         .iter()
         .map(|(_, most, bound)| most / bound)
         .fold(0.0, f64::max);
@@ -206,8 +204,8 @@ fn resonance(run: &Evidence) -> Option<Part> {
     Some(Part::of(&[run], above.and(change.below(SLIGHT)), measured))
 }
 
-/// The amplitude stayed while the joint became stiffer: then slip and loop grow.
-fn driven_on(run: &Evidence) -> String {
+/// Explains a growing loop: without updates the amplitude is constant while the joint becomes stiffer.
+fn constant_amplitude_cause(run: &Evidence) -> String {
     let amplitude = run.response.get("displacement_amplitude");
     let ends = amplitude.and_then(|values| Some([*values.first()?, *values.last()?]));
     let (Some([before, after]), Some([kt, stiffer])) = (ends, run.ends("kt")) else {
@@ -215,7 +213,7 @@ fn driven_on(run: &Evidence) -> String {
     };
     if run.updates() == 0 && (after / before - 1.0).abs() < 1e-6 && stiffer > kt {
         format!(
-            "no update: the displacement stays {} while kt rises by {}, so that slip (displacement less T/kt) and the area of the loop grow",
+            "without updates the displacement stays {} while kt rises by {}, so slip (displacement − T/kt) and the area of the loop grow",
             micrometres(after),
             percent(stiffer / kt - 1.0)
         )
@@ -224,8 +222,8 @@ fn driven_on(run: &Evidence) -> String {
     }
 }
 
-/// The worn joint no longer slides as a whole.
-fn in_part(run: &Evidence) -> String {
+/// Explains a change by partial slip: the worn joint no longer slides as a whole.
+fn partial_slip_cause(run: &Evidence) -> String {
     let (Some(&first), Some(&last)) = (run.sliding.first(), run.sliding.last()) else {
         return String::new();
     };
@@ -233,7 +231,7 @@ fn in_part(run: &Evidence) -> String {
     let sticking = sticking.and_then(|counts| Some((counts.first()?, counts.last()?)));
     match sticking {
         Some((before, after)) if last < first - APART => format!(
-            "the worn joint slips in part only (T {} → {} of µN, {before} → {after} elements stick): load gathers where it sticks",
+            "the worn joint is in partial slip (T {} → {} of µN, {before} → {after} elements stick): load concentrates where it sticks",
             percent(first),
             percent(last)
         ),
@@ -250,7 +248,7 @@ fn peak(run: &Evidence) -> Option<Part> {
     );
     let share = viscous[0] / input[0];
     let measured = format!(
-        "peak {} → {}; friction {} → {} J a cycle, of {} → {} J supplied",
+        "peak {} → {}; friction {} → {} J per cycle, of {} → {} J supplied",
         micrometres(first.value),
         micrometres(last.value),
         number(before.value),
@@ -263,40 +261,46 @@ fn peak(run: &Evidence) -> Option<Part> {
     Some(part.because(|| {
         let (rise, rule) = (
             last.value / first.value - 1.0,
-            "at resonance π F X = E_friction + c X², so that a peak that rises by a part x goes with less friction only where (2 + x) times the share of the damping is above 1",
+            "at resonance π F X = E_friction + c X². If the peak rises by a fraction x, friction falls only if (2 + x) times the damping share of the energy is above 1",
         );
         let balance = match rise > 0.0 {
             true => format!(
-                "{rule}: it takes {}, which makes {}",
+                "{rule}. The damping share is {}, which makes {}",
                 percent(share),
                 number((2.0 + rise) * share)
             ),
-            false => format!("{rule}: it takes {}, and the peak does not rise", percent(share)),
+            false => format!("{rule}. The damping share is {}, and the peak does not rise", percent(share)),
         };
-        let partial = in_part(run);
+        let partial = partial_slip_cause(run);
         let texts: Vec<&str> = [balance.as_str(), partial.as_str()].into_iter().filter(|text| !text.is_empty()).collect();
         texts.join("; ")
     }))
 }
 
-/// Slope after the reversal at the largest displacement \[N/m\], and enclosed area \[J\].
+/// Returns the slope after the reversal at the largest displacement \[N/m\], and the enclosed area \[J\].
 fn slope_and_area(cycle: &HysteresisLoop) -> Option<[f64; 2]> {
     let (u, f) = (&cycle.displacement, &cycle.load);
     let n = u.len();
-    let far = (0..n).max_by(|a, b| u[*a].total_cmp(&u[*b]))?;
-    // The reversal may be written twice, as the end of one branch and the beginning of the next.
+    let reversal = (0..n).max_by(|a, b| u[*a].total_cmp(&u[*b]))?;
+    // The reversal may be stored twice, as the end of one branch and the beginning of the next.
     let next = (1..n)
-        .map(|k| (far + k) % n)
-        .find(|k| u[far] - u[*k] > 1e-9 * u[far].abs())?;
+        .map(|k| (reversal + k) % n)
+        .find(|k| u[reversal] - u[*k] > 1e-9 * u[reversal].abs())?;
     let area: f64 = (0..n)
         .map(|k| (k, (k + 1) % n))
         .map(|(k, l)| u[k] * f[l] - u[l] * f[k])
         .sum();
-    Some([(f[far] - f[next]) / (u[far] - u[next]), 0.5 * area.abs()])
+    Some([
+        (f[reversal] - f[next]) / (u[reversal] - u[next]),
+        0.5 * area.abs(),
+    ])
 }
 
-/// Area of a loop over that of the parallelogram with its force, its half range and its slope: 1 if it sticks and then slides at once. Its
-/// few points leave as much open as the loop through them encloses less, or more, than the friction of its cycle \[J\].
+/// Returns the area of a loop over the area of the parallelogram with its force, half range and slope. It is 1 for a
+/// loop that sticks and then slides at once.
+///
+/// The error bar is the relative difference between the area of the loop's few points and the friction of its cycle
+/// \[J\].
 fn fullness(cycle: &HysteresisLoop, friction: f64) -> Option<Bar> {
     let [slope, area] = slope_and_area(cycle)?;
     let half = |values: &[f64]| {
@@ -313,22 +317,26 @@ fn loops(run: &Evidence) -> Option<Part> {
     let [slope, steeper] = run.end_bars("kt")?;
     let [before, after] = run.worn_end_bars("friction_energy")?;
     let [first, last] = run.ends("dissipated_energy")?;
-    let sharp = |moment: &super::Moment, friction| fullness(moment.hysteresis.as_ref()?, friction);
-    let (full, fuller) = (sharp(&run.first, first), sharp(&run.last, last));
-    let sharper = match (full, fuller) {
-        (Some(full), Some(fuller)) => fuller.less(full).above(0.0),
+    let fullness_of =
+        |moment: &super::Moment, friction| fullness(moment.hysteresis.as_ref()?, friction);
+    let (fullness_before, fullness_after) =
+        (fullness_of(&run.first, first), fullness_of(&run.last, last));
+    let sharper = match (fullness_before, fullness_after) {
+        (Some(fullness_before), Some(fullness_after)) => {
+            fullness_after.less(fullness_before).above(0.0)
+        }
         _ => Verdict::Undecided,
     };
     let share = |bar: Option<Bar>| {
-        let told = |bar: Bar| format!("{} ± {}", percent(bar.value), percent(bar.error));
-        bar.map_or("–".to_owned(), told)
+        let text = |bar: Bar| format!("{} ± {}", percent(bar.value), percent(bar.error));
+        bar.map_or("–".to_owned(), text)
     };
     let measured = format!(
-        "kt {} → {} N/µm; the loop fills {} → {} of its parallelogram; friction {} → {} J a cycle",
+        "kt {} → {} N/µm; the loop fills {} → {} of its parallelogram; friction {} → {} J per cycle",
         number(1e-6 * slope.value),
         number(1e-6 * steeper.value),
-        share(full),
-        share(fuller),
+        share(fullness_before),
+        share(fullness_after),
         number(before.value),
         number(after.value)
     );
@@ -337,35 +345,35 @@ fn loops(run: &Evidence) -> Option<Part> {
         sharper,
         before.less(after).above(0.0),
     ]);
-    Some(Part::of(&[run], verdict, measured).because(|| match full.zip(fuller) {
-        Some((full, fuller)) if fuller.less(full).above(0.0) == Verdict::Undecided => {
-            "the few points of a loop do not tell which is sharper".to_owned()
+    Some(Part::of(&[run], verdict, measured).because(|| match fullness_before.zip(fullness_after) {
+        Some((fullness_before, fullness_after)) if fullness_after.less(fullness_before).above(0.0) == Verdict::Undecided => {
+            "the loops have too few points to decide which is sharper".to_owned()
         }
-        None => "no loops are kept (output.curves_every is 0), or they slip in part only".to_owned(),
+        None => "no loops are stored (output.curves_every is 0), or they are in partial slip".to_owned(),
         Some(_) if after.value > before.value => {
-            "a sliding loop encloses 4 µN (u − µN/kt): stiffer, it encloses more unless it moves less".to_owned()
+            "a sliding loop encloses 4 µN (u − µN/kt): a stiffer joint encloses more unless it moves less".to_owned()
         }
-        Some(_) => in_part(run),
+        Some(_) => partial_slip_cause(run),
     }))
 }
 
 fn sliding(run: &Evidence) -> Option<Part> {
-    // Without friction nothing slides against it.
+    // Without friction there is no friction limit.
     run.scene.friction_coefficient.filter(|mu| *mu > 0.0)?;
     let most = run.sliding.iter().copied().reduce(f64::max)?;
-    let measured = format!("T at most {} of µN, N of the same time", percent(most));
+    let measured = format!("T at most {} of µN at the same instant", percent(most));
     let holds = (1.0 - SLIDING..=1.0 + SLIDING).contains(&most);
     Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
         if most < 1.0 {
-            "the joint slips in part only".to_owned()
+            "the joint is in partial slip".to_owned()
         } else {
             String::new()
         }
     }))
 }
 
-/// Friction against what the exciter supplies, in every iteration and every response of a worn state.
-fn balance(run: &Evidence) -> Option<Part> {
+/// Compares friction with the input energy, for every iteration and every response of a worn state.
+fn energy_balance(run: &Evidence) -> Option<Part> {
     let supplied = run.response.get("input_energy")?;
     let places = 0..supplied.len();
     let fine = places.filter_map(|k| {
@@ -378,30 +386,30 @@ fn balance(run: &Evidence) -> Option<Part> {
         .map(Vec::as_slice)
         .unwrap_or_default();
     let friction = run.worn_bars("friction_energy").unwrap_or_default();
-    let own = friction
+    let worn_responses = friction
         .iter()
         .zip(worn)
         .map(|(friction, input)| friction.over(Bar::exact(*input)));
     let largest = |bars: Vec<Bar>| bars.into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
-    let (fine, own) = (largest(fine.collect()), largest(own.collect()));
+    let (fine, worn_responses) = (largest(fine.collect()), largest(worn_responses.collect()));
     let measured = format!(
-        "fine contact at most {} of what is supplied, the worn responses {}",
+        "friction of the fine contact at most {} of the input energy, of the worn responses {}",
         fine.map_or("–".to_owned(), |bar| percent(bar.value)),
-        own.map_or("–".to_owned(), |bar| percent(bar.value))
+        worn_responses.map_or("–".to_owned(), |bar| percent(bar.value))
     );
-    let most = [fine, own].into_iter().flatten();
+    let most = [fine, worn_responses].into_iter().flatten();
     let verdict = Verdict::all(most.map(|bar| bar.below(1.0)));
     Some(Part::of(&[run], verdict, measured).because(|| {
         let first = run.response.get("friction_energy").zip(run.column("dissipated_energy"));
         let unworn = first.and_then(|(elements, fine)| Some(fine.first()? / elements.first()?));
         unworn.map_or_else(String::new, |ratio| format!(
-            "the vibration is kept while the contact changes, and what drives the fine contact is not all that its elements do: unworn, it dissipates {} of what they do",
+            "the vibration stays the same while the contact changes, and the motion that drives the fine contact is only a part of the motion of its elements: unworn, it dissipates {} of their friction energy",
             percent(ratio)
         ))
     }))
 }
 
-fn of_all<T>(set: &[&Evidence], value: impl Fn(&Evidence) -> Option<T>) -> Option<Vec<T>> {
+fn all_values<T>(set: &[&Evidence], value: impl Fn(&Evidence) -> Option<T>) -> Option<Vec<T>> {
     set.iter().map(|run| value(run)).collect()
 }
 
@@ -409,13 +417,13 @@ fn values(bars: &[Bar], scale: f64) -> String {
     list(bars.iter().map(|bar| scale * bar.value))
 }
 
-fn unworn(set: &[&Evidence]) -> Option<Part> {
-    let frequency = of_all(set, |run| Some(run.worn_end_bars("peak_frequency")?[0]))?;
-    let amplitude = of_all(set, |run| {
+fn unworn_trend(set: &[&Evidence]) -> Option<Part> {
+    let frequency = all_values(set, |run| Some(run.worn_end_bars("peak_frequency")?[0]))?;
+    let amplitude = all_values(set, |run| {
         let first = run.response.get("displacement_amplitude")?.first().copied();
         first.map(Bar::exact)
     })?;
-    let energy = of_all(set, |run| Some(run.worn_end_bars("friction_energy")?[0]))?;
+    let energy = all_values(set, |run| Some(run.worn_end_bars("friction_energy")?[0]))?;
     let softer: Vec<Bar> = frequency
         .iter()
         .map(|f| Bar {
@@ -424,7 +432,7 @@ fn unworn(set: &[&Evidence]) -> Option<Part> {
         })
         .collect();
     let measured = format!(
-        "{}: {} Hz, relative displacement {} µm, friction {} J a cycle",
+        "{}: {} Hz, relative displacement {} µm, friction {} J per cycle",
         roughnesses(set),
         list(frequency.iter().map(|f| f.value)),
         values(&amplitude, 1e6),
@@ -432,14 +440,14 @@ fn unworn(set: &[&Evidence]) -> Option<Part> {
     );
     let verdict = Verdict::all([rises(&softer), rises(&amplitude), rises(&energy)]);
     Some(Part::of(set, verdict, measured).because(|| {
-        "a joint that slides takes 4 µN (u − µN/kt) a cycle from what the exciter supplies at its peak, π F X: where a rougher joint lowers X, less is left for friction".to_owned()
+        "a sliding joint dissipates 4 µN (u − µN/kt) per cycle of the energy π F X that the exciter supplies at the peak: if a rougher joint lowers X, less energy is left for friction".to_owned()
     }))
 }
 
-/// What sets the joints apart in the end: renewed elements move less, and wear less.
-fn updates_apart(set: &[&Evidence]) -> String {
+/// Explains a final spread of the joints: updated elements move less, and wear less.
+fn update_cause(set: &[&Evidence]) -> String {
     let updates: Vec<String> = set.iter().map(|run| run.updates().to_string()).collect();
-    let Some(amplitude) = of_all(set, |run| {
+    let Some(amplitude) = all_values(set, |run| {
         run.response.get("displacement_amplitude")?.last().copied()
     }) else {
         return String::new();
@@ -447,18 +455,18 @@ fn updates_apart(set: &[&Evidence]) -> String {
     let mut text = String::new();
     if updates.iter().any(|count| *count != updates[0]) {
         text = format!(
-            "the runs were updated {} times, and in the end move by {} µm: the more often updated, the less they slip and wear; the paper's runs here are without updates",
+            "the runs were updated {} times, and their final displacement is {} µm: more updates mean less slip and wear; the paper's runs for this claim have no updates",
             updates.join(", "),
             list(amplitude.iter().map(|u| 1e6 * u))
         );
     }
-    for (run, partial) in set.iter().map(|run| (run, in_part(run))) {
+    for (run, partial) in set.iter().map(|run| (run, partial_slip_cause(run))) {
         if !partial.is_empty() {
             let joint = if text.is_empty() { "" } else { "; " };
             text += &format!("{joint}{}: {partial}", run.name);
         }
     }
-    let force = of_all(set, |run| {
+    let force = all_values(set, |run| {
         run.last
             .fine_over_elements
             .get("force_along_motion [N]")
@@ -471,17 +479,20 @@ fn updates_apart(set: &[&Evidence]) -> String {
             text += "; ";
         }
         text += &format!(
-            "the fine contact's force over that of the elements, {}, says how far one mean displacement for all elements carries",
+            "the force of the fine contact is {} of the force of the elements, which shows how well one mean displacement represents all elements",
             list(force)
         );
     }
     text
 }
 
-fn worn(set: &[&Evidence]) -> Option<Part> {
+fn worn_convergence(set: &[&Evidence]) -> Option<Part> {
     let ends = |name: &'static str| -> Option<[Vec<Bar>; 2]> {
-        let first = of_all(set, |run| Some(run.worn_end_bars(name)?[0]))?;
-        Some([first, of_all(set, |run| Some(run.worn_end_bars(name)?[1]))?])
+        let first = all_values(set, |run| Some(run.worn_end_bars(name)?[0]))?;
+        Some([
+            first,
+            all_values(set, |run| Some(run.worn_end_bars(name)?[1]))?,
+        ])
     };
     let (f, peak) = (ends("peak_frequency")?, ends("peak_amplitude")?);
     let [f0, f1, p0, p1] = [&f[0], &f[1], &peak[0], &peak[1]].map(|values| spread(values));
@@ -498,11 +509,11 @@ fn worn(set: &[&Evidence]) -> Option<Part> {
         percent(p1.value)
     );
     let verdict = converged(f0, f1).and(converged(p0, p1));
-    Some(Part::of(set, verdict, measured).because(|| updates_apart(set)))
+    Some(Part::of(set, verdict, measured).because(|| update_cause(set)))
 }
 
 fn rates(set: &[&Evidence]) -> Option<Part> {
-    let ends: Vec<[Bar; 2]> = of_all(set, |run| run.end_bars("wear_rate"))?;
+    let ends: Vec<[Bar; 2]> = all_values(set, |run| run.end_bars("wear_rate"))?;
     let [first, last] = [0, 1].map(|end| ends.iter().map(|rate| rate[end]).collect::<Vec<Bar>>());
     let falls = Verdict::all(
         ends.iter()
@@ -510,7 +521,7 @@ fn rates(set: &[&Evidence]) -> Option<Part> {
     );
     let (before, after) = (spread(&first), spread(&last));
     let measured = format!(
-        "{}: {} → {} µm³ a cycle, spread {} → {}",
+        "{}: {} → {} µm³ per cycle, spread {} → {}",
         roughnesses(set),
         values(&first, 1e18),
         values(&last, 1e18),
@@ -523,11 +534,11 @@ fn rates(set: &[&Evidence]) -> Option<Part> {
             .iter()
             .zip(&ends)
             .filter(|(_, [first, last])| last.value >= first.value)
-            .map(|(run, _)| (run, driven_on(run)))
+            .map(|(run, _)| (run, constant_amplitude_cause(run)))
             .filter(|(_, text)| !text.is_empty())
             .map(|(run, text)| format!("{}: {text}", run.name))
             .collect();
-        texts.extend(Some(updates_apart(set)).filter(|text| !text.is_empty()));
+        texts.extend(Some(update_cause(set)).filter(|text| !text.is_empty()));
         texts.join("; ")
     }))
 }

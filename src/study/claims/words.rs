@@ -1,24 +1,24 @@
-//! Numbers in findings, and the arithmetic of curves.
+//! Formatting of numbers in findings, and arithmetic of curves.
 
 use crate::report::quantity::{SHARE, number, shown};
 
-/// A share as a percentage.
+/// Formats a share in percent.
 pub fn percent(share: f64) -> String {
     shown(share, SHARE)
 }
 
-/// A length in µm.
+/// Formats a length in µm.
 pub fn micrometres(metres: f64) -> String {
     format!("{} µm", number(1e6 * metres))
 }
 
-/// Values, one after another.
+/// Formats a list of values.
 pub fn list(values: impl IntoIterator<Item = f64>) -> String {
     let texts: Vec<String> = values.into_iter().map(number).collect();
     texts.join(", ")
 }
 
-/// The value at `at` of a curve through points with rising `x`: straight between them, constant beyond.
+/// Interpolates a curve through points with rising `x` linearly at `at`. It is constant beyond its ends.
 pub fn interpolated(x: &[f64], y: &[f64], at: f64) -> f64 {
     let next = x.partition_point(|x| *x <= at);
     if next == 0 {
@@ -31,12 +31,12 @@ pub fn interpolated(x: &[f64], y: &[f64], at: f64) -> f64 {
     y[next - 1] + part * (y[next] - y[next - 1])
 }
 
-/// True if every value is above the one before.
+/// Returns true if each value is above its predecessor.
 pub fn rises(values: &[f64]) -> bool {
     values.windows(2).all(|pair| pair[1] > pair[0])
 }
 
-/// True if no value is below the one before by more than `tolerance`.
+/// Returns true if no value is below its predecessor by more than `tolerance`.
 pub fn never_falls(values: &[f64], tolerance: f64) -> bool {
     values.windows(2).all(|pair| pair[1] >= pair[0] - tolerance)
 }

@@ -1,4 +1,5 @@
-//! Findings as a table, as Markdown and as a part of a page: the verdicts first, then the words, the numbers and the causes.
+//! Output of findings as a table, as Markdown and as a section of a page. The verdicts come first, then words, numbers
+//! and causes.
 
 use std::path::Path;
 
@@ -15,7 +16,7 @@ use crate::report::{ReportError, RunTables, Section};
 use crate::tables::{Provenance, Table, TableError, TableName, TypedTable, to_parquet, typed};
 
 impl Verdict {
-    /// In words.
+    /// Returns the verdict in words.
     pub fn words(self) -> &'static str {
         match self {
             Verdict::Holds => "holds",
@@ -27,7 +28,7 @@ impl Verdict {
 }
 
 impl Kind {
-    /// In a word.
+    /// Returns the kind in one word.
     pub fn word(self) -> &'static str {
         match self {
             Kind::Result => "result",
@@ -37,12 +38,13 @@ impl Kind {
     }
 }
 
-/// The table `claims`.
+/// Builds the table `claims`.
 ///
 /// # Errors
 /// [`TableError`] if the schema does not fit.
 pub fn table(findings: &[Finding]) -> Result<Table, TableError> {
-    let text = |of: &dyn Fn(&Finding) -> String| findings.iter().map(of).collect::<Vec<String>>();
+    let text =
+        |value: &dyn Fn(&Finding) -> String| findings.iter().map(value).collect::<Vec<String>>();
     typed::Claims {
         claim: findings.iter().map(|f| f.claim as i32).collect(),
         kind: text(&|f| f.statement().kind.word().to_owned()),
@@ -60,7 +62,7 @@ pub fn table(findings: &[Finding]) -> Result<Table, TableError> {
     .to_table()
 }
 
-/// Writes `claims.md` and `claims.parquet` into a folder. Files that are there are replaced.
+/// Writes `claims.md` and `claims.parquet` into a folder. Replaces existing files.
 ///
 /// # Errors
 /// [`ReportError::Table`], [`ReportError::Io`].
@@ -97,7 +99,7 @@ pub fn write(
     Ok(())
 }
 
-/// The settings, in their order.
+/// Returns the settings in their order.
 fn settings(findings: &[Finding]) -> Vec<&str> {
     let mut settings: Vec<&str> = Vec::new();
     for finding in findings {
@@ -108,36 +110,36 @@ fn settings(findings: &[Finding]) -> Vec<&str> {
     settings
 }
 
-/// The verdict on a claim in a setting.
-fn whole<'a>(findings: &'a [Finding], claim: u32, setting: &str) -> Option<&'a Finding> {
+/// Returns the finding on a whole claim in a setting.
+fn claim_finding<'a>(findings: &'a [Finding], claim: u32, setting: &str) -> Option<&'a Finding> {
     let fits = |f: &&Finding| f.whole && f.claim == claim && f.setting == setting;
     findings.iter().find(fits)
 }
 
-/// How many of the paper's results hold in a setting, fail, are undecided, and have no run. What the method does by its own definition,
-/// and checks, do not count.
+/// Counts the paper's results in a setting: they hold, fail, are undecided, or have no run. Claims of the other kinds
+/// do not count.
 pub fn counts(findings: &[Finding], setting: &str) -> [usize; 4] {
     let results = CLAIMS.iter().filter(|claim| claim.kind == Kind::Result);
     let mut counts = [0; 4];
-    for finding in results.filter_map(|claim| whole(findings, claim.number, setting)) {
+    for finding in results.filter_map(|claim| claim_finding(findings, claim.number, setting)) {
         counts[finding.verdict as usize] += 1;
     }
     counts
 }
 
-/// What a setting is called where it stands in a line.
-fn named(setting: &str) -> &str {
+/// Returns the label of a setting in a line of text.
+fn setting_label(setting: &str) -> &str {
     match setting {
         "" => "no run",
         setting => setting,
     }
 }
 
-fn counted(findings: &[Finding], setting: &str) -> String {
+fn count_text(findings: &[Finding], setting: &str) -> String {
     let [hold, fail, undecided, none] = counts(findings, setting);
     let mut text = format!(
         "{}: of {} results of the paper {hold} hold, {fail} fail, {undecided} are undecided",
-        named(setting),
+        setting_label(setting),
         hold + fail + undecided + none
     );
     if none > 0 {
@@ -146,15 +148,15 @@ fn counted(findings: &[Finding], setting: &str) -> String {
     text
 }
 
-const ABOUT: &str = "Claims of the kind “method” are what the method does by its own definition; they and the check do not count. Thresholds marked * are this program's, not the paper's.";
+const ABOUT: &str = "Claims of the kind “method” follow from the definition of the method. These claims and the check do not count. Thresholds marked * come from this program, not from the paper.";
 
-/// All findings as Markdown: a table of verdicts, the paper's numbers beside those of the runs, and each claim with the paper's words, its
-/// criterion, the numbers and likely causes.
+/// Returns all findings as Markdown: a table of verdicts, the paper's numbers compared with ours, and for each claim
+/// the paper's words, the criterion, the measurements and likely causes.
 pub fn markdown(findings: &[Finding], evidence: &[Evidence]) -> String {
     let settings = settings(findings);
     let mut text = String::new();
     for setting in &settings {
-        text += &format!("- {}\n", text::markdown(&counted(findings, setting)));
+        text += &format!("- {}\n", text::markdown(&count_text(findings, setting)));
     }
     text += &format!("\n{ABOUT}\n\n");
     let row = |cells: &[String]| {
@@ -162,7 +164,11 @@ pub fn markdown(findings: &[Finding], evidence: &[Evidence]) -> String {
         format!("| {} |\n", cells.join(" | "))
     };
     let mut heads: Vec<String> = ["claim", "[A]", "statement"].map(str::to_owned).into();
-    heads.extend(settings.iter().map(|name| text::markdown(named(name))));
+    heads.extend(
+        settings
+            .iter()
+            .map(|name| text::markdown(setting_label(name))),
+    );
     text += &row(&heads);
     text += &format!("|---:|---|---|{}\n", "---|".repeat(settings.len()));
     for claim in &CLAIMS {
@@ -182,7 +188,7 @@ pub fn markdown(findings: &[Finding], evidence: &[Evidence]) -> String {
     if !numbers.is_empty() {
         text += "\n| number | [A] | the paper's | ours | ratio | setting |\n|---|---|---:|---:|---:|---|\n";
         for row_of in &numbers {
-            let [paper, ours, ratio] = shown(row_of);
+            let [paper, ours, ratio] = number_texts(row_of);
             let setting = text::markdown(&row_of.setting);
             let cells = [
                 row_of.what.to_owned(),
@@ -213,22 +219,22 @@ pub fn markdown(findings: &[Finding], evidence: &[Evidence]) -> String {
 }
 
 fn verdict(findings: &[Finding], claim: &Claim, setting: &str) -> String {
-    let words = whole(findings, claim.number, setting).map_or(NONE, |f| f.verdict.words());
+    let words = claim_finding(findings, claim.number, setting).map_or(NONE, |f| f.verdict.words());
     match claim.kind {
         Kind::Result => words.to_owned(),
         kind => format!("{words} ({})", kind.word()),
     }
 }
 
-/// The paper's numbers beside those of every study.
+/// Compares the paper's numbers with all studies.
 fn numbers(evidence: &[Evidence]) -> Vec<NumberComparison> {
     let studies = super::studies(evidence);
     let all = studies.iter().flat_map(beside);
     all.filter(|row| row.ours.is_some()).collect()
 }
 
-/// The paper's number, ours and the ratio.
-fn shown(row: &NumberComparison) -> [String; 3] {
+/// Formats the paper's number, ours and the ratio.
+fn number_texts(row: &NumberComparison) -> [String; 3] {
     let with_unit = |value: f64| match row.unit {
         "" => number(value),
         unit => format!("{}\u{a0}{unit}", number(value)),
@@ -240,31 +246,36 @@ fn shown(row: &NumberComparison) -> [String; 3] {
     ]
 }
 
-/// A line on a claim.
+/// Line of text on a claim.
 struct Line {
     whole: bool,
     verdict: Verdict,
     text: String,
 }
 
-/// What was measured in each setting, the claim before its parts, and likely causes. Settings that say the same share a line.
+/// Returns the measurements in each setting, the claim before its parts, with likely causes. Settings with equal
+/// findings share a line.
 fn lines(findings: &[Finding], claim: &Claim) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     let of_claim = || findings.iter().filter(|f| f.claim == claim.number);
-    let mut said: Vec<&str> = Vec::new();
+    let mut reported: Vec<&str> = Vec::new();
     for setting in settings(findings) {
-        if said.contains(&setting) {
+        if reported.contains(&setting) {
             continue;
         }
         let key = |setting: &str| -> Vec<(Verdict, &str, &str)> {
-            let own = of_claim().filter(|f| f.setting == setting);
-            own.map(|f| (f.verdict, f.measured.as_str(), f.cause.as_str()))
+            let in_setting = of_claim().filter(|f| f.setting == setting);
+            in_setting
+                .map(|f| (f.verdict, f.measured.as_str(), f.cause.as_str()))
                 .collect()
         };
-        let mut alike: Vec<&str> = self::settings(findings);
-        alike.retain(|other| key(other) == key(setting));
-        said.extend(alike.iter().copied());
-        let names: Vec<&str> = alike.iter().map(|name| named(name)).collect();
+        let mut equal_settings: Vec<&str> = self::settings(findings);
+        equal_settings.retain(|other| key(other) == key(setting));
+        reported.extend(equal_settings.iter().copied());
+        let names: Vec<&str> = equal_settings
+            .iter()
+            .map(|name| setting_label(name))
+            .collect();
         for finding in of_claim().filter(|f| f.setting == setting) {
             let mut text = match finding.whole {
                 true => format!("{}: {}", names.join(" | "), finding.verdict.words()),
@@ -284,18 +295,18 @@ fn lines(findings: &[Finding], claim: &Claim) -> Vec<Line> {
     lines
 }
 
-/// The findings as a part of a page: as [`markdown`], in what stands below each other on a narrow screen.
+/// Returns the findings as a section of a page. The content is that of [`markdown`], in a layout for narrow screens.
 pub fn section(findings: &[Finding], evidence: &[Evidence]) -> Section {
     let settings = settings(findings);
     let heads = ["#", "claim"].into_iter();
     let heads: Vec<&str> = heads
-        .chain(settings.iter().map(|name| named(name)))
+        .chain(settings.iter().map(|name| setting_label(name)))
         .collect();
     let verdict = |claim: &Claim, setting: &str| {
-        let found = whole(findings, claim.number, setting);
-        let found = found.map_or(Verdict::NotApplicable, |f| f.verdict);
+        let finding = claim_finding(findings, claim.number, setting);
+        let finding = finding.map_or(Verdict::NotApplicable, |f| f.verdict);
         html! {
-            (chip(found))
+            (verdict_label(finding))
             @if claim.kind != Kind::Result { " " small { "(" (claim.kind.word()) ")" } }
         }
     };
@@ -311,11 +322,11 @@ pub fn section(findings: &[Finding], evidence: &[Evidence]) -> Section {
     let rows: Vec<Vec<Markup>> = CLAIMS.iter().map(row).collect();
     let numbers = numbers(evidence);
     let numbers_in = |setting: &str| -> Vec<Vec<String>> {
-        let own = numbers.iter().filter(|row| row.setting == setting);
-        let cells = own.map(|row| {
+        let in_setting = numbers.iter().filter(|row| row.setting == setting);
+        let cells = in_setting.map(|row| {
             [
                 [row.what, row.place].map(str::to_owned).to_vec(),
-                shown(row).to_vec(),
+                number_texts(row).to_vec(),
             ]
             .concat()
         });
@@ -326,13 +337,13 @@ pub fn section(findings: &[Finding], evidence: &[Evidence]) -> Section {
         .map(|setting| (setting, numbers_in(setting)));
     Section {
         id: "claims",
-        title: "What the paper claims".to_owned(),
+        title: "Claims of the paper".to_owned(),
         html: html! {
-            ul { "\n" @for setting in &settings { li { (counted(findings, setting)) } "\n" } } "\n"
+            ul { "\n" @for setting in &settings { li { (count_text(findings, setting)) } "\n" } } "\n"
             p.note { (ABOUT) } "\n"
             (html_table(&heads, &rows, false))
             @for (setting, rows) in each.filter(|(_, rows)| !rows.is_empty()) {
-                h3 { "The paper's numbers and ours: " (named(setting)) } "\n"
+                h3 { "The paper's numbers and ours: " (setting_label(setting)) } "\n"
                 (html_table(&["number", "[A]", "the paper's", "ours", "ratio"], &rows, false))
             }
             @for claim in &CLAIMS { (article(findings, claim)) }
@@ -340,8 +351,8 @@ pub fn section(findings: &[Finding], evidence: &[Evidence]) -> Section {
     }
 }
 
-/// A verdict that is seen at once.
-fn chip(verdict: Verdict) -> Markup {
+/// Returns a coloured label of a verdict.
+fn verdict_label(verdict: Verdict) -> Markup {
     let class = match verdict {
         Verdict::NotApplicable => "none",
         verdict => verdict.words(),

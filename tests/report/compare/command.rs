@@ -252,7 +252,7 @@ fn foreign(folder: &TempDir) -> [&'static str; 4] {
 const REASONS: [&str; 4] = [
     "it has no iteration yet",
     "it has no run.json",
-    "it is no folder",
+    "it is not a folder",
     "it has no run.json",
 ];
 
@@ -264,7 +264,7 @@ fn what_is_no_run_is_passed_over() {
     let notes: String = foreign
         .iter()
         .zip(REASONS)
-        .map(|(path, reason)| format!("note: {path} is passed over: {reason}\n"))
+        .map(|(path, reason)| format!("note: {path} is skipped: {reason}\n"))
         .collect();
     for command in ["compare", "report"] {
         let output = fretwear(&folder, &[&[command][..], &foreign, &["pressed"]].concat());
@@ -288,7 +288,10 @@ fn nothing_left_is_an_error_that_says_why() {
         let output = fretwear(&folder, &[&[command][..], &foreign].concat());
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{said}");
-        assert!(said.starts_with("error: no run to read among 4 "), "{said}");
+        assert!(
+            said.starts_with("error: no readable run among 4 "),
+            "{said}"
+        );
         for (path, reason) in foreign.iter().zip(REASONS) {
             assert!(said.contains(&format!("{path}: {reason}")), "{said}");
         }
@@ -322,8 +325,8 @@ fn a_run_that_damage_closes_is_passed_over_but_not_forgotten() {
         let said = text(&output.stderr);
         assert_eq!(output.status.code(), Some(4), "{said}");
         for part in [
-            "note: torn is passed over: damaged run: torn/run.json",
-            "note: first is passed over: none of its iterations verifies: first/iterations/",
+            "note: torn is skipped: damaged run: torn/run.json",
+            "note: first is skipped: none of its iterations verifies: first/iterations/",
         ] {
             assert!(said.contains(part), "{said}");
         }

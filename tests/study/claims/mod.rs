@@ -447,7 +447,7 @@ fn causes_come_from_the_numbers() {
     let more = |s: &mut [Evidence]| respond(named(s, "rq5"), "friction_energy", [0.2, 0.21]);
     let share = cause(35, &more);
     assert!(
-        share.contains("it takes 20\u{a0}%, which makes 0.4"),
+        share.contains("The damping share is 20\u{a0}%, which makes 0.4"),
         "{share}"
     );
     let lower = |s: &mut [Evidence]| respond(named(s, "rq5"), "peak_amplitude", [70e-6, 69e-6]);
