@@ -1,11 +1,11 @@
-//! The regular grid of the joint and the cells of it that belong to the joint.
+//! Regular grid of the joint, and the cells of it that belong to the joint.
 //!
-//! A field is a flat slice of `nx * ny` values, x slow and y fast: cell (i, j) is at `i * ny + j`. Every module that takes a
-//! field takes the [`Grid`] or [`Patch`] beside it; nothing else in the crate knows this ordering.
+//! A field is a flat slice of `nx * ny` values, x slow and y fast: cell (i, j) is at `i * ny + j`. A module that takes
+//! a field also takes its [`Grid`] or [`Patch`]. Only this module depends on the order.
 
 use serde::{Deserialize, Serialize};
 
-/// A regular grid of `nx * ny` rectangular cells of `dx * dy` metres.
+/// Regular grid of `nx * ny` rectangular cells of `dx * dy` metres.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
     /// Cells along x.
@@ -19,7 +19,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The grid that divides a rectangle of `size` metres into `cells`.
+    /// Divides a rectangle of `size` metres into `cells`.
     pub fn over(size: [f64; 2], cells: [usize; 2]) -> Self {
         Grid {
             nx: cells[0],
@@ -29,27 +29,27 @@ impl Grid {
         }
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn len(&self) -> usize {
         self.nx * self.ny
     }
 
-    /// True for a grid without cells.
+    /// Returns true for a grid without cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Position of cell (i, j) in a field.
+    /// Returns the position of cell (i, j) in a field.
     pub fn index(&self, i: usize, j: usize) -> usize {
         i * self.ny + j
     }
 
-    /// The cell (i, j) at a position in a field.
+    /// Returns the cell (i, j) at a position in a field.
     pub fn cell(&self, index: usize) -> (usize, usize) {
         (index / self.ny, index % self.ny)
     }
 
-    /// Centre of cell (i, j) measured from the centre of the grid \[m\].
+    /// Returns the centre of cell (i, j), measured from the centre of the grid \[m\].
     pub fn centre(&self, i: usize, j: usize) -> (f64, f64) {
         (
             (i as f64 + 0.5 - 0.5 * self.nx as f64) * self.dx,
@@ -57,28 +57,28 @@ impl Grid {
         )
     }
 
-    /// Area of one cell \[m²\].
+    /// Returns the area of one cell \[m²\].
     pub fn cell_area(&self) -> f64 {
         self.dx * self.dy
     }
 
-    /// Lengths of the grid's sides \[m\].
+    /// Returns the side lengths of the grid \[m\].
     pub fn size(&self) -> [f64; 2] {
         [self.nx as f64 * self.dx, self.ny as f64 * self.dy]
     }
 }
 
-/// A grid and the cells of it that belong to the joint. Cells outside (the bolt hole) carry no load and have no surface.
+/// Grid, and the cells of it that belong to the joint. Other cells (the bolt hole) carry no load and have no surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
     /// The grid.
     pub grid: Grid,
-    /// One entry a cell, true where the cell belongs to the joint.
+    /// One entry per cell, true where the cell belongs to the joint.
     pub kept: Vec<bool>,
 }
 
 impl Patch {
-    /// The whole rectangle.
+    /// Returns a patch of all cells of the grid.
     pub fn full(grid: Grid) -> Self {
         Patch {
             grid,
@@ -86,7 +86,7 @@ impl Patch {
         }
     }
 
-    /// The rectangle without the cells whose centre lies within `diameter / 2` of the grid's centre.
+    /// Returns a patch without the cells whose centre lies within `diameter / 2` of the grid's centre.
     pub fn with_hole(grid: Grid, diameter: f64) -> Self {
         let radius = 0.5 * diameter;
         let kept = (0..grid.len())
@@ -99,12 +99,13 @@ impl Patch {
         Patch { grid, kept }
     }
 
-    /// Number of cells that belong to the joint.
+    /// Returns the number of cells that belong to the joint.
     pub fn cells(&self) -> usize {
         self.kept.iter().filter(|&&k| k).count()
     }
 
-    /// The kept cells that share an edge with a cell; beyond the grid there is none unless it `wraps`.
+    /// Returns the cells of the joint that share an edge with `cell`. At the border of the grid, the neighbour is the
+    /// opposite cell if the grid `wraps`, and `None` otherwise.
     pub fn neighbours(&self, cell: usize, wraps: bool) -> [Option<usize>; 4] {
         let Grid { nx, ny, .. } = self.grid;
         let (i, j) = self.grid.cell(cell);
@@ -121,20 +122,20 @@ impl Patch {
         [a, b, c, d].map(|other| other.filter(|&other| self.kept[other]))
     }
 
-    /// The i and j of the cells that belong to the joint, in their order.
+    /// Returns the indices i and j of the cells that belong to the joint, in the order of the field.
     pub fn indices(&self) -> (Vec<i32>, Vec<i32>) {
         let kept = (0..self.grid.len()).filter(|&cell| self.kept[cell]);
         let cells = kept.map(|cell| self.grid.cell(cell));
         cells.map(|(i, j)| (i as i32, j as i32)).unzip()
     }
 
-    /// The values of a field on the cells that belong to the joint, in their order.
+    /// Returns the values of a field on the cells that belong to the joint, in the order of the field.
     pub fn gather(&self, field: &[f64]) -> Vec<f64> {
         let cells = field.iter().zip(&self.kept);
         cells.filter(|(_, kept)| **kept).map(|(v, _)| *v).collect()
     }
 
-    /// The field with these values on the cells that belong to the joint, and 0 elsewhere.
+    /// Returns the field that has these values on the cells of the joint, and 0 elsewhere.
     pub fn spread(&self, values: &[f64]) -> Vec<f64> {
         let mut values = values.iter().copied();
         let value = |kept: &bool| match kept {
@@ -144,11 +145,11 @@ impl Patch {
         self.kept.iter().map(value).collect()
     }
 
-    /// Nominal area of the joint \[m²\].
+    /// Returns the nominal area of the joint \[m²\].
     pub fn area(&self) -> f64 {
         self.cells() as f64 * self.grid.cell_area()
     }
 }
 
-/// One entry for each in-plane axis that exists: x alone, or x and y. An absent axis has no entry, and so no storage.
+/// One entry per in-plane axis: x alone, or x and y. An absent axis has no entry and no storage.
 pub type ByAxis<T> = Vec<T>;

@@ -1,8 +1,8 @@
-//! What bodies are made of.
+//! Materials of the bodies.
 
 use serde::{Deserialize, Serialize};
 
-/// Constants of a linear elastic, isotropic material.
+/// Elastic constants of a linear elastic, isotropic material.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Elastic {
     /// Young's modulus \[Pa\].
@@ -12,16 +12,16 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// Shear modulus G = E / 2(1 + ν) \[Pa\].
+    /// Returns the shear modulus G = E / 2(1 + ν) \[Pa\].
     pub fn shear_modulus(&self) -> f64 {
         0.5 * self.youngs_modulus / (1.0 + self.poisson_ratio)
     }
 }
 
-/// An elastic material with mass.
+/// Elastic material with a density.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Material {
-    /// Its elastic constants.
+    /// Elastic constants.
     #[serde(flatten)]
     pub elastic: Elastic,
     /// Density \[kg/m³\].

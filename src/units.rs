@@ -1,14 +1,15 @@
-//! Quantities as a user writes them, `"30 kN"` or `"2e3 um^3/J"`, to SI numbers.
+//! Parser of quantities such as `"30 kN"` or `"2e3 um^3/J"` into SI numbers.
 //!
-//! A unit is a product or quotient of powers of prefixed units. Its dimension is checked against the one that is expected, so
-//! that a pressure is never taken for a force. Scaling by powers of ten is exact: it moves the decimal exponent of the text
-//! before the one rounding to `f64`, so `"5 um"` and `"0.005 mm"` are the same number, bit for bit.
+//! A unit is a product or quotient of powers of prefixed units. The parser compares its dimension with the expected
+//! one, and so rejects a pressure where a force is due. Scaling by powers of ten is exact: it shifts the decimal
+//! exponent of the text before the number is rounded to `f64`. So `"5 um"` and `"0.005 mm"` are the same number, bit
+//! for bit.
 //!
 //! ```
 //! use fretwear::units::{Dimension, parse};
 //!
 //! assert_eq!(parse("0.12 kN", Dimension::FORCE)?, 120.0);
-//! // A wrong unit is an error that says what would be right.
+//! // The error for a wrong unit names the expected quantity.
 //! let error = parse("120 MPa", Dimension::FORCE).unwrap_err();
 //! assert!(error.to_string().contains("N"));
 //! # Ok::<(), fretwear::units::UnitError>(())
@@ -24,8 +25,8 @@ use expression::Scale;
 
 /// Exponents of the base units of a quantity.
 ///
-/// SI counts the radian as 1. It has an exponent here so that a bare `90` is refused where an angle is wanted (degrees or
-/// radians?), and `"0.6 deg"` where a friction coefficient is.
+/// SI counts the radian as 1. Here it has its own exponent, so that a bare `90` is rejected as an angle (degrees or
+/// radians?), and `"0.6 deg"` is rejected as a friction coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Dimension {
     /// Exponent of the metre.
@@ -38,106 +39,106 @@ pub struct Dimension {
     pub rad: i32,
 }
 
-/// A dimension that has a name: how to speak of it and what to suggest.
-struct Named {
+/// Dimension with a name, and with the example number and units that an error message suggests.
+struct NamedDimension {
     dimension: Dimension,
     name: &'static str,
     number: &'static str,
     units: &'static [&'static str],
 }
 
-const NAMED: [Named; 16] = [
-    Named {
+const NAMED: [NamedDimension; 16] = [
+    NamedDimension {
         dimension: Dimension::NONE,
         name: "a plain number",
         number: "0.6",
         units: &[],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::LENGTH,
         name: "a length",
         number: "5",
         units: &["um", "mm"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::VOLUME,
         name: "a volume",
         number: "1",
         units: &["um^3", "mm^3"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::FORCE,
         name: "a force",
         number: "30",
         units: &["N", "kN"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::MOMENT,
         name: "a moment",
         number: "2",
         units: &["N m"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::PRESSURE,
         name: "a pressure",
         number: "600",
         units: &["MPa", "GPa"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::DENSITY,
         name: "a density",
         number: "7949",
         units: &["kg/m^3"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::STIFFNESS,
         name: "a stiffness",
         number: "1e4",
         units: &["N/um"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::CUBIC_STIFFNESS,
         name: "a cubic stiffness (force per cube of displacement)",
         number: "1e9",
         units: &["N/m^3"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::MASS,
         name: "a mass",
         number: "2",
         units: &["g", "kg"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::DAMPING,
         name: "a damping (force per velocity)",
         number: "5",
         units: &["N s/m"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::FREQUENCY,
         name: "a frequency",
         number: "900",
         units: &["Hz"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::TIME,
         name: "a time",
         number: "1",
         units: &["us", "s", "h"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::ACCELERATION,
         name: "an acceleration",
         number: "5",
         units: &["m/s^2"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::WEAR_COEFFICIENT,
         name: "a wear coefficient (volume per energy, or per load and slip)",
         number: "2e3",
         units: &["um^3/J"],
     },
-    Named {
+    NamedDimension {
         dimension: Dimension::ANGLE,
         name: "an angle",
         number: "90",
@@ -146,7 +147,7 @@ const NAMED: [Named; 16] = [
 ];
 
 impl Dimension {
-    /// A pure number.
+    /// Pure number.
     pub const NONE: Self = Self::of(0, 0, 0);
     /// Length \[m\].
     pub const LENGTH: Self = Self::of(1, 0, 0);
@@ -154,13 +155,13 @@ impl Dimension {
     pub const VOLUME: Self = Self::of(3, 0, 0);
     /// Force \[N\].
     pub const FORCE: Self = Self::of(1, 1, -2);
-    /// kg m²/s² of a force and its lever
+    /// Moment: force times lever arm \[N m\].
     pub const MOMENT: Self = Self::of(2, 1, -2);
     /// Pressure or modulus \[Pa\].
     pub const PRESSURE: Self = Self::of(-1, 1, -2);
     /// Density \[kg/m³\].
     pub const DENSITY: Self = Self::of(-3, 1, 0);
-    /// \[N/m³\]: of a force that grows with the cube of displacement.
+    /// Force per cube of displacement \[N/m³\].
     pub const CUBIC_STIFFNESS: Self = Self::of(-2, 1, -2);
     /// Force per length \[N/m\].
     pub const STIFFNESS: Self = Self::of(0, 1, -2);
@@ -188,11 +189,12 @@ impl Dimension {
         Self { m, kg, s, rad: 0 }
     }
 
-    fn named(self) -> Option<&'static Named> {
+    fn named(self) -> Option<&'static NamedDimension> {
         NAMED.iter().find(|named| named.dimension == self)
     }
 
-    /// The units that are suggested for it; none for a plain number, and for what has no name.
+    /// Returns the units that messages suggest for this dimension. The list is empty for a plain number and for a
+    /// dimension without a name.
     pub fn units(self) -> &'static [&'static str] {
         self.named().map_or(&[], |named| named.units)
     }
@@ -206,8 +208,9 @@ impl Dimension {
         }
     }
 
-    /// What is wanted, with examples: of the given number if there is one, so that a missing unit can be filled in.
-    fn wanted(self, number: Option<&str>) -> String {
+    /// Says which quantity is expected, with examples. They use `number` if there is one, so that the reader can copy
+    /// them.
+    fn expectation(self, number: Option<&str>) -> String {
         let Some(named) = self.named() else {
             return format!("{self} is wanted");
         };
@@ -228,7 +231,7 @@ impl Dimension {
     }
 }
 
-/// The name of the dimension where it has one (`a force`), else its base units (`a quantity in m^2 s^-1`).
+/// Writes the name of the dimension (`a force`) or, if it has no name, its base units (`a quantity in m^2 s^-1`).
 impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(named) = self.named() {
@@ -251,67 +254,69 @@ impl fmt::Display for Dimension {
     }
 }
 
-/// A text that is not the quantity it should be.
+/// Error for a text that is not the expected quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnitError {
-    /// The text as written.
+    /// Text as the user wrote it.
     pub text: String,
-    /// The dimension it should have.
+    /// Expected dimension.
     pub expected: Dimension,
-    /// What is wrong.
+    /// Reason for the rejection.
     pub problem: UnitProblem,
 }
 
-/// What is wrong with a quantity.
+/// Reason to reject the text of a quantity.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UnitProblem {
-    /// Nothing but blanks.
+    /// The text is empty or blank.
     #[error("is empty")]
     Empty,
     /// The text does not begin with a number.
     #[error("does not start with a number")]
     NoNumber,
-    /// NaN, infinite, or beyond what `f64` holds.
+    /// The number is NaN, infinite, or too large for `f64`.
     #[error("is not a finite number")]
     NotFinite,
-    /// A decimal comma.
+    /// The number has a decimal comma.
     #[error("has a comma where the decimal point should be")]
     DecimalComma,
-    /// A unit that is worth nothing, or less.
-    #[error("is not worth more than zero")]
+    /// A unit, or a multiple of one, has a value of zero or less.
+    #[error("is not greater than zero")]
     NoWorth,
-    /// A bare number for a dimensional quantity.
+    /// The number lacks a unit, and the quantity has a dimension.
     #[error("has no unit")]
     NoUnit,
-    /// A unit that does not exist.
+    /// The unit does not exist.
     #[error("has the unknown unit \"{unit}\"{}", did_you_mean(.nearest))]
     UnknownUnit {
         /// The unit as written.
         unit: String,
-        /// The known unit that looks most like it.
+        /// Most similar known unit.
         nearest: Option<String>,
     },
-    /// A unit of inches, pounds or kilograms-force, or a name that is none of SI.
-    #[error("has the unit \"{unit}\", which is not read: write it in SI, with 1 {unit} = {worth}")]
+    /// The unit is customary (inches, pounds, kilograms-force) or has another name that SI does not know.
+    #[error(
+        "has the unit \"{unit}\", which is not supported: write it in SI, with 1 {unit} = {worth}"
+    )]
     Customary {
         /// The unit as written.
         unit: &'static str,
-        /// What one of it is worth.
+        /// SI value of one such unit.
         worth: &'static str,
     },
-    /// A quantity of another dimension.
+    /// The quantity has another dimension.
     #[error("is {found}")]
     WrongDimension {
-        /// The dimension of the text.
+        /// Dimension of the text.
         found: Dimension,
     },
-    /// `a/b c`, which some read as (a/b) c and others as a/(b c).
+    /// The unit multiplies after a division. Some read `a/b c` as (a/b) c, others as a/(b c).
     #[error("multiplies after a division: put the divisor in parentheses, as in \"mm^3/(N m)\"")]
     Ambiguous,
-    /// Something that is no part of a unit.
+    /// The text contains something that is not part of a unit.
     #[error("cannot be read from \"{rest}\" on")]
     Malformed {
-        /// The part that was not understood.
+        /// Rest of the text, from the first character that the parser rejects.
         rest: String,
     },
 }
@@ -332,50 +337,52 @@ impl fmt::Display for UnitError {
             "\"{}\" {}; {}",
             self.text,
             self.problem,
-            self.expected.wanted(number)
+            self.expected.expectation(number)
         )
     }
 }
 
-/// Sizes of the numbers that are computed with, in SI units: cubes of others, and what is left of their differences, are no numbers any more.
+/// Range of absolute values that the program computes with, in SI units. Beyond it, cubes of numbers and differences of
+/// such cubes may overflow or vanish.
 pub const SIZES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
-/// The SI value of a text such as `"30 kN"`, whose dimension must be `expected`.
+/// Parses a text such as `"30 kN"`, whose dimension must be `expected`, and returns its SI value.
 ///
 /// # Errors
-/// [`UnitError`] says what is wrong with the text, and what would be right.
+/// Returns a [`UnitError`] that states what is wrong with the text and which quantity is expected.
 pub fn parse(text: &str, expected: Dimension) -> Result<f64, UnitError> {
-    let wrong = |problem| UnitError {
+    let unit_error = |problem| UnitError {
         text: text.to_owned(),
         expected,
         problem,
     };
-    let (number, unit) = Decimal::split(text.trim()).map_err(wrong)?;
+    let (number, unit) = Decimal::split(text.trim()).map_err(unit_error)?;
     let scale = if unit.is_empty() {
         if expected != Dimension::NONE {
-            return Err(wrong(UnitProblem::NoUnit));
+            return Err(unit_error(UnitProblem::NoUnit));
         }
         Scale::ONE
     } else {
-        Scale::parse(unit, expected).map_err(wrong)?
+        Scale::parse(unit, expected).map_err(unit_error)?
     };
     if scale.dimension != expected {
-        return Err(wrong(UnitProblem::WrongDimension {
+        return Err(unit_error(UnitProblem::WrongDimension {
             found: scale.dimension,
         }));
     }
     let value = number.scaled(scale.power) * scale.factor;
     if !value.is_finite() {
-        return Err(wrong(UnitProblem::NotFinite));
+        return Err(unit_error(UnitProblem::NotFinite));
     }
-    // A negative zero would make equal quantities differ in a hash of their digits.
+    // Adding 0.0 removes the sign of a negative zero. Otherwise equal quantities could differ in a hash of their
+    // digits.
     Ok(value + 0.0)
 }
 
-/// The SI value of a text whatever its dimension is, and that.
+/// Parses a text of any dimension and returns its SI value and its dimension.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// Returns the [`UnitProblem`] of the text.
 pub fn parse_any(text: &str) -> Result<(f64, Dimension), UnitProblem> {
     let (_, unit) = Decimal::split(text.trim())?;
     let dimension = match unit.is_empty() {
@@ -386,45 +393,45 @@ pub fn parse_any(text: &str) -> Result<(f64, Dimension), UnitProblem> {
     Ok((value, dimension))
 }
 
-/// The SI value of one unit, such as 1e-6 for `"um"`, or of a number of them, such as 0.0254 for `"25.4 mm"`.
+/// Returns the SI value of one unit, such as 1e-6 for `"um"`, or of a multiple, such as 0.0254 for `"25.4 mm"`.
 ///
 /// # Errors
-/// As [`parse`].
+/// The same errors as [`parse`], and an error for a value that is not positive.
 pub fn parse_unit(text: &str, expected: Dimension) -> Result<f64, UnitError> {
-    let one = match text
+    let quantity = match text
         .trim()
         .starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
     {
         true => text.to_owned(),
         false => format!("1 {}", text.trim()),
     };
-    let wrong = |problem| UnitError {
+    let unit_error = |problem| UnitError {
         text: text.to_owned(),
         expected,
         problem,
     };
-    match parse(&one, expected) {
-        Ok(worth) if worth > 0.0 => Ok(worth),
-        Ok(_) => Err(wrong(UnitProblem::NoWorth)),
-        Err(error) => Err(wrong(error.problem)),
+    match parse(&quantity, expected) {
+        Ok(value) if value > 0.0 => Ok(value),
+        Ok(_) => Err(unit_error(UnitProblem::NoWorth)),
+        Err(error) => Err(unit_error(error.problem)),
     }
 }
 
-/// Whether a force or a pressure is in the unit of a text, as in `"2e-8 mm^3/(N mm)"`: of a wear coefficient that unit does not say
-/// which law it belongs to.
+/// Returns whether the unit of a text contains a force or a pressure, as in `"2e-8 mm^3/(N mm)"`. The unit of such a
+/// wear coefficient does not tell which wear law it belongs to.
 pub fn has_force(text: &str) -> bool {
-    let is_one = |name: &str| {
+    let is_force_unit = |name: &str| {
         ["N", "Nm", "Pa", "bar"]
             .iter()
             .any(|unit| name.ends_with(unit))
     };
-    text.split(|c: char| !c.is_alphabetic()).any(is_one)
+    text.split(|c: char| !c.is_alphabetic()).any(is_force_unit)
 }
 
-/// The value of a number without unit: itself for a pure number, an error for everything else.
+/// Checks a number without a unit. Returns it if a pure number is expected, and an error otherwise.
 ///
 /// # Errors
-/// As [`parse`].
+/// The same errors as [`parse`].
 pub fn from_number(number: f64, expected: Dimension) -> Result<f64, UnitError> {
     let problem = if !number.is_finite() {
         UnitProblem::NotFinite
@@ -440,18 +447,19 @@ pub fn from_number(number: f64, expected: Dimension) -> Result<f64, UnitError> {
     })
 }
 
-/// A decimal number whose exponent has not been applied yet.
+/// Decimal number whose exponent is not applied yet.
 struct Decimal {
-    /// Sign, digits and at most one point.
+    /// Sign, digits and at most one decimal point.
     mantissa: String,
     exponent: i64,
 }
 
-/// Exponents beyond this are 0 or infinite whatever the mantissa of a text of sane length; they are cut so as not to overflow.
+/// Largest exponent that the parser keeps. Larger ones are cut to it to avoid overflow. With either exponent the number
+/// is 0 or infinite, unless its mantissa is absurdly long.
 const LARGEST_EXPONENT: i64 = 1_000_000;
 
 impl Decimal {
-    /// Splits a text into its leading number and what follows it.
+    /// Splits a text into its leading number and the rest.
     fn split(text: &str) -> Result<(Self, &str), UnitProblem> {
         if text.is_empty() {
             return Err(UnitProblem::Empty);
@@ -504,7 +512,7 @@ impl Decimal {
         Ok((Decimal { mantissa, exponent }, text[end..].trim_start()))
     }
 
-    /// The number times 10^power, rounded once.
+    /// Returns the number times 10^power, rounded once.
     fn scaled(&self, power: i32) -> f64 {
         let text = format!("{}e{}", self.mantissa, self.exponent + i64::from(power));
         text.parse().unwrap_or(f64::NAN)

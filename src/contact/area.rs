@@ -1,30 +1,32 @@
-//! The real area of contact, from few cells.
+//! Real area of contact, corrected for the finite size of cells.
 //!
-//! Cells in contact overestimate the area along its rim: a cell counts as a whole as soon as it touches. The correction of Yastrebov, Anciaux and Molinari
-//! (Tribol. Int. 114, 2017; arXiv 1701.02727) takes (π − 1 + ln 2)/24 of a cell away for each edge between a cell in contact and one that is not.
+//! A cell counts as a whole as soon as it touches, so cells overestimate the area along the rim of the contact. The
+//! correction of Yastrebov, Anciaux and Molinari (Tribol. Int. 114, 2017; arXiv 1701.02727) subtracts (π − 1 + ln 2)/24
+//! of a cell for each edge between a cell in contact and one that is not.
 
 use std::f64::consts::{LN_2, PI};
 
 use crate::grid::Patch;
 
-/// Part of a cell that each edge of the rim has too much.
+/// Excess area per edge of the rim, as a fraction of a cell.
 const OF_EDGE: f64 = (PI - 1.0 + LN_2) / 24.0;
 
-/// Of so few cells the area may be off by twice the root of their number.
+/// Up to this many cells in contact, the area may be off by twice the root of their number.
 const FEW: usize = 16;
 
-/// The area of contact of a patch.
+/// Real area of contact of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactArea {
-    /// Area without what the rim has too much \[m²\].
+    /// Area after subtraction of the excess along the rim \[m²\].
     pub corrected: f64,
-    /// How far the corrected area may be from that of a grid without end \[m²\]: what the correction takes away, or √n of n cells in contact, 2√n of up to 16.
+    /// Estimated distance of the corrected area from its limit on an infinitely fine grid \[m²\]. It is the larger of
+    /// the correction and √n cells for n cells in contact (2√n for up to 16).
     pub grid_error: f64,
 }
 
 impl ContactArea {
-    /// The area of the kept cells where `touches` is true. Edges of the joint and of its holes are no rim; `wraps` joins opposite sides of the grid, of a
-    /// periodic contact.
+    /// Computes the area of the kept cells where `touches` is true. Edges of the joint and of its holes are not part of
+    /// the rim. `wraps` joins opposite sides of the grid of a periodic contact.
     pub fn of(patch: &Patch, wraps: bool, touches: impl Fn(usize) -> bool) -> ContactArea {
         let in_contact = (0..patch.grid.len()).filter(|&cell| patch.kept[cell] && touches(cell));
         let (mut cells, mut edges) = (0usize, 0);
@@ -34,15 +36,15 @@ impl ContactArea {
             edges += others.filter(|&other| !touches(other)).count();
         }
         let cell_area = patch.grid.cell_area();
-        let by_chance = (cells as f64).sqrt() * if cells <= FEW { 2.0 } else { 1.0 };
+        let statistical_cells = (cells as f64).sqrt() * if cells <= FEW { 2.0 } else { 1.0 };
         let excess = OF_EDGE * edges as f64 * cell_area;
         ContactArea {
             corrected: cells as f64 * cell_area - excess,
-            grid_error: excess.max(by_chance * cell_area),
+            grid_error: excess.max(statistical_cells * cell_area),
         }
     }
 
-    /// The grid error over the corrected area; 0 where nothing touches.
+    /// Returns the grid error over the corrected area; 0 where nothing touches.
     pub fn relative_error(&self) -> f64 {
         match self.corrected > 0.0 {
             true => self.grid_error / self.corrected,

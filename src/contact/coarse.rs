@@ -1,40 +1,43 @@
-//! The [`FarField`]'s correction of a preconditioner of one field, on the cells that are free in it.
+//! Far-field correction of the preconditioner of one field, on its free cells. See [`FarField`].
 
 use super::far_field::FarField;
 use super::half_space::HalfSpace;
 use super::kernel::CellIntegrals;
 
-/// Part of the free cells that were not free when the springs were set, at which they are set anew. The neighbours of such a cell
-/// have kept a spring to the ground where there is none left: with more of them M − S ceases to be positive.
+/// Fraction of newly free cells, relative to all free cells, above which the springs are reset. The neighbours of a
+/// newly free cell still have a spring to the ground that no longer exists. With more such cells M − S would not be
+/// positive.
 const CAME: f64 = 0.003;
 
-/// Springs of cells that are no longer free, over the free cells, at which springs are set anew: springs that are too soft cost iterations, no more.
+/// Number of springs on cells that are no longer free, relative to all free cells, above which the springs are reset.
+/// Springs that are too soft only cost iterations.
 const GONE: f64 = 0.1;
 
-/// Pairs of a cell that came or went and a free one, over the cells of the grid, that are summed up one by one; of more of them a
-/// transform is the quicker sum.
+/// Limit of the pairwise update of the springs: changed cells times free cells, per cell of the grid. Beyond it a
+/// transform is faster.
 const ONE_BY_ONE: usize = 16;
 
-/// The blocks, and the springs of the cells that were free when they were set.
+/// Far field, and the springs of the cells that were free when the springs were set.
 pub(super) struct Coarse {
     far_field: FarField<1>,
     /// Block of each cell of the grid.
     block: Vec<u32>,
-    /// What the preconditioner makes of a unit displacement of the free cells, on them.
+    /// Preconditioner applied to a unit displacement of the free cells, on these cells.
     springs: Vec<f64>,
-    /// The cells that were free then, in ascending order, and whether a cell is one of them.
+    /// Cells that were free when the springs were set, in ascending order, and a flag for every cell of the grid.
     cells: Vec<usize>,
     is_free: Vec<bool>,
-    /// The preconditioner's pressure on the cells of a quadrant under a unit displacement of the first; none until it is asked for.
+    /// Preconditioner applied to a unit displacement of the first cell, on a quadrant of cells. Empty until needed.
     kernel: Vec<f64>,
     columns: usize,
-    /// What of it is that of the mean over a period, for which no free cell stands: the far field has none.
+    /// Part of each kernel value that belongs to the mean over a period. The far field has no mean, so the springs
+    /// exclude it.
     mean: f64,
     sums: Vec<f64>,
 }
 
 impl Coarse {
-    /// `compliance` gives the displacement of a point under the field's traction on a rectangle at the given offset.
+    /// `compliance` returns the displacement of a point under the field's traction on a rectangle at the given offset.
     pub(super) fn new(half_space: &HalfSpace, compliance: impl Fn(CellIntegrals) -> f64) -> Self {
         let far_field = FarField::new(half_space, |cell| [[compliance(cell)]]);
         let block = far_field.blocks();
@@ -51,39 +54,41 @@ impl Coarse {
         }
     }
 
-    /// False where the far field is that of nodes.
+    /// Returns false if there is no correction because nodes provide the far field.
     pub(super) fn exists(&self) -> bool {
         self.far_field.exists()
     }
 
-    /// True where the springs are those of other cells than the `free` ones.
+    /// Returns true if too many of the `free` cells differ from the cells of the springs.
     pub(super) fn is_stale(&self, free: &[usize]) -> bool {
         if !self.exists() {
             return false;
         }
-        let (came, gone) = self.changes(free);
+        let (added, removed) = self.changes(free);
         let all = free.len() as f64;
-        came as f64 > CAME * all || gone as f64 > GONE * all
+        added as f64 > CAME * all || removed as f64 > GONE * all
     }
 
-    /// How many of the `free` cells have no spring, and how many springs are no free cell's.
+    /// Counts the `free` cells without a spring, and the springs on cells that are not free.
     fn changes(&self, free: &[usize]) -> (usize, usize) {
-        let kept = free.iter().filter(|&&c| self.is_free[c]).count();
-        (free.len() - kept, self.cells.len() - kept)
+        let common = free.iter().filter(|&&c| self.is_free[c]).count();
+        (free.len() - common, self.cells.len() - common)
     }
 
-    /// True where springs of the `free` cells are made of the present ones with less work than a transform. They want a kernel.
+    /// Returns true if updating the springs to the `free` cells pair by pair is cheaper than a transform. The update
+    /// needs the kernel.
     pub(super) fn is_near(&self, free: &[usize]) -> bool {
-        let (came, gone) = self.changes(free);
-        !self.cells.is_empty() && (came + gone) * free.len() <= ONE_BY_ONE * self.block.len()
+        let (added, removed) = self.changes(free);
+        !self.cells.is_empty() && (added + removed) * free.len() <= ONE_BY_ONE * self.block.len()
     }
 
-    /// The preconditioner's pressure under a unit displacement of the first cell, where it is not known.
+    /// Returns the kernel if it is still to be filled: the preconditioner applied to a unit displacement of the first
+    /// cell.
     pub(super) fn kernel(&mut self) -> Option<&mut Vec<f64>> {
         self.kernel.is_empty().then_some(&mut self.kernel)
     }
 
-    /// Changes the springs to those of the `free` cells, cell by cell. `scaling` is that of the displacement and of the pressure.
+    /// Updates the springs to the `free` cells, pair by pair. `scaling` scales both the displacement and the pressure.
     pub(super) fn follow(&mut self, free: &[usize], scaling: impl Fn(usize) -> f64) {
         let (columns, mean) = (self.columns, self.mean);
         let kernel = &self.kernel;
@@ -92,11 +97,12 @@ impl Coarse {
             kernel[rows * columns + (a % columns).abs_diff(b % columns)] - mean
         };
         let mut cells = std::mem::take(&mut self.cells);
-        let mut stays = vec![false; self.block.len()];
-        free.iter().for_each(|&c| stays[c] = true);
-        let (kept, gone): (Vec<usize>, Vec<usize>) = cells.iter().partition(|&&c| stays[c]);
-        for d in gone {
-            for &c in &kept {
+        let mut is_still_free = vec![false; self.block.len()];
+        free.iter().for_each(|&c| is_still_free[c] = true);
+        let (remaining, removed): (Vec<usize>, Vec<usize>) =
+            cells.iter().partition(|&&c| is_still_free[c]);
+        for d in removed {
+            for &c in &remaining {
                 self.springs[c] -= scaling(c) * between(c, d) * scaling(d);
             }
             (self.springs[d], self.is_free[d]) = (0.0, false);
@@ -106,7 +112,7 @@ impl Coarse {
                 continue;
             }
             self.is_free[d] = true;
-            // All that are free by now: those of before that stay, and those that have come.
+            // All cells that are free so far: those that remain free, and those that this loop has added.
             for &c in free.iter().filter(|&&c| self.is_free[c]) {
                 let spring = scaling(c) * between(c, d) * scaling(d);
                 self.springs[c] += spring;
@@ -116,10 +122,11 @@ impl Coarse {
         cells.clear();
         cells.extend_from_slice(free);
         self.cells = cells;
-        self.hold();
+        self.prepare_far_field();
     }
 
-    /// Sets the springs of the `free` cells to what the preconditioner makes of their unit displacement, both scaled.
+    /// Sets the springs of the `free` cells. `spring` is the preconditioner applied to their unit displacement, both
+    /// scaled.
     pub(super) fn prepare(
         &mut self,
         free: &[usize],
@@ -135,18 +142,18 @@ impl Coarse {
         for &c in free {
             (self.springs[c], self.is_free[c]) = (spring(c) - mean * scaling(c), true);
         }
-        self.hold();
+        self.prepare_far_field();
     }
 
-    fn hold(&mut self) {
-        let mut held = vec![[[0.0]]; self.far_field.size()];
+    fn prepare_far_field(&mut self) {
+        let mut block_springs = vec![[[0.0]]; self.far_field.size()];
         for &c in &self.cells {
-            held[self.block[c] as usize][0][0] += self.springs[c];
+            block_springs[self.block[c] as usize][0][0] += self.springs[c];
         }
-        self.far_field.prepare(&held);
+        self.far_field.prepare(&block_springs);
     }
 
-    /// `target` −= S (L⁻¹ + S)⁻¹ S `source`, values on the `free` cells.
+    /// `target` −= S (L⁻¹ + S)⁻¹ S `source`, with values on the `free` cells.
     pub(super) fn correct(&mut self, free: &[usize], source: &[f64], target: &mut [f64]) {
         if self.cells.is_empty() {
             return;
@@ -155,11 +162,11 @@ impl Coarse {
         for (&c, r) in free.iter().zip(source) {
             self.sums[self.block[c] as usize] += self.springs[c] * r;
         }
-        let Some(moved) = self.far_field.moved(&self.sums) else {
+        let Some(displacement) = self.far_field.moved(&self.sums) else {
             return;
         };
         for (&c, z) in free.iter().zip(target) {
-            *z -= self.springs[c] * moved[self.block[c] as usize];
+            *z -= self.springs[c] * displacement[self.block[c] as usize];
         }
     }
 }

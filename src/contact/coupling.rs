@@ -1,27 +1,27 @@
-//! The blocks of K that couple pressure and shear, of bodies that differ elastically.
+//! Blocks of K that couple pressure and shear, for bodies that differ elastically.
 //!
-//! A half space with z into it and its surface at z = 0, under a point force at the origin, is displaced at (x, y, 0) by
-//! (Johnson, Contact Mechanics, eq. 3.18 f. and §3.6)
+//! Take a half space with z pointing into it and its surface at z = 0. A point force at the origin displaces (x, y, 0)
+//! by (Johnson, Contact Mechanics, eq. 3.18 f. and §3.6)
 //!
-//! - u_x = −(1 − 2ν)/(4πG) · P x/r² under P along z: the surface is drawn towards a pressure,
+//! - u_x = −(1 − 2ν)/(4πG) · P x/r² under P along z: a pressure draws the surface towards it,
 //! - u_z = +(1 − 2ν)/(4πG) · Q x/r² under Q along x: the surface sinks ahead of a shear and rises behind it,
 //!
-//! and alike along y. Both bodies see the pressure p along their own z. The shear q, positive along the slip of the upper
-//! body, acts on the lower body as +q and on the upper one as −q. With c = (1 − 2ν)/(4πG) of either body this gives, r from the
-//! traction to the point of displacement,
+//! and likewise along y. Each body sees the pressure p along its own z. The shear q is positive along the slip of the
+//! upper body. It acts as +q on the lower body and as −q on the upper one. Let c = (1 − 2ν)/(4πG) of each body, and r
+//! point from the traction to the point of displacement. Then the displacements are
 //!
 //! | | lower body | upper body |
 //! |---|---|---|
 //! | along x under p | −c_l p x/r² | −c_u p x/r² |
-//! | into itself under q_x | +c_l q_x x/r² | −c_u q_x x/r² |
+//! | normal, into the body, under q_x | +c_l q_x x/r² | −c_u q_x x/r² |
 //!
-//! The gap opens by what both sink into themselves, w_z; the slip of the upper body falls behind the motion Δδ by what the lower
-//! surface moves along more than the upper, w_x (both are the signs of the uncoupled blocks, where u = Kp opens the gap and
-//! s = Δδ − Kq). Hence, with γ = c_l − c_u = β/(πE*),
+//! The gap opens by w_z, the sum of both normal displacements. The tangential displacement of the lower surface less
+//! that of the upper one is w_x; the slip of the upper body lags behind the motion Δδ by it. Both signs are those of
+//! the uncoupled blocks, where u = Kp opens the gap and s = Δδ − Kq. Hence, with γ = c_l − c_u = β/(πE*),
 //!
-//! K_zx = γ x/r², K_xz = −γ x/r²: K_xz is the transpose of K_zx, and the whole K is symmetric, as reciprocity has it.
+//! K_zx = γ x/r², K_xz = −γ x/r². K_xz is the transpose of K_zx, so the whole K is symmetric, as reciprocity requires.
 //!
-//! Under waves exp(ik·x), x/r² = ∂ ln r/∂x has the transform −2πi k_x/k², since ∇² ln r = 2πδ.
+//! In wave-number space, x/r² = ∂ ln r/∂x becomes −2πi k_x/k², since ∇² ln r = 2πδ.
 
 use std::f64::consts::TAU;
 
@@ -31,13 +31,13 @@ use super::kernel::coupling_integrals;
 use crate::fft::{Convolution, Workspace};
 use crate::grid::{ByAxis, Grid};
 
-/// The transforms of K_zx and, where there is shear along y, of K_zy: one odd kernel an axis. K_xz is −K_zx.
+/// Transforms of K_zx and, with shear along y, of K_zy: one odd kernel per axis. K_xz is −K_zx.
 pub(super) struct Coupling {
     kernels: ByAxis<Vec<f64>>,
 }
 
 impl Coupling {
-    /// Kernels for shear along one axis or two, in the layout of `convolution`.
+    /// Computes the kernels for shear along `axes` axes, in the layout of `convolution`.
     pub(super) fn new(
         convolution: &Convolution,
         grid: Grid,
@@ -70,12 +70,12 @@ impl Coupling {
         Coupling { kernels }
     }
 
-    /// Axes of the shear.
+    /// Returns the number of axes of the shear.
     pub(super) fn axes(&self) -> usize {
         self.kernels.len()
     }
 
-    /// w_z = Σ K_za ⊗ q_a.
+    /// Computes w_z = Σ K_za ⊗ q_a.
     pub(super) fn normal_of_shear(
         &self,
         (convolution, work): (&Convolution, &mut Workspace),
@@ -91,7 +91,7 @@ impl Coupling {
         convolution.apply_odd_sum(work, &terms, displacement);
     }
 
-    /// w_a = K_az ⊗ p.
+    /// Computes w_a = K_az ⊗ p.
     pub(super) fn shear_of_normal(
         &self,
         (convolution, work): (&Convolution, &mut Workspace),
@@ -107,7 +107,8 @@ impl Coupling {
     }
 }
 
-/// Imaginary part of the transform of K_za, −2πγ k_a/k²; zero at the highest wave number of an even length, which has no sign.
+/// Returns the imaginary part of the transform of K_za, −2πγ k_a/k². It is zero at the Nyquist wave number, which has
+/// no sign.
 fn symbol(grid: Grid, gamma: f64, axis: usize, m: isize, n: usize) -> f64 {
     let [lx, ly] = grid.size();
     let (x, y) = (TAU * m as f64 / lx, TAU * n as f64 / ly);

@@ -1,97 +1,97 @@
-//! What can go wrong in a contact solve, and the checks of its fields.
+//! Errors of a contact solve, and checks of its input fields.
 
 use crate::grid::Grid;
 
-/// A contact solve that has no trustworthy result.
+/// Error of a contact solve without a trustworthy result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContactError {
-    /// The solver used up its iterations.
+    /// The solver reached its limit of iterations.
     #[error(
-        "the {problem} contact did not converge: error {error:.3e} after {iterations} iterations, {tolerance:.1e} asked"
+        "the {problem} contact did not converge: error {error:.3e} after {iterations} iterations; the tolerance is {tolerance:.1e}"
     )]
     NotConverged {
         /// `"normal"`, `"tangential"`, `"coupled"` or `"stiffness"`.
         problem: &'static str,
-        /// Iterations spent.
+        /// Iterations used.
         iterations: usize,
-        /// The error reached, in the measure of the solver.
+        /// Error reached, in the solver's own measure.
         error: f64,
-        /// The error asked for.
+        /// Tolerance of the error.
         tolerance: f64,
     },
-    /// More load than the pressure cap can carry on every kept cell.
+    /// The load exceeds what all kept cells carry at the pressure cap.
     #[error(
-        "the load of {load:.6e} N cannot be carried: {capacity:.6e} N is all that {cells} cells of {cell_area:.4e} m² bear at the pressure cap of {cap:.4e} Pa"
+        "the load of {load:.6e} N exceeds the capacity of {capacity:.6e} N: {cells} cells of {cell_area:.4e} m² at the pressure cap of {cap:.4e} Pa"
     )]
     CapExceeded {
-        /// The load asked for \[N\].
+        /// Requested load \[N\].
         load: f64,
-        /// Cap times area \[N\].
+        /// Pressure cap times area \[N\].
         capacity: f64,
-        /// Kept cells.
+        /// Number of kept cells.
         cells: usize,
-        /// Area of a cell \[m²\].
+        /// Area of one cell \[m²\].
         cell_area: f64,
-        /// The cap \[Pa\].
+        /// Pressure cap \[Pa\].
         cap: f64,
     },
-    /// Moments that no pressure of the given load has.
+    /// No pressure with the given load has the requested moments.
     #[error(
         "the moments of {moment:?} N m about x and y cannot be carried by a load of {load:.6e} N: its resultant would lie outside the joint"
     )]
     MomentNotCarried {
-        /// M_x and M_y about the grid's centre \[N m\].
+        /// Moments M_x and M_y about the grid's centre \[N m\].
         moment: [f64; 2],
-        /// The load \[N\].
+        /// Load \[N\].
         load: f64,
     },
-    /// A force or moment beyond what friction carries.
+    /// A force or moment exceeds what friction carries.
     #[error(
-        "the {name} of {asked:.6e} cannot be carried: friction bears less than {limit:.6e} (N or N·m) of it in this proportion to the other given ones"
+        "the {name} of {asked:.6e} exceeds friction: the joint carries less than {limit:.6e} (N or N·m) in this proportion to the other given forces and moments"
     )]
     FrictionExceeded {
-        /// Which resultant.
+        /// Name of the force or moment.
         name: &'static str,
-        /// What was asked for \[N or N·m\].
+        /// Requested value \[N or N·m\].
         asked: f64,
-        /// The magnitude that friction carries at most \[N or N·m\].
+        /// Largest magnitude that friction carries \[N or N·m\].
         limit: f64,
     },
-    /// A value that is not a finite number.
+    /// A value is not a finite number.
     #[error("the {field} of cell ({i}, {j}) is {value}; it must be a finite number")]
     NotFinite {
         /// Name of the field.
         field: &'static str,
-        /// Cell along x.
+        /// Index of the cell along x.
         i: usize,
-        /// Cell along y.
+        /// Index of the cell along y.
         j: usize,
-        /// The value found.
+        /// Rejected value.
         value: f64,
     },
-    /// A number out of its range.
+    /// A number is out of its range.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
-        /// What the number is.
+        /// Name of the number.
         name: &'static str,
-        /// The value found.
+        /// Rejected value.
         value: f64,
-        /// What would be right.
+        /// Accepted values.
         expected: &'static str,
     },
-    /// A field whose length is not that of the grid.
+    /// The length of a field differs from the number of cells of the grid.
     #[error("the {field} has {found} values; the grid has {expected} cells")]
     Length {
         /// Name of the field.
         field: &'static str,
-        /// Its length.
+        /// Length of the field.
         found: usize,
-        /// Cells of the grid.
+        /// Number of cells of the grid.
         expected: usize,
     },
 }
 
-/// [`ContactError::Length`] where a field has not a value a cell.
+/// Returns [`ContactError::Length`] if a field does not have one value per cell.
 pub(super) fn check_length(
     field: &'static str,
     found: usize,
@@ -108,7 +108,8 @@ pub(super) fn check_length(
     }
 }
 
-/// [`ContactError::Length`], or [`ContactError::NotFinite`] for the first of the cells looked at that is not a number.
+/// Returns [`ContactError::Length`], or [`ContactError::NotFinite`] for the first cell that `counts` whose value is not
+/// finite.
 pub(super) fn check_field(
     field: &'static str,
     values: &[f64],

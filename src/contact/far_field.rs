@@ -1,12 +1,12 @@
-//! What the surface between the spots of a contact does, for the preconditioners of the contact solvers.
+//! Far field of a contact: the displacement of the surface between the spots, for the preconditioners of the solvers.
 //!
-//! A preconditioner M holds each free cell by springs to all others. Those to cells that are not free lead to the ground, as if
-//! the surface between the spots stood still; in truth it moves with them, and the far field is softer. With S = M 1 the
-//! springs to the ground, M = (M − S) + S, and springs that stand on the far field with its compliance L in place of the ground
-//! give (M − S) + (S⁻¹ + L)⁻¹ = M − S (L⁻¹ + S)⁻¹ S. This stays positive definite, as M − S is that of springs between free cells.
-//! L is taken on some blocks of cells, as a small dense matrix.
+//! A preconditioner M connects each free cell by springs to all other cells. A spring to a cell that is not free acts
+//! as a spring to the ground, as if the surface between the spots were fixed. In truth that surface moves too, so the
+//! far field is softer. Let S = M 1 be the springs to the ground, and split M = (M − S) + S. Replace the ground by a
+//! far field of compliance L: this gives (M − S) + (S⁻¹ + L)⁻¹ = M − S (L⁻¹ + S)⁻¹ S. The result stays positive
+//! definite, because M − S consists of springs between free cells. L is a small dense matrix between blocks of cells.
 //!
-//! The solvers own the springs of each cell and sum them up over the blocks; here are the blocks.
+//! This module owns the blocks. The solvers own the springs of each cell, and sum them over the blocks.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,30 +15,32 @@ use super::kernel::{CellIntegrals, cell_integrals};
 use super::sums::dot;
 use crate::grid::Grid;
 
-/// Most blocks: a factor of their matrix then costs no more than a pair of transforms of the grids that have so many.
+/// Largest number of blocks. A factorisation of their matrix then costs no more than a pair of transforms of the grids
+/// that have so many blocks.
 const MOST_BLOCKS: f64 = 144.0;
 
-/// Least cells along each side of a block.
+/// Smallest number of cells along each side of a block.
 const LEAST_CELLS: usize = 2;
 
-/// Waves that the blocks of a periodic contact are told apart by, in each block along a side. The next ones are some parts in a thousand.
+/// Waves per block and side that represent a periodic contact. The next waves contribute some parts in a thousand.
 const WAVES: usize = 2;
 
-/// The blocks, with `A` displacements each.
+/// Compliance of the far field between blocks, with `A` displacements per block.
 pub(super) struct FarField<const A: usize> {
     grid: Grid,
-    /// Blocks along x and y.
+    /// Number of blocks along x and y.
     numbers: [usize; 2],
     /// Compliance between blocks, `size` × `size` with `size` = A · blocks; unknown `axis` + A · `block` \[m/Pa\].
     compliance: Vec<f64>,
     size: usize,
-    /// G, the Cholesky factors of the springs of each block.
+    /// G, the Cholesky factor of the springs of each block.
     roots: Vec<[[f64; A]; A]>,
-    /// Unknowns that springs hold: of the others nothing is asked.
+    /// Unknowns with springs. The other unknowns are not needed.
     held: Vec<usize>,
-    /// Where among them an unknown is, or beyond the last.
+    /// Position of each unknown in `held`, or `usize::MAX` if it has no springs.
     places: Vec<usize>,
-    /// L between these, and the Cholesky factor of 1 + Gᵀ L G; empty where there is no correction.
+    /// L between the unknowns of `held`, and the Cholesky factor of 1 + Gᵀ L G. The factor is empty if there is no
+    /// correction.
     held_compliance: Vec<f64>,
     factor: Vec<f64>,
     moved: Vec<f64>,
@@ -47,14 +49,16 @@ pub(super) struct FarField<const A: usize> {
 }
 
 impl<const A: usize> FarField<A> {
-    /// `compliance` gives the displacements of a point under tractions along the axes on a rectangle at the given offset.
+    /// `compliance` returns the displacements of a point under tractions along each axis on a rectangle at the given
+    /// offset.
     pub(super) fn new(
         half_space: &HalfSpace,
         compliance: impl Fn(CellIntegrals) -> [[f64; A]; A],
     ) -> Self {
         let grid = half_space.grid();
         let [lx, ly] = grid.size();
-        // Without the compliance that a mesh takes away, half spaces have hardly any far field. The compliance that bodies add is most of it.
+        // If a mesh takes compliance away from the half spaces, hardly any far field is left. If the bodies add
+        // compliance, this compliance is most of the far field.
         let added = half_space.nodal().filter(|nodal| nodal.shear.is_none());
         let [mx, my] = match (half_space.nodal(), added) {
             (None, _) | (_, Some(_)) => numbers(grid),
@@ -62,7 +66,7 @@ impl<const A: usize> FarField<A> {
         };
         let size = A * mx * my;
         let (dx, dy) = (lx / mx as f64, ly / my as f64);
-        // Tractions summed over the cells of a block act on its whole area.
+        // The tractions of a block are summed over its cells, and act on its whole area.
         let per_cell = grid.cell_area() / (dx * dy);
         let at = |k: usize| match half_space.boundary() {
             Boundary::Free => cell_integrals((k / my) as f64 * dx, (k % my) as f64 * dy, dx, dy),
@@ -85,7 +89,7 @@ impl<const A: usize> FarField<A> {
             }
         }
         if let Some(nodal) = added {
-            // It acts along the normal alone, and so does what springs hold of it.
+            // The nodal compliance acts along the normal only. The springs act on that axis as well.
             for (place, value) in nodal
                 .between(&blocks_of(grid, [mx, my]))
                 .into_iter()
@@ -111,17 +115,17 @@ impl<const A: usize> FarField<A> {
         }
     }
 
-    /// False where the far field is that of nodes.
+    /// Returns false if there is no correction because nodes provide the far field.
     pub(super) fn exists(&self) -> bool {
         self.size > 0
     }
 
-    /// Unknowns: `axis` + A · `block`.
+    /// Returns the number of unknowns, A per block. The unknown of an axis is `axis` + A · `block`.
     pub(super) fn size(&self) -> usize {
         self.size
     }
 
-    /// The block of every cell of the grid; none where there are no blocks.
+    /// Returns the block of every cell of the grid; empty if there are no blocks.
     pub(super) fn blocks(&self) -> Vec<u32> {
         match self.exists() {
             true => blocks_of(self.grid, self.numbers),
@@ -129,7 +133,7 @@ impl<const A: usize> FarField<A> {
         }
     }
 
-    /// Prepares the correction for the summed springs of the blocks.
+    /// Prepares the correction. `springs` are the springs of the cells, summed over each block.
     pub(super) fn prepare(&mut self, springs: &[[[f64; A]; A]]) {
         for (root, springs) in self.roots.iter_mut().zip(springs) {
             *root = root_of(*springs);
@@ -146,12 +150,12 @@ impl<const A: usize> FarField<A> {
         self.held_compliance.clear();
         let mut m = std::mem::take(&mut self.factor);
         m.clear();
-        // 1 + Gᵀ L G, and its factor in place.
+        // Assemble 1 + Gᵀ L G, and factorise it in place.
         for (i, &row) in self.held.iter().enumerate() {
             let (p, u) = (row / A, row % A);
-            let of_row = &self.compliance[row * size..(row + 1) * size];
+            let compliance_row = &self.compliance[row * size..(row + 1) * size];
             self.held_compliance
-                .extend(self.held.iter().map(|&k| of_row[k]));
+                .extend(self.held.iter().map(|&k| compliance_row[k]));
             for &column in &self.held {
                 let (q, v) = (column / A, column % A);
                 let mut sum = 0.0;
@@ -172,17 +176,17 @@ impl<const A: usize> FarField<A> {
                 let above = &above[j * n..j * n + j + 1];
                 own[j] = (own[j] - dot(&own[..j], &above[..j])) / above[j];
             }
-            let left = own[i] - dot(&own[..i], &own[..i]);
-            if left <= 0.0 {
+            let remainder = own[i] - dot(&own[..i], &own[..i]);
+            if remainder <= 0.0 {
                 return;
             }
-            own[i] = left.sqrt();
+            own[i] = remainder.sqrt();
         }
         self.factor = m;
     }
 
-    /// (L⁻¹ + S)⁻¹ of `sums`, those of S times a source over the blocks; 0 where no springs hold a block, and `None` where there
-    /// is no correction.
+    /// Applies (L⁻¹ + S)⁻¹ to `sums`, the sums over each block of S times a source. Unknowns without springs get 0.
+    /// Returns `None` if there is no correction.
     pub(super) fn moved(&mut self, sums: &[f64]) -> Option<&[f64]> {
         let n = self.held.len();
         if self.factor.is_empty() {
@@ -200,7 +204,8 @@ impl<const A: usize> FarField<A> {
             places,
             ..
         } = self;
-        let value = |of: &[f64], unknown: usize| of.get(places[unknown]).copied().unwrap_or(0.0);
+        let value =
+            |values: &[f64], unknown: usize| values.get(places[unknown]).copied().unwrap_or(0.0);
         inner.clear();
         inner.extend(held.iter().map(|&k| sums[k]));
         product(inner, outer, &self.held_compliance);
@@ -218,13 +223,13 @@ impl<const A: usize> FarField<A> {
         for i in (0..n).rev() {
             inner[i] /= m[i * n + i];
             let v = inner[i];
-            for (left, of_row) in inner[..i].iter_mut().zip(&m[i * n..]) {
-                *left -= of_row * v;
+            for (value, factor) in inner[..i].iter_mut().zip(&m[i * n..]) {
+                *value -= factor * v;
             }
         }
         self.moved.fill(0.0);
-        for (k, &at) in held.iter().enumerate() {
-            self.moved[at] = outer[k];
+        for (k, &unknown) in held.iter().enumerate() {
+            self.moved[unknown] = outer[k];
         }
         outer.clear();
         outer.extend(held.iter().map(|&k| {
@@ -233,14 +238,14 @@ impl<const A: usize> FarField<A> {
             terms.sum::<f64>()
         }));
         product(outer, inner, &self.held_compliance);
-        for (less, &at) in inner.iter().zip(held) {
-            self.moved[at] -= less;
+        for (reduction, &unknown) in inner.iter().zip(held) {
+            self.moved[unknown] -= reduction;
         }
         Some(&self.moved)
     }
 }
 
-/// The block of every cell of a grid that is cut into so many along x and y.
+/// Returns the block of every cell of a grid that is divided into `mx` × `my` blocks.
 fn blocks_of(grid: Grid, [mx, my]: [usize; 2]) -> Vec<u32> {
     let rows = (0..grid.nx).map(|i| i * mx / grid.nx * my);
     let columns: Vec<usize> = (0..grid.ny).map(|j| j * my / grid.ny).collect();
@@ -248,25 +253,26 @@ fn blocks_of(grid: Grid, [mx, my]: [usize; 2]) -> Vec<u32> {
     blocks.collect()
 }
 
-/// Blocks along x and y, about as long as wide: as many as half the cells have rows, up to the most.
+/// Chooses the number of blocks along x and y, so that blocks are about as long as wide. Their total is about the root
+/// of the number of cells, up to [`MOST_BLOCKS`].
 fn numbers(grid: Grid) -> [usize; 2] {
     let [lx, ly] = grid.size();
     let all = (grid.len() as f64).sqrt().min(MOST_BLOCKS);
-    let within = |wanted: f64, cells: usize| {
+    let clamped = |number: f64, cells: usize| {
         let most = (cells / LEAST_CELLS).max(1);
-        (wanted.round() as usize).clamp(1, most)
+        (number.round() as usize).clamp(1, most)
     };
-    let x = within((all * lx / ly).sqrt(), grid.nx);
-    let y = within(all / x as f64, grid.ny);
-    [within(all / y as f64, grid.nx), y]
+    let x = clamped((all * lx / ly).sqrt(), grid.nx);
+    let y = clamped(all / x as f64, grid.ny);
+    [clamped(all / y as f64, grid.nx), y]
 }
 
-/// As [`cell_integrals`] of a traction that is periodic over `lengths`, on one of so many `blocks`, averaged over the block that is `offset`
-/// blocks away. The mean displacement is zero.
+/// Computes the [`cell_integrals`] of a traction that is periodic over `lengths` and acts on one of `blocks`. They are
+/// averaged over the block that is `offset` blocks away. The mean displacement is zero.
 fn periodic_integrals(offset: [usize; 2], blocks: [usize; 2], lengths: [f64; 2]) -> CellIntegrals {
     let mut sum = CellIntegrals::default();
     let area = 1.0 / (blocks[0] * blocks[1]) as f64;
-    // A wave's number, its phase at the offset, and its means over both blocks.
+    // Wave number, phase at the offset, and mean of the wave over both blocks.
     let along = |axis: usize, wave: usize| {
         let part = wave as f64 / blocks[axis] as f64;
         let half = PI * part;
@@ -281,7 +287,7 @@ fn periodic_integrals(offset: [usize; 2], blocks: [usize; 2], lengths: [f64; 2])
                 continue;
             }
             let (y, phase_y, mean_y) = along(1, n);
-            // Of the waves ±m and ±n, those that differ.
+            // Number of distinct waves among ±m and ±n.
             let count = if m == 0 || n == 0 { 2.0 } else { 4.0 };
             let k = x.hypot(y);
             // 1/r, y²/r³ and xy/r³ transform to 2π/k, 2π k_x²/k³ and −2π k_x k_y/k³.
@@ -296,17 +302,21 @@ fn periodic_integrals(offset: [usize; 2], blocks: [usize; 2], lengths: [f64; 2])
     sum
 }
 
-/// Lower Cholesky factor; a direction without spring has none.
-fn root_of<const A: usize>(held: [[f64; A]; A]) -> [[f64; A]; A] {
+/// Returns the lower Cholesky factor. A direction without springs gets a zero column.
+fn root_of<const A: usize>(springs: [[f64; A]; A]) -> [[f64; A]; A] {
     let mut root = [[0.0; A]; A];
     for u in 0..A {
         for v in 0..=u {
             let sum: f64 = (0..v).map(|w| root[u][w] * root[v][w]).sum();
-            let left = held[u][v] - sum;
+            let remainder = springs[u][v] - sum;
             if u == v {
-                root[u][u] = if left > 0.0 { left.sqrt() } else { 0.0 };
+                root[u][u] = if remainder > 0.0 {
+                    remainder.sqrt()
+                } else {
+                    0.0
+                };
             } else if root[v][v] > 0.0 {
-                root[u][v] = left / root[v][v];
+                root[u][v] = remainder / root[v][v];
             }
         }
     }

@@ -1,7 +1,7 @@
-//! The elastic half spaces: surface displacement under a traction field, and an approximate inverse of it.
+//! Elastic half spaces: surface displacement under a traction field, and an approximate inverse of it.
 //!
-//! Displacements are relative (upper minus lower body), so the kernels add the compliance of both bodies. Fields have one
-//! value a cell: tractions \[Pa\], displacements \[m\].
+//! Displacements are relative (upper minus lower body), so the kernels add the compliance of both bodies. Fields have
+//! one value per cell: tractions \[Pa\], displacements \[m\].
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -17,17 +17,17 @@ use crate::fft::{Convolution, VectorKernel, Workspace, fast_length};
 use crate::gauge::Gauge;
 use crate::grid::{ByAxis, Grid};
 
-/// What lies beyond the grid.
+/// Boundary condition at the edges of the grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Boundary {
-    /// A free surface without traction.
+    /// Free surface without traction beyond the grid.
     Free,
-    /// The field on the grid again, in both directions. The mean displacement is taken as zero.
+    /// The field repeats in both directions. The mean displacement is defined as zero.
     Periodic,
 }
 
-/// Which tangential tractions exist.
+/// Axes of the tangential tractions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shear {
@@ -37,19 +37,20 @@ pub enum Shear {
     InPlane,
 }
 
-/// The compliance K of both half spaces on a grid, as convolutions, with the preconditioners of the contact solvers.
+/// Compliance K of both half spaces on a grid, as convolutions, with the preconditioners of the contact solvers.
 ///
-/// The tangential kernels are built when first asked for, so a normal contact has no storage for them. So are those of the
-/// coupling, and only for bodies that are coupled.
+/// The tangential kernels are built on first use, so a normal contact has no storage for them. The coupling kernels are
+/// also built on first use, and only for coupled bodies.
 pub struct HalfSpace {
     grid: Grid,
     pair: Pair,
     boundary: Boundary,
-    /// Zero-padded (free) or as it is (periodic).
+    /// Convolution for K: zero-padded for a free boundary, unpadded for a periodic one.
     convolution: Convolution,
-    /// For a preconditioner, at a quarter of the cost: periodic on a plane that is hardly larger than the grid.
+    /// Convolution for the preconditioner, periodic on a plane hardly larger than the grid. Costs a quarter of
+    /// `convolution` for a free boundary.
     inverse: Convolution,
-    /// The grid over all of that plane.
+    /// Grid that covers this plane.
     inverse_grid: Grid,
     workspace: Workspace,
     normal: Vec<f64>,
@@ -61,7 +62,7 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Half spaces of the given pair under a grid.
+    /// Creates half spaces of the given materials under a grid.
     pub fn new(grid: Grid, pair: Pair, boundary: Boundary) -> Self {
         let (px, py) = match boundary {
             Boundary::Free => (fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1)),
@@ -73,7 +74,7 @@ impl HalfSpace {
         let weight = inverse_grid.len() as f64 / (px * py) as f64;
         let inverse = Convolution::new(grid.nx, grid.ny, nx, ny).with_pair_weight(weight);
         let symbols = Symbols { grid, pair };
-        let of_inverse = Symbols {
+        let inverse_symbols = Symbols {
             grid: inverse_grid,
             pair,
         };
@@ -85,7 +86,7 @@ impl HalfSpace {
             }
             Boundary::Periodic => convolution.symbol(|m, n| symbols.compliance(m, n)[0]),
         };
-        let normal_inverse = inverse.symbol(|m, n| of_inverse.stiffness(m, n)[0]);
+        let normal_inverse = inverse.symbol(|m, n| inverse_symbols.stiffness(m, n)[0]);
         HalfSpace {
             grid,
             pair,
@@ -103,23 +104,24 @@ impl HalfSpace {
         }
     }
 
-    /// With a compliance between nodes added to K, or without it again: see [`super::nodes`]. Preconditioners stay those of K.
+    /// Sets a compliance between nodes that is added to K, or removes it: see [`super::nodes`]. The preconditioners
+    /// stay the same.
     ///
     /// # Errors
-    /// [`ContactError::Length`] for matrices of another size than the nodes, that or [`ContactError::OutOfRange`] for nodes over another
-    /// grid.
+    /// Returns [`ContactError::Length`] if a matrix does not fit the nodes or the nodes do not fit the grid, and
+    /// [`ContactError::OutOfRange`] if the nodes belong to cells of another size.
     pub fn set_nodal(&mut self, nodal: Option<Arc<NodalCompliance>>) -> Result<(), ContactError> {
         if let Some(nodal) = &nodal {
             nodal.check()?;
-            let over = nodal.interpolation.grid();
-            check_length("half space along x", self.grid.nx, over.nx)?;
-            check_length("half space along y", self.grid.ny, over.ny)?;
-            for (own, other) in [(self.grid.dx, over.dx), (self.grid.dy, over.dy)] {
+            let node_grid = nodal.interpolation.grid();
+            check_length("half space along x", self.grid.nx, node_grid.nx)?;
+            check_length("half space along y", self.grid.ny, node_grid.ny)?;
+            for (own, other) in [(self.grid.dx, node_grid.dx), (self.grid.dy, node_grid.dy)] {
                 if own != other {
                     return Err(ContactError::OutOfRange {
-                        name: "a side of the cells under the nodes",
+                        name: "cell size of the nodal interpolation",
                         value: other,
-                        expected: "that of the half space's cells",
+                        expected: "the cell size of the half space",
                     });
                 }
             }
@@ -128,85 +130,89 @@ impl HalfSpace {
         Ok(())
     }
 
-    /// Work with another compliance between nodes, or with K alone.
+    /// Runs `work` with another compliance between nodes, or with K alone for `None`. Restores the previous one
+    /// afterwards.
     ///
     /// # Errors
-    /// As [`HalfSpace::set_nodal`].
+    /// The same errors as [`HalfSpace::set_nodal`].
     pub fn with_nodal<T>(
         &mut self,
         nodal: Option<Arc<NodalCompliance>>,
         work: impl FnOnce(&mut HalfSpace) -> T,
     ) -> Result<T, ContactError> {
-        let own = self.nodal.take();
-        let set = self.set_nodal(nodal);
-        let done = set.map(|()| work(self));
-        self.nodal = own;
-        done
+        let previous = self.nodal.take();
+        let was_set = self.set_nodal(nodal);
+        let result = was_set.map(|()| work(self));
+        self.nodal = previous;
+        result
     }
 
-    /// Work with K alone, without what is added to it between nodes.
+    /// Runs `work` with K alone, without the compliance between nodes. Restores it afterwards.
     pub fn without_nodal<T>(&mut self, work: impl FnOnce(&mut HalfSpace) -> T) -> T {
-        let own = self.nodal.take();
-        let done = work(self);
-        self.nodal = own;
-        done
+        let previous = self.nodal.take();
+        let result = work(self);
+        self.nodal = previous;
+        result
     }
 
-    /// The compliance between nodes that is added to K.
+    /// Returns the compliance between nodes that is added to K.
     pub fn nodal(&self) -> Option<&Arc<NodalCompliance>> {
         self.nodal.as_ref()
     }
 
-    /// Has the transforms made on as many threads. Results do not depend on their number.
+    /// Sets the number of threads of the transforms. Results do not depend on it.
     pub fn set_threads(&mut self, threads: usize) {
         self.workspace = Workspace::new(threads);
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> Grid {
         self.grid
     }
 
-    /// The materials.
+    /// Returns the materials.
     pub fn pair(&self) -> Pair {
         self.pair
     }
 
-    /// What lies beyond the grid.
+    /// Returns the boundary condition.
     pub fn boundary(&self) -> Boundary {
         self.boundary
     }
 
-    /// Counts transforms there too, for who watches.
+    /// Sets a gauge that counts transforms for progress reports.
     pub fn set_gauge(&mut self, gauge: Gauge) {
         self.workspace.gauge = gauge;
     }
 
-    /// Pairs of transforms done since the last call, in units of a pair at the size of the compliance's convolution.
+    /// Returns the pairs of transforms since the last call, in units of a pair of the compliance's convolution, and
+    /// resets the count.
     pub fn take_pairs(&mut self) -> f64 {
         self.workspace.take_pairs()
     }
 
-    /// Counts pairs that were taken away and belong to what comes next.
+    /// Adds pairs that [`HalfSpace::take_pairs`] returned before, so that the next call counts them.
     pub fn count_pairs(&mut self, pairs: f64) {
         self.workspace.count_pairs(pairs);
     }
 
-    /// Displacement of a cell under unit pressure on itself alone \[m/Pa\]: the scale of the smallest eigenvalues of K.
+    /// Returns the displacement of a cell under unit pressure on itself alone \[m/Pa\]. It is the scale of the smallest
+    /// eigenvalues of K.
     pub fn self_compliance(&self) -> f64 {
         self.pair.compliance() * cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy).inverse
     }
 
-    /// Displacement of a cell under unit shear on itself alone \[m/Pa\], along the axis on which it yields less: the scale of the smallest
-    /// eigenvalues of K for shear.
+    /// Returns the displacement of a cell under unit shear on itself alone \[m/Pa\], along the stiffer axis. It is the
+    /// scale of the smallest eigenvalues of K for shear.
     pub fn self_shear_compliance(&self) -> f64 {
         let cell = cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy);
         self.pair.compliance() * cell.inverse
             + self.pair.lateral_compliance() * cell.xx.min(cell.yy)
     }
 
-    /// What the preconditioners of a periodic contact have of a mean displacement, by which the cells of a period hold each other alike: of
-    /// the pressure and of shear, over the cells \[Pa/m\]. None of a free one, which is held by the ground.
+    /// Returns the stiffness that the preconditioners of a periodic contact assign to a mean displacement, divided by
+    /// the number of cells \[Pa/m\]: for the pressure, then for the shear. It couples all cells of a period equally. It
+    /// is 0 for a free boundary, where the ground resists a mean displacement.
     pub(super) fn mean_stiffness(&self) -> [f64; 2] {
         match self.boundary {
             Boundary::Free => [0.0; 2],
@@ -221,7 +227,7 @@ impl HalfSpace {
         }
     }
 
-    /// Normal displacement under a pressure field: u = K_zz ⊗ p [A eq. 2.4].
+    /// Computes the normal displacement under a pressure field: u = K_zz ⊗ p [A eq. 2.4].
     pub fn normal(&mut self, pressure: &[f64], displacement: &mut [f64]) {
         self.convolution
             .apply(&mut self.workspace, &self.normal, pressure, displacement);
@@ -230,7 +236,7 @@ impl HalfSpace {
         }
     }
 
-    /// An approximate pressure for a normal displacement: the preconditioner.
+    /// Applies the preconditioner: computes an approximate pressure for a normal displacement.
     pub fn normal_inverse(&mut self, displacement: &[f64], pressure: &mut [f64]) {
         self.inverse.apply(
             &mut self.workspace,
@@ -240,7 +246,7 @@ impl HalfSpace {
         );
     }
 
-    /// Tangential displacement under shear along x alone: u_x = K_xx ⊗ q_x.
+    /// Computes the tangential displacement under shear along x alone: u_x = K_xx ⊗ q_x.
     pub fn shear_x(&mut self, shear: &[f64], displacement: &mut [f64]) {
         self.build_shear_x();
         if let Some([kernel, _]) = &self.shear_x {
@@ -252,7 +258,7 @@ impl HalfSpace {
         }
     }
 
-    /// An approximate shear for a displacement along x.
+    /// Computes an approximate shear for a displacement along x.
     pub fn shear_x_inverse(&mut self, displacement: &[f64], shear: &mut [f64]) {
         self.build_shear_x();
         if let Some([_, kernel]) = &self.shear_x {
@@ -261,7 +267,7 @@ impl HalfSpace {
         }
     }
 
-    /// Tangential displacement under shear in both directions: u_x = K_xx ⊗ q_x + K_xy ⊗ q_y, and so on.
+    /// Computes the tangential displacement under shear in both directions: u_x = K_xx ⊗ q_x + K_xy ⊗ q_y, and so on.
     pub fn shear(&mut self, shear: [&[f64]; 2], displacement: [&mut [f64]; 2]) {
         self.build_shear();
         let [x, y] = displacement;
@@ -274,23 +280,24 @@ impl HalfSpace {
         }
     }
 
-    /// Tangential displacement along as many axes as there are fields for it, under shear along x alone.
+    /// Computes the tangential displacement under shear along x alone, along x or along both axes. `displacement` has
+    /// one field per axis.
     pub(super) fn shear_of_x(&mut self, shear: &[f64], displacement: &mut ByAxis<Vec<f64>>) {
         let [x, y] = &mut displacement[..] else {
             return self.shear_x(shear, &mut displacement[0]);
         };
         self.build_shear();
         if let Some([kernel, _]) = &self.shear {
-            let both = [&mut x[..], &mut y[..]];
+            let displacement = [&mut x[..], &mut y[..]];
             self.convolution
-                .apply_column(&mut self.workspace, kernel, shear, both);
+                .apply_column(&mut self.workspace, kernel, shear, displacement);
         }
         if let Some(nodal) = &self.nodal {
             nodal.add_shear([shear, &vec![0.0; shear.len()]], [x, y]);
         }
     }
 
-    /// An approximate shear for a displacement in both directions.
+    /// Computes an approximate shear for a displacement in both directions.
     pub fn shear_inverse(&mut self, displacement: [&[f64]; 2], shear: [&mut [f64]; 2]) {
         self.build_shear();
         if let Some([_, kernel]) = &self.shear {
@@ -299,7 +306,8 @@ impl HalfSpace {
         }
     }
 
-    /// An approximate shear along one axis for a displacement along it, without what that shears along the other.
+    /// Computes an approximate shear along one axis for a displacement along the same axis. Ignores the shear that this
+    /// displacement causes along the other axis.
     pub(super) fn own_shear_inverse(
         &mut self,
         axis: usize,
@@ -308,14 +316,14 @@ impl HalfSpace {
     ) {
         self.build_shear();
         if let Some([_, kernel]) = &self.shear {
-            let own = if axis == 0 { &kernel.xx } else { &kernel.yy };
+            let own_kernel = if axis == 0 { &kernel.xx } else { &kernel.yy };
             self.inverse
-                .apply(&mut self.workspace, own, displacement, shear);
+                .apply(&mut self.workspace, own_kernel, displacement, shear);
         }
     }
 
-    /// Normal displacement under shear, positive where it opens the gap: w = K_zx ⊗ q_x + K_zy ⊗ q_y; zero for bodies that
-    /// are not coupled. See [`super::coupled`] for the signs.
+    /// Computes the normal displacement under shear, positive where it opens the gap: w = K_zx ⊗ q_x + K_zy ⊗ q_y. It
+    /// is zero for uncoupled bodies. See [`super::coupled`] for the signs.
     pub fn normal_of_shear(&mut self, shear: &ByAxis<Vec<f64>>, displacement: &mut [f64]) {
         match self.build_coupling(shear.len()) {
             Some((coupling, transforms)) => {
@@ -325,8 +333,8 @@ impl HalfSpace {
         }
     }
 
-    /// Tangential displacement under pressure, one field an axis: w_x = K_xz ⊗ p, w_y = K_yz ⊗ p; zero for bodies that are
-    /// not coupled. The transpose of [`HalfSpace::normal_of_shear`].
+    /// Computes the tangential displacement under pressure, one field per axis: w_x = K_xz ⊗ p, w_y = K_yz ⊗ p. It is
+    /// zero for uncoupled bodies. This is the transpose of [`HalfSpace::normal_of_shear`].
     pub fn shear_of_normal(&mut self, pressure: &[f64], displacement: &mut ByAxis<Vec<f64>>) {
         match self.build_coupling(displacement.len()) {
             Some((coupling, transforms)) => {
@@ -364,7 +372,7 @@ impl HalfSpace {
             grid: self.grid,
             pair: self.pair,
         };
-        let of_inverse = Symbols {
+        let inverse_symbols = Symbols {
             grid: self.inverse_grid,
             pair: self.pair,
         };
@@ -381,7 +389,8 @@ impl HalfSpace {
         };
         self.shear_x = Some([
             forward,
-            self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[1]),
+            self.inverse
+                .symbol(|m, n| inverse_symbols.stiffness(m, n)[1]),
         ]);
     }
 
@@ -393,7 +402,7 @@ impl HalfSpace {
             grid: self.grid,
             pair: self.pair,
         };
-        let of_inverse = Symbols {
+        let inverse_symbols = Symbols {
             grid: self.inverse_grid,
             pair: self.pair,
         };
@@ -417,19 +426,26 @@ impl HalfSpace {
             },
         };
         let inverse = VectorKernel {
-            xx: self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[1]),
-            yy: self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[2]),
-            xy: self.inverse.symbol(|m, n| of_inverse.stiffness(m, n)[3]),
+            xx: self
+                .inverse
+                .symbol(|m, n| inverse_symbols.stiffness(m, n)[1]),
+            yy: self
+                .inverse
+                .symbol(|m, n| inverse_symbols.stiffness(m, n)[2]),
+            xy: self
+                .inverse
+                .symbol(|m, n| inverse_symbols.stiffness(m, n)[3]),
         };
         self.shear = Some([forward, inverse]);
     }
 }
 
-/// One cell in so many is added along each side to the plane of the preconditioner: without it cells at opposite edges of a free contact
-/// hold each other.
+/// The preconditioner's plane is longer than the grid by one part in `MARGIN` along each side. Without this margin,
+/// cells at opposite edges of a free contact would couple.
 const MARGIN: usize = 32;
 
-/// Points of the plane of the preconditioner. That of a periodic contact is the contact's own, whatever a transform of that length costs.
+/// Returns the number of points of the preconditioner's plane. The plane of a periodic contact is the grid itself, even
+/// if a transform of that length is slow.
 fn inverse_plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
     let cells = [grid.nx, grid.ny];
     match boundary {
@@ -438,7 +454,7 @@ fn inverse_plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
     }
 }
 
-/// The cell integrals at all offsets of a grid; those with a negative offset follow by symmetry.
+/// Cell integrals at all non-negative offsets of a grid. Values at negative offsets follow by symmetry.
 struct Integrals {
     ny: usize,
     quadrant: Vec<CellIntegrals>,
@@ -467,7 +483,7 @@ impl Integrals {
     }
 }
 
-/// The half spaces in wave-number space, periodic over the grid: order zz, xx, yy, xy.
+/// Half spaces in wave-number space, periodic over the grid. Components have the order zz, xx, yy, xy.
 #[derive(Clone, Copy)]
 struct Symbols {
     grid: Grid,
@@ -481,12 +497,12 @@ impl Symbols {
         (x, y, x.hypot(y))
     }
 
-    /// True where the sign of a wave number is not defined, so that an odd product has no real value.
+    /// Returns true at a Nyquist wave number. Its sign is undefined, so an odd product has no real value there.
     fn nyquist(&self, m: isize, n: usize) -> bool {
         2 * m.unsigned_abs() == self.grid.nx || 2 * n == self.grid.ny
     }
 
-    /// 2/(E*|k|) for zz; in plane 1/r and x²/r³ transform to 2π/k and 2π k_y²/k³.
+    /// Returns the compliance: 2/(E*|k|) for zz; in plane 1/r and x²/r³ transform to 2π/k and 2π k_y²/k³.
     fn compliance(&self, m: isize, n: usize) -> [f64; 4] {
         let (x, y, k) = self.wave(m, n);
         if k == 0.0 {
@@ -504,8 +520,9 @@ impl Symbols {
         [a, a + b * (y / k).powi(2), a + b * (x / k).powi(2), xy]
     }
 
-    /// The inverse of [`Symbols::compliance`]. The rigid mode gets the stiffness of a patch as long as wide as a punch, 2E*√(A/π) over A:
-    /// less than any other mode's, whatever the shape.
+    /// Returns the inverse of [`Symbols::compliance`]. The rigid mode gets 2E*√(A/π) over A: a square patch with the
+    /// longer side of the grid, taken as a round punch of equal area. This is less than the stiffness of any other
+    /// mode, for any shape.
     fn stiffness(&self, m: isize, n: usize) -> [f64; 4] {
         let (x, y, k) = self.wave(m, n);
         let (a, b) = (
@@ -517,7 +534,7 @@ impl Symbols {
             let rigid = 4.0 / (PI.sqrt() * lx.max(ly));
             return [rigid / a, rigid / (a + 0.5 * b), rigid / (a + 0.5 * b), 0.0];
         }
-        // Along k the compliance is a/k, across it (a + b)/k.
+        // The compliance is a/k along k, and (a + b)/k across it.
         let (along, across) = (k / a, k / (a + b));
         let (cx, cy) = (x / k, y / k);
         let xy = if self.nyquist(m, n) {

@@ -1,9 +1,11 @@
-//! Displacement of a half space at a cell's centre under unit traction on another cell: the integrals of 1/r, x²/r³,
-//! y²/r³ and xy/r³ over a rectangle [A eq. 2.3–2.4; Love 1929; Johnson, Contact Mechanics, §3.2 and §3.6], and of x/r² and
-//! y/r², by which pressure displaces along the surface and shear across it.
+//! Kernels of a half space: displacement at a point under unit traction on a rectangular cell.
+//!
+//! They are the integrals of 1/r, x²/r³, y²/r³ and xy/r³ over the cell [A eq. 2.3–2.4; Love 1929; Johnson, Contact
+//! Mechanics, §3.2 and §3.6]. The integrals of x/r² and y/r² give the tangential displacement under pressure and the
+//! normal displacement under shear.
 
-/// Beyond this many cell lengths the closed forms lose digits to cancellation, like (r/cell)² · 1e-16, while
-/// [`gauss`] with four points a side is exact to (cell/2r)⁸ ≈ 1e-12.
+/// Distance in cell lengths beyond which [`gauss`] replaces the closed forms. These lose (r/cell)² · 1e-16 to
+/// cancellation, while [`gauss`] with four points per side is exact to (cell/2r)⁸ ≈ 1e-12.
 const FAR: f64 = 16.0;
 
 /// Gauss–Legendre abscissae on (−1, 1) and weights.
@@ -14,7 +16,7 @@ const GAUSS: [(f64, f64); 4] = [
     (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
 ];
 
-/// The four integrals over one cell \[m\].
+/// Four integrals over one cell \[m\].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CellIntegrals {
     /// ∫ 1/r dA.
@@ -27,7 +29,7 @@ pub struct CellIntegrals {
     pub xy: f64,
 }
 
-/// The integrals over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of displacement \[m\].
+/// Computes the integrals over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of displacement \[m\].
 pub fn cell_integrals(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
     if x.hypot(y) > FAR * dx.max(dy) {
         gauss(x, y, dx, dy)
@@ -41,7 +43,7 @@ fn closed(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
     for (px, sx) in [(x + 0.5 * dx, 1.0), (x - 0.5 * dx, -1.0)] {
         for (py, sy) in [(y + 0.5 * dy, 1.0), (y - 0.5 * dy, -1.0)] {
             let sign: f64 = sx * sy;
-            // y·asinh(x/|y|) is y·ln(x + r) without the part that drops out between the corners; it is 0 at y = 0.
+            // y·asinh(x/|y|) is y·ln(x + r) without a term that cancels between the corners. It is 0 at y = 0.
             let xx = if py == 0.0 {
                 0.0
             } else {
@@ -78,9 +80,10 @@ fn gauss(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
     sum
 }
 
-/// ∫ x/r² dA and ∫ y/r² dA \[m\] over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of displacement \[m\].
+/// Computes ∫ x/r² dA and ∫ y/r² dA \[m\] over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of
+/// displacement \[m\].
 ///
-/// They change sign with their own coordinate, exactly: the first is 0 at x = 0, the second at y = 0.
+/// The first integral is odd in x and the second odd in y, exactly: the first is 0 at x = 0, the second at y = 0.
 pub fn coupling_integrals(x: f64, y: f64, dx: f64, dy: f64) -> [f64; 2] {
     if x.hypot(y) > FAR * dx.max(dy) {
         coupling_gauss(x, y, dx, dy)
@@ -89,9 +92,9 @@ pub fn coupling_integrals(x: f64, y: f64, dx: f64, dy: f64) -> [f64; 2] {
     }
 }
 
-/// ∫ x/r² dA from the corners: ½ y ln r² + x arctan(y/x), without the part that drops out between them.
+/// Computes ∫ x/r² dA from ½ y ln r² + x arctan(y/x) at the corners, without a term that cancels between them.
 fn coupling_closed(x: f64, y: f64, dx: f64, dy: f64) -> f64 {
-    // Any length may divide r; the cell's own keeps the logarithms small, and with them what cancels.
+    // Any length may scale r. The cell's own length keeps the logarithms, and thus their cancellation, small.
     let unit = dx * dy;
     let mut sum = 0.0;
     for (py, sy) in [(y + 0.5 * dy, 1.0), (y - 0.5 * dy, -1.0)] {

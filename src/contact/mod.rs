@@ -1,4 +1,4 @@
-//! Contact of two elastic half spaces: kernels, convolution, normal and tangential problem, their coupling, stiffness.
+//! Contact of two elastic half spaces: kernels, normal and tangential problem, their coupling, and contact stiffness.
 
 pub mod area;
 mod cells;

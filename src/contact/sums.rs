@@ -1,9 +1,9 @@
-//! Sums and extremes over fields, in a fixed order with several partial results: a sum in one only would wait for each addition.
+//! Sums and extremes over fields, in a fixed order. Several partial results avoid waiting for each addition.
 
-/// Partial results side by side.
+/// Number of partial results.
 pub(crate) const LANES: usize = 8;
 
-/// Σ term(aₖ, bₖ) over two fields of the same length, for the several terms of one pass.
+/// Returns Σ term(aₖ, bₖ) over two fields of equal length, for several terms in one pass.
 pub(crate) fn sums<const TERMS: usize>(
     a: &[f64],
     b: &[f64],
@@ -29,17 +29,18 @@ pub(crate) fn sums<const TERMS: usize>(
     lanes.map(|lanes| lanes.iter().sum())
 }
 
-/// Σ aₖ bₖ.
+/// Returns Σ aₖ bₖ.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums(a, b, |a, b| [a * b])[0]
 }
 
-/// Σ aₖ.
+/// Returns Σ aₖ.
 pub(crate) fn sum(a: &[f64]) -> f64 {
     sums(a, a, |a, _| [a])[0]
 }
 
-/// The smallest and the largest value; (∞, −∞) of none. Without a meaning where a value is not a number.
+/// Returns the smallest and the largest value, and (∞, −∞) for an empty slice. The result is meaningless if a value is
+/// NaN.
 pub(crate) fn extremes(a: &[f64]) -> (f64, f64) {
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
     let chunks = a.chunks_exact(LANES);

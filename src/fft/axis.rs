@@ -1,8 +1,9 @@
-//! Transforms along one axis of a field that fills at most the first half of its points.
+//! Fourier transforms along one axis, for lines whose second half is zero padding.
 //!
-//! Of a line x_j whose second half is zero, the even waves are the transform of the first half, and the odd ones that of
-//! x_j e^(−iπj/h), h points long each: two transforms in the cache for one of twice the length, and nothing is done for zeros. Back
-//! again only the first half is asked for, from the same two.
+//! Take a line x_j of 2h points whose second half is zero. Its even waves are the transform of its first half. Its odd
+//! waves are the transform of x_j e^(−iπj/h). So two transforms of length h, which fit in the cache, replace one of
+//! length 2h, and no work is spent on zeros. The inverse needs the first half of the line only, and gets it from the
+//! same two transforms.
 
 use std::sync::Arc;
 
@@ -10,18 +11,18 @@ use rustfft::{Fft, FftPlanner};
 
 use super::Complex64;
 
-/// Transforms of lines of `cells` values, zero beyond them, to `points` waves.
+/// Transforms between lines of `cells` values, zero beyond them, and `points` waves.
 ///
-/// A line is stored as it is in transformed space: all waves in their order, or, where the line is halved, the even ones and
-/// then the odd ones.
+/// A line is stored in the order of transformed space. That is the order of the waves or, in a halved line, all even
+/// waves and then all odd ones.
 pub(super) struct Axis {
     pub(super) cells: usize,
     pub(super) points: usize,
-    /// Length of a transform: all points, or half of them.
+    /// Length of one transform: all points, or half of them in a halved line.
     length: usize,
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
-    /// e^(−iπj/h) at the cells where the line is halved, or nothing.
+    /// e^(−iπj/h) at the cells of a halved line; empty for a full line.
     twiddles: Vec<Complex64>,
 }
 
@@ -42,13 +43,13 @@ impl Axis {
         }
     }
 
-    /// Complex numbers of scratch that the transforms want.
+    /// Returns the number of complex scratch values that the transforms need.
     pub(super) fn scratch(&self) -> usize {
         let forward = self.forward.get_inplace_scratch_len();
         forward.max(self.inverse.get_inplace_scratch_len())
     }
 
-    /// Where a wave is stored, 0 ≤ `wave` < points.
+    /// Returns the position at which a wave is stored, 0 ≤ `wave` < points.
     pub(super) fn position(&self, wave: usize) -> usize {
         if self.twiddles.is_empty() {
             wave
@@ -57,7 +58,7 @@ impl Axis {
         }
     }
 
-    /// Puts the cells' values into a line.
+    /// Writes the values of the cells into a line, ready for [`Axis::forward`].
     #[inline(always)]
     pub(super) fn put(&self, line: &mut [Complex64], values: impl Iterator<Item = Complex64>) {
         if self.twiddles.is_empty() {
@@ -73,7 +74,7 @@ impl Axis {
         }
     }
 
-    /// Transforms lines, one after the other, into which all cells have been put.
+    /// Transforms consecutive lines that [`Axis::put`] has filled.
     pub(super) fn forward(&self, lines: &mut [Complex64], scratch: &mut [Complex64]) {
         if self.cells < self.length {
             for part in lines.chunks_exact_mut(self.length) {
@@ -83,12 +84,12 @@ impl Axis {
         self.forward.process_with_scratch(lines, scratch);
     }
 
-    /// Transforms lines back, up to what [`Axis::take`] does.
+    /// Transforms lines back. [`Axis::take`] then completes the values of the cells.
     pub(super) fn inverse(&self, lines: &mut [Complex64], scratch: &mut [Complex64]) {
         self.inverse.process_with_scratch(lines, scratch);
     }
 
-    /// Hands the cells' values in a line on to as many targets.
+    /// Passes the value of each cell of a line to its target.
     #[inline(always)]
     pub(super) fn take<T>(
         &self,

@@ -7,18 +7,19 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::Complex64;
 use super::axis::Axis;
 
-/// Pairs of rows that are transposed together: eight complex numbers are two cache lines of writes to each column.
+/// Pairs of rows that are transposed together. Four pairs write eight complex numbers, two cache lines, to each column.
 const PAIRS_AT_ONCE: usize = 4;
 
-/// Transforms of a field of `nx * ny` cells on a (padded) plane of `px * py`, for products with kernels in transformed space.
+/// Convolution of a field of `nx * ny` cells with kernels in transformed space, on a padded plane of `px * py`.
 ///
-/// The transformed plane is stored column by column: wave number k along y slow (`py / 2 + 1` of them), wave number along
-/// x fast (`px`), in the order in which they come out of the transforms. Two rows are transformed as one row of complex numbers.
-/// Rows and columns that are known to be zero, or whose result is not asked for, are not transformed.
+/// The transformed plane is stored column by column. The wave number along y is slow (`py / 2 + 1` values), the wave
+/// number along x is fast (`px` values). Both keep the order in which the transforms return them. Two real rows are
+/// transformed as one complex row. Rows and columns that are known to be zero, or whose result is not needed, are
+/// skipped.
 pub struct Convolution {
     along_x: Axis,
     along_y: Axis,
-    /// The wave numbers along y that are kept, 0 ≤ k ≤ py/2, with their place in a transformed row and that of −k.
+    /// Wave numbers along y, 0 ≤ k ≤ py/2, with the positions of k and of −k in a transformed row.
     waves: Vec<Wave>,
     pair_weight: f64,
 }
@@ -30,29 +31,30 @@ struct Wave {
     opposite: usize,
 }
 
-/// A symmetric 2×2 block of kernels in transformed space, each in the layout and scale of [`Convolution::kernel`].
+/// Symmetric 2×2 block of kernels in transformed space, each in the layout and scale of [`Convolution::kernel`].
 pub struct VectorKernel {
-    /// x from x.
+    /// Response along x to a source along x.
     pub xx: Vec<f64>,
-    /// y from y.
+    /// Response along y to a source along y.
     pub yy: Vec<f64>,
-    /// x from y, and y from x.
+    /// Response along x to a source along y, and along y to a source along x.
     pub xy: Vec<f64>,
 }
 
-/// What transforms are made in: one for all convolutions of a grid, so that it stays in the cache. It counts the pairs.
+/// Buffers and threads of the transforms. All convolutions of a grid share one workspace, so that it stays in the
+/// cache. It also counts pairs of transforms.
 pub struct Workspace {
-    /// For each of two fields the columns, in as many blocks as there are threads. Rows, of which every thread has some, are
-    /// written to and read from a block at a time; a block's columns are one thread's.
+    /// Columns of each of two fields, in one block per thread. A thread owns the columns of its block. It also owns
+    /// some rows, and reads and writes these in all blocks, one block at a time.
     planes: [Vec<Mutex<Vec<Complex64>>>; 2],
     threads: Vec<Thread>,
     pool: Option<rayon::ThreadPool>,
     pairs: f64,
-    /// Where the transforms are counted for who watches.
+    /// Counter of transforms for progress reports.
     pub gauge: Gauge,
 }
 
-/// What a thread works in.
+/// Buffers of one thread.
 #[derive(Default)]
 struct Thread {
     rows: Vec<Complex64>,
@@ -67,7 +69,7 @@ impl Default for Workspace {
 }
 
 impl Workspace {
-    /// For transforms on as many threads; results do not depend on their number.
+    /// Creates buffers for transforms on `threads` threads. Results do not depend on their number.
     pub fn new(threads: usize) -> Self {
         let threads = threads.max(1);
         let pool = (threads > 1).then(|| {
@@ -84,19 +86,19 @@ impl Workspace {
         }
     }
 
-    /// Counts pairs of transforms that were taken away.
+    /// Adds pairs of transforms that [`Workspace::take_pairs`] returned before.
     pub fn count_pairs(&mut self, pairs: f64) {
         self.pairs += pairs;
     }
 
-    /// Pairs of transforms done since the last call. Sums begin at zero each time, so that equal work gives equal sums whatever was
-    /// done before it.
+    /// Returns the pairs of transforms since the last call and resets the count. Each sum begins at zero, so that equal
+    /// work gives equal sums whatever preceded it.
     pub fn take_pairs(&mut self) -> f64 {
         std::mem::take(&mut self.pairs)
     }
 
-    /// Does one item a thread.
-    fn each<T: Send>(
+    /// Runs `work` on one item per thread.
+    fn for_each_thread<T: Send>(
         &mut self,
         items: impl Iterator<Item = T>,
         work: impl Fn(&mut Thread, &[Vec<Mutex<Vec<Complex64>>>; 2], T) + Sync,
@@ -114,13 +116,14 @@ impl Workspace {
     }
 }
 
-/// A block of columns. One in which a thread has panicked is as good as any: it is written before it is read.
+/// Locks a block of columns. A block in which a thread has panicked is safe to use: every block is written before it is
+/// read.
 fn columns_of(block: &Mutex<Vec<Complex64>>) -> MutexGuard<'_, Vec<Complex64>> {
     block.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Convolution {
-    /// Fields of `nx * ny` cells on a plane of `px * py` (`px >= nx`, `py >= ny`).
+    /// Plans the convolution of fields of `nx * ny` cells on a plane of `px * py` (`px >= nx`, `py >= ny`).
     pub fn new(nx: usize, ny: usize, px: usize, py: usize) -> Self {
         assert!(
             nx >= 1 && ny >= 1 && px >= nx && py >= ny,
@@ -142,27 +145,28 @@ impl Convolution {
         }
     }
 
-    /// Counts each pair of this plan as `weight` pairs, for a plane smaller than the one that sets the unit.
+    /// Counts each pair of transforms as `weight` pairs, for a plane smaller than the one that defines the unit.
     pub fn with_pair_weight(mut self, weight: f64) -> Self {
         self.pair_weight = weight;
         self
     }
 
-    /// Number of wave numbers stored: `(py / 2 + 1) * px`.
+    /// Returns the length of a kernel in transformed space, `(py / 2 + 1) * px`.
     pub fn spectrum_len(&self) -> usize {
         self.waves.len() * self.along_x.points
     }
 
-    /// A kernel in transformed space from its values at signed cell offsets, |i| < nx and |j| < ny.
+    /// Transforms an even kernel, given by its values at signed cell offsets, |i| < nx and |j| < ny.
     ///
-    /// `value(-i, -j)` must equal `value(i, j)`. Offsets that the plane cannot tell from their opposite (half of its length)
-    /// are taken as zero; on a padded plane none of them is in reach.
+    /// `value(-i, -j)` must equal `value(i, j)`. An offset of half the plane equals its opposite, and its value is set
+    /// to zero. A padded plane has no such offset in reach.
     pub fn kernel(&self, value: impl Fn(isize, isize) -> f64) -> Vec<f64> {
         self.transformed(value, |c| c.re)
     }
 
-    /// An odd kernel, `value(-i, -j) = -value(i, j)`, in transformed space from its values at signed cell offsets, |i| < nx and |j| < ny: the
-    /// imaginary part of its transform, which has no real one.
+    /// Transforms an odd kernel, given by its values at signed cell offsets, |i| < nx and |j| < ny.
+    ///
+    /// `value(-i, -j)` must equal `-value(i, j)`. Returns the imaginary part of the transform; its real part is zero.
     pub fn odd_kernel(&self, value: impl Fn(isize, isize) -> f64) -> Vec<f64> {
         self.transformed(value, |c| c.im)
     }
@@ -182,7 +186,7 @@ impl Convolution {
             };
             (offset.unsigned_abs() < axis.cells && 2 * position != length).then_some(offset)
         };
-        // Kernels fill the whole plane: plain transforms along one axis after the other.
+        // A kernel fills the whole plane, so this transforms every row and column without the shortcuts of `convolve`.
         let mut planner = rustfft::FftPlanner::new();
         let row_transform = planner.plan_fft_forward(py);
         let mut row = vec![Complex64::ZERO; py];
@@ -211,7 +215,7 @@ impl Convolution {
         kernel
     }
 
-    /// A kernel given by its transform at wave numbers (m, n): m signed, 0 ≤ n ≤ py/2.
+    /// Tabulates a kernel that is given by its transform at wave numbers (m, n): m signed, 0 ≤ n ≤ py/2.
     pub fn symbol(&self, value: impl Fn(isize, usize) -> f64) -> Vec<f64> {
         let px = self.along_x.points;
         let mut symbol = vec![0.0; self.spectrum_len()];
@@ -228,12 +232,12 @@ impl Convolution {
         symbol
     }
 
-    /// Of the transforms there and back, and of the rows' being taken apart.
+    /// Normalises forward and inverse transform, and the separation of two real rows from one complex row.
     fn scale(&self) -> f64 {
         0.5 / (self.along_x.points * self.along_y.points) as f64
     }
 
-    /// Applies a scalar kernel: `output = kernel ⊗ input`, both fields of nx·ny cells. Costs one pair.
+    /// Applies a scalar kernel: `output = kernel ⊗ input`, both fields of nx·ny cells. Costs one pair of transforms.
     pub fn apply(&self, work: &mut Workspace, kernel: &[f64], input: &[f64], output: &mut [f64]) {
         self.convolve(work, &[input], &mut [output], |column, [field, _]| {
             for (c, k) in field.iter_mut().zip(&kernel[column]) {
@@ -242,7 +246,7 @@ impl Convolution {
         });
     }
 
-    /// Applies a symmetric 2×2 block of kernels to the x and y fields, sharing their transforms. Costs two pairs.
+    /// Applies a symmetric 2×2 block of kernels to an x and a y field. Costs two pairs of transforms.
     pub fn apply_vector(
         &self,
         work: &mut Workspace,
@@ -261,7 +265,8 @@ impl Convolution {
         });
     }
 
-    /// As [`Convolution::apply_vector`] of an x field alone. Costs a pair and a half.
+    /// Applies [`Convolution::apply_vector`] to an x field with a zero y field. Costs one and a half pairs of
+    /// transforms.
     pub fn apply_column(
         &self,
         work: &mut Workspace,
@@ -277,7 +282,8 @@ impl Convolution {
         });
     }
 
-    /// Sums odd kernels: `output = Σ kernel ⊗ input` over one or two pairs of kernel and field. Costs half a pair a transform.
+    /// Sums odd kernels: `output = Σ kernel ⊗ input` over one or two pairs of kernel and field. Costs half a pair per
+    /// transform.
     pub fn apply_odd_sum(
         &self,
         work: &mut Workspace,
@@ -296,7 +302,8 @@ impl Convolution {
         });
     }
 
-    /// Applies one or two odd kernels to one field: `output = kernel ⊗ input` for each. Costs half a pair a transform.
+    /// Applies one or two odd kernels to one field: `output = kernel ⊗ input` for each. Costs half a pair per
+    /// transform.
     pub fn apply_odd_each(
         &self,
         work: &mut Workspace,
@@ -304,7 +311,7 @@ impl Convolution {
         input: &[f64],
         outputs: &mut [&mut [f64]],
     ) {
-        assert_eq!(kernels.len(), outputs.len(), "a kernel an output");
+        assert_eq!(kernels.len(), outputs.len(), "one kernel per output");
         self.convolve(work, &[input], outputs, |column, [first, second]| {
             if let Some(kernel) = kernels.get(1) {
                 second.copy_from_slice(first);
@@ -314,9 +321,10 @@ impl Convolution {
         });
     }
 
-    /// Transforms one or two fields, has their columns mixed, and transforms one or two fields back.
+    /// Transforms one or two fields, mixes their columns, and transforms one or two fields back.
     ///
-    /// `mix` gets the place of a column in a kernel and the column of each field, and leaves in them those of the outputs.
+    /// `mix` receives the range of a column in a kernel, and this column of each field. It replaces these by the
+    /// columns of the outputs.
     fn convolve(
         &self,
         work: &mut Workspace,
@@ -335,12 +343,12 @@ impl Convolution {
             assert_eq!(length, nx * ny, "field length");
         }
         let threads = work.threads.len();
-        // Two rows are transformed as one: the same two however many threads there are.
+        // Rows are transformed in pairs. An even number per thread keeps the pairs the same for any number of threads.
         let rows = nx.div_ceil(2 * threads) * 2;
         let block = self.waves.len().div_ceil(threads);
         self.prepare(work, inward.max(outward), block);
         for (field, input) in inputs.iter().enumerate() {
-            work.each(
+            work.for_each_thread(
                 input.chunks(rows * ny).enumerate(),
                 |thread, planes, (part, input)| {
                     self.rows_to_columns(thread, &planes[field], block, part * rows, input);
@@ -348,7 +356,7 @@ impl Convolution {
             );
         }
         let blocks = (0..self.waves.len()).step_by(block).enumerate();
-        work.each(blocks, |thread, planes, (part, first)| {
+        work.for_each_thread(blocks, |thread, planes, (part, first)| {
             let mut blocks = [columns_of(&planes[0][part]), columns_of(&planes[1][part])];
             let Thread {
                 columns, scratch, ..
@@ -372,7 +380,7 @@ impl Convolution {
             }
         });
         for (field, output) in outputs.iter_mut().enumerate() {
-            work.each(
+            work.for_each_thread(
                 output.chunks_mut(rows * ny).enumerate(),
                 |thread, planes, (part, output)| {
                     self.columns_to_rows(thread, &planes[field], block, part * rows, output);
@@ -383,7 +391,7 @@ impl Convolution {
         work.gauge.add_transforms(inward + outward);
     }
 
-    /// Sees to it that buffers are long enough; they are not made anew for a shorter use.
+    /// Grows the buffers to the lengths that this convolution needs. Longer buffers are kept.
     fn prepare(&self, work: &mut Workspace, fields: usize, block: usize) {
         let grow = |buffer: &mut Vec<Complex64>, length: usize| {
             if buffer.len() < length {
@@ -403,7 +411,7 @@ impl Convolution {
         }
     }
 
-    /// Transforms rows, of which the first is row `first` of the field, into the columns.
+    /// Transforms rows into columns. Row `first` of the whole field is the first row of `field`.
     fn rows_to_columns(
         &self,
         thread: &mut Thread,
@@ -429,15 +437,15 @@ impl Convolution {
                 }
             }
             self.along_y.forward(rows, &mut thread.scratch);
-            // Of z = a + ib at k and w at −k, 2a is z + w* and 2b is −i(z − w*).
+            // With z = a + ib at k and w the same at −k: 2a = z + w* and 2b = −i(z − w*).
             for (columns, waves) in plane.iter().zip(self.waves.chunks(block)) {
                 let mut columns = columns_of(columns);
                 for (column, wave) in columns.chunks_exact_mut(nx).zip(waves) {
                     let column = &mut column[first..first + count];
-                    for (two, row) in column.chunks_mut(2).zip(rows.chunks_exact(py)) {
+                    for (pair, row) in column.chunks_mut(2).zip(rows.chunks_exact(py)) {
                         let (z, w) = (row[wave.place], row[wave.opposite]);
-                        two[0] = Complex64::new(z.re + w.re, z.im - w.im);
-                        if let Some(b) = two.get_mut(1) {
+                        pair[0] = Complex64::new(z.re + w.re, z.im - w.im);
+                        if let Some(b) = pair.get_mut(1) {
                             *b = Complex64::new(z.im + w.im, w.re - z.re);
                         }
                     }
@@ -446,7 +454,7 @@ impl Convolution {
         }
     }
 
-    /// The way back.
+    /// Transforms columns back into rows, the inverse of [`Convolution::rows_to_columns`].
     fn columns_to_rows(
         &self,
         thread: &mut Thread,
@@ -460,14 +468,14 @@ impl Convolution {
             let first = first + batch * 2 * PAIRS_AT_ONCE;
             let count = field.len() / ny;
             let rows = &mut thread.rows[..count.div_ceil(2) * py];
-            // z = a + ib at k, and a* + ib* at −k.
+            // The complex row is a + ib at k, and a* + ib* at −k.
             for (columns, waves) in plane.iter().zip(self.waves.chunks(block)) {
                 let columns = columns_of(columns);
                 for (column, wave) in columns.chunks_exact(nx).zip(waves) {
                     let column = &column[first..first + count];
-                    for (two, row) in column.chunks(2).zip(rows.chunks_exact_mut(py)) {
-                        let a = two[0];
-                        let b = two.get(1).copied().unwrap_or_default();
+                    for (pair, row) in column.chunks(2).zip(rows.chunks_exact_mut(py)) {
+                        let a = pair[0];
+                        let b = pair.get(1).copied().unwrap_or_default();
                         row[wave.opposite] = Complex64::new(a.re + b.im, b.re - a.im);
                         row[wave.place] = Complex64::new(a.re - b.im, a.im + b.re);
                     }
@@ -488,7 +496,7 @@ impl Convolution {
     }
 }
 
-/// Multiplies by iκ.
+/// Multiplies a column by iκ, with κ the real `kernel`.
 #[inline(always)]
 fn times_imaginary(column: &mut [Complex64], kernel: &[f64]) {
     for (c, k) in column.iter_mut().zip(kernel) {

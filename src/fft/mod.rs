@@ -1,4 +1,4 @@
-//! Fast Fourier transforms of fields: the only place that names `rustfft` and `rayon`.
+//! Fast Fourier transforms of fields. No other module uses `rustfft` or `rayon`.
 
 mod axis;
 mod convolution;
@@ -9,9 +9,9 @@ pub use convolution::{Convolution, VectorKernel, Workspace};
 pub use rustfft::FftDirection;
 pub use rustfft::num_complex::Complex64;
 
-/// The smallest even number of the form 2^a 3^b 5^c that is at least `least`.
+/// Returns the smallest even number of the form 2^a 3^b 5^c that is at least `least`.
 pub fn fast_length(least: usize) -> usize {
-    let rest = |mut n: usize| {
+    let cofactor = |mut n: usize| {
         for factor in [2, 3, 5] {
             while n.is_multiple_of(factor) {
                 n /= factor;
@@ -20,15 +20,16 @@ pub fn fast_length(least: usize) -> usize {
         n
     };
     let mut n = least.max(2).next_multiple_of(2);
-    while rest(n) != 1 {
+    while cofactor(n) != 1 {
         n += 2;
     }
     n
 }
 
-/// Transforms a complex field of any shape in place, without normalisation: forward has the sign −i in the exponent, inverse +i.
+/// Transforms a complex field of any shape in place, without normalisation.
 ///
-/// For what is transformed a few times in a run, such as a surface; [`Convolution`] is for the rest.
+/// The exponent has the sign −i forward and +i inverse. Suits fields that a run transforms a few times, such as a
+/// surface. Use [`Convolution`] for repeated transforms.
 pub fn transform(values: &mut Vec<Complex64>, nx: usize, ny: usize, direction: FftDirection) {
     let mut planner = FftPlanner::new();
     planner.plan_fft(ny, direction).process(values);
@@ -37,14 +38,15 @@ pub fn transform(values: &mut Vec<Complex64>, nx: usize, ny: usize, direction: F
     *values = transposed(&columns, ny, nx);
 }
 
-/// The `cols * rows` array whose entry (c, r) is the entry (r, c) of `values`.
+/// Returns the `cols * rows` array whose entry (c, r) is the entry (r, c) of `values`.
 fn transposed(values: &[Complex64], rows: usize, cols: usize) -> Vec<Complex64> {
     (0..rows * cols)
         .map(|k| values[(k % rows) * cols + k / rows])
         .collect()
 }
 
-/// The signed wave number of position `k` in a transform of length `n`; the Nyquist position of an even length is negative.
+/// Returns the signed wave number of position `k` in a transform of length `n`. The Nyquist position of an even length
+/// is negative.
 pub fn wave_number(k: usize, n: usize) -> i64 {
     if 2 * k < n {
         k as i64

@@ -3,66 +3,70 @@
 //! ```
 //! use fretwear::model_update::{Bolt, BoltContact, ModelUpdateError, preload};
 //!
-//! // A face that wears by 1 µm under a bolt of 50 N/µm, on a contact of 200 N/µm.
+//! // A face wears by 1 µm under a bolt of 50 N/µm, on a contact of 200 N/µm.
 //! let bolt = Bolt { stiffness: 50e6, load: 1000.0, approach: 5e-6 };
 //! let worn = |load: f64| {
 //!     Ok::<_, ModelUpdateError>(BoltContact { approach: 6e-6 + (load - 1000.0) / 200e6, kn: 200e6 })
 //! };
 //! let found = preload(bolt, None, worn)?;
-//! // The springs in series: 1 / (1/50 + 1/200) N/µm.
+//! // Both springs act in series: 1 / (1/50 + 1/200) N/µm.
 //! assert!((found.load - (1000.0 - 40e6 * 1e-6)).abs() < 1e-3);
 //! # Ok::<(), ModelUpdateError>(())
 //! ```
 
 use super::ModelUpdateError;
 
-/// Error of the preload in parts of the unworn one, at which the search ends: that of the contact solutions it is made of.
+/// Error of the preload, relative to the unworn preload, at which the search ends. Contact solutions have the same
+/// error.
 pub const PRELOAD_TOLERANCE: f64 = 1e-6;
 
-/// Contact solutions spent at most: Newton steps take a handful, and halving alone gets to [`PRELOAD_TOLERANCE`] in 20.
+/// Bound on contact solutions. Newton steps need a handful; bisection alone reaches [`PRELOAD_TOLERANCE`] in 20.
 const MOST_CALLS: usize = 40;
 
-/// What clamps the joint, at its unworn state.
+/// Bolt that clamps the joint, in the unworn state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bolt {
-    /// Stiffness k_b between the two faces of the bolt and of all that is clamped with it, outside the fine contact \[N/m\].
+    /// Stiffness k_b of the bolt and of everything clamped with it, between the two faces and outside the fine contact
+    /// \[N/m\].
     pub stiffness: f64,
     /// Preload N₀ of the unworn joint \[N\].
     pub load: f64,
-    /// Approach δ₀ of the unworn faces under it \[m\].
+    /// Approach δ₀ of the unworn faces under this preload \[m\].
     pub approach: f64,
 }
 
-/// A contact solution as the bolt sees it.
+/// Contact solution at one load of the bolt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoltContact {
-    /// Approach δ under the load \[m\]; at no load, that of the first touch.
+    /// Approach δ under the load \[m\]; without load, the approach at first touch.
     pub approach: f64,
-    /// dN/dδ there \[N/m\]; steers the search only, so that 0 where it is not known costs contact solutions and no accuracy.
+    /// Slope dN/dδ at this load \[N/m\]. It only steers the search: 0 for an unknown slope costs contact solutions, but
+    /// no accuracy.
     pub kn: f64,
 }
 
-/// A preload, and how it was found.
+/// Preload, and the effort of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Preload {
-    /// Preload N \[N\]: the load of the last contact solution asked for.
+    /// Preload N \[N\], the load of the last contact solution.
     pub load: f64,
     /// Approach δ(N) \[m\].
     pub approach: f64,
-    /// Size of the correction that was left \[N\].
+    /// Size of the next correction, which was not applied \[N\].
     pub error: f64,
-    /// Contact solutions.
+    /// Number of contact solutions.
     pub calls: usize,
 }
 
-/// Preload N of the worn joint: N = N₀ − k_b (δ(N) − δ₀), to [`PRELOAD_TOLERANCE`] of N₀.
+/// Finds the preload N of the worn joint: N = N₀ − k_b (δ(N) − δ₀), to [`PRELOAD_TOLERANCE`] of N₀.
 ///
-/// `worn` solves the contact of the worn faces under a load; it is called with N₀ (or `start`, a preload found before) first.
-/// δ grows with N, so that there is one N at most. Newton's steps with f′ = 1 + k_b/kn, kept between loads known to be too small
-/// and too large.
+/// `worn` solves the contact of the worn faces under a load. The first call has the load `start`, an earlier preload,
+/// or N₀. δ grows with N, so that at most one N exists. The search takes Newton steps with f′ = 1 + k_b/kn, within a
+/// bracket of loads that are too small and too large.
 ///
 /// # Errors
-/// [`ModelUpdateError::Loose`] if none is left, [`ModelUpdateError::NotConverged`], a bolt that is none, and those of `worn`.
+/// Returns [`ModelUpdateError::Loose`] if no preload is left, [`ModelUpdateError::NotConverged`],
+/// [`ModelUpdateError::OutOfRange`] for an invalid bolt, and the errors of `worn`.
 pub fn preload<E: From<ModelUpdateError>>(
     bolt: Bolt,
     start: Option<f64>,
@@ -73,48 +77,48 @@ pub fn preload<E: From<ModelUpdateError>>(
     let excess =
         |load: f64, approach: f64| load - bolt.load + bolt.stiffness * (approach - bolt.approach);
     let (mut low, mut high) = (0.0, f64::INFINITY);
-    // Whether the joint is loose is asked only when the search comes to that end.
-    let mut held = false;
+    // Whether the joint is loose matters only if the search approaches zero load.
+    let mut is_tight = false;
     let mut load = start
         .filter(|s| *s > 0.0 && s.is_finite())
         .unwrap_or(bolt.load);
     let mut error = f64::INFINITY;
     let mut calls = 0;
     while calls < MOST_CALLS {
-        let found = worn(load)?;
+        let contact = worn(load)?;
         calls += 1;
-        let too_much = excess(load, found.approach);
-        if !too_much.is_finite() {
+        let excess_load = excess(load, contact.approach);
+        if !excess_load.is_finite() {
             return Err(ModelUpdateError::OutOfRange {
                 name: "the approach of the worn contact",
-                value: found.approach,
+                value: contact.approach,
                 expected: "finite",
             }
             .into());
         }
-        let give = if bolt.stiffness > 0.0 {
-            bolt.stiffness / found.kn
+        let compliance_ratio = if bolt.stiffness > 0.0 {
+            bolt.stiffness / contact.kn
         } else {
             0.0
         };
-        let correction = too_much / (1.0 + give);
-        // A bracket is a bound on the error that needs no slope.
-        let (below, above) = if too_much > 0.0 {
+        let correction = excess_load / (1.0 + compliance_ratio);
+        // The bracket bounds the error without a slope.
+        let (below, above) = if excess_load > 0.0 {
             (low, load)
         } else {
             (load, high)
         };
-        // Without a slope the excess is a bound on the error, as f′ ≥ 1.
-        error = if give.is_finite() {
+        // Without a slope the excess bounds the error, as f′ ≥ 1.
+        error = if compliance_ratio.is_finite() {
             correction.abs()
         } else {
-            too_much.abs()
+            excess_load.abs()
         };
         error = error.min(above - below);
         if error <= tolerance {
             return Ok(Preload {
                 load,
-                approach: found.approach,
+                approach: contact.approach,
                 error,
                 calls,
             });
@@ -125,19 +129,19 @@ pub fn preload<E: From<ModelUpdateError>>(
             load = next;
             continue;
         }
-        if low == 0.0 && !held {
-            let touch = worn(0.0)?;
+        if low == 0.0 && !is_tight {
+            let first_touch = worn(0.0)?;
             calls += 1;
-            if excess(0.0, touch.approach) >= 0.0 {
+            if excess(0.0, first_touch.approach) >= 0.0 {
                 return Err(ModelUpdateError::Loose {
                     load: bolt.load,
                     bolt_stiffness: bolt.stiffness,
-                    settlement: touch.approach - bolt.approach,
+                    settlement: first_touch.approach - bolt.approach,
                     stretch: bolt.load / bolt.stiffness,
                 }
                 .into());
             }
-            held = true;
+            is_tight = true;
         }
         load = if high.is_finite() {
             0.5 * (low + high)

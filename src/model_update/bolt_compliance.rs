@@ -3,7 +3,7 @@
 //! ```
 //! use fretwear::model_update::{BoltHead, BoltedJoint, Clamping};
 //!
-//! // M10 through two plates of 20 mm, 20 mm of it shank.
+//! // M10 through two plates of 20 mm; 20 mm of the clamped length are shank.
 //! let joint = BoltedJoint {
 //!     diameter: 10e-3,
 //!     core_diameter: 8.16e-3,
@@ -28,55 +28,57 @@ use serde::{Deserialize, Serialize};
 
 use super::ModelUpdateError;
 
-/// The head of a bolt.
+/// Head of a bolt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BoltHead {
-    /// A hexagon.
+    /// Hexagon head.
     Hexagon,
-    /// A cylinder with a socket.
+    /// Cylinder head with a socket.
     Cylinder,
 }
 
-/// Where a bolt ends.
+/// End of a bolt opposite to its head.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Clamping {
-    /// In a nut: the clamped parts widen from both ends.
+    /// Nut: the pressure cones widen from both ends.
     Through,
-    /// In the thread of a part: they widen from the head alone.
+    /// Tapped thread in a part: the pressure cone widens from the head alone.
     Tapped,
 }
 
-/// A bolted joint whose bolt stands in its middle. Lengths in m, moduli in Pa.
+/// Joint with a bolt in its middle. Lengths in m, moduli in Pa.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BoltedJoint {
     /// Nominal diameter d.
     pub diameter: f64,
-    /// Diameter of the core of the thread, d₃.
+    /// Core diameter of the thread, d₃.
     pub core_diameter: f64,
     /// Clamped length l_K.
     pub clamp_length: f64,
     /// Length of the shank with the nominal diameter; the rest of the clamped length is thread.
     pub shank_length: f64,
-    /// Outer diameter of what the head or the nut presses on, d_W.
+    /// Outer diameter of the bearing face under the head or the nut, d_W.
     pub bearing_diameter: f64,
-    /// Diameter of the hole d_h.
+    /// Diameter of the hole, d_h.
     pub hole_diameter: f64,
-    /// Outer diameter of the clamped parts, D_A: of others the largest circle about the bolt that fits in.
+    /// Outer diameter of the clamped parts, D_A. For parts that are not round, the largest circle about the bolt that
+    /// fits in.
     pub outer_diameter: f64,
-    /// Young's modulus of bolt and nut.
+    /// Young's modulus of the bolt and the nut.
     pub bolt_modulus: f64,
-    /// Young's modulus of the clamped parts, and of the one with the thread.
+    /// Young's modulus of the clamped parts and of the tapped part.
     pub plate_modulus: f64,
-    /// The head.
+    /// Head of the bolt.
     pub head: BoltHead,
-    /// Where it ends.
+    /// End of the bolt.
     pub clamping: Clamping,
 }
 
 impl BoltedJoint {
-    /// Compliance of the bolt δ_S \[m/N\]: head, shank, free thread, engaged thread, and nut or tapped part one behind the other [VDI 2230-1, 5.1.1].
+    /// Computes the compliance of the bolt δ_S \[m/N\]: head, shank, free thread, engaged thread, and nut or tapped
+    /// part in series [VDI 2230-1, 5.1.1].
     pub fn bolt(&self) -> f64 {
         let d = self.diameter;
         let area = |diameter: f64| PI / 4.0 * diameter * diameter;
@@ -86,19 +88,19 @@ impl BoltedJoint {
             BoltHead::Cylinder => 0.4 * d,
         };
         let thread = self.clamp_length - self.shank_length + 0.5 * d;
-        let of_bolt = (head + self.shank_length) / nominal + thread / core;
-        let of_end = match self.clamping {
+        let length_over_area = (head + self.shank_length) / nominal + thread / core;
+        let end_compliance = match self.clamping {
             Clamping::Through => 0.4 * d / (nominal * self.bolt_modulus),
             Clamping::Tapped => 0.33 * d / (nominal * self.plate_modulus),
         };
-        of_bolt / self.bolt_modulus + of_end
+        length_over_area / self.bolt_modulus + end_compliance
     }
 
-    /// Compliance of the clamped parts δ_P \[m/N\]: a cone from each end that has a head or nut, as far as they are wide, and beyond a sleeve
-    /// [VDI 2230-1, 5.1.2].
+    /// Computes the compliance of the clamped parts δ_P \[m/N\] [VDI 2230-1, 5.1.2]. A cone widens from each end with a
+    /// head or nut up to the width of the parts. A sleeve follows beyond.
     ///
     /// # Errors
-    /// [`ModelUpdateError::OutOfRange`] for lengths that do not fit to each other.
+    /// Returns [`ModelUpdateError::OutOfRange`] for lengths that do not fit together.
     pub fn plates(&self) -> Result<f64, ModelUpdateError> {
         self.check()?;
         let &BoltedJoint {
@@ -112,7 +114,7 @@ impl BoltedJoint {
         if w >= a {
             return Ok(sleeve(l) / self.plate_modulus);
         }
-        // Cones from both ends meet in the middle; one from the head reaches through.
+        // Cones from both ends meet in the middle; a single cone from the head reaches through.
         let (length, width) = (l / w, a / w);
         let (ends, slope) = match self.clamping {
             Clamping::Through => {
@@ -121,19 +123,19 @@ impl BoltedJoint {
             }
             Clamping::Tapped => (2.0, 0.348 + 0.013 * length.ln() + 0.193 * width.ln()),
         };
-        // Very short joints leave the range of the fit.
+        // The fit of the slope is not valid for very short joints.
         if slope <= 0.0 {
-            return out_of_range("clamp_length", l, "long enough for cones");
+            return out_of_range("clamp_length", l, "long enough for pressure cones");
         }
-        let at_most = w + ends * l * slope;
-        let widest = a.min(at_most);
+        let unbounded_width = w + ends * l * slope;
+        let widest = a.min(unbounded_width);
         let cones = (((w + h) * (widest - h)) / ((w - h) * (widest + h))).ln();
         let cones = 2.0 * cones / (ends * PI * h * slope);
-        let rest = match widest < at_most {
+        let sleeve_part = match widest < unbounded_width {
             true => sleeve(l - (a - w) / (ends * slope)),
             false => 0.0,
         };
-        Ok((cones + rest) / self.plate_modulus)
+        Ok((cones + sleeve_part) / self.plate_modulus)
     }
 
     fn check(&self) -> Result<(), ModelUpdateError> {
@@ -154,25 +156,26 @@ impl BoltedJoint {
         if !(0.0..=self.clamp_length).contains(&self.shank_length) {
             return out_of_range("shank_length", self.shank_length, "0 to clamp_length");
         }
-        let over = self.clamp_length / self.diameter;
-        if !(0.05..=100.0).contains(&over) {
-            let expected = "0.05 to 100 diameters of the bolt; mm, cm or m?";
+        let slenderness = self.clamp_length / self.diameter;
+        if !(0.05..=100.0).contains(&slenderness) {
+            let expected = "0.05 to 100 diameters of the bolt (is the unit mm, cm or m?)";
             return out_of_range("clamp_length", self.clamp_length, expected);
         }
         if self.core_diameter < 0.5 * self.diameter {
-            let expected = "half of the diameter at least";
+            let expected = "at least half of the diameter";
             return out_of_range("core_diameter", self.core_diameter, expected);
         }
         if self.bearing_diameter > 6.0 * self.diameter {
-            let expected = "six diameters of the bolt at most; mm, cm or m?";
+            let expected = "at most six diameters of the bolt (is the unit mm, cm or m?)";
             return out_of_range("bearing_diameter", self.bearing_diameter, expected);
         }
         if self.outer_diameter > 1000.0 * self.diameter {
-            let expected = "a thousand diameters of the bolt at most; mm, cm or m?";
+            let expected = "at most a thousand diameters of the bolt (is the unit mm, cm or m?)";
             return out_of_range("outer_diameter", self.outer_diameter, expected);
         }
         if !(0.02..=50.0).contains(&(self.bolt_modulus / self.plate_modulus)) {
-            let expected = "0.02 to 50 times that of the clamped parts; GPa or MPa?";
+            let expected =
+                "0.02 to 50 times the modulus of the clamped parts (is the unit GPa or MPa?)";
             return out_of_range("modulus", self.bolt_modulus, expected);
         }
         if self.core_diameter >= self.diameter {
@@ -183,7 +186,7 @@ impl BoltedJoint {
             );
         }
         if self.hole_diameter < self.diameter {
-            return out_of_range("hole", self.hole_diameter, "as wide as the bolt at least");
+            return out_of_range("hole", self.hole_diameter, "at least as wide as the bolt");
         }
         if self.bearing_diameter <= self.hole_diameter {
             let expected = "wider than the hole";
@@ -197,7 +200,7 @@ impl BoltedJoint {
     }
 }
 
-/// Pitches of the coarse metric threads \[mm\], by nominal diameter \[mm\] (ISO 261).
+/// Pitches of coarse metric threads \[mm\] by nominal diameter \[mm\] (ISO 261).
 const COARSE: [(f64, f64); 24] = [
     (3.0, 0.5),
     (4.0, 0.7),
@@ -225,7 +228,8 @@ const COARSE: [(f64, f64); 24] = [
     (64.0, 6.0),
 ];
 
-/// Nominal and core diameter \[m\] of a metric thread, `M10` or, with its pitch in mm, `M10x1.25`: d₃ = d − 1.22687 P (ISO 724). None of another text.
+/// Returns nominal and core diameter \[m\] of a metric thread: `M10` or, with its pitch in mm, `M10x1.25`. The core
+/// diameter is d₃ = d − 1.22687 P (ISO 724). Returns `None` for any other text.
 pub fn metric_thread(size: &str) -> Option<[f64; 2]> {
     let numbers = size.trim().strip_prefix(['M', 'm'])?;
     let numbers = numbers.replace(['X', '\u{d7}'], "x");

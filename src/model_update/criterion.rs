@@ -1,51 +1,53 @@
-//! When the contact elements are due for an update [A §2e, §4d(i)].
+//! Criteria for an update of the contact elements [A §2e, §4d(i)].
 
 use serde::{Deserialize, Serialize};
 
 use super::{Compliance, ModelUpdateError};
 
-/// How far the growth of the volume may pass its limit, in parts of it.
+/// Excess of the volume growth over its limit, relative to the limit, up to which the update is still on time.
 const PASSED: f64 = 0.15;
 
-/// What makes an update due, measured from the last update.
+/// Change since the last update that makes the next one due.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum UpdateCriterion {
-    /// Nothing.
+    /// No change makes an update due.
     #[default]
     Never,
-    /// kn or kt of the joint has changed by the part `change`, |k/k_ref − 1| ≥ v; so have force or energy of a cycle against those of the elements
-    /// under the same motion, where elements have these of the rough contact ([`super::Laws`]). Also where the worn volume has grown by the part
-    /// `volume_growth`, once the joint has run in.
+    /// kn or kt of the joint has changed by the fraction `change`: |k/k_ref − 1| ≥ `change`. If elements have laws of
+    /// their own ([`super::Laws`]), the force or energy of a cycle of the rough contact counts too, compared with the
+    /// elements under the same motion. An update is also due if the worn volume has grown by the fraction
+    /// `volume_growth` since the last update or since running-in, whichever is later.
     StiffnessChange {
-        /// Of kn, kt, force or energy.
+        /// Limit of the relative change of kn, kt, force or energy.
         change: f64,
-        /// Of the worn volume; none: it does not count.
+        /// Limit of the relative growth of the worn volume; `None` if it does not count.
         volume_growth: Option<f64>,
     },
-    /// So many wear iterations.
+    /// Number of wear iterations.
     Iterations(u64),
-    /// So much worn volume \[m³\].
+    /// Increase of the worn volume \[m³\].
     WearVolume(f64),
 }
 
-/// A state of the joint as criteria see it: at the last update, or now.
+/// State of the joint for the criteria, at the last update or now.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UpdateState {
     /// Wear iteration.
     pub iteration: u64,
-    /// Compliance of the springs together, [`super::Springs::compliance`].
+    /// Compliance of all springs together, [`super::Springs::compliance`].
     pub compliance: Compliance,
     /// Cumulative worn volume \[m³\].
     pub wear_volume: f64,
-    /// Worn volume up to which the joint runs in \[m³\]: growth counts from there.
+    /// Worn volume at the end of running-in \[m³\]. Growth counts from there.
     pub running_in: f64,
-    /// A cycle of the fine contact under the elements in force, where it counts.
+    /// Cycle of the fine contact with the current elements, if the criterion uses it.
     pub cycle: Option<CycleFigures>,
 }
 
-/// What a cycle of the fine contact does under a given vibration: the stiffness and damping that the structure has of it. Where the motion follows
-/// the wear, in parts of what the elements do under the same motion, times what they do in the response in force.
+/// Force and energy of a cycle of the fine contact under a given vibration: its stiffness and damping for the
+/// structure. If the motion follows the wear, they are relative to the elements under the same motion, times the values
+/// of the elements in the current response.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CycleFigures {
     /// Half range of the force along the motion \[N\].
@@ -55,23 +57,23 @@ pub struct CycleFigures {
 }
 
 impl CycleFigures {
-    /// Those of a cycle in parts of itself.
+    /// Figures of a cycle relative to itself.
     pub const SAME: CycleFigures = CycleFigures {
         force: 1.0,
         energy: 1.0,
     };
 
-    /// In parts of another cycle; 1 of what that has nothing of.
+    /// Returns the figures relative to `other`; 1 where `other` is zero.
     #[must_use]
     pub fn over(self, other: CycleFigures) -> CycleFigures {
-        let part = |value: f64, of: f64| if of > 0.0 { value / of } else { 1.0 };
+        let ratio = |value: f64, other: f64| if other > 0.0 { value / other } else { 1.0 };
         CycleFigures {
-            force: part(self.force, other.force),
-            energy: part(self.energy, other.energy),
+            force: ratio(self.force, other.force),
+            energy: ratio(self.energy, other.energy),
         }
     }
 
-    /// At the end of a step, from its beginning (`self`) and its middle.
+    /// Extrapolates the figures to the end of a step, from its beginning (`self`) and its middle.
     #[must_use]
     pub fn at_end(self, middle: CycleFigures) -> CycleFigures {
         let end = |begin: f64, middle: f64| (2.0 * middle - begin).max(0.0);
@@ -82,40 +84,40 @@ impl CycleFigures {
     }
 }
 
-/// What made an update due.
+/// Quantity that made an update due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum UpdateCause {
-    /// Change of kn.
+    /// Relative change of kn.
     Kn,
-    /// Change of kt.
+    /// Relative change of kt.
     Kt,
-    /// Change of the force of a cycle.
+    /// Relative change of the force of a cycle.
     Force,
-    /// Change of the energy of a cycle.
+    /// Relative change of the energy of a cycle.
     Energy,
-    /// Wear iterations.
+    /// Number of wear iterations.
     Iterations,
-    /// Worn volume.
+    /// Increase of the worn volume.
     WearVolume,
-    /// Growth of the worn volume.
+    /// Relative growth of the worn volume.
     VolumeGrowth,
 }
 
-/// An update that is due, to be recorded with it.
+/// Due update, as a run records it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DueUpdate {
-    /// Which quantity; of several, the one that changed most.
+    /// Quantity that is due; of several, the one that changed most.
     pub to: UpdateCause,
-    /// Its value since the last update: k/k_ref − 1 (and so of force and energy) with its sign (∞ if the joint has become rigid), iterations, or volume
-    /// \[m³\].
+    /// Change since the last update. For kn, kt, force and energy it is k/k_ref − 1 with its sign (∞ if the joint has
+    /// become rigid). Otherwise it is the number of iterations, or a volume \[m³\] or its relative growth.
     pub value: f64,
-    /// The limit that it has reached.
+    /// Limit that the value has reached.
     pub limit: f64,
 }
 
 impl UpdateCriterion {
-    /// When an update is due, in words.
+    /// Describes in words when an update is due.
     pub fn describe(&self) -> String {
         match self {
             UpdateCriterion::Never => "never".to_owned(),
@@ -124,20 +126,22 @@ impl UpdateCriterion {
                 volume_growth,
             } => {
                 let growth = match volume_growth {
-                    Some(growth) => format!("; where the worn volume has grown by {growth}"),
+                    Some(growth) => format!(", or when the worn volume has grown by {growth}"),
                     None => String::new(),
                 };
                 format!(
-                    "after static_contact: where kn or kt has changed by {change} since the last, and with sliders force or energy of a \
-                     cycle{growth}"
+                    "after static_contact, when kn or kt has changed by {change} since the last update (with sliders also the force or energy \
+                     of a cycle){growth}"
                 )
             }
             UpdateCriterion::Iterations(every) => format!("every {every} wear iterations"),
-            UpdateCriterion::WearVolume(volume) => format!("after wear: at every {volume:e} m^3"),
+            UpdateCriterion::WearVolume(volume) => {
+                format!("after wear, at every {volume:e} m^3 of worn volume")
+            }
         }
     }
 
-    /// The key of a scene that it comes from; none if nothing makes an update due.
+    /// Returns the scene key of the criterion; `None` if no update is ever due.
     pub fn key(&self) -> Option<&'static str> {
         match self {
             UpdateCriterion::Never => None,
@@ -147,10 +151,10 @@ impl UpdateCriterion {
         }
     }
 
-    /// Checks the limit.
+    /// Checks that the limits are positive and finite.
     ///
     /// # Errors
-    /// [`ModelUpdateError::OutOfRange`] with the scene's key.
+    /// Returns [`ModelUpdateError::OutOfRange`] with the key of the scene.
     pub fn check(&self) -> Result<(), ModelUpdateError> {
         let (name, value, expected) = match *self {
             UpdateCriterion::Never => return Ok(()),
@@ -161,12 +165,12 @@ impl UpdateCriterion {
                 Some(growth) if !(growth > 0.0 && growth.is_finite()) => (
                     "update.volume_growth",
                     growth,
-                    "positive, a part of the volume: 0.5",
+                    "positive, a fraction of the volume such as 0.5",
                 ),
                 _ => (
                     "update.stiffness_change",
                     change,
-                    "positive, a part of k: 0.10",
+                    "positive, a fraction of k such as 0.10",
                 ),
             },
             UpdateCriterion::Iterations(n) => ("update.iterations", n as f64, "at least 1"),
@@ -182,14 +186,14 @@ impl UpdateCriterion {
         })
     }
 
-    /// Whether an update is due, and why; `reference` is the state at the last update.
+    /// Returns the due update, if there is one. `reference` is the state at the last update.
     pub fn due(&self, reference: &UpdateState, now: &UpdateState) -> Option<DueUpdate> {
         let change = self.change(reference, now)?;
         (change.value.abs() >= change.limit).then_some(change)
     }
 
-    /// How far a state is on its way from the last update to the next, which is due at 1; 0 if none ever is. The growth of the volume has come there as long as
-    /// it has not passed it by more than a little: it is no event, but keeps updates from being too far apart.
+    /// Returns the progress from the last update (0) to the next (1); 0 if no update is ever due. Volume growth that
+    /// exceeds its limit by little still counts as 1. It is not an event, and only limits the distance between updates.
     pub fn progress(&self, reference: &UpdateState, now: &UpdateState) -> f64 {
         self.change(reference, now).map_or(0.0, |change| {
             let progress = change.value.abs() / change.limit;
@@ -200,7 +204,7 @@ impl UpdateCriterion {
         })
     }
 
-    /// Volume at which an update is due for its growth \[m³\]; none where that does not count.
+    /// Returns the worn volume whose growth makes an update due \[m³\]; `None` if growth does not count.
     pub fn due_volume(&self, reference: &UpdateState, running_in: f64) -> Option<f64> {
         match *self {
             UpdateCriterion::StiffnessChange {
@@ -219,29 +223,31 @@ impl UpdateCriterion {
                 volume_growth,
             } => {
                 let (old, new) = (reference.compliance, now.compliance);
-                let mut most = (UpdateCause::Kn, change(old.normal, new.normal));
-                let mut also = |to, value: f64| {
-                    if value.abs() > most.1.abs() {
-                        most = (to, value);
+                let mut largest = (UpdateCause::Kn, change(old.normal, new.normal));
+                let mut consider = |to, value: f64| {
+                    if value.abs() > largest.1.abs() {
+                        largest = (to, value);
                     }
                 };
-                also(UpdateCause::Kt, change(old.tangential, new.tangential));
+                consider(UpdateCause::Kt, change(old.tangential, new.tangential));
                 if let (Some(old), Some(new)) = (reference.cycle, now.cycle) {
-                    also(UpdateCause::Force, change(new.force, old.force));
-                    also(UpdateCause::Energy, change(new.energy, old.energy));
+                    consider(UpdateCause::Force, change(new.force, old.force));
+                    consider(UpdateCause::Energy, change(new.energy, old.energy));
                 }
-                let growth = volume_growth.map(|limit| (grown(reference, now), limit));
-                // Each in parts of its own limit.
+                let growth = volume_growth.map(|limit| (relative_growth(reference, now), limit));
+                // Compare the changes relative to their limits.
                 match growth {
-                    Some((grown, of)) if grown / of > most.1.abs() / limit => {
-                        (UpdateCause::VolumeGrowth, grown, of)
+                    Some((growth, growth_limit))
+                        if growth / growth_limit > largest.1.abs() / limit =>
+                    {
+                        (UpdateCause::VolumeGrowth, growth, growth_limit)
                     }
-                    _ => (most.0, most.1, limit),
+                    _ => (largest.0, largest.1, limit),
                 }
             }
             UpdateCriterion::Iterations(limit) => {
-                let passed = now.iteration.saturating_sub(reference.iteration);
-                (UpdateCause::Iterations, passed as f64, limit as f64)
+                let elapsed = now.iteration.saturating_sub(reference.iteration);
+                (UpdateCause::Iterations, elapsed as f64, limit as f64)
             }
             UpdateCriterion::WearVolume(limit) => (
                 UpdateCause::WearVolume,
@@ -252,20 +258,21 @@ impl UpdateCriterion {
         Some(DueUpdate { to, value, limit })
     }
 
-    /// [`UpdateCriterion::due`] without the reason.
+    /// Returns whether an update is due.
     pub fn is_due(&self, reference: &UpdateState, now: &UpdateState) -> bool {
         self.due(reference, now).is_some()
     }
 }
 
-/// What the worn volume has grown by since the last update, or since the joint has run in.
-fn grown(reference: &UpdateState, now: &UpdateState) -> f64 {
+/// Returns the relative growth of the worn volume since the last update, or since running-in if that was later.
+fn relative_growth(reference: &UpdateState, now: &UpdateState) -> f64 {
     let from = reference.wear_volume.max(now.running_in);
-    let grown = now.wear_volume / from - 1.0;
-    if grown > 0.0 { grown } else { 0.0 }
+    let growth = now.wear_volume / from - 1.0;
+    if growth > 0.0 { growth } else { 0.0 }
 }
 
-/// k/k_ref − 1 = c_ref/c − 1 of compliances `reference` and `now`. A joint that was rigid and is, or open and is, has not changed.
+/// Returns k/k_ref − 1 = c_ref/c − 1 of the compliances `reference` and `now`. A joint that stays rigid, or stays open,
+/// has not changed.
 fn change(reference: f64, now: f64) -> f64 {
     if reference == now {
         0.0

@@ -1,61 +1,67 @@
-//! The normal law of contact elements from the loads that they have at both ends of a motion.
+//! Normal laws of contact elements from their loads at both ends of a motion.
 //!
-//! At rest an element has the normal stiffness that the fine contact has there if all cells come closer alike. In a vibration one place
-//! comes closer while the next one opens, by a good part of what the static load pressed them together, and a rough contact gets stiffer
-//! as it closes. So, once a response is found, the fine contact is displaced at its nodes as the elements are at both ends of the motion,
-//! and each element gets the secants: one stiffness where it opens, and beyond that the stiffness of sliders that close.
+//! At rest, an element has the normal stiffness of the fine contact under an equal approach of all cells. In a
+//! vibration, one place closes while another opens, by a good part of the static approach. A rough contact becomes
+//! stiffer as it closes. Once a response is computed, the fine contact is therefore displaced at its nodes like the
+//! elements at both ends of the motion. Each element gets two secants: one stiffness for opening, and in addition the
+//! stiffness of sliders that close.
 
 use super::ElementParameters;
 use super::sliders::Sliders;
 
-/// Bounds of a secant over the stiffness at rest. In a lap that twists, a corner was seven times too stiff by it.
+/// Bounds of a secant, relative to the stiffness at rest. In a lap joint that twisted, a secant made a corner seven
+/// times too stiff.
 const SECANTS: [f64; 2] = [0.1, 10.0];
-/// Elements whose load varies by less than this part of the mean load of an element keep their law: a difference of two solves tells
-/// nothing of it.
+/// Elements whose load varies by less than this fraction of the mean element load keep their law. The difference of two
+/// solves is then meaningless.
 const LEAST_VARIATION: f64 = 1e-3;
-/// Halvings of the logarithm of [`SECANTS`]: to 1e-6 of it.
+/// Number of bisections of the logarithm of [`SECANTS`], down to 1e-6 of it.
 const HALVINGS: usize = 22;
 
-/// How close contact elements come at both ends of a motion, and what the fine contact bears there.
+/// Approach of the contact elements at both ends of a motion, and the load of the fine contact there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndLoads {
-    /// By how much each element is closer than at rest, for both ends \[m\].
+    /// Approach of each element relative to rest, for both ends \[m\].
     pub approach: [Vec<f64>; 2],
-    /// Load of the fine contact at each element, for both ends \[N\].
+    /// Load of the fine contact on each element, for both ends \[N\].
     pub load: [Vec<f64>; 2],
-    /// The work of friction of each element between the ends, under the loads at rest \[J\].
+    /// Friction work of each element between the ends, under the loads at rest \[J\].
     pub energy: Vec<f64>,
 }
 
 impl EndLoads {
-    /// What elements of these `laws` bear differently, each in parts of its load and by its part in the work of friction: a place that slips far
-    /// may decide with a hundredth of all load. Elements without load at rest count in parts of all load, and so does each where nothing slips.
-    /// That of the end where it is more; 0 without sliders.
+    /// Returns the difference between the loads of elements with these `laws` and of the fine contact. Each element's
+    /// difference is relative to its load and weighted by its share of the friction work: a place with a hundredth of
+    /// the load may matter if it slips far. The difference is relative to the total load for elements without load at
+    /// rest, and for all elements if nothing slips. Returns the larger value of both ends; 0 without sliders.
     pub fn difference(&self, laws: &ElementParameters) -> f64 {
         let Some(sliders) = &laws.sliders else {
             return 0.0;
         };
-        let all: f64 = laws.normal_load.iter().sum();
+        let total_load: f64 = laws.normal_load.iter().sum();
         let work: f64 = self.energy.iter().sum();
         let weight = |element: usize| match (work > 0.0, laws.normal_load[element]) {
             (true, load) if load > 0.0 => self.energy[element] / (work * load),
-            _ => 1.0 / all.max(f64::MIN_POSITIVE),
+            _ => 1.0 / total_load.max(f64::MIN_POSITIVE),
         };
         let ends = self.approach.iter().zip(&self.load);
-        let of_end = |(approach, load): (&Vec<f64>, &Vec<f64>)| {
-            let mut borne = vec![0.0; load.len()];
+        let end_difference = |(approach, load): (&Vec<f64>, &Vec<f64>)| {
+            let mut model_load = vec![0.0; load.len()];
             for slider in 0..sliders.element.len() {
                 let element = sliders.element[slider];
-                borne[element] += borne_by(sliders, slider, [1.0; 2], approach[element]);
+                model_load[element] += slider_load(sliders, slider, [1.0; 2], approach[element]);
             }
-            let off = borne.iter().zip(load).map(|(b, l)| (b - l).abs());
-            off.enumerate().map(|(e, off)| weight(e) * off).sum::<f64>()
+            let error = model_load.iter().zip(load).map(|(b, l)| (b - l).abs());
+            error
+                .enumerate()
+                .map(|(e, error)| weight(e) * error)
+                .sum::<f64>()
         };
-        ends.map(of_end).fold(0.0, f64::max)
+        ends.map(end_difference).fold(0.0, f64::max)
     }
 
-    /// Elements of these `laws` with the normal stiffness by which they bear what the fine contact does. Loads at rest, tangential
-    /// stiffness and strength at rest remain.
+    /// Returns elements with the normal stiffness for which they carry the loads of the fine contact. Loads at rest,
+    /// tangential stiffness and strength at rest stay the same.
     pub fn laws(&self, laws: &ElementParameters) -> ElementParameters {
         let mut laws = laws.clone();
         let Some(mut sliders) = laws.sliders.take() else {
@@ -65,31 +71,32 @@ impl EndLoads {
         let mean = loads.iter().sum::<f64>() / loads.len().max(1) as f64;
         let mut first = 0;
         for (element, load) in loads.iter().enumerate() {
-            let own = sliders.element[first..].iter();
-            let own = first..first + own.take_while(|e| **e == element).count();
-            first = own.end;
-            let at = |end: usize| [self.approach[end][element], self.load[end][element]];
-            let ends = [at(0), at(1)];
-            let varies = ends.iter().map(|[_, l]| (l - load).abs());
-            if varies.fold(0.0, f64::max) <= LEAST_VARIATION * mean {
+            let own_sliders = sliders.element[first..].iter();
+            let own_sliders = first..first + own_sliders.take_while(|e| **e == element).count();
+            first = own_sliders.end;
+            let end_state = |end: usize| [self.approach[end][element], self.load[end][element]];
+            let ends = [end_state(0), end_state(1)];
+            let variations = ends.iter().map(|[_, l]| (l - load).abs());
+            if variations.fold(0.0, f64::max) <= LEAST_VARIATION * mean {
                 continue;
             }
             match *load > 0.0 {
                 true => {
-                    let off = |factors: [f64; 2]| -> f64 {
-                        let of_end = |[approach, load]: [f64; 2]| {
-                            let own = own.clone();
-                            let borne = own.map(|s| borne_by(&sliders, s, factors, approach));
-                            (borne.sum::<f64>() - load).abs()
+                    let load_error = |factors: [f64; 2]| -> f64 {
+                        let end_error = |[approach, load]: [f64; 2]| {
+                            let own_sliders = own_sliders.clone();
+                            let model_loads =
+                                own_sliders.map(|s| slider_load(&sliders, s, factors, approach));
+                            (model_loads.sum::<f64>() - load).abs()
                         };
-                        ends.into_iter().map(of_end).sum()
+                        ends.into_iter().map(end_error).sum()
                     };
-                    let factors = secants(&sliders, own.clone(), ends);
-                    if off(factors) >= off([1.0; 2]) {
+                    let factors = secants(&sliders, own_sliders.clone(), ends);
+                    if load_error(factors) >= load_error([1.0; 2]) {
                         continue;
                     }
                     laws.kn[element] *= factors[0];
-                    for slider in own {
+                    for slider in own_sliders {
                         sliders.kn[slider] *= factors[0];
                         if sliders.normal_load[slider] == 0.0 {
                             sliders.kn[slider] *= factors[1];
@@ -97,7 +104,9 @@ impl EndLoads {
                         }
                     }
                 }
-                false => own.for_each(|slider| closing(&mut sliders, slider, ends)),
+                false => {
+                    own_sliders.for_each(|slider| fit_closing_slider(&mut sliders, slider, ends))
+                }
             }
         }
         laws.sliders = Some(sliders);
@@ -105,48 +114,65 @@ impl EndLoads {
     }
 }
 
-/// Load of a slider at this approach \[N\], its stiffness multiplied by the first of the factors, and that of one that closes by both.
-fn borne_by(sliders: &Sliders, slider: usize, [all, closing]: [f64; 2], approach: f64) -> f64 {
-    let (load, kn) = (sliders.normal_load[slider], all * sliders.kn[slider]);
+/// Returns the load of a slider at an approach \[N\]. The first factor scales every stiffness, the second in addition
+/// the stiffness of sliders that close.
+fn slider_load(
+    sliders: &Sliders,
+    slider: usize,
+    [all_factor, closing_factor]: [f64; 2],
+    approach: f64,
+) -> f64 {
+    let (load, kn) = (sliders.normal_load[slider], all_factor * sliders.kn[slider]);
     match load > 0.0 {
         true => (load + kn * approach).max(0.0),
-        false => closing * kn * (approach - sliders.gap[slider] / all).max(0.0),
+        false => closing_factor * kn * (approach - sliders.gap[slider] / all_factor).max(0.0),
     }
 }
 
-/// The factors by which a loaded element with the sliders `own` bears what is asked at these `ends`, each an approach and a load: that of
-/// all normal stiffness by the end that opens more, and that of its closing sliders by the end that closes more.
-fn secants(sliders: &Sliders, own: std::ops::Range<usize>, mut ends: [[f64; 2]; 2]) -> [f64; 2] {
+/// Finds the factors with which a loaded element with the sliders `own_sliders` carries the loads at both `ends`, each
+/// an approach and a load. The end that opens more determines the factor of all normal stiffness, the end that closes
+/// more the factor of the closing sliders.
+fn secants(
+    sliders: &Sliders,
+    own_sliders: std::ops::Range<usize>,
+    mut ends: [[f64; 2]; 2],
+) -> [f64; 2] {
     if ends[0][0] > ends[1][0] {
         ends.swap(0, 1);
     }
-    let [[opens, less], [closes, more]] = ends;
-    let borne = |factors: [f64; 2], approach: f64| -> f64 {
-        own.clone()
-            .map(|s| borne_by(sliders, s, factors, approach))
+    let [
+        [opening_approach, opening_load],
+        [closing_approach, closing_load],
+    ] = ends;
+    let model_load = |factors: [f64; 2], approach: f64| -> f64 {
+        own_sliders
+            .clone()
+            .map(|s| slider_load(sliders, s, factors, approach))
             .sum()
     };
-    // Of an element that only closes, or only opens, both ends ask the same of one stiffness.
-    let (approach, load) = if opens < 0.0 {
-        (opens, less)
+    // An element that only closes, or only opens, needs a single stiffness.
+    let (approach, load) = if opening_approach < 0.0 {
+        (opening_approach, opening_load)
     } else {
-        (closes, more)
+        (closing_approach, closing_load)
     };
-    let all = bisected(|factor| (borne([factor, 1.0], approach) - load) * approach.signum());
-    if opens >= 0.0 || closes <= 0.0 {
-        return [all, 1.0];
+    let all_factor =
+        bisect(|factor| (model_load([factor, 1.0], approach) - load) * approach.signum());
+    if opening_approach >= 0.0 || closing_approach <= 0.0 {
+        return [all_factor, 1.0];
     }
-    let gained = borne([all, 1.0], closes) - borne([all, 0.0], closes);
-    let asked = more - borne([all, 0.0], closes);
-    let closing = match gained > 0.0 {
-        true => (asked / gained).clamp(0.0, SECANTS[1]),
+    let unit_gain = model_load([all_factor, 1.0], closing_approach)
+        - model_load([all_factor, 0.0], closing_approach);
+    let required = closing_load - model_load([all_factor, 0.0], closing_approach);
+    let closing_factor = match unit_gain > 0.0 {
+        true => (required / unit_gain).clamp(0.0, SECANTS[1]),
         false => 1.0,
     };
-    [all, closing]
+    [all_factor, closing_factor]
 }
 
-/// The factor within [`SECANTS`] at which a rising function is zero, or next to zero.
-fn bisected(function: impl Fn(f64) -> f64) -> f64 {
+/// Returns the factor within [`SECANTS`] at which a rising function is zero, or nearest to zero.
+fn bisect(function: impl Fn(f64) -> f64) -> f64 {
     let [mut low, mut high] = SECANTS;
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
@@ -158,8 +184,8 @@ fn bisected(function: impl Fn(f64) -> f64) -> f64 {
     (low * high).sqrt()
 }
 
-/// Lets an element without load at rest close where the fine contact says it does.
-fn closing(sliders: &mut Sliders, slider: usize, ends: [[f64; 2]; 2]) {
+/// Adjusts an element without load at rest, so that it closes where the fine contact closes.
+fn fit_closing_slider(sliders: &mut Sliders, slider: usize, ends: [[f64; 2]; 2]) {
     let [_, [approach, load]] = match ends[0][0] > ends[1][0] {
         true => [ends[1], ends[0]],
         false => ends,

@@ -1,24 +1,24 @@
-//! What can go wrong between the fine contact and the structure's elements.
+//! Errors of the exchange between the fine contact and the structure's elements.
 
-/// A map, a spring or a preload that does not exist.
+/// Error for a map, a spring or a preload that does not exist.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelUpdateError {
-    /// Contact elements finer than the grid that is to give their parameters.
+    /// The contact elements are finer than the grid that provides their parameters.
     #[error(
         "joint.grid has {cells} cells along {axis} for joint.elements = {elements}: the grid must be at least as fine as the contact elements, or some have no cell of their own"
     )]
     GridTooCoarse {
         /// `"x"` or `"y"`.
         axis: &'static str,
-        /// Cells of the fine grid along it.
+        /// Cells of the fine grid along this axis.
         cells: usize,
-        /// Contact elements along it.
+        /// Contact elements along this axis.
         elements: usize,
     },
-    /// A joint without a contact element.
+    /// The joint has no contact element.
     #[error("the joint has no contact element; it must have at least one")]
     NoElements,
-    /// A contact element that is not in the array of elements.
+    /// A contact element lies outside the array of elements.
     #[error(
         "contact element {element} is cell ({}, {}) of joint.elements = [{}, {}]; cells are counted from 0",
         .cell[0], .cell[1], .counts[0], .counts[1]
@@ -26,45 +26,45 @@ pub enum ModelUpdateError {
     Outside {
         /// Number of the element, from 0.
         element: usize,
-        /// Its cell.
+        /// Cell of the element.
         cell: [usize; 2],
         /// Cells of the array along x and y.
         counts: [usize; 2],
     },
-    /// Two contact elements at one place.
+    /// Two contact elements share a cell.
     #[error(
-        "contact elements {first} and {second} are both cell ({}, {}); a cell is one element",
+        "contact elements {first} and {second} are both cell ({}, {}); a cell may hold only one element",
         .cell[0], .cell[1]
     )]
     Twice {
-        /// Number of the one, from 0.
+        /// Number of the first element, from 0.
         first: usize,
-        /// Number of the other.
+        /// Number of the second element.
         second: usize,
-        /// Their cell.
+        /// Shared cell.
         cell: [usize; 2],
     },
-    /// A joint that does not give way at all, for which there is no finite spring.
+    /// The joint is rigid, so no finite spring represents it.
     #[error(
-        "{name} of the joint is infinite: a full contact with contact.boundary = \"periodic\" does not give way; contact elements need \"free\""
+        "{name} of the joint is infinite: a full contact with contact.boundary = \"periodic\" is rigid; contact elements need contact.boundary = \"free\""
     )]
     Rigid {
         /// `"kn"` or `"kt"`.
         name: &'static str,
     },
-    /// A number out of its range.
+    /// A number is out of its range.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
-        /// What the number is.
+        /// Name of the number.
         name: &'static str,
-        /// The value found.
+        /// Rejected value.
         value: f64,
-        /// What would be right.
+        /// Accepted values.
         expected: &'static str,
     },
-    /// The faces have worn by more than the bolt was stretched.
+    /// The faces have worn by more than the stretch of the bolt.
     #[error(
-        "the joint has come loose: the faces have come {settlement:.4e} m closer by the time they bear nothing, and contact.bolt_stiffness = {bolt_stiffness:.4e} N/m holds them with {load:.4e} N no further than {stretch:.4e} m"
+        "the joint has come loose: the unloaded worn faces are {settlement:.4e} m closer than the unworn faces under preload, but the bolt (contact.bolt_stiffness = {bolt_stiffness:.4e} N/m, preload {load:.4e} N) was stretched by only {stretch:.4e} m"
     )]
     Loose {
         /// Preload N₀ of the unworn joint \[N\].
@@ -76,18 +76,18 @@ pub enum ModelUpdateError {
         /// N₀/k_b \[m\].
         stretch: f64,
     },
-    /// The preload was not found.
+    /// The search for the preload did not converge.
     #[error(
-        "the preload did not converge: {load:.6e} N is uncertain by {error:.3e} N after {calls} contact solutions, {tolerance:.1e} N asked"
+        "the preload did not converge: {load:.6e} N is uncertain by {error:.3e} N after {calls} contact solutions; the tolerance is {tolerance:.1e} N"
     )]
     NotConverged {
         /// Load reached \[N\].
         load: f64,
         /// Size of the next correction \[N\].
         error: f64,
-        /// The size asked for \[N\].
+        /// Tolerance of that size \[N\].
         tolerance: f64,
-        /// Contact solutions spent.
+        /// Number of contact solutions.
         calls: usize,
     },
 }

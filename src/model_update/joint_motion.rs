@@ -1,40 +1,43 @@
-//! The law of contact elements from the motion that they make.
+//! Laws of contact elements from their own motion.
 //!
-//! A push that displaces all cells alike ([`super::sliders`]) tells an element what it carries if its neighbours go with it. In a vibration
-//! they may go farther or less far, and drag it along or hold it back. So, once a response is found, the fine contact is moved as that
-//! response moves it: what an element carries on the way to the end of the motion is its backbone up to there, and that of the push stays
-//! beyond. With the new laws the response is another one, and so on until both scales say the same of it.
+//! A push that displaces all cells equally ([`super::sliders`]) yields the force of an element whose neighbours move
+//! with it. In a vibration, the neighbours may move farther or less far, and so drag the element or restrain it. Once a
+//! response is computed, the fine contact therefore follows its motion. The force of an element on the way to the end
+//! of the motion becomes its backbone up to that point. Beyond it, the backbone of the push remains. The new laws
+//! change the response, so both steps repeat until the two scales agree.
 
 use super::sliders::{LEAST_LEVEL, Sliders, bank_of, concave_slopes, levels};
 use super::{ContactElements, ElementParameters};
 use crate::grid::ByAxis;
 
-/// Longest step on the way, in parts of it: chords of a tenth leave a hundredth of the energy of a joint that slips little, most of which
-/// lifted corners make good.
+/// Longest step, as a fraction of the motion. With chords of a tenth, the energy of a joint that slips little is wrong
+/// by a hundredth; lifted corners correct most of that.
 const LONGEST: f64 = 0.125;
-/// Part of the way where the loading ends: laws are asked beyond the end of the motion while a response is looked for.
+/// Fraction of the motion at which the loading ends. While a response is computed, elements may move beyond the end of
+/// the motion.
 const BEYOND: f64 = 1.25;
-/// Elements that go less far than this part of the way of the farthest keep the law of the push: what they bear is their neighbours' doing
-/// and no function of what they do themselves.
+/// Elements that move less than this fraction of the largest motion keep the law of the push. Their force depends on
+/// their neighbours and not on their own motion.
 const LEAST_REACH: f64 = 0.02;
-/// Slope beyond all corners of a backbone that has not come to its strength there, over the slope before; and the least of such slopes, over
-/// the mean one.
+/// Last slope of a backbone that is below its strength at its last corner, relative to the slope before; and the
+/// smallest such slope, relative to the mean slope.
 const LAST_SLOPE: f64 = 0.5;
 const LEAST_SLOPE: f64 = 1e-3;
 
-/// What each element does and carries on the way from the middle of a motion to its end.
+/// Motion and force of each element from the middle of a motion to its end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loading {
     /// Displacement of each element at the end, along x and y \[m\].
     pub reach: Vec<[f64; 2]>,
-    /// Parts of the way, ascending; 1 is the end.
+    /// Fractions of the motion, ascending; 1 is the end.
     pub parts: Vec<f64>,
-    /// For each part the force of each element along x and y \[N\].
+    /// For each fraction, the force of each element along x and y \[N\].
     pub force: Vec<Vec<[f64; 2]>>,
 }
 
 impl Loading {
-    /// Parts of the way at which elements of these laws are to be looked at: from where they stick to a little beyond the end.
+    /// Returns the fractions of the motion at which to evaluate elements with these laws: from sticking to beyond the
+    /// end.
     pub fn parts(laws: &ElementParameters, reach: &[[f64; 2]], mu: f64) -> Vec<f64> {
         let strength: f64 = mu * laws.normal_load.iter().sum::<f64>();
         let stuck = laws.kt.iter().zip(reach).map(|(kt, u)| kt * length(u));
@@ -44,14 +47,14 @@ impl Loading {
         below.into_iter().chain(steps).chain([BEYOND]).collect()
     }
 
-    /// That of cells with this `shear` at each part \[Pa\].
+    /// Creates the loading from the `shear` of the cells at each fraction of the motion \[Pa\].
     pub fn new(
         elements: &ContactElements,
         reach: Vec<[f64; 2]>,
         parts: Vec<f64>,
         shear: &[ByAxis<Vec<f64>>],
     ) -> Self {
-        let of = |shear: &ByAxis<Vec<f64>>| {
+        let element_forces = |shear: &ByAxis<Vec<f64>>| {
             let mut force = vec![[0.0; 2]; elements.len()];
             for (axis, shear) in shear.iter().enumerate() {
                 let sums = elements.integrals(shear);
@@ -62,40 +65,42 @@ impl Loading {
         Loading {
             reach,
             parts,
-            force: shear.iter().map(of).collect(),
+            force: shear.iter().map(element_forces).collect(),
         }
     }
 
-    /// Elements whose backbone is that of this loading, as far as it goes, and that of their `laws` beyond. Loads, gaps and normal
-    /// stiffness remain.
+    /// Returns elements whose backbone follows this loading up to its end, and their previous `laws` beyond it. Loads,
+    /// gaps and normal stiffness stay the same.
     pub fn laws(&self, laws: &ElementParameters, mu: f64) -> ElementParameters {
-        let Some(before) = &laws.sliders else {
+        let Some(previous) = &laws.sliders else {
             return laws.clone();
         };
         let farthest = self.reach.iter().map(length).fold(0.0, f64::max);
         let mut sliders = Sliders::default();
         let mut kt = laws.kt.clone();
         for element in 0..laws.normal_load.len() {
-            let own: Vec<usize> = (0..before.element.len())
-                .filter(|&s| before.element[s] == element)
+            let own_sliders: Vec<usize> = (0..previous.element.len())
+                .filter(|&s| previous.element[s] == element)
                 .collect();
             let moves = length(&self.reach[element]) > LEAST_REACH * farthest;
             let slips = laws.normal_load[element] > 0.0 && mu > 0.0 && kt[element] > 0.0;
             if !(moves && slips) {
-                for s in own {
+                for s in own_sliders {
                     let slider = [
-                        before.normal_load[s],
-                        before.gap[s],
-                        before.kn[s],
-                        before.kt[s],
+                        previous.normal_load[s],
+                        previous.gap[s],
+                        previous.kn[s],
+                        previous.kt[s],
                     ];
                     sliders.push(element, slider);
                 }
                 continue;
             }
-            let loaded = own.iter().filter(|&&s| before.normal_load[s] > 0.0);
+            let loaded = own_sliders
+                .iter()
+                .filter(|&&s| previous.normal_load[s] > 0.0);
             let corners: Vec<[f64; 2]> = loaded
-                .map(|&s| [mu * before.normal_load[s], before.kt[s]])
+                .map(|&s| [mu * previous.normal_load[s], previous.kt[s]])
                 .collect();
             let strength = mu * laws.normal_load[element];
             let (levels, force, turn) = self.backbone(element, &corners, strength);
@@ -112,8 +117,8 @@ impl Loading {
         }
     }
 
-    /// Levels of the displacement of an element along its way \[m\], what it carries there \[N\], and the number of the level where the
-    /// motion turns. `sliders` are strength and stiffness of those of its law.
+    /// Returns the backbone of an element: the levels of its displacement \[m\], its force at each level \[N\], and the
+    /// index of the level at which the motion turns. `sliders` holds strength and stiffness of the sliders of its law.
     fn backbone(
         &self,
         element: usize,
@@ -121,22 +126,22 @@ impl Loading {
         strength: f64,
     ) -> (Vec<f64>, Vec<f64>, usize) {
         let reach = &self.reach[element];
-        let way = length(reach);
-        let mut levels: Vec<f64> = self.parts.iter().map(|part| part * way).collect();
+        let distance = length(reach);
+        let mut levels: Vec<f64> = self.parts.iter().map(|part| part * distance).collect();
         let along = |force: &Vec<[f64; 2]>| {
             let [x, y] = force[element];
-            (x * reach[0] + y * reach[1]) / way
+            (x * reach[0] + y * reach[1]) / distance
         };
         let mut force: Vec<f64> = self.force.iter().map(along).collect();
         let turn = self.parts.iter().position(|part| *part >= 1.0);
         let turn = turn.unwrap_or(levels.len() - 1);
-        // Beyond, the slopes of the push, as far as they fall, until the strength is reached.
+        // Beyond the loading, follow the slopes of the push as long as they fall, until the strength is reached.
         let last = levels.len() - 1;
-        let (mut u, mut carried) = (levels[last], force[last]);
-        let before = last
+        let (mut u, mut carried_force) = (levels[last], force[last]);
+        let previous_point = last
             .checked_sub(1)
             .map_or([0.0; 2], |j| [levels[j], force[j]]);
-        let mut slope = ((carried - before[1]) / (u - before[0])).max(0.0);
+        let mut slope = ((carried_force - previous_point[1]) / (u - previous_point[0])).max(0.0);
         let mut corners: Vec<f64> = sliders
             .iter()
             .filter(|[_, k]| *k > 0.0)
@@ -145,16 +150,16 @@ impl Loading {
             .collect();
         corners.sort_by(f64::total_cmp);
         for corner in corners {
-            let gripping = sliders.iter().filter(|[limit, k]| k * u < *limit);
-            slope = slope.min(gripping.map(|[_, k]| k).sum());
-            carried += slope * (corner - u);
+            let sticking = sliders.iter().filter(|[limit, k]| k * u < *limit);
+            slope = slope.min(sticking.map(|[_, k]| k).sum());
+            carried_force += slope * (corner - u);
             u = corner;
             levels.push(u);
-            force.push(carried);
+            force.push(carried_force);
         }
-        if carried < strength {
+        if carried_force < strength {
             let least = LEAST_SLOPE * strength / u;
-            levels.push(u + (strength - carried) / (LAST_SLOPE * slope).max(least));
+            levels.push(u + (strength - carried_force) / (LAST_SLOPE * slope).max(least));
             force.push(strength);
         }
         (levels, force, turn)

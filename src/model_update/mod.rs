@@ -1,9 +1,10 @@
-//! The structure's contact elements as the fine contact solution gives them [A §2e], and when they are due for an update.
+//! Parameters of the structure's contact elements from the fine contact solution [A §2e], and when to update them.
 //!
-//! The fine contact is solved on the joint's grid, with hundreds of cells along a side; the structure has a few hundred contact
-//! elements. [`ContactElements`] is the map between both, [`Springs`] says what of the fine contact's compliance the elements
-//! get, [`ElementParameters`] is the result; or [`Laws`] gives each a law of its own. [`UpdateCriterion`] decides after a wear step whether they are renewed, and [`preload`]
-//! how much of the bolt's load is left.
+//! The fine contact is solved on the grid of the joint, with hundreds of cells along a side. The structure has a few
+//! hundred contact elements. [`ContactElements`] maps between both. [`Springs`] selects how much of the compliance of
+//! the fine contact the elements get, and [`ElementParameters`] holds the result. Alternatively, [`Laws`] gives each
+//! element its own law. [`UpdateCriterion`] decides after a wear step whether the elements are updated. [`preload`]
+//! computes the remaining load of the bolt.
 
 mod bolt;
 mod bolt_compliance;

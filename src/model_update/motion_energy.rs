@@ -1,70 +1,74 @@
-//! The tangential stiffness of contact elements from what the fine contact dissipates around them in a cycle of any motion.
+//! Tangential stiffness of contact elements from the energy that the fine contact dissipates around them in a cycle.
 //!
-//! Laws are taken from a loading along a line under the loads at rest. On an orbit, or where places gain and lose much of their load, the
-//! fine contact dissipates more or less than sliders with such laws do. One factor for each element on the stiffness of its sliders gives
-//! it the energy: a stiffer slider slips over more of the way. Strengths remain.
+//! The laws come from a loading along a line under the loads at rest. On an orbit, or if places gain and lose much of
+//! their load, the fine contact dissipates more or less than sliders with these laws. One factor per element on the
+//! stiffness of its sliders corrects the energy: a stiffer slider slips over more of the motion. The strengths stay the
+//! same.
 
 use super::ElementParameters;
 
-/// Bounds of a factor: a backbone of the line is not twice off, and what asks for more is dissipated elsewhere.
+/// Bounds of a factor. A backbone along a line is wrong by less than a factor of two. If a larger factor is needed, the
+/// energy is dissipated elsewhere.
 const FACTORS: [f64; 2] = [0.5, 2.0];
-/// Elements in which less is dissipated than this part of the mean of all keep their law: how stiff an element is that all but sticks
-/// is told by its backbone, and not by the little that it dissipates.
+/// Elements that dissipate less than this fraction of the mean energy keep their law. The stiffness of an element that
+/// hardly slips follows from its backbone, not from the little energy that it dissipates.
 const LEAST_ENERGY: f64 = 0.02;
-/// Halvings of the logarithm of [`FACTORS`]: to 3e-4.
+/// Number of bisections of the logarithm of [`FACTORS`], down to 3e-4.
 const HALVINGS: usize = 12;
-/// How often what some elements cannot dissipate is asked of the others, and what of all may be left at last.
+/// Bound on the rounds in which the other elements take over the energy that some cannot dissipate, and the relative
+/// error of the total energy at which the rounds end.
 const SHARINGS: usize = 4;
 const LEFT: f64 = 1e-3;
 
-/// Elements of these `laws` with the tangential stiffness by which each dissipates the `energy` of the fine contact \[J\], as far as a
-/// factor within bounds does; where it does not, the others dissipate so much more, all in the same part, that the sum is that of the fine
-/// contact. `dissipated` is what elements with other parameters dissipate in the same motion \[J\].
+/// Returns elements of these `laws` with the tangential stiffness for which each dissipates the `energy` of the fine
+/// contact \[J\], as far as bounded factors permit. Otherwise the targets of all elements rise by the same ratio, so
+/// that the total equals that of the fine contact. `dissipated` returns the energy of elements with other parameters in
+/// the same motion \[J\].
 pub fn with_energy_of(
     energy: &[f64],
     laws: &ElementParameters,
     dissipated: impl Fn(&ElementParameters) -> Vec<f64>,
 ) -> ElementParameters {
-    let all: f64 = energy.iter().sum();
-    let least = LEAST_ENERGY * all / energy.len().max(1) as f64;
-    let mut asked: Vec<f64> = energy.to_vec();
-    let mut found = laws.clone();
+    let total: f64 = energy.iter().sum();
+    let least = LEAST_ENERGY * total / energy.len().max(1) as f64;
+    let mut target: Vec<f64> = energy.to_vec();
+    let mut adjusted = laws.clone();
     for _ in 0..SHARINGS {
-        let mut factors = factors(&asked, laws, &dissipated);
+        let mut factors = factors(&target, laws, &dissipated);
         let slipping = factors.iter_mut().zip(energy);
-        let little = slipping.filter(|(_, energy)| **energy <= least);
-        little.for_each(|(factor, _)| *factor = 1.0);
-        found = stiffer(laws, &factors);
-        let part = all / dissipated(&found).iter().sum::<f64>();
-        if !part.is_finite() || (part - 1.0).abs() <= LEFT {
+        let low_energy = slipping.filter(|(_, energy)| **energy <= least);
+        low_energy.for_each(|(factor, _)| *factor = 1.0);
+        adjusted = scale_stiffness(laws, &factors);
+        let ratio = total / dissipated(&adjusted).iter().sum::<f64>();
+        if !ratio.is_finite() || (ratio - 1.0).abs() <= LEFT {
             break;
         }
-        asked.iter_mut().for_each(|energy| *energy *= part);
+        target.iter_mut().for_each(|energy| *energy *= ratio);
     }
-    found
+    adjusted
 }
 
-/// The factors by which each element dissipates what is asked of it.
+/// Returns the factors for which each element dissipates its target energy.
 fn factors(
-    asked: &[f64],
+    target: &[f64],
     laws: &ElementParameters,
     dissipated: &impl Fn(&ElementParameters) -> Vec<f64>,
 ) -> Vec<f64> {
-    let mut bounds = vec![FACTORS; asked.len()];
+    let mut bounds = vec![FACTORS; target.len()];
     let middle = |[low, high]: &[f64; 2]| (low * high).sqrt();
     for _ in 0..HALVINGS {
         let factors: Vec<f64> = bounds.iter().map(middle).collect();
-        let found = dissipated(&stiffer(laws, &factors));
-        let energies = found.iter().zip(asked);
-        for ((bound, factor), (found, asked)) in bounds.iter_mut().zip(factors).zip(energies) {
-            bound[usize::from(found >= asked)] = factor;
+        let actual = dissipated(&scale_stiffness(laws, &factors));
+        let energies = actual.iter().zip(target);
+        for ((bound, factor), (actual, target)) in bounds.iter_mut().zip(factors).zip(energies) {
+            bound[usize::from(actual >= target)] = factor;
         }
     }
     bounds.iter().map(middle).collect()
 }
 
-/// Elements whose sliders are so many times as stiff along the joint.
-fn stiffer(laws: &ElementParameters, factors: &[f64]) -> ElementParameters {
+/// Returns elements whose sliders have their tangential stiffness multiplied by these factors.
+fn scale_stiffness(laws: &ElementParameters, factors: &[f64]) -> ElementParameters {
     let mut laws = laws.clone();
     let stiffness = laws.kt.iter_mut().zip(factors);
     stiffness.for_each(|(kt, factor)| *kt *= factor);

@@ -1,25 +1,27 @@
-//! The law of contact elements from the fine contact: each a bank of parallel sliders.
+//! Laws of contact elements from the fine contact: each element is a bank of parallel sliders.
 //!
-//! The fine contact is pushed along x, from next to nothing to full sliding, by up to a dozen levels of one displacement of all cells. What the cells of
-//! an element carry at each level is its *backbone* T(u). The nearest concave broken line through the levels is a bank of
-//! sliders that all see u: slider j has the stiffness by which the slope falls at level u_j, and slides from there on at k_j u_j
-//! (Masing 1926, Iwan 1967). Their strengths add up to µN of the element.
+//! The fine contact is pushed along x, from almost no slip to full sliding, in up to a dozen levels of a displacement
+//! that is equal for all cells. The force of the cells of an element at each level is its *backbone* T(u). The nearest
+//! concave polyline through the levels is a bank of sliders with the common displacement u. Slider j has the stiffness
+//! k_j by which the slope falls at level u_j. From there on it slides at k_j u_j (Masing 1926, Iwan 1967). The
+//! strengths of the sliders sum to µN of the element.
 //!
-//! A slider bears what its strength takes, N_j = k_j u_j/µ, and has its part of the element's normal stiffness. So a slider of a low
-//! level, that of the edges of spots, opens first when the element is relieved, and takes its stiffness with it. That is how a
-//! rough contact loses stiffness and strength on the way to lift-off: for one spot it is the theorem of Ciavarella and Jäger,
-//! T(u) = µ (N(δ) − N(δ − u/µκ)), with κ the ratio of normal to tangential compliance.
+//! A slider carries the load that its strength requires, N_j = k_j u_j/µ, and a share of the element's normal
+//! stiffness. A slider of a low level represents the edges of spots. It opens first when the element is unloaded, and
+//! its stiffness vanishes with it. So a rough contact loses stiffness and strength on the way to lift-off. For one spot
+//! this is the theorem of Ciavarella and Jäger, T(u) = µ (N(δ) − N(δ − u/µκ)), with κ the ratio of normal to tangential
+//! compliance.
 
 use super::{ContactElements, ElementParameters};
 use crate::contact::stiffness;
 use crate::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{ContactError, HalfSpace, Shear};
 
-/// The least level of displacement, in parts of that at which the contact would slide if nothing slid before, and the largest ratio
-/// from one level to the next.
+/// Smallest level, relative to the displacement at which the contact would slide if nothing slid before; and the
+/// largest ratio between successive levels.
 pub(super) const LEAST_LEVEL: f64 = 0.1;
 const RATIO: f64 = 1.8;
-/// Levels at most: over a range of 600 to 1 the ratio keeps its bound.
+/// Bound on the number of levels. The ratio keeps its bound over a range of 600 to 1.
 const MOST_LEVELS: usize = 12;
 /// Relative duality gap of a level.
 const TOLERANCE: f64 = 1e-3;
@@ -39,52 +41,52 @@ pub struct Sliders {
     pub kt: Vec<f64>,
 }
 
-/// What each element carries when all cells are displaced alike.
+/// Force of each element under an equal displacement of all cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Backbones {
-    /// The levels, ascending \[m\].
+    /// Levels of the displacement, ascending \[m\].
     pub displacement: Vec<f64>,
-    /// For each level the force of each element along it \[N\].
+    /// For each level, the force of each element along the displacement \[N\].
     pub force: Vec<Vec<f64>>,
 }
 
-/// The laws of all elements, and what they leave.
+/// Laws of all elements, and the remaining difference from the fine contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Laws {
-    /// Loads, gaps, the stiffness that the elements begin with, and their sliders.
+    /// Loads, gaps, initial stiffness and sliders of the elements.
     pub parameters: ElementParameters,
-    /// What the backbones are off the banks at worst, element by element, in parts of µN of all: rising slopes, and corners that are
-    /// lifted to keep the energy of loops.
+    /// Largest difference between each backbone and its bank, summed over the elements, relative to µN of the joint. It
+    /// comes from rising slopes, and from corners that are lifted to keep the energy of loops.
     pub remainder: f64,
 }
 
 impl Backbones {
-    /// Of the contact under friction `limit`s µp \[Pa\]; none where nothing holds it.
+    /// Computes the backbones of the contact under friction `limit`s µp \[Pa\]; `None` if friction carries nothing.
     ///
     /// # Errors
-    /// Those of [`tangential::solve`].
+    /// The same errors as [`tangential::solve`].
     pub fn new(
         half_space: &mut HalfSpace,
         elements: &ContactElements,
         limit: &[f64],
         shear: Shear,
     ) -> Result<Option<Self>, ContactError> {
-        let full = full_sliding(half_space, limit, shear);
-        if full <= 0.0 {
+        let full_displacement = full_sliding_displacement(half_space, limit, shear);
+        if full_displacement <= 0.0 {
             return Ok(None);
         }
         let contact: Vec<bool> = limit.iter().map(|limit| *limit > 0.0).collect();
-        let stuck = stiffness::tangential(half_space, &contact, shear)?.total;
+        let stuck_stiffness = stiffness::tangential(half_space, &contact, shear)?.total;
         let strength = limit.iter().sum::<f64>() * half_space.grid().cell_area();
-        let displacement = levels(LEAST_LEVEL * strength / stuck, full);
+        let displacement = levels(LEAST_LEVEL * strength / stuck_stiffness, full_displacement);
         let options = TangentialOptions {
             tolerance: TOLERANCE,
             ..TangentialOptions::default()
         };
         let mut force = Vec::with_capacity(displacement.len());
-        let (mut previous, mut reached) = (None, 0.0);
+        let (mut previous, mut last_level) = (None, 0.0);
         for &level in &displacement {
-            let along = Drive::Displacement(level - reached);
+            let along = Drive::Displacement(level - last_level);
             let drive = match shear {
                 Shear::AlongX => vec![along],
                 Shear::InPlane => vec![along, Drive::Displacement(0.0)],
@@ -100,7 +102,7 @@ impl Backbones {
             let step = tangential::solve(half_space, &problem, previous.as_ref(), options)?;
             force.push(elements.integrals(&step.shear[0]));
             previous = Some(step.shear);
-            reached = level;
+            last_level = level;
         }
         Ok(Some(Backbones {
             displacement,
@@ -109,7 +111,7 @@ impl Backbones {
     }
 }
 
-/// Displacements from about `least` to `most`, each larger than the one before by the same factor.
+/// Returns displacements from about `least` to `most`, each larger than the one before by the same factor.
 pub(super) fn levels(least: f64, most: f64) -> Vec<f64> {
     let range = (most / least).max(RATIO);
     let steps = (range.ln() / RATIO.ln())
@@ -120,29 +122,31 @@ pub(super) fn levels(least: f64, most: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The displacement from which on every cell slides: where shear at its limit everywhere displaces the cells in contact most \[m\].
-fn full_sliding(half_space: &mut HalfSpace, limit: &[f64], shear: Shear) -> f64 {
-    let mut displaced = vec![0.0; limit.len()];
+/// Returns the displacement from which on every cell slides \[m\]: the largest displacement of the cells in contact if
+/// the shear is at its limit everywhere.
+fn full_sliding_displacement(half_space: &mut HalfSpace, limit: &[f64], shear: Shear) -> f64 {
+    let mut displacement = vec![0.0; limit.len()];
     match shear {
-        Shear::AlongX => half_space.shear_x(limit, &mut displaced),
+        Shear::AlongX => half_space.shear_x(limit, &mut displacement),
         Shear::InPlane => {
-            let (none, mut across) = (vec![0.0; limit.len()], vec![0.0; limit.len()]);
-            half_space.shear([limit, &none], [&mut displaced, &mut across]);
+            let (zeros, mut across) = (vec![0.0; limit.len()], vec![0.0; limit.len()]);
+            half_space.shear([limit, &zeros], [&mut displacement, &mut across]);
         }
     }
     let sliding = limit
         .iter()
-        .zip(&displaced)
+        .zip(&displacement)
         .filter(|(limit, _)| **limit > 0.0);
     sliding.fold(0.0, |most, (_, u)| most.max(*u))
 }
 
 impl Laws {
-    /// Of the fine contact under `pressure` \[Pa\] with the `gap` \[m\] of each cell. `half_space` is what the structure's own model
-    /// leaves of the bodies' compliance: [`crate::contact::nodes`].
+    /// Computes the laws from the fine contact under `pressure` \[Pa\] with the `gap` \[m\] of each cell. `half_space`
+    /// holds the compliance of the bodies that the structure's own model does not include: see
+    /// [`crate::contact::nodes`].
     ///
     /// # Errors
-    /// Those of the contact solves.
+    /// The same errors as the contact solves.
     pub fn new(
         half_space: &mut HalfSpace,
         elements: &ContactElements,
@@ -171,23 +175,23 @@ impl Laws {
         let strength: f64 = laws.parameters.normal_load.iter().sum();
         let mut banks = Vec::with_capacity(elements.len());
         for element in 0..elements.len() {
-            let (bank, off) = laws.bank(element, friction_coefficient, backbones.as_ref());
+            let (bank, deviation) = laws.bank(element, friction_coefficient, backbones.as_ref());
             banks.push(bank);
-            laws.remainder += off / (friction_coefficient * strength).max(f64::MIN_POSITIVE);
+            laws.remainder += deviation / (friction_coefficient * strength).max(f64::MIN_POSITIVE);
         }
         for (element, bank) in banks.into_iter().enumerate() {
             match laws.parameters.normal_load[element] > 0.0 {
                 true => bank
                     .into_iter()
                     .for_each(|slider| sliders.push(element, slider)),
-                false => sliders.push(element, laws.closing(elements, element)),
+                false => sliders.push(element, laws.closing_slider(elements, element)),
             }
         }
         laws.parameters.sliders = Some(sliders);
         Ok(laws)
     }
 
-    /// The sliders of a loaded element, and what its backbone is off them at worst \[N\]; sets its stiffness.
+    /// Returns the sliders of a loaded element and the largest difference of its backbone from them \[N\]. Sets its kt.
     fn bank(
         &mut self,
         element: usize,
@@ -205,37 +209,44 @@ impl Laws {
         let slopes = concave_slopes(&backbones.displacement, &force, mu * load, None);
         self.parameters.kt[element] = slopes[0];
         let bank = bank_of(&backbones.displacement, &slopes, kn, mu);
-        let (mut reached, mut before, mut off) = (0.0, 0.0, 0.0_f64);
+        let (mut bank_force, mut before, mut deviation) = (0.0, 0.0, 0.0_f64);
         for ((u, force), slope) in backbones.displacement.iter().zip(&force).zip(&slopes) {
-            reached += slope * (u - before);
+            bank_force += slope * (u - before);
             before = *u;
-            off = off.max((force - reached).abs());
+            deviation = deviation.max((force - bank_force).abs());
         }
-        (bank, off)
+        (bank, deviation)
     }
 
-    /// An element without load has no stiffness until it closes, and then that of its area in the mean of the others.
-    fn closing(&self, elements: &ContactElements, element: usize) -> Slider {
-        let of = &self.parameters;
+    /// Returns the slider of an element without load. It has no stiffness until it closes, and then the mean stiffness
+    /// per area of the loaded elements.
+    fn closing_slider(&self, elements: &ContactElements, element: usize) -> Slider {
+        let parameters = &self.parameters;
         let sum = |values: &[f64]| -> f64 {
-            let pairs = values.iter().zip(&of.normal_load);
+            let pairs = values.iter().zip(&parameters.normal_load);
             pairs.filter(|(_, load)| **load > 0.0).map(|(v, _)| v).sum()
         };
         let area = sum(elements.areas());
-        let part = if area > 0.0 {
+        let area_share = if area > 0.0 {
             elements.areas()[element] / area
         } else {
             0.0
         };
-        [0.0, of.gap[element], part * sum(&of.kn), part * sum(&of.kt)]
+        [
+            0.0,
+            parameters.gap[element],
+            area_share * sum(&parameters.kn),
+            area_share * sum(&parameters.kt),
+        ]
     }
 }
 
-/// Normal load, gap, kn, kt.
+/// Normal load, gap, kn and kt of a slider.
 pub(super) type Slider = [f64; 4];
 
-/// The sliders of a loaded element with the normal stiffness `kn`, whose force has these falling `slopes` up to each level and none beyond
-/// the last; and those that close under more load than at rest: the contact gains beyond its edge what it loses there as load falls.
+/// Returns the sliders of a loaded element with the normal stiffness `kn`. Its force has these falling `slopes` up to
+/// each level, and slope 0 beyond the last. Adds sliders that close if the load exceeds the load at rest: the contact
+/// then gains at its edge what it loses there if the load falls.
 pub(super) fn bank_of(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<Slider> {
     let next = slopes[1..].iter().chain([&0.0]);
     let steps = slopes.iter().zip(next).map(|(slope, next)| slope - next);
@@ -254,7 +265,8 @@ pub(super) fn bank_of(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<S
     bank
 }
 
-/// Depth of the sliders that have their like beyond the edge of the contact, in parts of that of the element, load over stiffness.
+/// Depth up to which a slider has a counterpart beyond the edge of the contact, relative to the depth of the element.
+/// Depth is load over stiffness.
 const SHALLOW: f64 = 1.0;
 
 impl Sliders {
@@ -267,27 +279,28 @@ impl Sliders {
     }
 }
 
-/// Falling slopes between the levels of the concave line from zero that ends at `strength`, nearest to `force` in its slopes (by the
-/// pooling of neighbours that rise, weighted by their lengths). The motion turns at the level `turn`, if that is known.
+/// Returns the falling slopes, between the levels, of a concave polyline from zero to `strength`. It is nearest to
+/// `force` in its slopes, by pooling neighbours with rising slopes, weighted by their lengths. The motion turns at the
+/// level `turn`, if there is one.
 pub(super) fn concave_slopes(
     levels: &[f64],
     force: &[f64],
     strength: f64,
     turn: Option<usize>,
 ) -> Vec<f64> {
-    let force = lifted(levels, force, strength, turn);
+    let force = lift_corners(levels, force, strength, turn);
     // Slope, length and number of levels of each pool.
     let mut pools: Vec<(f64, f64, usize)> = Vec::with_capacity(levels.len());
-    let (mut before, mut reached) = (0.0, 0.0);
+    let (mut last_level, mut last_force) = (0.0, 0.0);
     for (&u, &t) in levels.iter().zip(&force) {
-        pools.push(((t - reached) / (u - before), u - before, 1));
-        (before, reached) = (u, t);
-        while let [.., (slope, length, count), (next, more, others)] = pools[..]
+        pools.push(((t - last_force) / (u - last_level), u - last_level, 1));
+        (last_level, last_force) = (u, t);
+        while let [.., (slope, length, count), (next, next_length, next_count)] = pools[..]
             && next > slope
         {
-            let both = (slope * length + next * more) / (length + more);
+            let pooled_slope = (slope * length + next * next_length) / (length + next_length);
             pools.truncate(pools.len() - 2);
-            pools.push((both, length + more, count + others));
+            pools.push((pooled_slope, length + next_length, count + next_count));
         }
     }
     let levels = pools.iter();
@@ -296,19 +309,20 @@ pub(super) fn concave_slopes(
         .collect()
 }
 
-/// The corners of a broken line that has the area of a smooth curve through `force` under it, and so the energy of its loops: chords lie
-/// below a curve of curvature c by c h³/12 of area over a length h, which two thirds of their sag make good. It ends at `strength`, and
-/// keeps the force where the motion turns and beyond: a corner lifted there would pull up, with the slope that leads to it, all before.
-fn lifted(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> Vec<f64> {
+/// Returns the corners of a polyline that encloses the same area as a smooth curve through `force`, and so the same
+/// energy of its loops. Over a length h, a chord lies below a curve of curvature c by an area of c h³/12. Lifting the
+/// corners by two thirds of the sag restores most of it. The polyline ends at `strength`. It keeps the force where the
+/// motion turns and beyond: a lifted corner there would raise, through the slope before it, everything before.
+fn lift_corners(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> Vec<f64> {
     let last = levels.len() - 1;
-    let within = |t: f64| t.clamp(0.0, strength);
-    let at = |j: usize| match j {
+    let clamped = |t: f64| t.clamp(0.0, strength);
+    let corner = |j: usize| match j {
         0 => [0.0, 0.0],
         j if j > last => [levels[last], strength],
-        j => [levels[j - 1], within(force[j - 1])],
+        j => [levels[j - 1], clamped(force[j - 1])],
     };
     let lift = |j: usize| {
-        let [[u0, t0], [u, t], [u1, t1]] = [at(j), at(j + 1), at(j + 2)];
+        let [[u0, t0], [u, t], [u1, t1]] = [corner(j), corner(j + 1), corner(j + 2)];
         let (before, after) = (u - u0, u1 - u);
         let bend = (t - t0) / before - (t1 - t) / after;
         bend * (before * before + after * after) / (12.0 * (before + after))
@@ -316,8 +330,8 @@ fn lifted(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> 
     (0..=last)
         .map(|j| match j == last {
             true => strength,
-            false if turn.is_some_and(|turn| j >= turn) => within(force[j]),
-            false => within(force[j] + lift(j)),
+            false if turn.is_some_and(|turn| j >= turn) => clamped(force[j]),
+            false => clamped(force[j] + lift(j)),
         })
         .collect()
 }

@@ -1,7 +1,7 @@
 //! Springs of the contact elements from the compliance of the fine contact.
 //!
-//! Everything global is a compliance \[m/N\]: a joint that loses its roughness becomes rigid, k = ∞, which is a compliance of 0
-//! and nothing special; a joint that is open has k = 0, a compliance of ∞.
+//! Joint values are compliances \[m/N\]. A joint that loses its roughness becomes rigid, k = ∞; its compliance is 0 and
+//! needs no special case. An open joint has k = 0 and a compliance of ∞.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,22 +10,23 @@ use crate::contact::stiffness::{self, Stiffness};
 use crate::contact::{ContactError, HalfSpace, Shear};
 use crate::grid::{ByAxis, Patch};
 
-/// Smallest compliance of the springs together, in parts of the smooth patch's. A structure's finite elements need a finite
-/// spring where the roughness is gone. What this adds is a thousandth of the give that the bodies have around the joint anyway,
-/// far less than their discretisation changes it; much stiffer springs would cost the balance of harmonics its digits.
+/// Smallest compliance of all springs together, relative to the compliance of the smooth patch. A structure of finite
+/// elements needs finite springs even where the roughness is gone. This bound adds a thousandth of the compliance that
+/// the bodies have around the joint anyway, far less than their discretisation error. Much stiffer springs would cost
+/// the harmonic balance accuracy.
 pub const SMALLEST_COMPLIANCE: f64 = 1e-3;
 
 /// Compliance of the whole joint.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Compliance {
-    /// Of the approach, 1/kn \[m/N\].
+    /// Compliance of the approach, 1/kn \[m/N\].
     pub normal: f64,
-    /// Of the tangential displacement, 1/kt \[m/N\].
+    /// Compliance of the tangential displacement, 1/kt \[m/N\].
     pub tangential: f64,
 }
 
 impl Compliance {
-    /// From stiffnesses ≥ 0 \[N/m\]; ∞ is one.
+    /// Converts stiffnesses ≥ 0 \[N/m\], which may be ∞.
     pub fn of(kn: f64, kt: f64) -> Self {
         Compliance {
             normal: 1.0 / kn,
@@ -33,22 +34,23 @@ impl Compliance {
         }
     }
 
-    /// Normal stiffness \[N/m\].
+    /// Returns the normal stiffness \[N/m\].
     pub fn kn(&self) -> f64 {
         1.0 / self.normal
     }
 
-    /// Tangential stiffness \[N/m\].
+    /// Returns the tangential stiffness \[N/m\].
     pub fn kt(&self) -> f64 {
         1.0 / self.tangential
     }
 
-    /// Compliance of a patch in full contact: that of the half spaces under it, without roughness. It depends on the patch
-    /// alone and takes two solves: to be kept. `shear` must be that of the contact from which it is to be taken away, as holding
-    /// the transverse displacement makes the joint a little stiffer (by 0.1 % on a square patch).
+    /// Computes the compliance of a patch in full contact: that of the half spaces under it, without roughness. It
+    /// depends on the patch alone and takes two solves, so callers should store it. `shear` must equal the setting of
+    /// the contact from which it is subtracted: fixing the transverse displacement makes the joint a little stiffer (by
+    /// 0.1 % on a square patch).
     ///
     /// # Errors
-    /// Those of [`stiffness::normal`] and [`stiffness::tangential`].
+    /// The same errors as [`stiffness::normal`] and [`stiffness::tangential`].
     pub fn smooth(
         half_space: &mut HalfSpace,
         patch: &Patch,
@@ -59,8 +61,7 @@ impl Compliance {
         Ok(Compliance::of(kn, kt))
     }
 
-    /// What is left of this compliance without that of the smooth patch in series: 1/k = 1/k_total − 1/k_smooth, and nothing
-    /// less than nothing.
+    /// Subtracts the compliance of the smooth patch in series: 1/k = 1/k_total − 1/k_smooth, and at least 0.
     pub fn without(&self, smooth: Compliance) -> Compliance {
         Compliance {
             normal: difference(self.normal, smooth.normal),
@@ -69,7 +70,7 @@ impl Compliance {
     }
 }
 
-/// An open joint stays open whatever is taken from it.
+/// Subtracts a compliance. An open joint stays open.
 fn difference(total: f64, smooth: f64) -> f64 {
     if total == f64::INFINITY {
         total
@@ -78,20 +79,20 @@ fn difference(total: f64, smooth: f64) -> f64 {
     }
 }
 
-/// The linearised fine contact.
+/// Linearised fine contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearisation {
-    /// On the elastic cells: capped ones carry what they carry.
+    /// Normal stiffness on the elastic cells; capped cells carry a constant pressure.
     pub kn: Stiffness,
-    /// At full stick, on all loaded cells.
+    /// Tangential stiffness at full stick, on all loaded cells.
     pub kt: Stiffness,
 }
 
 impl Linearisation {
-    /// Of the contact with this `pressure` \[Pa\] and cap.
+    /// Linearises the contact with this `pressure` and cap \[Pa\].
     ///
     /// # Errors
-    /// Those of [`stiffness::local_normal`] and [`stiffness::local_tangential`].
+    /// The same errors as [`stiffness::local_normal`] and [`stiffness::local_tangential`].
     pub fn new(
         half_space: &mut HalfSpace,
         pressure: &[f64],
@@ -106,59 +107,60 @@ impl Linearisation {
         })
     }
 
-    /// Compliance of the whole joint.
+    /// Returns the compliance of the whole joint.
     pub fn compliance(&self) -> Compliance {
         Compliance::of(self.kn.total, self.kt.total)
     }
 }
 
-/// What the contact elements get of the joint's compliance.
+/// Part of the joint's compliance that the contact elements represent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StiffnessKind {
-    /// All of it, as published: the half spaces' own compliance too, which the structure's model has as well.
+    /// All of it, as published. It includes the half spaces' own compliance, which the structure's model has too.
     #[default]
     Total,
-    /// What the roughness adds to the smooth patch. The displacement of the fine contact is then not that of the springs:
-    /// [`fine_displacement`].
+    /// The part that the roughness adds to the smooth patch. The displacement of the fine contact then differs from
+    /// that of the springs: see [`fine_displacement`].
     Roughness,
-    /// All of it, each element with the stiffness that the fine contact has there: none where nothing is in contact (at the
-    /// published load a third of the elements at Rq 10 µm, a sixth at 5 µm), which then stays so over the cycle.
+    /// All of it, each element with the local stiffness of the fine contact. The stiffness is zero where nothing
+    /// touches, and stays so over the cycle. At the published load this holds for a third of the elements at Rq 10 µm,
+    /// and for a sixth at 5 µm.
     Tangent,
-    /// None: each element is a bank of sliders, [`super::sliders`].
+    /// No springs: each element is a bank of sliders, see [`super::sliders`].
     Sliders,
 }
 
-/// How a stiffness of the whole joint is divided among the elements.
+/// Distribution of the stiffness of the whole joint among the elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Distribution {
     /// By area.
     #[default]
     Uniform,
-    /// By area, among the elements that bear load.
+    /// By area, among the loaded elements only.
     Loaded,
-    /// By normal load N₀: an element without load has no stiffness, whatever its gap.
+    /// By normal load N₀. An element without load has no stiffness, whatever its gap.
     ByLoad,
 }
 
-/// A [`StiffnessKind`] with what it is made from.
+/// [`StiffnessKind`] with its data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Springs<'a> {
     /// [`StiffnessKind::Total`].
     Total {
-        /// Of the fine contact.
+        /// Compliance of the fine contact.
         total: Compliance,
-        /// How it is divided.
+        /// Distribution among the elements.
         distribution: Distribution,
     },
     /// [`StiffnessKind::Roughness`].
     Roughness {
-        /// Of the fine contact.
+        /// Compliance of the fine contact.
         total: Compliance,
-        /// Of the smooth patch.
+        /// Compliance of the smooth patch.
         smooth: Compliance,
-        /// How it is divided.
+        /// Distribution among the elements.
         distribution: Distribution,
     },
     /// [`StiffnessKind::Tangent`].
@@ -166,7 +168,7 @@ pub enum Springs<'a> {
 }
 
 impl Springs<'_> {
-    /// Compliance of all springs together, exactly; the update criterion watches it.
+    /// Returns the exact compliance of all springs together, which the update criterion monitors.
     pub fn compliance(&self) -> Compliance {
         match *self {
             Springs::Total { total, .. } => total,
@@ -175,11 +177,12 @@ impl Springs<'_> {
         }
     }
 
-    /// kn and kt of each element \[N/m\], which sum to those of the joint, where [`SMALLEST_COMPLIANCE`] allows it. kt of an
-    /// element is one number for both directions: the joint's along x. `normal_load` is that of each element \[N\].
+    /// Returns kn and kt of each element \[N/m\], from the `normal_load` of each element \[N\]. They sum to the
+    /// stiffness of the joint, unless [`SMALLEST_COMPLIANCE`] limits it. kt of an element applies to both directions;
+    /// it is the joint's kt along x.
     ///
     /// # Errors
-    /// [`ModelUpdateError::Rigid`] if there is no finite spring.
+    /// Returns [`ModelUpdateError::Rigid`] if there is no finite spring.
     pub fn distribute(
         &self,
         elements: &ContactElements,
@@ -200,8 +203,8 @@ impl Springs<'_> {
         }
         match *self {
             Springs::Total { distribution, .. } | Springs::Roughness { distribution, .. } => {
-                let parts = distribution.parts(elements, normal_load);
-                Ok([kn, kt].map(|k| parts.iter().map(|part| k * part).collect()))
+                let shares = distribution.parts(elements, normal_load);
+                Ok([kn, kt].map(|k| shares.iter().map(|share| k * share).collect()))
             }
             Springs::Tangent(linearisation) => {
                 let fields = [&linearisation.kn, &linearisation.kt];
@@ -212,7 +215,7 @@ impl Springs<'_> {
 }
 
 impl Distribution {
-    /// Part of each element; they sum to one, unless nothing is loaded.
+    /// Returns the share of each element. The shares sum to one, unless nothing is loaded.
     fn parts(self, elements: &ContactElements, normal_load: &[f64]) -> Vec<f64> {
         let weights = match self {
             Distribution::Uniform => elements.areas().to_vec(),
@@ -223,24 +226,24 @@ impl Distribution {
             }
             Distribution::ByLoad => normal_load.to_vec(),
         };
-        let whole: f64 = weights.iter().sum();
+        let sum: f64 = weights.iter().sum();
         weights
             .iter()
-            .map(|w| if whole > 0.0 { w / whole } else { 0.0 })
+            .map(|w| if sum > 0.0 { w / sum } else { 0.0 })
             .collect()
     }
 }
 
-/// Under a common displacement a cell in the shade of its neighbours may be drawn the other way; should that be all that an
-/// element has, it has no stiffness, and the others keep the sum.
+/// Sets negative stiffnesses to zero and keeps the sum. Under a common displacement, a cell in the shade of its
+/// neighbours may be drawn the opposite way. If an element has only such cells, its stiffness would be negative.
 fn never_negative(mut k: Vec<f64>) -> Vec<f64> {
     if k.iter().all(|&k| k >= 0.0) {
         return k;
     }
-    let whole: f64 = k.iter().sum();
+    let sum: f64 = k.iter().sum();
     k.iter_mut().for_each(|k| *k = k.max(0.0));
     let positive: f64 = k.iter().sum();
-    k.iter_mut().for_each(|k| *k *= whole / positive);
+    k.iter_mut().for_each(|k| *k *= sum / positive);
     k
 }
 
@@ -255,18 +258,19 @@ pub struct ElementParameters {
     pub kn: Vec<f64>,
     /// Tangential stiffness kt \[N/m\].
     pub kt: Vec<f64>,
-    /// The sliders that elements are made of, where each is a bank; their loads and stiffnesses are those of the elements, parted.
+    /// Sliders, if each element is a bank of them. They share the loads and stiffnesses of the elements.
     pub sliders: Option<Sliders>,
 }
 
 impl ElementParameters {
-    /// From the static fine contact: `pressure` \[Pa\] and `gap` \[m\] on each fine cell [A §2e].
+    /// Computes the parameters from the static fine contact: `pressure` \[Pa\] and `gap` \[m\] on each fine cell [A
+    /// §2e].
     ///
     /// # Errors
-    /// [`ModelUpdateError::Rigid`] if there is no finite spring.
+    /// Returns [`ModelUpdateError::Rigid`] if there is no finite spring.
     ///
     /// # Panics
-    /// If a field has not one value for each cell of the grid.
+    /// Panics if a field does not have one value per cell of the grid.
     pub fn new(
         elements: &ContactElements,
         pressure: &[f64],
@@ -285,11 +289,13 @@ impl ElementParameters {
     }
 }
 
-/// Displacement to prescribe to the fine contact when the springs have the roughness alone: δ(t) = δ_spring(t) + c_bulk T(t).
+/// Returns the displacement to prescribe to the fine contact if the springs represent the roughness alone: δ(t) =
+/// δ_spring(t) + c_bulk T(t).
 ///
-/// `spring` is the displacement of the springs \[m\] and `force` the tangential force T of the joint \[N\], each a list of samples
-/// for every axis; `bulk` is [`Compliance::tangential`] of the smooth patch \[m/N\], that along x for both axes. What the half
-/// spaces give under T is in the structure's model, not in its springs, but the fine contact includes it.
+/// `spring` is the displacement of the springs \[m\] and `force` the tangential force T of the joint \[N\], each a list
+/// of samples per axis. `bulk` is [`Compliance::tangential`] of the smooth patch \[m/N\]; its value along x applies to
+/// both axes. The structure's model contains the displacement of the half spaces under T, and its springs do not. The
+/// fine contact includes it.
 pub fn fine_displacement(
     spring: &ByAxis<Vec<f64>>,
     force: &ByAxis<Vec<f64>>,

@@ -1,26 +1,26 @@
-//! The motion of the contact elements between two model updates: that of the last response, carried on by what it has changed by since the
-//! one before.
+//! Extrapolation of the motion of the contact elements between two model updates.
 //!
-//! A response that stays as it is between two updates makes an error of first order in their distance, most of it wear at wrong places. The
-//! change is carried on in proportion to the tangential compliance of the fine contact, by which responses of laps move at the most even pace, from the first
-//! hundredth of the worn volume to the last; by the logarithm or a root of the volume they are missed by more, by cycles ruinously.
+//! Suppose the response stayed constant between updates. The error would be of first order in their distance, mostly
+//! wear at wrong places. So the last change of the response is continued in proportion to the tangential compliance of
+//! the fine contact. The responses of lap joints change most evenly with this compliance, over the whole life.
+//! Extrapolation in the logarithm or a root of the worn volume has larger errors, and extrapolation in cycles fails.
 
-/// The change is carried on by this many times itself at most.
+/// Largest multiple of the last change by which the motion is extrapolated.
 const FARTHEST: f64 = 2.0;
-/// A change of the amplitude by more than this part of it is none to carry on: the joint begins to do something else.
+/// A larger change of the amplitude, relative to it, is not extrapolated: the joint begins to behave differently.
 const LARGEST_CHANGE: f64 = 0.25;
 
-/// What the motion has changed by between the last two responses, and at which compliances of the fine contact these were found.
+/// Change of the motion between the last two responses, and the compliances of the fine contact at these responses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trend {
-    /// Tangential compliance at the response before and at the last one \[m/N\].
+    /// Tangential compliance at the response before the last, and at the last one \[m/N\].
     pub compliance: [f64; 2],
-    /// Coefficients of the last response less those of the one before.
+    /// Coefficients of the last response less the coefficients of the one before.
     pub change: Vec<f64>,
 }
 
 impl Trend {
-    /// How many times the change is added at a `compliance`: none at that of the last response.
+    /// Returns the multiple of the change to add at a `compliance`; 0 at the compliance of the last response.
     pub fn times(&self, compliance: f64) -> f64 {
         let [before, last] = self.compliance;
         let times = (compliance - last) / (last - before);
@@ -30,7 +30,7 @@ impl Trend {
         }
     }
 
-    /// The coefficients at a `compliance`, those of the last response being `last`.
+    /// Returns the coefficients at a `compliance`. `last` are the coefficients of the last response.
     pub fn at(&self, last: &[f64], compliance: f64) -> Vec<f64> {
         let times = self.times(compliance);
         let pairs = last.iter().zip(&self.change);
@@ -38,8 +38,8 @@ impl Trend {
     }
 }
 
-/// True if the change that leads to the coefficients `last` is one to carry on: no more than a quarter of them, and not against the change `before`
-/// it.
+/// Returns true if the change to the coefficients `last` may be extrapolated. It must be at most a quarter of them, and
+/// must not oppose the change `before` it.
 pub fn is_steady(last: &[f64], change: &[f64], before: &[f64]) -> bool {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let largest = LARGEST_CHANGE * LARGEST_CHANGE * dot(last, last);

@@ -1,20 +1,20 @@
-//! A number in the unit that it is written in, whatever that is.
+//! Numbers with the unit in which they are written.
 
 use std::fmt;
 
 use super::Decimal;
 
-/// A number and its unit, as in `"5 um"`; what the unit means is not looked at.
+/// Number and unit, as in `"5 um"`. The unit is not interpreted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Amount {
-    /// The number, in the unit.
+    /// Number, in `unit`.
     pub number: f64,
-    /// The unit; empty for a plain number.
+    /// Unit; empty for a plain number.
     pub unit: String,
 }
 
 impl Amount {
-    /// Reads a finite number, or one with a unit; none if the text is neither.
+    /// Parses a finite number with or without a unit. Returns `None` for any other text.
     pub fn parse(text: &str) -> Option<Amount> {
         let text = text.trim();
         let (_, unit) = Decimal::split(text).ok()?;

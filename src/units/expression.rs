@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::{Dimension, UnitProblem};
 
-/// What a unit is worth: `factor * 10^power` SI units of the dimension.
+/// SI value of a unit: `factor * 10^power`, with its dimension.
 #[derive(Clone, Copy)]
 pub(super) struct Scale {
     pub dimension: Dimension,
@@ -17,7 +17,7 @@ const PREFIXES: [(&str, i32); 15] = [
     ("p", -12),
     ("n", -9),
     ("u", -6),
-    // The micro sign and the Greek letter look alike; keyboards and editors produce both.
+    // The micro sign and the Greek letter mu look alike, and keyboards produce both.
     ("\u{b5}", -6),
     ("\u{3bc}", -6),
     ("m", -3),
@@ -31,7 +31,7 @@ const PREFIXES: [(&str, i32); 15] = [
     ("T", 12),
 ];
 
-/// Units that take a prefix, with the power of ten to SI.
+/// Units that accept a prefix, with the power of ten to SI.
 const PREFIXED: [(&str, Dimension, i32); 9] = [
     ("m", Dimension::LENGTH, 0),
     ("g", Dimension::of(0, 1, 0), -3),
@@ -44,7 +44,8 @@ const PREFIXED: [(&str, Dimension, i32); 9] = [
     ("rad", Dimension::ANGLE, 0),
 ];
 
-/// Units that do not, with the power of ten and the factor to SI. `Nm` is no SI spelling, but `mm^3/Nm` is how wear is reported.
+/// Units that accept no prefix, with the power of ten and the factor to SI. `Nm` is not SI spelling, but wear rates are
+/// often reported in `mm^3/Nm`.
 const PLAIN: [(&str, Dimension, i32, f64); 9] = [
     ("deg", Dimension::ANGLE, 0, PI / 180.0),
     ("\u{b0}", Dimension::ANGLE, 0, PI / 180.0),
@@ -57,7 +58,7 @@ const PLAIN: [(&str, Dimension, i32, f64); 9] = [
     ("d", Dimension::of(0, 0, 1), 0, 86400.0),
 ];
 
-/// Units of inches and pounds, which are not read, and what one is worth.
+/// Customary units, which the parser rejects, with the SI value that the error message suggests.
 const CUSTOMARY: [(&str, &str); 17] = [
     ("in", "25.4 mm"),
     ("inch", "25.4 mm"),
@@ -78,18 +79,18 @@ const CUSTOMARY: [(&str, &str); 17] = [
     ("msi", "6.89476 GPa"),
 ];
 
-/// Largest power of one unit: far above any physical one, far below an overflow.
+/// Largest accepted power of one unit: far above any physical power, far below an overflow.
 const LARGEST_POWER: i32 = 99;
 
 impl Scale {
-    /// No unit at all.
+    /// Scale of a pure number.
     pub const ONE: Self = Scale {
         dimension: Dimension::NONE,
         power: 0,
         factor: 1.0,
     };
 
-    /// The worth of a whole unit expression. `expected` decides between suggestions only.
+    /// Parses a whole unit expression. `expected` affects only the unit that an error suggests.
     pub fn parse(text: &str, expected: Dimension) -> Result<Self, UnitProblem> {
         let mut reader = UnitReader {
             rest: text,
@@ -144,34 +145,35 @@ impl Scale {
     }
 }
 
-/// The known unit most like `name`: the fewest edits whatever the capitals, then the right dimension, length and capitals; none if
-/// more than half of it would change.
+/// Returns the known unit most similar to `name`. It ranks by the number of edits (ignoring case), then by dimension,
+/// length and edits with case. Returns `None` if more than half of the name would change.
 fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
     let prefixed = std::iter::once("")
         .chain(PREFIXES.map(|prefix| prefix.0))
         .flat_map(|prefix| PREFIXED.map(|unit| format!("{prefix}{}", unit.0)));
     let plain = PLAIN.iter().map(|unit| unit.0.to_owned());
     let folded = name.to_lowercase();
-    // A unit of time in place of one that has nothing to do with time would only puzzle.
-    let is_possible = |unit: &String| {
+    // Suggesting a unit of time for a quantity without time would only confuse.
+    let is_plausible = |unit: &String| {
         expected.s != 0 || Scale::known(unit).is_none_or(|scale| scale.dimension.s == 0)
     };
     prefixed
         .chain(plain)
-        .filter(is_possible)
+        .filter(is_plausible)
         .map(|unit| {
             let edits = strsim::damerau_levenshtein(&folded, &unit.to_lowercase());
-            let is_other = Scale::known(&unit).is_none_or(|scale| scale.dimension != expected);
+            let has_other_dimension =
+                Scale::known(&unit).is_none_or(|scale| scale.dimension != expected);
             let length = unit.chars().count().abs_diff(name.chars().count());
             let capitals = strsim::damerau_levenshtein(name, &unit);
-            (edits, is_other, length, capitals, unit)
+            (edits, has_other_dimension, length, capitals, unit)
         })
         .min()
         .filter(|(edits, ..)| 2 * edits <= name.chars().count())
         .map(|(.., unit)| unit)
 }
 
-/// Reads a unit from left to right.
+/// Parser of a unit from left to right.
 struct UnitReader<'a> {
     rest: &'a str,
     expected: Dimension,
@@ -194,7 +196,7 @@ impl UnitReader<'_> {
         }
     }
 
-    /// Factors joined by `*`, `·`, a blank or `/`, up to the end or, inside parentheses, the closing one.
+    /// Parses factors joined by `*`, `·`, a blank or `/`, up to the end of the text or of the parentheses.
     fn product(&mut self, inside: bool) -> Result<Scale, UnitProblem> {
         let mut total = Scale::ONE;
         let mut divided = false;
@@ -245,7 +247,8 @@ impl UnitReader<'_> {
         Ok(Scale::ONE.times(unit, exponent))
     }
 
-    /// `^3`, `^-2`, `**3`, `³`, `⁻²`, a digit right behind the unit as in `kg/m3`, or nothing.
+    /// Parses an exponent: `^3`, `^-2`, `**3`, `³`, `⁻²`, or a digit right after the unit as in `kg/m3`. Without one it
+    /// is 1.
     fn exponent(&mut self) -> Result<i32, UnitProblem> {
         let start = self
             .rest
@@ -278,7 +281,7 @@ impl UnitReader<'_> {
     }
 }
 
-/// The plain character of a (possibly superscript) digit or sign.
+/// Returns the plain character of a digit or sign, which may be superscript.
 fn plain_exponent(c: char) -> Option<char> {
     const SUPERSCRIPTS: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹";
     match c {

@@ -184,7 +184,7 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
         ),
         (
             vec![bolt, "contact.bolt.hole=3 mm"],
-            "`contact.bolt`: hole is 3e-3; it must be as wide as the bolt at least",
+            "`contact.bolt`: hole is 3e-3; it must be at least as wide as the bolt",
         ),
         (
             vec![bolt, "contact.boundary=periodic"],

@@ -104,7 +104,7 @@ fn lengths_that_do_not_fit_are_named() {
                 hole_diameter: 9e-3,
                 ..fits
             },
-            "hole is 9e-3; it must be as wide as the bolt at least",
+            "hole is 9e-3; it must be at least as wide as the bolt",
         ),
         (
             BoltedJoint {

@@ -302,7 +302,7 @@ fn units_of_inches_and_pounds_are_named_with_their_worth() {
         (
             "29 Mpsi",
             Dimension::PRESSURE,
-            "has the unit \"Mpsi\", which is not read: write it in SI, with 1 Mpsi = 6.89476 GPa",
+            "has the unit \"Mpsi\", which is not supported: write it in SI, with 1 Mpsi = 6.89476 GPa",
         ),
         ("500 lbf", Dimension::FORCE, "1 lbf = 4.44822 N"),
         ("1.5 in", Dimension::LENGTH, "1 in = 25.4 mm"),

@@ -1,12 +1,13 @@
-//! Anderson's mixing of the iterates of a fixed point.
+//! Anderson mixing of the iterates of a fixed-point iteration.
 
-/// Differences of iterates that are kept.
+/// Number of stored differences between iterates.
 const DEPTH: usize = 4;
 
-/// A difference of residuals whose part across the others is smaller than this tells rounding and inner errors.
+/// A difference of residuals counts as dependent, and is dropped, if less than this fraction of it is orthogonal to the
+/// others. It is then rounding and inner error.
 const DEPENDENT: f64 = 1e-3;
 
-/// The last iterates and their residuals (next value less value), newest last, and the differences between them.
+/// Last iterate with its residual (next value less value), and the stored differences, newest last.
 #[derive(Default)]
 pub(super) struct Mixing {
     last: Option<[Vec<f64>; 2]>,
@@ -14,8 +15,9 @@ pub(super) struct Mixing {
 }
 
 impl Mixing {
-    /// Moves `value` on, whose fixed-point map moves it by `residual`: to the value for which the residuals' differences so far
-    /// predict the smallest residual on the cells that count, plus that residual. A constant in a residual counts as none.
+    /// Replaces `value` by the next iterate. The fixed-point map moves `value` by `residual`. The stored differences
+    /// predict the value with the smallest residual on the cells that `counts` selects; the next iterate is this value
+    /// plus that residual. A constant part of a residual is ignored.
     pub(super) fn next(
         &mut self,
         value: &mut [f64],
@@ -36,7 +38,7 @@ impl Mixing {
             ]);
         }
         self.last = Some([value.to_vec(), residual.to_vec()]);
-        // Newest first, each made orthogonal to those before it together with its change of value.
+        // Orthogonalise the residuals, newest first, and combine the changes of the value in the same way.
         let mut basis: Vec<[Vec<f64>; 2]> = Vec::new();
         for [value, residual] in self.differences.iter().rev() {
             let mut column = [value.clone(), residual.clone()];
@@ -47,10 +49,10 @@ impl Mixing {
                     c.iter_mut().zip(o).for_each(|(c, o)| *c += part * o);
                 }
             }
-            let left = product(&column[1], &column[1], &cells);
-            if left > DEPENDENT * DEPENDENT * size {
+            let remainder = product(&column[1], &column[1], &cells);
+            if remainder > DEPENDENT * DEPENDENT * size {
                 for field in &mut column {
-                    field.iter_mut().for_each(|v| *v /= left.sqrt());
+                    field.iter_mut().for_each(|v| *v /= remainder.sqrt());
                 }
                 basis.push(column);
             }
@@ -67,7 +69,7 @@ impl Mixing {
     }
 }
 
-/// Covariance over some cells.
+/// Returns the covariance over some cells, times their number.
 fn product(a: &[f64], b: &[f64], cells: &[usize]) -> f64 {
     let count = cells.len().max(1) as f64;
     let mean = |field: &[f64]| cells.iter().map(|&c| field[c]).sum::<f64>() / count;

@@ -1,30 +1,32 @@
-//! Contact with friction of bodies that differ elastically (Dundurs β ≠ 0): pressure displaces the surfaces along each other,
-//! and shear displaces them across.
+//! Contact with friction of bodies that differ elastically (Dundurs β ≠ 0). Pressure then causes tangential
+//! displacement, and shear causes normal displacement.
 //!
-//! A step moves the bodies along each other and across. With p₀ and q₀ the tractions before it, find pressure p
-//! and shear q that obey the normal conditions (see [`super::normal`]) for the gap
+//! In a step, the bodies move normally and tangentially. Let p₀ and q₀ be the tractions before it. Find the pressure p
+//! and the shear q that satisfy the normal conditions (see [`super::normal`]) for the gap
 //!
-//! g = K_zz p + K_zt q + D p − h − (the rigid motion across)
+//! g = K_zz p + K_zt q + D p − h − (the rigid normal motion)
 //!
 //! and Coulomb's law (see [`super::tangential`]) with |q| ≤ µp for the slip
 //!
-//! s = (the rigid motion along) − K_tt (q − q₀) − K_tz (p − p₀), K_tz = K_ztᵀ.
+//! s = (the rigid tangential motion) − K_tt (q − q₀) − K_tz (p − p₀), K_tz = K_ztᵀ.
 //!
-//! Whatever controls the rigid motions in the two modules, does so here.
+//! The rigid motions are controlled as in those two modules.
 //!
-//! Either condition is that of a convex problem at a given solution of the other. They are solved in turn (Panagiotopoulos
-//! 1975): the normal problem on heights h − K_zt q, the tangential one with the offset −K_tz (p − p₀). What is
-//! iterated is the normal displacement K_zt q; its next value is mixed from the last few so that their changes cancel best
-//! (Anderson 1965). A round changes the tractions by about βµ times what the last one did, or by β² where all sticks.
+//! For a given solution of the other problem, each problem is convex. The solver alternates between them
+//! (Panagiotopoulos 1975): the normal problem with heights h − K_zt q, and the tangential one with the offset −K_tz (p
+//! − p₀). It iterates on the normal displacement K_zt q. The next value is mixed from the last few, so that their
+//! changes cancel best (Anderson 1965). Without mixing, a round changes the tractions by about βµ times the change of
+//! the round before, or by β² times if everything sticks.
 //!
-//! The result is certified on the joint conditions: the gap with the latest shear, the duality gap of friction with the latest
-//! pressure. Neither depends on the mixing. For large βµ there may be several solutions, or none; then the iteration may stop with
-//! [`ContactError::NotConverged`].
+//! The result is certified on the joint conditions: the gap with the latest shear, and the duality gap of friction with
+//! the latest pressure. Neither depends on the mixing. For large βµ there may be several solutions or no solution. The
+//! iteration may then fail with [`ContactError::NotConverged`].
 //!
-//! A pressure history matters: a point that closes in a step is taken to have been in contact, and under its friction limit at
-//! the step's end, during all of it. Loads rise in steps, see [`indent`]; their number is an error of first order.
+//! The history of the pressure matters. A point that closes in a step is treated as if it had been in contact, with the
+//! friction limit at the end of the step, during the whole step. So loads rise in steps, see [`indent`]; their number
+//! causes an error of first order.
 //!
-//! Stiffness of the whole K is [`super::stiffness::coupled`].
+//! [`super::stiffness::coupled`] computes the stiffness of the whole K.
 
 mod mixing;
 
@@ -35,25 +37,25 @@ use super::tangential::{self, Drive, TangentialOptions, TangentialProblem, Tange
 use crate::grid::ByAxis;
 use mixing::Mixing;
 
-/// Tolerance of the first normal solve: what the first round's shear will change is larger.
+/// Tolerance of the first normal solve. The shear of the first round will change the solution by more.
 const FIRST_TOLERANCE: f64 = 1e-3;
 
-/// Error that a normal solve may leave, as a part of the joint error of the round before.
+/// Tolerance of a normal solve, as a fraction of the joint error of the round before.
 const INNER_REDUCTION: f64 = 0.05;
 
-/// A round that leaves more than this part of the joint error tells that friction was not solved well enough.
+/// If a round leaves more than this fraction of the joint error, friction was not solved accurately enough.
 const SETTLING: f64 = 0.2;
 
-/// The next duality gap asked for then, as a part of the last one.
+/// Factor by which the tolerance of the duality gap is then reduced.
 const TIGHTER: f64 = 0.01;
 
-/// A duality gap at the rounding of its sums.
+/// Smallest tolerance of the duality gap: the rounding of its sums.
 const LEAST_GAP: f64 = 1e-10;
 
-/// A shear of this part of its limit is at it.
+/// Fraction of its limit from which a shear counts as at its limit.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// Newton steps towards a smaller gap than asked for; it converges in a few or not at all.
+/// Bound on the Newton steps towards a tightened gap. The solver converges in a few steps or not at all.
 const FURTHER_STEPS: usize = 20;
 
 /// Tractions on the contact plane.
@@ -61,33 +63,35 @@ const FURTHER_STEPS: usize = 20;
 pub struct Tractions<'a> {
     /// Pressure \[Pa\].
     pub pressure: &'a [f64],
-    /// Shear, one field an axis \[Pa\].
+    /// Shear, one field per axis \[Pa\].
     pub shear: &'a ByAxis<Vec<f64>>,
 }
 
-/// One step.
+/// One step of the coupled contact.
 #[derive(Debug, Clone, Copy)]
 pub struct CoupledProblem<'a> {
-    /// What is pressed on what, at the end of the step.
+    /// Normal problem at the end of the step.
     pub normal: NormalProblem<'a>,
-    /// Coulomb's µ ≥ 0.
+    /// Coulomb's friction coefficient µ ≥ 0.
     pub friction_coefficient: f64,
-    /// Tractions p₀ and q₀ before the step; `None` are bodies that did not touch.
+    /// Tractions p₀ and q₀ before the step; `None` for bodies that did not touch.
     pub previous: Option<Tractions<'a>>,
-    /// Motion of the upper body against the lower in this step, one entry an axis (x, or x and y).
+    /// Motion of the upper body against the lower in this step, one entry per axis (x, or x and y).
     pub drive: &'a ByAxis<Drive>,
-    /// Rotation of the upper body against the lower about z through the grid's centre; `None` is none. Needs both axes.
+    /// Rotation of the upper body against the lower about z through the grid's centre; `None` for no rotation. Needs
+    /// both axes.
     pub rotation: Option<Drive>,
 }
 
-/// When to stop.
+/// Stopping criteria of a coupled step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoupledOptions {
-    /// The tolerance is that of the joint normal conditions; the iterations are those of one normal solve.
+    /// Options of the normal solves. The tolerance applies to the joint normal conditions, the bound on iterations to
+    /// each normal solve.
     pub normal: NormalOptions,
-    /// Of each tangential solve, and so of the joint tangential conditions.
+    /// Options of the tangential solves, and so of the joint tangential conditions.
     pub tangential: TangentialOptions,
-    /// Bound on the rounds of a normal and a tangential solve.
+    /// Bound on rounds. Each round has a normal and a tangential solve.
     pub max_rounds: usize,
 }
 
@@ -101,17 +105,17 @@ impl Default for CoupledOptions {
     }
 }
 
-/// A converged step.
+/// Converged step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoupledSolution {
-    /// Pressure, gap and approach. Gap and error are those of the joint conditions; the counts are sums over the rounds.
+    /// Pressure, gap and approach. Gap and error belong to the joint conditions; the counts are sums over the rounds.
     pub normal: NormalSolution,
     /// Shear and slip. The counts are sums over the rounds.
     pub tangential: TangentialSolution,
 }
 
 impl CoupledSolution {
-    /// The tractions, to begin the next step from.
+    /// Returns the tractions, with which the next step begins.
     pub fn tractions(&self) -> Tractions<'_> {
         Tractions {
             pressure: &self.normal.pressure,
@@ -120,9 +124,11 @@ impl CoupledSolution {
     }
 }
 
-/// Solves one step. `start` are tractions to begin from, used for speed alone; without them the step begins from `previous`.
+/// Solves one step. `start` is an initial guess of the tractions and affects speed only. Without it the solver begins
+/// with `previous`.
 ///
-/// Bodies that are not coupled take one normal and one tangential solve, exactly those of the modules beside.
+/// Uncoupled bodies take one normal and one tangential solve, exactly as in [`super::normal`] and
+/// [`super::tangential`].
 pub fn solve(
     half_space: &mut HalfSpace,
     problem: &CoupledProblem,
@@ -131,7 +137,7 @@ pub fn solve(
 ) -> Result<CoupledSolution, ContactError> {
     check(problem, start)?;
     if half_space.pair().is_coupled() {
-        // The half space's length is checked by the solvers, but the coupling is applied before them.
+        // The solvers check the length of the half space, but the coupling is applied before they run.
         check_length(
             "half space",
             half_space.grid().len(),
@@ -143,8 +149,9 @@ pub fn solve(
     }
 }
 
-/// Presses the bodies together without a tangential motion: from no contact through the given loads in turn \[N\]. What
-/// slips does so because the bodies differ. `problem.control` is not read; `seen` gets the solution of every load.
+/// Presses the bodies together without a tangential motion, from no contact through the given loads in turn \[N\]. Any
+/// slip arises because the bodies differ. `problem.control` is ignored. `on_solution` receives the solution of each
+/// load.
 pub fn indent(
     half_space: &mut HalfSpace,
     problem: &NormalProblem,
@@ -152,7 +159,7 @@ pub fn indent(
     shear: Shear,
     loads: &[f64],
     options: CoupledOptions,
-    mut seen: impl FnMut(&CoupledSolution),
+    mut on_solution: impl FnMut(&CoupledSolution),
 ) -> Result<CoupledSolution, ContactError> {
     let drive = match shear {
         Shear::AlongX => vec![Drive::Displacement(0.0)],
@@ -171,7 +178,7 @@ pub fn indent(
             rotation: None,
         };
         let solution = solve(half_space, &step, None, options)?;
-        seen(&solution);
+        on_solution(&solution);
         last = Some(solution);
     }
     last.ok_or(ContactError::OutOfRange {
@@ -181,7 +188,7 @@ pub fn indent(
     })
 }
 
-/// What the normal and the tangential solver do not check themselves.
+/// Checks the input that the normal and the tangential solver do not check.
 fn check(problem: &CoupledProblem, start: Option<Tractions>) -> Result<(), ContactError> {
     let friction = problem.friction_coefficient;
     if !(friction.is_finite() && friction >= 0.0) {
@@ -213,7 +220,7 @@ fn check(problem: &CoupledProblem, start: Option<Tractions>) -> Result<(), Conta
             return Err(ContactError::OutOfRange {
                 name: "number of axes of a shear",
                 value: tractions.shear.len() as f64,
-                expected: "that of the drive",
+                expected: "the number of axes of the drive",
             });
         }
         let fields = std::iter::once((pressure, tractions.pressure))
@@ -262,7 +269,7 @@ fn uncoupled(
     Ok(CoupledSolution { normal, tangential })
 }
 
-/// Normal and tangential solves in turn until the joint conditions hold.
+/// Alternates normal and tangential solves until the joint conditions hold.
 fn alternate(
     half_space: &mut HalfSpace,
     problem: &CoupledProblem,
@@ -274,11 +281,11 @@ fn alternate(
     let begin = start.or(problem.previous);
     let mut pressure = begin.map(|t| t.pressure.to_vec());
     let mut shear = begin.map(|t| t.shear.clone());
-    // The normal displacement that the normal problem is solved with, and the one that its shear brings about.
-    let mut assumed = vec![0.0; cells];
-    let mut caused = vec![0.0; cells];
+    // Normal displacement that the normal problem assumes, and the one that the resulting shear causes.
+    let mut assumed_displacement = vec![0.0; cells];
+    let mut caused_displacement = vec![0.0; cells];
     if let Some(shear) = &shear {
-        half_space.normal_of_shear(shear, &mut assumed);
+        half_space.normal_of_shear(shear, &mut assumed_displacement);
     }
     let mut height = vec![0.0; cells];
     let mut change = vec![0.0; cells];
@@ -289,7 +296,7 @@ fn alternate(
     let mut least_gap = options.tangential.tolerance;
     for _ in 0..options.max_rounds {
         for (c, h) in height.iter_mut().enumerate() {
-            *h = problem.normal.height[c] - assumed[c];
+            *h = problem.normal.height[c] - assumed_displacement[c];
         }
         let inner = NormalOptions {
             tolerance: (INNER_REDUCTION * error).clamp(0.5 * tolerance, FIRST_TOLERANCE),
@@ -327,10 +334,13 @@ fn alternate(
                 &normal.pressure,
             );
         }
-        let mut tangential = friction(half_space, &step, shear.as_ref(), least_gap, options)?;
+        let mut tangential = solve_friction(half_space, &step, shear.as_ref(), least_gap, options)?;
 
-        half_space.normal_of_shear(&tangential.shear, &mut caused);
-        for (c, (a, b)) in change.iter_mut().zip(caused.iter().zip(&assumed)) {
+        half_space.normal_of_shear(&tangential.shear, &mut caused_displacement);
+        for (c, (a, b)) in change
+            .iter_mut()
+            .zip(caused_displacement.iter().zip(&assumed_displacement))
+        {
             *c = a - b;
         }
         let before = error;
@@ -346,7 +356,9 @@ fn alternate(
             [normal.iterations, tangential.steps, tangential.iterations] = counts;
             return Ok(CoupledSolution { normal, tangential });
         }
-        mixing.next(&mut assumed, &change, |c| normal.pressure[c] > 0.0);
+        mixing.next(&mut assumed_displacement, &change, |c| {
+            normal.pressure[c] > 0.0
+        });
         pressure = Some(normal.pressure);
         shear = Some(tangential.shear);
     }
@@ -358,7 +370,8 @@ fn alternate(
     })
 }
 
-/// Moves shear that is at its limit along with the limit: left below it, slipping cells would begin as sticking ones.
+/// Scales shear at its limit along with the limit. Otherwise slipping cells would begin the next solve as sticking
+/// ones.
 fn stay_at_limit(shear: &mut ByAxis<Vec<f64>>, friction: f64, old: &[f64], new: &[f64]) {
     for c in 0..old.len() {
         let size = shear.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();
@@ -370,9 +383,10 @@ fn stay_at_limit(shear: &mut ByAxis<Vec<f64>>, friction: f64, old: &[f64], new: 
     }
 }
 
-/// The tangential solve of a round: to its tolerance, then on to a smaller one if the rounds ask for it. A duality gap is of
-/// second order in the shear, so that shears of one gap still scatter by its root, and the rounds might never settle.
-fn friction(
+/// Solves the tangential problem of a round: to its own tolerance, then further if `tolerance` is smaller. The duality
+/// gap is of second order in the shear. So shears of equal gap still scatter by its root, and the rounds might never
+/// settle.
+fn solve_friction(
     half_space: &mut HalfSpace,
     step: &TangentialProblem,
     start: Option<&ByAxis<Vec<f64>>>,
@@ -381,23 +395,23 @@ fn friction(
 ) -> Result<TangentialSolution, ContactError> {
     let options = options.tangential;
     let first = match tangential::solve(half_space, step, start, options) {
-        // The last round's shear saves steps, but is no better a start than the step's own.
+        // The shear of the last round saves steps. If it fails, the default start of the step may still converge.
         Err(ContactError::NotConverged { .. }) if start.is_some() => {
             tangential::solve(half_space, step, None, options)?
         }
-        found => found?,
+        result => result?,
     };
     if first.error <= tolerance {
         return Ok(first);
     }
-    let further = TangentialOptions {
+    let tighter = TangentialOptions {
         tolerance,
         max_steps: options.max_steps.min(FURTHER_STEPS),
         ..options
     };
-    // Not to get there is no failure: what was asked for is there.
+    // Failing to reach the smaller tolerance is not an error: the first solution meets the requested one.
     Ok(
-        match tangential::solve(half_space, step, Some(&first.shear), further) {
+        match tangential::solve(half_space, step, Some(&first.shear), tighter) {
             Ok(second) => TangentialSolution {
                 steps: first.steps + second.steps,
                 iterations: first.iterations + second.iterations,
@@ -408,8 +422,8 @@ fn friction(
     )
 }
 
-/// Adds the change of normal displacement to the gap and returns the largest violation of the normal conditions at the
-/// unchanged rigid motion, in the measure of [`NormalSolution::error`], which it sets too.
+/// Adds the change of normal displacement to the gap. Sets [`NormalSolution::error`] to the largest violation of the
+/// normal conditions at the unchanged rigid motion, and returns it.
 fn joint_error(
     half_space: &HalfSpace,
     problem: &CoupledProblem,
@@ -432,7 +446,7 @@ fn joint_error(
         peak = peak.max(*p);
         moved |= change[c] != 0.0;
     }
-    // Without a load the approach is that of the highest point, which has moved.
+    // Without a load, the highest point determines the approach, and that point has moved.
     normal.error = match (peak > 0.0, moved) {
         (true, _) => worst / (half_space.self_compliance() * peak),
         (false, true) => f64::INFINITY,

@@ -1,15 +1,15 @@
 //! Frictionless normal contact, elastic or elastic–perfectly plastic.
 //!
-//! Find the pressure p and the rigid motion of the bodies, approach δ and rotation θ, with the gap
-//! g = (K + D) p − h − δ − θ_x y + θ_y x, such that on every kept cell
+//! Find the pressure p and the rigid motion of the bodies, an approach δ and a rotation θ, with the gap g = (K + D) p −
+//! h − δ − θ_x y + θ_y x, such that every kept cell is in one of three states [A eq. 4.3]:
 //!
-//! - p = 0 and g ≥ 0 (open), or 0 < p < p_max and g = 0 (elastic), or p = p_max and g ≤ 0 (capped) [A eq. 4.3],
+//! - open: p = 0 and g ≥ 0; elastic: 0 < p < p_max and g = 0; capped: p = p_max and g ≤ 0.
 //!
-//! and either δ is given or Σ p dA = N, either θ is given or Σ p y dA = M_x and −Σ p x dA = M_y; or the bodies are free to move along some motions
-//! (δ, θ), each with its own resultant Σ p (δ + θ_x y − θ_y x) dA. K is the half spaces'
-//! compliance, D an optional diagonal one (the implicit wear step's), h the heights; x and y are measured from the grid's
-//! centre. This is the minimum of ½ pᵀ(K + D)p − (h + given motions)ᵀp over the admissible pressures, found by projected conjugate
-//! gradients.
+//! Either δ is given or Σ p dA = N. Either θ is given or Σ p y dA = M_x and −Σ p x dA = M_y. Alternatively the bodies
+//! are free to move along given motions (δ, θ), each with its own resultant Σ p (δ + θ_x y − θ_y x) dA. K is the
+//! compliance of the half spaces, D an optional diagonal compliance (that of the implicit wear step), and h are the
+//! heights; x and y are measured from the grid's centre. The solution minimises ½ pᵀ(K + D)p − (h + given motions)ᵀp
+//! over the admissible pressures. The solver uses projected conjugate gradients.
 
 mod projection;
 mod rigid;
@@ -21,35 +21,35 @@ use super::half_space::HalfSpace;
 use crate::grid::Patch;
 use solver::Solver;
 
-/// What is pressed on what.
+/// Normal contact problem.
 #[derive(Debug, Clone, Copy)]
 pub struct NormalProblem<'a> {
-    /// Grid and kept cells.
+    /// Grid, and the cells that belong to the joint.
     pub patch: &'a Patch,
-    /// Composite height, positive towards the other body \[m\]; read on kept cells only.
+    /// Composite height, positive towards the other body \[m\]. Only kept cells are read.
     pub height: &'a [f64],
-    /// Diagonal compliance D in addition to the half spaces', ≥ 0 \[m/Pa\].
+    /// Diagonal compliance D, added to that of the half spaces, ≥ 0 \[m/Pa\].
     pub compliance: Option<&'a [f64]>,
-    /// Load or approach.
+    /// Control of the approach.
     pub control: Control,
-    /// Rotation or moments.
+    /// Control of the rotation.
     pub rotation: Rotation,
     /// Largest pressure p_max \[Pa\].
     pub pressure_cap: Option<f64>,
 }
 
-/// What presses the bodies together.
+/// Control of the approach of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
-    /// Load N ≥ 0; the approach is found \[N\].
+    /// Given load N ≥ 0; the solver finds the approach \[N\].
     Load(f64),
-    /// Approach δ from first touch of height 0; the load is found \[m\].
+    /// Given approach δ from first touch of height 0; the solver finds the load \[m\].
     Approach(f64),
-    /// Motions along which the bodies are free; [`NormalProblem::rotation`] is none.
+    /// Given motions along which the bodies are free. [`NormalProblem::rotation`] is then [`Rotation::FIXED`].
     Free(Freedom),
 }
 
-/// Rigid motions along which two bodies are free to move against each other, up to three that are independent.
+/// Rigid motions along which two bodies may move freely against each other: up to three independent ones.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Freedom {
     motions: [[f64; 3]; 3],
@@ -58,34 +58,35 @@ pub struct Freedom {
 }
 
 impl Freedom {
-    /// Adds a motion, an approach δ \[m\] and rotations θ_x and θ_y \[rad\], with Σ p (δ + θ_x y − θ_y x) dA of the pressure \[N m\].
+    /// Adds a motion, an approach δ \[m\] with rotations θ_x and θ_y \[rad\], and its resultant Σ p (δ + θ_x y − θ_y x)
+    /// dA \[N m\].
     ///
     /// # Panics
-    /// On a fourth motion.
+    /// Panics on a fourth motion.
     pub fn add(&mut self, motion: [f64; 3], resultant: f64) {
         self.motions[self.count] = motion;
         self.resultants[self.count] = resultant;
         self.count += 1;
     }
 
-    /// The motions.
+    /// Returns the motions.
     pub fn motions(&self) -> &[[f64; 3]] {
         &self.motions[..self.count]
     }
 
-    /// Their resultants.
+    /// Returns the resultants of the motions.
     pub fn resultants(&self) -> &[f64] {
         &self.resultants[..self.count]
     }
 }
 
-/// What holds the bodies parallel.
+/// Control of the rotation of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rotation {
-    /// Given rotations θ_x and θ_y, by which the bodies approach θ_x y − θ_y x more; the moments are found \[rad\].
+    /// Given rotations θ_x and θ_y, which add θ_x y − θ_y x to the approach; the solver finds the moments \[rad\].
     Given([f64; 2]),
-    /// The bodies turn until the pressure has these moments.
+    /// The bodies rotate until the pressure has the given moments.
     Free {
         /// M_x = Σ p y dA and M_y = −Σ p x dA about the grid's centre \[N m\].
         moment: [f64; 2],
@@ -98,7 +99,7 @@ impl Rotation {
 }
 
 impl<'a> NormalProblem<'a> {
-    /// Elastic contact under a load, without rotation.
+    /// Returns an elastic contact under a load, without rotation.
     pub fn new(patch: &'a Patch, height: &'a [f64], load: f64) -> Self {
         NormalProblem {
             patch,
@@ -111,7 +112,7 @@ impl<'a> NormalProblem<'a> {
     }
 }
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NormalOptions {
     /// Bound on [`NormalSolution::error`].
@@ -129,14 +130,14 @@ impl Default for NormalOptions {
     }
 }
 
-/// A converged normal contact.
+/// Converged normal contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalSolution {
-    /// Pressure, exactly 0 on open and masked cells and exactly the cap on capped ones \[Pa\].
+    /// Pressure \[Pa\]: exactly 0 on open and masked cells, and exactly the cap on capped cells.
     pub pressure: Vec<f64>,
-    /// Gap g, 0 on masked cells; on contact cells the residual, on capped cells ≤ 0 (the overlap) \[m\].
+    /// Gap g \[m\]: 0 on masked cells, the residual on elastic cells, and ≤ 0 (the overlap) on capped cells.
     pub gap: Vec<f64>,
-    /// Approach δ of the bodies, from first touch of height 0 \[m\].
+    /// Approach δ of the bodies from first touch of height 0 \[m\].
     pub approach: f64,
     /// Rotations θ_x and θ_y \[rad\].
     pub rotation: [f64; 2],
@@ -146,22 +147,25 @@ pub struct NormalSolution {
     pub moment: [f64; 2],
     /// Conjugate gradient iterations.
     pub iterations: usize,
-    /// Largest violation of the conditions on any cell, as a displacement over that of one cell under the peak pressure.
+    /// Largest violation of the conditions on any cell. It is a displacement over that of one cell under the peak
+    /// pressure.
     pub error: f64,
 }
 
-/// Times its tolerance that a solve may be off in the pressure or gap of a single cell, in the measure of [`NormalSolution::error`].
+/// Multiple of the tolerance up to which the pressure or gap of a single cell may be wrong, in the measure of
+/// [`NormalSolution::error`].
 const DECIDED: f64 = 10.0;
 
 impl NormalSolution {
-    /// Cells of a `patch` of which a solve to a `tolerance` does not tell whether they touch: their pressure or gap is within ten times of it.
-    /// Such are cells that have worn until they bear nothing. They count in a linearised stiffness as much as any other.
+    /// Counts the cells of `patch` for which a solve to `tolerance` cannot tell whether they touch: their pressure or
+    /// gap is within ten times the tolerance. Typically these cells have worn until they bear no load. In a linearised
+    /// stiffness they count like any other cell.
     pub fn undecided(&self, patch: &Patch, self_compliance: f64, tolerance: f64) -> usize {
         let peak = self.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
         let pressure = DECIDED * tolerance * peak;
         let gap = pressure * self_compliance;
-        let kept = (0..self.pressure.len()).filter(|&c| patch.kept[c]);
-        let undecided = kept.filter(|&c| match self.pressure[c] > 0.0 {
+        let cells = (0..self.pressure.len()).filter(|&c| patch.kept[c]);
+        let undecided = cells.filter(|&c| match self.pressure[c] > 0.0 {
             true => self.pressure[c] <= pressure,
             false => self.gap[c] <= gap,
         });
@@ -169,7 +173,7 @@ impl NormalSolution {
     }
 }
 
-/// Solves for pressure and gap. `start` is a pressure to begin from (a similar problem's), used for speed alone.
+/// Solves for pressure and gap. `start` is an initial guess of the pressure and affects speed only.
 pub fn solve(
     half_space: &mut HalfSpace,
     problem: &NormalProblem,
@@ -232,11 +236,11 @@ fn check(
         }
         _ => (),
     }
-    let (name, given) = match problem.rotation {
+    let (name, values) = match problem.rotation {
         Rotation::Given(rotation) => ("rotation", rotation),
         Rotation::Free { moment } => ("moment", moment),
     };
-    if let Some(&value) = given.iter().find(|v| !v.is_finite()) {
+    if let Some(&value) = values.iter().find(|v| !v.is_finite()) {
         return Err(ContactError::OutOfRange {
             name,
             value,
@@ -276,7 +280,7 @@ fn check(
     Ok(())
 }
 
-/// No load: the highest point just touches.
+/// Returns the solution without load: the highest point just touches.
 fn untouched(problem: &NormalProblem) -> NormalSolution {
     let grid = problem.patch.grid;
     let rotation = match problem.rotation {

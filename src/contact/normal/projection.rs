@@ -1,34 +1,36 @@
-//! The nearest pressure within its bounds that has given resultants.
+//! Projection of a pressure onto the admissible pressures with given resultants.
 //!
-//! The minimum of ½|p − t|² over 0 ≤ p ≤ p_max with Σp, Σp y, −Σp x given is p = clip(t + s) with a rigid motion s. With the
-//! load alone, Σp grows with s: Newton's method within a bracket. With moments, s is the minimum of a convex,
-//! piecewise quadratic function of three unknowns, whose gradient is what the resultants are too large: Newton's method, with a
-//! search along its steps.
+//! The minimum of ½|p − t|² over 0 ≤ p ≤ p_max with given Σp, Σp y, −Σp x is p = clip(t + s) with a rigid motion s. If
+//! only the load is given, Σp grows with s, and Newton's method within a bracket finds s. If moments are given, s
+//! minimises a convex, piecewise quadratic function of three unknowns. Its gradient is the excess of the resultants.
+//! Newton's method with a line search finds this minimum.
 
 use super::rigid::{Motions, RigidMotions};
 use crate::contact::sums::{extremes, sums};
 
-/// Resultants this close, relative to the load, are met: the rounding of a sum over the cells.
+/// Error of the resultants, relative to the load, at which they count as met: the rounding of a sum over the cells.
 const ROUNDING: f64 = 1e-14;
 
-/// What they may miss where the shift has no digits left.
+/// Largest accepted error of the resultants, relative to the load, if rounding of the shift prevents a smaller one.
 const SPENT: f64 = 1e-11;
 
-/// Where a long trial step leaves a shift so large that its last digits are more than the pressures, the shifted pressures have
-/// those digits: the search goes on from them.
+/// Number of restarts of the search. A long trial step can need a shift so large that its rounding exceeds the
+/// pressures. The shifted pressures then contain that rounding, and the search restarts from them.
 const REFINEMENTS: usize = 3;
 
-/// Newton's method on a piecewise quadratic function ends; a target that no pressure reaches does not.
+/// Bound on Newton steps. The method ends on a piecewise quadratic function, unless no pressure reaches the target.
 const MAX_STEPS: usize = 200;
 
-/// Trials along one Newton step: its length may be wrong by many decades where few of many cells move.
+/// Bound on trials along one Newton step. If few of many cells move, its length may be wrong by many orders of
+/// magnitude.
 const MAX_TRIALS: usize = 100;
 
-/// Of the stiffness of all cells.
+/// Fraction of the stiffness of all cells that is added if the moving cells do not determine the motions.
 const STIFFENING: f64 = 1e-6;
 
-/// Moves pressures, one a cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`. False if there
-/// are none (as far as the bounds let them come, they have then come nearer).
+/// Moves pressures, one per cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`.
+/// Returns false if no such pressures exist; the pressures have then moved as near to the target as their bounds
+/// permit.
 pub(super) fn project(
     motions: &RigidMotions,
     cells: &[usize],
@@ -41,40 +43,41 @@ pub(super) fn project(
         return true;
     }
     let scale = scale(motions, pressure, cap, target);
-    let mut off = f64::INFINITY;
+    let mut error = f64::INFINITY;
     for _ in 0..REFINEMENTS {
         if motions.rotates() {
             let shift;
-            (shift, off) = search(motions, cells, pressure, cap, target, scale);
+            (shift, error) = rigid_shift(motions, cells, pressure, cap, target, scale);
             for (p, &c) in pressure.iter_mut().zip(cells) {
                 *p += motions.at(&shift, c);
             }
         } else {
             let shift;
-            (shift, off) = level(pressure, cap, target[0]);
+            (shift, error) = uniform_shift(pressure, cap, target[0]);
             pressure.iter_mut().for_each(|p| *p += shift);
         }
-        if off <= SPENT * scale {
+        if error <= SPENT * scale {
             break;
         }
     }
     pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
-    off <= SPENT * scale
+    error <= SPENT * scale
 }
 
-/// What a resultant is measured by: the target's, or the load of the pressures where the target is no load and no moment.
+/// Returns the scale of the resultants: that of the target, or the load of the pressures if the target has no load.
 fn scale(motions: &RigidMotions, pressure: &[f64], cap: f64, target: &Motions) -> f64 {
     let [load] = sums(pressure, pressure, |p, _| [p.clamp(0.0, cap)]);
-    let asked = motions.distance(target, &[0.0; 3]);
+    let target_size = motions.distance(target, &[0.0; 3]);
     if target[0] == 0.0 {
-        asked.max(load)
+        target_size.max(load)
     } else {
-        asked
+        target_size
     }
 }
 
-/// The rigid motion that brings the cut pressures nearest to their resultants, and how far off those are then.
-fn search(
+/// Finds the rigid motion that brings the clipped pressures nearest to their resultants. Returns it with the remaining
+/// error.
+fn rigid_shift(
     motions: &RigidMotions,
     cells: &[usize],
     pressure: &[f64],
@@ -83,68 +86,69 @@ fn search(
     scale: f64,
 ) -> (Motions, f64) {
     let resultants = |shift: &Motions| {
-        let here = cells.iter().zip(pressure);
-        let cut: Vec<f64> = here
+        let pairs = cells.iter().zip(pressure);
+        let clipped: Vec<f64> = pairs
             .map(|(&c, p)| (p + motions.at(shift, c)).clamp(0.0, cap))
             .collect();
-        motions.resultants(cells, &cut)
+        motions.resultants(cells, &clipped)
     };
     let mut shift = [0.0; 3];
-    let mut found = resultants(&shift);
+    let mut current = resultants(&shift);
     let mut best = (shift, f64::INFINITY);
     for _ in 0..MAX_STEPS {
-        let off = motions.distance(&found, target);
-        // What is left is the rounding of the sums.
-        let spent = off <= SPENT * scale && off > 0.1 * best.1;
-        if off < best.1 {
-            best = (shift, off);
+        let error = motions.distance(&current, target);
+        // Further steps would only reduce the rounding of the sums.
+        let is_rounding = error <= SPENT * scale && error > 0.1 * best.1;
+        if error < best.1 {
+            best = (shift, error);
         }
-        if spent || off <= ROUNDING * scale {
+        if is_rounding || error <= ROUNDING * scale {
             break;
         }
-        let missing = [0, 1, 2].map(|k| target[k] - found[k]);
+        let missing = [0, 1, 2].map(|k| target[k] - current[k]);
         let inside = |(c, p): &(&usize, &f64)| {
             let p = **p + motions.at(&shift, **c);
             p > 0.0 && p < cap
         };
         let moving = cells.iter().zip(pressure.iter()).filter(inside);
         let moving: Vec<usize> = moving.map(|(c, _)| *c).collect();
-        // Cells that do not tell the motions apart (or none) have a little of the stiffness of all.
+        // If the moving cells do not determine the motions, add a little of the stiffness of all cells.
         let step = motions
             .with_resultants(&moving, missing)
             .or_else(|| motions.with_resultants_of(&moving, cells, STIFFENING, missing));
         let Some(step) = step else {
             break;
         };
-        let Some(next) = along(shift, step, target, &found, resultants) else {
+        let Some(next) = line_search(shift, step, target, &current, resultants) else {
             break;
         };
-        (shift, found) = next;
+        (shift, current) = next;
     }
     best
 }
 
-/// Follows a step to where the slope of the function has fallen by half: it grows all the way. `None` where digits end.
-fn along(
+/// Follows a step to where the slope of the function, which grows along the step, has halved. Returns `None` if
+/// rounding prevents this.
+fn line_search(
     shift: Motions,
     step: Motions,
     target: &Motions,
-    found: &Motions,
+    start: &Motions,
     resultants: impl Fn(&Motions) -> Motions,
 ) -> Option<(Motions, Motions)> {
-    let slope = |there: &Motions| {
+    let slope = |trial_resultants: &Motions| {
         (0..3)
-            .map(|k| step[k] * (there[k] - target[k]))
+            .map(|k| step[k] * (trial_resultants[k] - target[k]))
             .sum::<f64>()
     };
-    let first = slope(found);
+    let first = slope(start);
     let (mut low, mut high, mut part) = (0.0, f64::INFINITY, 1.0);
     for _ in 0..MAX_TRIALS {
         let trial = [0, 1, 2].map(|k| shift[k] + part * step[k]);
-        let there = resultants(&trial);
-        let slope = slope(&there);
+        let trial_resultants = resultants(&trial);
+        let slope = slope(&trial_resultants);
         if slope.abs() <= 0.5 * first.abs() {
-            return (trial != shift).then_some((trial, there));
+            return (trial != shift).then_some((trial, trial_resultants));
         }
         if slope > 0.0 {
             high = part;
@@ -160,9 +164,9 @@ fn along(
     None
 }
 
-/// The shift of all pressures alike with which, cut at their bounds, they come nearest to the sum `target`, and how far off
-/// that is then.
-fn level(pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
+/// Finds the uniform shift with which the clipped pressures come nearest to the sum `target`. Returns it with the
+/// remaining error.
+fn uniform_shift(pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
     let (least, most) = extremes(pressure);
     let (mut low, mut high) = (-most, cap.min(target) - least);
     let mut shift = 0.0f64.clamp(low.min(high), high);
@@ -196,7 +200,7 @@ fn level(pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
             0.5 * (low + high)
         };
         if next == shift || next <= low || next >= high {
-            // The last digits of the shift are spent.
+            // The shift has no digits left.
             break;
         }
         shift = next;

@@ -1,32 +1,32 @@
-//! The rigid motions that a normal contact leaves to its solver, each in exchange for a resultant of the pressure.
+//! Unknown rigid motions of a normal contact, each in exchange for a given resultant of the pressure.
 //!
-//! A motion is an approach δ and two rotations θ, by which a cell comes closer by δ + θ_x y − θ_y x; its resultant is the sum of the
-//! pressure times that. With the load given the approach is unknown; with the moments given the two rotations are too; bodies of a structure may
-//! be free to move along any motions.
+//! A motion consists of an approach δ and two rotations θ. It brings a cell closer by δ + θ_x y − θ_y x. Its resultant
+//! is the sum of the pressure times that displacement. If the load is given, the approach is unknown. If the moments
+//! are given, both rotations are unknown too. Bodies of a structure may be free to move along any motions.
 
 use crate::contact::sums::sum;
 use crate::grid::Grid;
 
-/// Coefficients or resultants of up to three motions; those that a problem does not have are 0.
+/// Coefficients or resultants of up to three motions; 0 for a motion that a problem does not have.
 pub(super) type Motions = [f64; 3];
 
-/// Below this part of its diagonal a pivot is rounding: the cells in question do not tell the motions apart.
+/// A pivot below this fraction of its diagonal is rounding: the cells do not determine the motions.
 const SINGULAR: f64 = 1e-12;
 
-/// The fields 1, y and −x at a cell.
+/// Returns the fields 1, y and −x at a cell.
 fn fields(grid: Grid, c: usize) -> Motions {
     let (i, j) = grid.cell(c);
     let (x, y) = grid.centre(i, j);
     [1.0, y, -x]
 }
 
-/// Displacement of a cell by an approach and two rotations.
+/// Returns the displacement of a cell by an approach and two rotations.
 pub(super) fn displacement(grid: Grid, motions: Motions, c: usize) -> f64 {
     let fields = fields(grid, c);
     (0..3).map(|k| motions[k] * fields[k]).sum()
 }
 
-/// Load and moments of a pressure over the area of a cell.
+/// Returns the load and the moments of a pressure, divided by the area of a cell.
 pub(super) fn load_and_moments(grid: Grid, pressure: &[f64]) -> Motions {
     let mut sums = [0.0; 3];
     for (c, p) in pressure.iter().enumerate() {
@@ -38,18 +38,18 @@ pub(super) fn load_and_moments(grid: Grid, pressure: &[f64]) -> Motions {
     sums
 }
 
-/// The unknown motions of a problem, up to three.
+/// Unknown motions of a problem, up to three.
 #[derive(Debug, Clone)]
 pub(super) struct RigidMotions {
     grid: Grid,
-    /// Approach and rotations of each; those beyond `count` are none.
+    /// Approach and rotations of each motion; zero beyond `count`.
     motions: [Motions; 3],
     count: usize,
     rotates: bool,
 }
 
 impl RigidMotions {
-    /// Motions that are independent of each other.
+    /// Creates the unknown motions, which must be independent.
     pub(super) fn new(grid: Grid, motions: &[Motions]) -> Self {
         let mut all = [[0.0; 3]; 3];
         all[..motions.len()].copy_from_slice(motions);
@@ -61,29 +61,33 @@ impl RigidMotions {
         }
     }
 
-    /// True where pressure and motions are all given.
+    /// Returns true if no motion is unknown.
     pub(super) fn none(&self) -> bool {
         self.count == 0
     }
 
-    /// True where one of them turns the bodies; else there is at most one, the approach.
+    /// Returns true if a motion rotates the bodies. Otherwise the approach is the only motion, if there is one.
     pub(super) fn rotates(&self) -> bool {
         self.rotates
     }
 
-    /// Approach and rotations of a combination of the motions.
-    pub(super) fn combined(&self, of: &Motions) -> Motions {
-        [0, 1, 2].map(|m| (0..self.count).map(|k| of[k] * self.motions[k][m]).sum())
+    /// Returns the approach and rotations of a combination of the motions.
+    pub(super) fn combined(&self, amounts: &Motions) -> Motions {
+        [0, 1, 2].map(|m| {
+            (0..self.count)
+                .map(|k| amounts[k] * self.motions[k][m])
+                .sum()
+        })
     }
 
-    /// The fields of the motions at a cell, 0 for an absent one.
+    /// Returns the displacement fields of the motions at a cell, 0 for an absent motion.
     fn fields(&self, c: usize) -> Motions {
         let fields = fields(self.grid, c);
         self.motions
             .map(|motion| (0..3).map(|m| motion[m] * fields[m]).sum())
     }
 
-    /// Displacement of a cell by the motions.
+    /// Returns the displacement of a cell by the motions.
     pub(super) fn at(&self, motions: &Motions, c: usize) -> f64 {
         if self.rotates {
             let fields = self.fields(c);
@@ -93,19 +97,19 @@ impl RigidMotions {
         }
     }
 
-    /// Σ value · field over some cells, for each motion.
+    /// Returns Σ value · field over some cells, for each motion.
     pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotates {
-            // Moments cancel, and the sum of many equal pressures rounds each time to the same side: what each addition loses
-            // is summed as well [Neumaier 1974].
-            let mut lost = [0.0; 3];
+            // Moments cancel, and many equal pressures round to the same side in each addition. So the rounding errors
+            // are summed as well [Neumaier 1974].
+            let mut rounding_errors = [0.0; 3];
             for (&c, value) in cells.iter().zip(values) {
                 let fields = self.fields(c);
                 for k in 0..3 {
                     let term = value * fields[k];
                     let sum = sums[k] + term;
-                    lost[k] += if sums[k].abs() >= term.abs() {
+                    rounding_errors[k] += if sums[k].abs() >= term.abs() {
                         (sums[k] - sum) + term
                     } else {
                         (term - sum) + sums[k]
@@ -113,15 +117,15 @@ impl RigidMotions {
                     sums[k] = sum;
                 }
             }
-            (0..3).for_each(|k| sums[k] += lost[k]);
+            (0..3).for_each(|k| sums[k] += rounding_errors[k]);
         } else if !self.none() {
             sums[0] = sum(values);
         }
         sums
     }
 
-    /// The motions whose displacement has the given resultants on some cells; `None` where the cells (none, or all in a line)
-    /// do not determine them.
+    /// Returns the motions whose displacement has the given resultants on some cells. Returns `None` if the cells do
+    /// not determine them: no cells, or all in a line.
     pub(super) fn with_resultants(&self, cells: &[usize], resultants: Motions) -> Option<Motions> {
         if self.none() {
             return None;
@@ -133,13 +137,14 @@ impl RigidMotions {
         self.solve(self.gram(cells), resultants, |_| None)
     }
 
-    /// As [`RigidMotions::with_resultants`], with none of a motion that the cells do not determine.
+    /// Computes [`RigidMotions::with_resultants`], with zero for a motion that the cells do not determine.
     pub(super) fn determined(&self, cells: &[usize], resultants: Motions) -> Motions {
         self.solve(self.gram(cells), resultants, |_| Some(f64::MAX))
             .unwrap_or_default()
     }
 
-    /// As [`RigidMotions::with_resultants`], with a `part` of what other cells have added to the cells'.
+    /// Computes [`RigidMotions::with_resultants`], with `part` of the matrix of `others` added to the matrix of
+    /// `cells`.
     pub(super) fn with_resultants_of(
         &self,
         cells: &[usize],
@@ -156,7 +161,7 @@ impl RigidMotions {
         self.solve(gram, resultants, |_| None)
     }
 
-    /// Σ field · field over some cells.
+    /// Returns Σ field · field over some cells.
     fn gram(&self, cells: &[usize]) -> [[f64; 3]; 3] {
         let mut gram = [[0.0; 3]; 3];
         for &c in cells {
@@ -170,7 +175,7 @@ impl RigidMotions {
         gram
     }
 
-    /// Solves a symmetric system in the present motions by LDLᵀ; a pivot that is rounding becomes `singular` of it.
+    /// Solves a symmetric system in the present motions by LDLᵀ. Replaces a pivot at rounding by `singular` of it.
     fn solve(
         &self,
         mut matrix: [[f64; 3]; 3],
@@ -180,11 +185,11 @@ impl RigidMotions {
         let count = self.count;
         let mut x = right;
         for k in 0..count {
-            let whole = matrix[k][k];
+            let diagonal = matrix[k][k];
             for m in 0..k {
                 matrix[k][k] -= matrix[k][m] * matrix[k][m] * matrix[m][m];
             }
-            if matrix[k][k] <= SINGULAR * whole {
+            if matrix[k][k] <= SINGULAR * diagonal {
                 matrix[k][k] = singular(matrix[k][k])?;
             }
             for r in k + 1..count {
@@ -211,19 +216,19 @@ impl RigidMotions {
         Some(x)
     }
 
-    /// How far apart two resultants are, moments counted over half the diagonal of the grid.
+    /// Returns the distance between two resultants. Moments are divided by half the diagonal of the grid.
     pub(super) fn distance(&self, a: &Motions, b: &Motions) -> f64 {
         let [lx, ly] = self.grid.size();
         let arm = 0.5 * lx.hypot(ly);
-        let (mut load, mut moments) = (0.0f64, 0.0f64);
+        let (mut load, mut moment) = (0.0f64, 0.0f64);
         for k in 0..self.count {
             let [approach, x, y] = self.motions[k];
-            let off = a[k] - b[k];
+            let difference = a[k] - b[k];
             match x == 0.0 && y == 0.0 {
-                true => load = (off / approach).abs(),
-                false => moments = moments.hypot(off / (approach.abs() + arm * x.hypot(y))),
+                true => load = (difference / approach).abs(),
+                false => moment = moment.hypot(difference / (approach.abs() + arm * x.hypot(y))),
             }
         }
-        load.max(moments)
+        load.max(moment)
     }
 }

@@ -1,29 +1,30 @@
-//! The rigid motion where the elastic cells do not determine it.
+//! Rigid motion where the elastic cells do not determine it.
 //!
-//! On one cell, or on cells in a line, bodies that are free to turn are held by resultants alone: whether the contact is solved
-//! depends on whether some motion leaves every open cell a gap. The motion taken is that of the least squares of all violations,
-//! the minimum of a convex, piecewise quadratic function: Newton's method, each step shortened until it descends. Where it leaves
-//! violations, these are a pressure step without resultants that descends.
+//! With one elastic cell, or with elastic cells in a line, only the resultants hold bodies that are free to rotate. The
+//! contact is then solved if some motion leaves every open cell a gap. This module minimises the sum of the squares of
+//! all violations, a convex, piecewise quadratic function, by Newton's method. It shortens each step until it descends.
+//! Violations that remain are a descending pressure step without resultants.
 
 use super::rigid::{Motions, RigidMotions};
 
-/// Newton's method on a piecewise quadratic function ends.
+/// Bound on Newton steps. The method ends on a piecewise quadratic function.
 const MAX_STEPS: usize = 100;
 
-/// Halvings of a step before what is left is taken for rounding.
+/// Halvings of a step after which the remaining violation counts as rounding.
 const MAX_HALVINGS: usize = 30;
 
-/// What a gap has to be on a cell.
+/// Condition on the gap of a cell.
 pub(super) enum Bound {
-    /// Not negative.
+    /// The gap must not be negative.
     Open,
-    /// None.
+    /// The gap must be zero.
     Elastic,
-    /// Not positive.
+    /// The gap must not be positive.
     Capped,
 }
 
-/// The motion, found from `start`, that leaves the gaps `residual` − motion on `cells` the least violation of their bounds.
+/// Finds the motion, starting from `start`, for which the gaps `residual` − motion on `cells` violate their bounds
+/// least.
 pub(super) fn least_violation(
     motions: &RigidMotions,
     start: Motions,
@@ -44,29 +45,29 @@ pub(super) fn least_violation(
         squares.sum()
     };
     let mut motion = start;
-    let mut worst = square(&motion);
+    let mut least_square = square(&motion);
     for _ in 0..MAX_STEPS {
-        let (violated, by): (Vec<usize>, Vec<f64>) = cells
+        let (violated, amounts): (Vec<usize>, Vec<f64>) = cells
             .iter()
             .map(|&c| (c, violation(&motion, c)))
-            .filter(|(_, by)| *by != 0.0)
+            .filter(|(_, amount)| *amount != 0.0)
             .unzip();
-        let resultants = motions.resultants(&violated, &by);
+        let resultants = motions.resultants(&violated, &amounts);
         let mut step = motions.determined(&violated, resultants);
-        let mut shorter = None;
+        let mut descending = None;
         for _ in 0..MAX_HALVINGS {
             let trial = [0, 1, 2].map(|k| motion[k] + step[k]);
-            let there = square(&trial);
-            if there < worst {
-                shorter = Some((trial, there));
+            let trial_square = square(&trial);
+            if trial_square < least_square {
+                descending = Some((trial, trial_square));
                 break;
             }
             step = step.map(|s| 0.5 * s);
         }
-        let Some(next) = shorter else {
+        let Some(next) = descending else {
             break;
         };
-        (motion, worst) = next;
+        (motion, least_square) = next;
     }
     motion
 }

@@ -1,4 +1,4 @@
-//! Preconditioned conjugate gradients for the tractions of a unit motion of a set of cells.
+//! Preconditioned conjugate gradients for the tractions under a unit motion of a set of cells.
 
 use super::super::cells::{gather, scatter};
 use super::super::coarse::Coarse;
@@ -7,18 +7,18 @@ use super::super::half_space::{Boundary, HalfSpace, Shear};
 use super::Moved;
 use crate::grid::ByAxis;
 
-/// Bound on what an iteration leaves of the one before, in the estimate of what all others will add.
+/// Bound on the convergence rate in the estimate of the energy that further iterations would add.
 const SLOWEST: f64 = 0.9;
 
-/// A residual whose own energy is this part of what is asked for has nothing left to add.
+/// The solve stops if the energy of the preconditioned residual is below this fraction of the allowed energy error.
 const NOTHING: f64 = 1e-3;
 
-/// Bound on conjugate gradient iterations; a contact set of any shape takes a few dozen.
+/// Bound on conjugate gradient iterations. A contact set of any shape takes a few dozen.
 const MAX_ITERATIONS: usize = 2000;
 
 pub(super) type Field = ByAxis<Vec<f64>>;
 
-/// Which traction a field is.
+/// Traction that a field represents.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Traction {
     Pressure,
@@ -35,7 +35,7 @@ impl Shear {
     }
 }
 
-/// The far field under a traction; what the other tractions displace of it is a small part.
+/// Creates the far-field correction for a traction. It neglects the small contribution of the other tractions.
 fn far_field(half_space: &HalfSpace, traction: Traction) -> Coarse {
     let pair = half_space.pair();
     let (a, b) = (pair.compliance(), pair.lateral_compliance());
@@ -46,12 +46,12 @@ fn far_field(half_space: &HalfSpace, traction: Traction) -> Coarse {
     })
 }
 
-/// Preconditioned conjugate gradients for K x = `motion` (of an axis and a cell), each of the `fields` on its set. They begin with the best
-/// multiple of `start`, shear along x.
+/// Solves K x = `motion` by preconditioned conjugate gradients. `motion` takes an axis and a cell; each of the `fields`
+/// lives on its own set of cells. The iteration begins with the best multiple of `start`, a shear along x.
 ///
-/// Iteration by iteration the energy xᵀ K x grows to that of the solution. What it grows by falls like a geometric series, and the rest of
-/// that series is what is left to find: a residual says little of it, as on scattered cells a small one is that of soft, far-reaching
-/// motions [Hestenes and Stiefel 1952; Strakoš and Tichý 2002].
+/// In each iteration the energy xᵀ K x grows towards the energy of the solution. The increments fall like a geometric
+/// series, and the rest of this series estimates the error. The residual is a poor estimate: on scattered cells, a
+/// small residual may belong to soft, far-reaching motions [Hestenes and Stiefel 1952; Strakoš and Tichý 2002].
 #[allow(clippy::too_many_arguments)]
 pub(super) fn linearise(
     half_space: &mut HalfSpace,
@@ -119,14 +119,14 @@ pub(super) fn linearise(
         cells[axis].iter().for_each(|&c| direction[axis][c] = 0.0);
         coarse.prepare(&cells[axis], |c| image[axis][c], |_| 1.0);
     }
-    // A unit displacement of the only field has been preconditioned with that.
-    let mut known = axes == 1
+    // Setting the springs of a single field has already preconditioned a unit displacement.
+    let mut is_preconditioned = axes == 1
         && start.is_none()
         && !coarse.is_empty()
         && cells[0].iter().all(|&c| motion(0, c) == 1.0);
     let mut energy = 0.0;
-    // What the last three iterations have added, of which the start is one.
-    let mut added = [f64::INFINITY; 3];
+    // Energy that each of the last three iterations added. The start counts as one.
+    let mut increments = [f64::INFINITY; 3];
     if let Some(start) = start {
         for &c in &cells[0] {
             density[0][c] = start[c];
@@ -136,7 +136,7 @@ pub(super) fn linearise(
             half_space.shear_of_x(&density[0], &mut image);
             let factor = work / dot(&density, &image);
             energy = factor * work;
-            added[0] = energy;
+            increments[0] = energy;
             for axis in 0..axes {
                 for &c in &cells[axis] {
                     density[axis][c] *= factor;
@@ -149,7 +149,7 @@ pub(super) fn linearise(
     let mut product = f64::INFINITY;
     let mut iterations = 0;
     while (0..axes).any(moves) {
-        if !std::mem::take(&mut known) {
+        if !std::mem::take(&mut is_preconditioned) {
             precondition(half_space, &residual, &mut image);
         }
         for (axis, coarse) in coarse.iter_mut().enumerate() {
@@ -159,20 +159,20 @@ pub(super) fn linearise(
             scatter(&target, &cells[axis], &mut image[axis]);
         }
         let new_product = dot(&residual, &image);
-        let asked = tolerance * tolerance * energy;
-        if new_product.abs() <= NOTHING * asked {
+        let allowed_error = tolerance * tolerance * energy;
+        if new_product.abs() <= NOTHING * allowed_error {
             break;
         }
         if iterations == MAX_ITERATIONS {
             return Err(ContactError::NotConverged {
                 problem: "stiffness",
                 iterations,
-                error: (left(&added) / energy).sqrt(),
+                error: (remaining_energy(&increments) / energy).sqrt(),
                 tolerance,
             });
         }
         if new_product <= 0.0 && !coarse.is_empty() {
-            // A correction that is not positive on these cells: on without it.
+            // The correction is not positive on these cells: continue without it.
             coarse.clear();
             product = f64::INFINITY;
             continue;
@@ -193,12 +193,12 @@ pub(super) fn linearise(
             }
         }
         iterations += 1;
-        let more = length * product;
-        energy += more;
-        added = [more, added[0], added[1]];
-        let rest = left(&added);
-        if added[2].is_finite() && rest <= tolerance * tolerance * energy {
-            energy += rest;
+        let increment = length * product;
+        energy += increment;
+        increments = [increment, increments[0], increments[1]];
+        let remaining = remaining_energy(&increments);
+        if increments[2].is_finite() && remaining <= tolerance * tolerance * energy {
+            energy += remaining;
             break;
         }
     }
@@ -210,8 +210,8 @@ pub(super) fn linearise(
     })
 }
 
-/// What all further iterations will add, after what the last three have, the latest first.
-fn left([last, before, earlier]: &[f64; 3]) -> f64 {
+/// Estimates the energy that all further iterations would add, from the increments of the last three, latest first.
+fn remaining_energy([last, before, earlier]: &[f64; 3]) -> f64 {
     let rate = (last / before).max(before / earlier).min(SLOWEST);
     last * rate / (1.0 - rate)
 }

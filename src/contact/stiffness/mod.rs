@@ -1,11 +1,11 @@
 //! Contact stiffness by exact linearisation on the contact set: no cell enters, leaves or slips.
 //!
-//! kn is the slope dN/dδ of the indentation curve, kt the slope dT/dδ at full stick. Capped cells carry a fixed pressure, so
-//! they count in kt and not in kn.
+//! kn is the slope dN/dδ of the indentation curve, kt the slope dT/dδ at full stick. Capped cells carry a fixed
+//! pressure, so they count in kt but not in kn.
 //!
-//! [`normal`] and [`tangential`] take the blocks of K by themselves: kn where the surfaces slide freely, kt at given pressures.
-//! [`coupled`] takes both together, for bodies that differ elastically and cells that stick: normal motion then shears them
-//! and tangential motion presses them, which makes both stiffer, by a part of the order β².
+//! [`normal`] and [`tangential`] use the diagonal blocks of K: kn where the surfaces slide freely, kt at given
+//! pressures. [`coupled`] uses the whole K, for bodies that differ elastically and cells that stick. A normal motion
+//! then causes shear and a tangential motion causes pressure. Both become stiffer by a fraction of order β².
 //!
 //! ```
 //! use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, stiffness};
@@ -24,7 +24,7 @@
 //! let mut half_space = HalfSpace::new(grid, steel, Boundary::Free);
 //! let kn = stiffness::normal(&mut half_space, &cells)?.total;
 //!
-//! // 2 E* a.
+//! // Exact stiffness: 2 E* a.
 //! let exact = CircularPunch { radius, pair: steel }.normal_stiffness();
 //! assert!((kn / exact - 1.0).abs() < 0.01);
 //! # Ok::<(), fretwear::contact::ContactError>(())
@@ -38,44 +38,47 @@ use super::half_space::{Boundary, HalfSpace, Shear};
 use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
-/// Relative error of the tractions, in the norm of their energy, at which a solve stops. The stiffness is that energy: its relative error is
-/// the square of this at most, and what the last iterations say of the rest is added to it, so that it is right to 1e-7.
+/// Relative error of the tractions, in the energy norm, at which a solve stops. The stiffness is that energy, so its
+/// relative error is at most the square. The estimated energy of further iterations is added to it, so that it is
+/// accurate to 1e-7.
 pub const TOLERANCE: f64 = 2e-4;
 
-/// Relative error of the tractions at which a solve stops for a stiffness that is a figure of a contact: that contact is solved to some 1e-6 itself.
+/// Tolerance of the tractions for a stiffness that is reported for a contact. The contact itself is solved to some
+/// 1e-6.
 pub const FIGURE_TOLERANCE: f64 = 1e-3;
 
-/// Relative error of the tractions at which a solve stops for a stiffness that is only held against another: its error is some 1e-4.
+/// Tolerance of the tractions for a stiffness that is only compared with another. Its error is some 1e-4.
 pub const COMPARED_TOLERANCE: f64 = 1e-2;
 
-/// Relative error of the tractions at which a solve stops where the densities of single cells are used: those are in error by this itself.
+/// Tolerance of the tractions where the densities of single cells are used. These have an error of this order.
 const LOCAL_TOLERANCE: f64 = 3e-6;
 
-/// Relative error of the tractions at which a solve stops where several motions are put together: their resultants are right to the square of
-/// this, and their differences lose some digits.
+/// Tolerance of the tractions where several motions are combined. Their resultants are accurate to its square, and
+/// their differences lose some digits.
 const MIXED_TOLERANCE: f64 = 1e-4;
 
-/// A stiffness against turning below this part of its terms is the error of these: the cells do not resist.
+/// A stiffness against rotation below this fraction of the sum of its terms is rounding: the cells do not resist.
 const SINGULAR: f64 = 1e-6;
 
-/// Share of the cells in contact from which on a periodic contact is next to rigid: kn's pressures, all but even, then tell nothing of kt.
+/// Fraction of cells in contact from which a periodic contact is nearly rigid. The pressures of kn are then almost
+/// uniform and no useful start for kt.
 const NEARLY_FULL: f64 = 0.8;
 
-/// Pressures (or shears) under a unit displacement of a set of cells, and their resultant.
+/// Tractions under a unit displacement of a set of cells, and their resultant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stiffness {
-    /// Traction per displacement on each cell, 0 off the set; one field an axis \[Pa/m\]. Where the total alone is asked for, right
-    /// to some 1e-4 of the whole.
+    /// Traction per displacement on each cell, 0 off the set; one field per axis \[Pa/m\]. If only the total was
+    /// requested, the densities are accurate to some 1e-4 of the whole.
     pub density: ByAxis<Vec<f64>>,
-    /// Resultant along the displacement \[N/m\]; infinite for a full periodic contact, which no load displaces against the
-    /// mean.
+    /// Resultant along the displacement \[N/m\]. It is infinite for a full periodic contact, where no load causes a
+    /// displacement relative to the mean.
     pub total: f64,
     /// Conjugate gradient iterations.
     pub iterations: usize,
 }
 
 impl Stiffness {
-    /// The total as the sum of the densities: of those that are as good as it.
+    /// Replaces the total by the sum of the densities, for densities that are as accurate as the total.
     fn of_density(self, cell_area: f64) -> Self {
         let total = match self.total.is_finite() {
             true => self.density[0].iter().sum::<f64>() * cell_area,
@@ -85,11 +88,11 @@ impl Stiffness {
     }
 }
 
-/// Tractions under a motion, and what is left of it: the displacement that they do not reach.
+/// Tractions under a motion, and the residual: the part of the displacement that they do not reach.
 struct Moved {
     density: Field,
     residual: Field,
-    /// Energy of the motion over the cell's area.
+    /// Energy of the motion divided by the cell area.
     energy: f64,
     iterations: usize,
 }
@@ -104,18 +107,18 @@ impl Moved {
     }
 }
 
-/// Cells in contact below the pressure cap: those that a higher load presses further.
+/// Returns the cells in contact below the pressure cap, whose pressure a higher load would increase.
 pub fn elastic_cells(pressure: &[f64], pressure_cap: Option<f64>) -> Vec<bool> {
     let cap = pressure_cap.unwrap_or(f64::INFINITY);
     pressure.iter().map(|&p| p > 0.0 && p < cap).collect()
 }
 
-/// kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not turn.
+/// Computes kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not rotate.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
     normal_to(half_space, set, TOLERANCE)
 }
 
-/// As [`normal`], to a relative error of the tractions.
+/// Computes [`normal`] to a given relative error of the tractions.
 pub fn normal_to(
     half_space: &mut HalfSpace,
     set: &[bool],
@@ -125,15 +128,15 @@ pub fn normal_to(
     Ok(moved.stiffness(half_space.grid().cell_area()))
 }
 
-/// As [`normal`], with densities as good as the total.
+/// Computes [`normal`] with densities as accurate as the total.
 pub fn local_normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
     Ok(normal_to(half_space, set, LOCAL_TOLERANCE)?.of_density(half_space.grid().cell_area()))
 }
 
-/// kn over the cells of `set` for bodies that are free to turn: dN/dδ at constant moments about the grid's centre.
+/// Computes kn over the cells of `set` for bodies that may rotate: dN/dδ at constant moments about the grid's centre.
 ///
-/// With S the resultants of the pressures under a unit approach and unit rotations, this is 1/(S⁻¹)₀₀. A rotation that the
-/// cells do not resist is left at zero.
+/// S holds the resultants of the pressures under a unit approach and unit rotations; the result is 1/(S⁻¹)₀₀. A
+/// rotation that the cells do not resist stays zero.
 pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
     let grid = half_space.grid();
     let field = |c: usize| {
@@ -145,14 +148,15 @@ pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Co
         .map(|k| normal_under(half_space, set, MIXED_TOLERANCE, |c| field(c)[k]))
         .into_iter()
         .collect::<Result<Vec<_>, _>>()?;
-    Ok(followed(moved, grid.cell_area(), |motion, _, c| {
+    Ok(condense(moved, grid.cell_area(), |motion, _, c| {
         field(c)[motion]
     }))
 }
 
-/// The first of some motions, where each of the others follows without a resultant. `field` is the displacement of a motion
-/// along an axis at a cell; a motion that the cells do not resist stays away.
-fn followed(
+/// Returns the stiffness against the first of several motions, while the others adjust so that their resultants vanish.
+/// `field` returns the displacement of a motion along an axis at a cell. A motion that the cells do not resist is left
+/// out.
+fn condense(
     mut moved: Vec<Moved>,
     cell_area: f64,
     field: impl Fn(usize, usize, usize) -> f64,
@@ -164,8 +168,8 @@ fn followed(
         };
         density.iter().enumerate().map(on_axis).sum()
     };
-    // The resultant of one motion's tractions along another, and the work of the other's on what the one has left: together right to
-    // the second order. Symmetric up to that.
+    // The resultant of one motion's tractions along the other motion, plus the work of the other's tractions on the
+    // residual of the first. The sum is accurate, and symmetric, to second order.
     let count = moved.len();
     let resultant = |a: usize, b: usize| {
         sum(&moved[a].density, &|axis, c, q| q * field(b, axis, c))
@@ -191,16 +195,16 @@ fn followed(
     {
         let motion = moved.len();
         let own = resultants[motion][motion];
-        let resisted = own > SINGULAR * terms[motion];
+        let is_resisted = own > SINGULAR * terms[motion];
         for (k, other) in moved.iter_mut().enumerate() {
             other.iterations += follower.iterations;
-            if !resisted {
+            if !is_resisted {
                 continue;
             }
             let part = resultants[k][motion] / own;
-            for (density, less) in other.density.iter_mut().zip(&follower.density) {
-                for (density, less) in density.iter_mut().zip(less) {
-                    *density -= part * less;
+            for (density, follower_density) in other.density.iter_mut().zip(&follower.density) {
+                for (density, follower_density) in density.iter_mut().zip(follower_density) {
+                    *density -= part * follower_density;
                 }
             }
             for l in 0..motion {
@@ -213,7 +217,7 @@ fn followed(
     first.stiffness(cell_area)
 }
 
-/// Pressures on the cells of `set` that displace each of them as told.
+/// Computes the pressures on the cells of `set` that cause the displacement `motion` of each cell.
 fn normal_under(
     half_space: &mut HalfSpace,
     set: &[bool],
@@ -232,7 +236,7 @@ fn normal_under(
     )
 }
 
-/// kt along x over the cells of `set`; with [`Shear::InPlane`] the transverse displacement is held at zero.
+/// Computes kt along x over the cells of `set`. With [`Shear::InPlane`] the transverse displacement is zero.
 pub fn tangential(
     half_space: &mut HalfSpace,
     set: &[bool],
@@ -241,17 +245,17 @@ pub fn tangential(
     tangential_to(half_space, set, shear, TOLERANCE)
 }
 
-/// As [`tangential`], with densities as good as the total.
+/// Computes [`tangential`] with densities as accurate as the total.
 pub fn local_tangential(
     half_space: &mut HalfSpace,
     set: &[bool],
     shear: Shear,
 ) -> Result<Stiffness, ContactError> {
-    let found = tangential_to(half_space, set, shear, LOCAL_TOLERANCE)?;
-    Ok(found.of_density(half_space.grid().cell_area()))
+    let result = tangential_to(half_space, set, shear, LOCAL_TOLERANCE)?;
+    Ok(result.of_density(half_space.grid().cell_area()))
 }
 
-/// As [`tangential`], to a relative error of the tractions.
+/// Computes [`tangential`] to a given relative error of the tractions.
 pub fn tangential_to(
     half_space: &mut HalfSpace,
     set: &[bool],
@@ -261,7 +265,8 @@ pub fn tangential_to(
     tangential_from(half_space, set, shear, tolerance, None)
 }
 
-/// As [`tangential_to`], begun from kn of the same contact, whose pressures are nearly the shear up to a factor.
+/// Computes [`tangential_to`], starting from kn of the same contact. Its pressures are nearly proportional to the
+/// shear.
 pub fn tangential_from(
     half_space: &mut HalfSpace,
     set: &[bool],
@@ -286,18 +291,18 @@ pub fn tangential_from(
     Ok(moved.stiffness(half_space.grid().cell_area()))
 }
 
-/// What moves by a unit.
+/// Rigid motion by a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// The approach, with no tangential motion.
+    /// Unit approach, with no tangential motion.
     Normal,
-    /// The displacement along x, at a constant approach and with no motion along y.
+    /// Unit displacement along x, at a constant approach and with no motion along y.
     AlongX,
 }
 
-/// kn or kt of the whole K. Elastic cells of `pressed` keep their gap closed, cells of `stuck` do not slip; cells of one set alone
-/// keep the traction of the other kind. Densities are those of the pressure, then of the shear along each axis. The solve stops at
-/// `tolerance`, a relative error of the tractions.
+/// Computes kn or kt of the whole K. The elastic cells `pressed` keep their gap closed, and the cells `stuck` do not
+/// slip. A cell of only one set keeps the traction of the other kind. The densities are the pressure, then the shear
+/// along each axis. The solve stops at `tolerance`, a relative error of the tractions.
 pub fn coupled(
     half_space: &mut HalfSpace,
     direction: Direction,

@@ -1,15 +1,15 @@
-//! The [`FarField`]'s correction of the preconditioner, for the cells and directions that are free.
+//! Far-field correction of the preconditioner, for the free cells and directions. See [`FarField`].
 
 use super::vector::{Vector, dot, plus};
 use crate::contact::far_field::FarField;
 use crate::contact::half_space::HalfSpace;
 
-/// The blocks, and the springs of the free cells.
+/// Far field, and the springs of the free cells.
 pub(super) struct Coarse<const A: usize> {
     far_field: FarField<A>,
     /// Block of each contact cell.
     block: Vec<u32>,
-    /// What the preconditioner makes of a unit displacement along each axis, in the free directions.
+    /// Preconditioner applied to a unit displacement along each axis, in the free directions.
     pub(super) springs: [Vec<Vector<A>>; A],
     sums: Vec<f64>,
 }
@@ -45,17 +45,18 @@ impl<const A: usize> Coarse<A> {
         self.far_field.exists()
     }
 
-    /// Prepares the correction for the springs that are set; `unit` is what they were made of, along an axis on a cell.
+    /// Prepares the correction from the springs. `unit` returns the displacement, along an axis on a cell, that made
+    /// them.
     pub(super) fn prepare(&mut self, unit: impl Fn(usize, usize) -> Vector<A>) {
-        let mut held = vec![[[0.0; A]; A]; self.far_field.size() / A];
+        let mut block_springs = vec![[[0.0; A]; A]; self.far_field.size() / A];
         for (cell, &block) in self.block.iter().enumerate() {
-            for (u, row) in held[block as usize].iter_mut().enumerate() {
+            for (u, row) in block_springs[block as usize].iter_mut().enumerate() {
                 for (v, entry) in row.iter_mut().enumerate() {
                     *entry += dot(unit(u, cell), self.springs[v][cell]);
                 }
             }
         }
-        self.far_field.prepare(&held);
+        self.far_field.prepare(&block_springs);
     }
 
     /// Sums S `source` over the blocks.
@@ -68,14 +69,18 @@ impl<const A: usize> Coarse<A> {
         }
     }
 
-    /// `target` −= S (L⁻¹ + S)⁻¹ of the sums that were looked at.
+    /// `target` −= S (L⁻¹ + S)⁻¹ of the sums that [`Coarse::look`] stored.
     pub(super) fn correct(&mut self, target: &mut [Vector<A>]) {
-        let Some(moved) = self.far_field.moved(&self.sums) else {
+        let Some(displacement) = self.far_field.moved(&self.sums) else {
             return;
         };
         for (cell, (&block, z)) in self.block.iter().zip(target).enumerate() {
             for u in 0..A {
-                *z = plus(*z, -moved[A * block as usize + u], self.springs[u][cell]);
+                *z = plus(
+                    *z,
+                    -displacement[A * block as usize + u],
+                    self.springs[u][cell],
+                );
             }
         }
     }

@@ -1,41 +1,43 @@
 //! Projected conjugate gradient steps, with which a solve begins.
 //!
-//! The search direction keeps its conjugacy while cells begin and cease to slip (β of Hestenes and Stiefel, from the true change
-//! of the slip). A trial step is projected into the discs and onto the resultants, and the chord to the projected point followed
-//! to its minimum: one convolution a step. On a steady state of all cells this is the conjugate gradient method.
+//! The search direction remains conjugate while cells begin and cease to slip (β of Hestenes and Stiefel, from the true
+//! change of the slip). A trial step is projected into the discs and onto the resultants. The chord to the projected
+//! point is followed to its minimum, at one convolution per step. While no cell changes its state, this is the
+//! conjugate gradient method.
 
 use super::direction::Freedom;
 use super::newton::Solver;
 use super::resultants::solve_small;
 use super::vector::{dot, plus, scaled};
 
-/// Part of the cells that have changed between stick and slip when the preconditioner's correction is set anew.
+/// Fraction of the cells that must change between stick and slip before the preconditioner's correction is reset.
 const STALE: f64 = 0.1;
 
 /// Bounds on the length of a trial step, whose natural length is one.
 const LENGTHS: (f64, f64) = (0.05, 4.0);
 
-/// Part of the predicted length that is tried where the shear has two components: slip cells lie on the circle at the end of a
-/// chord and within it on the way, so a trial had better be too short than too long.
+/// Fraction of the predicted length that is tried where the shear has two components. Slip cells lie on the circle at
+/// the end of a chord and inside it in between, so a short trial is better than a long one.
 const SHORTENED: f64 = 0.9;
 
-/// Part of the cells that stick below which, where the shear has two components, Newton steps are taken: the directions of sliding
-/// shears are angles, which a few of those get exact, and conjugate gradients on chords of the circles do not.
+/// Fraction of sticking cells below which, where the shear has two components, Newton steps follow. The directions of
+/// sliding shears are angles. A few Newton steps find these angles exactly; conjugate gradients on chords of the
+/// circles do not.
 const SLIDING: f64 = 0.02;
 
-/// Shorter trials along one direction before the plain one is taken, each a quarter as long.
+/// Number of trials along one direction, each a quarter as long as the one before. The plain direction follows.
 const TRIALS: usize = 3;
 
 impl<const A: usize> Solver<'_, '_, A> {
-    /// A step. False where none descends, and where Newton steps are better.
+    /// Takes one step. Returns false if no step descends, or if Newton steps are better.
     pub(super) fn conjugate_step(&mut self) -> bool {
         let (changed, sticking) = self.set_free();
         if A > 1 && (sticking as f64) < SLIDING * self.freedom.len() as f64 {
             return false;
         }
         self.stale += changed;
-        let begins = self.predicted == 0.0;
-        if begins || self.stale as f64 > STALE * self.freedom.len() as f64 {
+        let is_first = self.predicted == 0.0;
+        if is_first || self.stale as f64 > STALE * self.freedom.len() as f64 {
             self.stale = 0;
             self.set_springs();
             self.rigid_fields();
@@ -62,7 +64,7 @@ impl<const A: usize> Solver<'_, '_, A> {
             }
         }
         let mut beta = 0.0;
-        if !begins {
+        if !is_first {
             let (mut change, mut curvature) = (0.0, 0.0);
             let steps = self.step.iter().zip(&self.image).zip(&self.freedom);
             for (w, ((step, image), freedom)) in self.work.iter().zip(steps) {
@@ -79,7 +81,7 @@ impl<const A: usize> Solver<'_, '_, A> {
             }
         }
         let shortened = if A == 1 { 1.0 } else { SHORTENED };
-        let mut length = if begins {
+        let mut length = if is_first {
             1.0
         } else {
             shortened * self.predicted
@@ -95,18 +97,19 @@ impl<const A: usize> Solver<'_, '_, A> {
                     *step = scaled(length, *direction);
                 }
             }
-            if self.turn_and_project() && self.follow(length) {
+            if self.turn_and_project() && self.minimise_on_chord(length) {
                 self.iterations += 1;
                 return true;
             }
             length *= 0.25;
         }
         self.predicted = 0.0;
-        !begins && self.conjugate_step()
+        !is_first && self.conjugate_step()
     }
 
-    /// Follows the chord `step` to its minimum, or to where a shear on it meets its limit. False where it does not descend.
-    fn follow(&mut self, length: f64) -> bool {
+    /// Follows the chord `step` to its minimum, or to the point where a shear on it meets its limit. Returns false if
+    /// the chord does not descend.
+    fn minimise_on_chord(&mut self, length: f64) -> bool {
         let along = |slip: &[_], step: &[_]| -> f64 {
             slip.iter().zip(step).map(|(s, d)| dot::<A>(*s, *d)).sum()
         };
@@ -131,7 +134,7 @@ impl<const A: usize> Solver<'_, '_, A> {
         true
     }
 
-    /// How far the chord can be followed within the discs, its own end being 1.
+    /// Returns how far the chord stays within the discs, as a multiple of its length.
     fn reach(&self) -> f64 {
         if A > 1 {
             return 1.0;

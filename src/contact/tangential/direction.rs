@@ -1,34 +1,37 @@
-//! The direction of a Newton step: which cells are free to do what, and conjugate gradients in those directions.
+//! Direction of a Newton step: the free directions of each cell, and conjugate gradients in them.
 
 use super::newton::{Gap, ON_CIRCLE, Solver};
 use super::resultants::{MOTIONS, Motions, solve_small};
 use super::vector::{Vector, dot, norm, plus, quarter_turn, scaled};
 
-/// A shear this close to its limit, that the slip drives beyond it, is taken as slipping in a Newton step. Were only shears on
-/// the circle taken so, a chord that is shortened would leave all cells just inside of it, to stick in the next step again.
+/// Relative distance from the limit within which a shear may count as slipping in a Newton step, if the slip drives it
+/// beyond the limit. If only shears on the circle counted, a shortened chord would leave all cells just inside it, and
+/// they would stick again in the next step.
 const NEAR_CIRCLE: f64 = 0.05;
 
-/// How far the slip drives it there, in parts of the step that a cell alone would make.
+/// How far the slip is assumed to drive such a shear, as a fraction of the step of a cell alone.
 const NEAR_STEP: f64 = 0.2;
 
-/// The part of the first residual at which an inner solve stops, over the root of the error, and its bounds.
+/// Relative residual at which an inner solve stops, divided by the root of the error, and its bounds.
 const FORCING: f64 = 0.3;
 const FORCINGS: (f64, f64) = (1e-3, 0.1);
 
-/// Part of the tolerance that an inner solve leaves at most on cells that stick.
+/// Largest fraction of the tolerance that an inner solve leaves as error on sticking cells.
 const INNER_SHARE: f64 = 0.25;
 
-/// What is free to change on a contact cell in a Newton step.
+/// Free directions of the shear on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
 pub(super) enum Freedom<const A: usize> {
-    /// Both components of the shear.
+    /// Both components of the shear are free.
     Stick,
-    /// The angle: the unit tangent, and (s·q̂)/µp, the compliance that a turn of the shear meets.
+    /// Only the angle is free: along the unit tangent, with the compliance (s·q̂)/µp that resists a rotation of the
+    /// shear.
     Slip { tangent: Vector<A>, compliance: f64 },
 }
 
 impl<const A: usize> Solver<'_, '_, A> {
-    /// Decides what is free on each contact cell, and counts the cells that have changed and those that stick.
+    /// Determines the free directions of each contact cell. Counts the cells that have changed and the cells that
+    /// stick.
     pub(super) fn set_free(&mut self) -> (usize, usize) {
         let (mut changed, mut sticking) = (0, 0);
         let push = NEAR_STEP / self.lambda;
@@ -52,8 +55,9 @@ impl<const A: usize> Solver<'_, '_, A> {
         (changed, sticking)
     }
 
-    /// `work` = P S M S P `source`: the preconditioner in the free directions P. The slip cells' part is scaled by
-    /// S = √(λ/(λ + D)): where a turn is stiff already, the half space counts little. M is corrected by [`super::coarse`].
+    /// Computes `work` = P S M S P `source`: the preconditioner in the free directions P. S = √(λ/(λ + D)) scales the
+    /// slip cells, because the half space matters little where a rotation is already stiff. [`super::coarse`] corrects
+    /// M.
     pub(super) fn precondition(&mut self, source: &[Vector<A>]) {
         let lambda = self.lambda;
         for ((w, source), freedom) in self.work.iter_mut().zip(source).zip(&self.freedom) {
@@ -67,7 +71,7 @@ impl<const A: usize> Solver<'_, '_, A> {
         }
     }
 
-    /// Sets the coarse correction for the directions that are free.
+    /// Sets the coarse correction for the free directions.
     pub(super) fn set_springs(&mut self) {
         if !self.coarse.exists() {
             return;
@@ -96,7 +100,7 @@ impl<const A: usize> Solver<'_, '_, A> {
         self.coarse.prepare(unit);
     }
 
-    /// The preconditioner applied to each free rigid motion, and the matrix of their resultants.
+    /// Applies the preconditioner to each free rigid motion, and returns the matrix of their resultants.
     pub(super) fn rigid_fields(&mut self) -> [[f64; MOTIONS]; MOTIONS] {
         let mut matrix = [[0.0; MOTIONS]; MOTIONS];
         for k in 0..self.resultants.asked.len() {
@@ -113,11 +117,12 @@ impl<const A: usize> Solver<'_, '_, A> {
         matrix
     }
 
-    /// Conjugate gradients for (K + D) step = s in the free directions at constant resultants, to what is worth while before
-    /// the cells are looked at again. Gives the change of the rigid motions that belongs to the step.
+    /// Solves (K + D) step = s by conjugate gradients in the free directions at constant resultants. Stops when more
+    /// accuracy would not pay off before the free directions are determined again. Returns the change of the rigid
+    /// motions that belongs to the step.
     pub(super) fn newton_direction(&mut self, gap: Gap) -> Motions {
         let forcing = forcing(gap.error);
-        let enough = INNER_SHARE * self.options.tolerance * gap.scale;
+        let allowed_gap = INNER_SHARE * self.options.tolerance * gap.scale;
         self.set_springs();
         let matrix = self.rigid_fields();
         let mut shift = [0.0; MOTIONS];
@@ -145,11 +150,11 @@ impl<const A: usize> Solver<'_, '_, A> {
                     self.residual[cell] = plus(self.residual[cell], -1.0, freedom.free(field));
                 }
             }
-            let (mut new_product, mut left) = (0.0, 0.0);
+            let (mut new_product, mut remaining_gap) = (0.0, 0.0);
             for cell in 0..self.residual.len() {
                 let r = self.residual[cell];
                 new_product += dot(r, self.work[cell]);
-                left += match self.freedom[cell] {
+                remaining_gap += match self.freedom[cell] {
                     Freedom::Stick => self.limit[cell] * norm(r),
                     Freedom::Slip { compliance, .. } => 0.5 * dot(r, r) / compliance,
                 };
@@ -158,7 +163,8 @@ impl<const A: usize> Solver<'_, '_, A> {
                 first = new_product;
             }
             if new_product <= 0.0
-                || (product > 0.0 && (new_product <= forcing * forcing * first || left <= enough))
+                || (product > 0.0
+                    && (new_product <= forcing * forcing * first || remaining_gap <= allowed_gap))
                 || self.iterations >= self.options.max_iterations
             {
                 return shift;
@@ -197,7 +203,7 @@ impl<const A: usize> Solver<'_, '_, A> {
 }
 
 impl<const A: usize> Freedom<A> {
-    /// The part of a vector in the free directions.
+    /// Returns the part of a vector in the free directions.
     pub(super) fn free(self, vector: Vector<A>) -> Vector<A> {
         match self {
             Freedom::Stick => vector,
@@ -205,7 +211,7 @@ impl<const A: usize> Freedom<A> {
         }
     }
 
-    /// The part of a vector in the free directions, scaled as the preconditioner has it.
+    /// Returns the part of a vector in the free directions, scaled for the preconditioner.
     fn scaled(self, vector: Vector<A>, lambda: f64) -> Vector<A> {
         match self {
             Freedom::Stick => vector,
@@ -220,7 +226,7 @@ impl<const A: usize> Freedom<A> {
     }
 }
 
-/// The part of the first residual at which an inner solve stops: loose while the cells still change.
+/// Returns the relative residual at which an inner solve stops. It is loose while the cells still change.
 fn forcing(error: f64) -> f64 {
     (FORCING * error.sqrt()).clamp(FORCINGS.0, FORCINGS.1)
 }

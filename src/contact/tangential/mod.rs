@@ -1,26 +1,26 @@
-//! Tangential contact with Coulomb friction over one step, of given displacement or given force on each axis, with or without
-//! a rotation about z.
+//! Tangential contact with Coulomb friction over one step. Each axis has a given displacement or a given force, with or
+//! without a rotation about z.
 //!
-//! A step moves the bodies against each other by Δδ and turns them by Δθ about the centre of the grid. With q₀ the shear
-//! before it, find the shear q such that the slip
+//! A step moves the bodies against each other by Δδ and rotates them by Δθ about the centre of the grid. Let q₀ be the
+//! shear before it. Find the shear q such that the slip
 //!
 //! s = Δδ + Δθ ẑ×r + g − K(q − q₀)
 //!
-//! obeys, on every cell, |q| ≤ µp, and q = µp s/|s| wherever s ≠ 0; g is a given field, if any. The shear q points along the
-//! slip of the moved body, so that q·s ≥ 0 is dissipated. This is the minimum of the convex
+//! satisfies, on every cell, |q| ≤ µp, and q = µp s/|s| wherever s ≠ 0; g is an optional given field. The shear q
+//! points along the slip of the moved body, so that q·s ≥ 0 is dissipated. The solution minimises the convex function
 //!
 //! F(q) = ½ (q − q₀)ᵀK(q − q₀) − (Δδ + Δθ ẑ×r + g)ᵀ(q − q₀) over the discs |q| ≤ µp,
 //!
-//! and where a force or a moment is given instead, over the shears in them that have this resultant; the displacement is then
-//! its multiplier. Unknown are both components of q on stick cells and its *angle* on slip cells, in the subspace of constant
-//! resultants. A step is projected into the discs (and onto the resultants), and if it does not lower F enough it is shortened to
-//! the minimum on its chord: the set is convex, so the chord stays inside. The first steps are those of projected conjugate
-//! gradients, at one convolution each; where they do not get on, or nearly all slides in the plane, those of a semi-smooth Newton
-//! method follow. Where the chord does not descend, or the steps do not settle, projected gradient steps are taken, along which F
-//! always falls.
+//! If a force or a moment is given instead, the minimum is over the shears in the discs with this resultant; the
+//! displacement is then its multiplier. The unknowns are both components of q on stick cells and its *angle* on slip
+//! cells, in the subspace of constant resultants. A step is projected into the discs (and onto the resultants). If it
+//! does not lower F enough, it is shortened to the minimum on its chord; the set is convex, so the chord stays inside.
+//! The solver begins with projected conjugate gradient steps, which cost one convolution each. It changes to a
+//! semi-smooth Newton method if these stagnate, or if nearly all cells slide in the plane. It takes projected gradient
+//! steps, along which F always falls, if the chord does not descend or the Newton steps stagnate.
 //!
-//! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|: it bounds the error of F and of the dissipation, as
-//! neither a small change of q nor of the force does. It is taken of a slip that is computed anew from the shear returned.
+//! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|. It bounds the error of F and of the dissipation,
+//! which a small change of q or of the force does not. It uses a slip that is computed anew from the returned shear.
 //!
 //! ```
 //! use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
@@ -29,7 +29,7 @@
 //! use fretwear::grid::{Grid, Patch};
 //! use fretwear::reference::CattaneoMindlin;
 //!
-//! // A sphere on a flat, moved along x by half of what it takes to slide.
+//! // A sphere on a flat, moved along x by half the displacement at which it slides.
 //! let steel = Pair::same(Elastic { youngs_modulus: 198.4e9, poisson_ratio: 0.0 });
 //! let exact = CattaneoMindlin { radius: 0.1, load: 100.0, friction_coefficient: 0.6, pair: steel };
 //! let displacement = 0.5 * exact.sliding_displacement();
@@ -75,42 +75,43 @@ use newton::Solver;
 use operator::Operator;
 use resultants::{MOTIONS, Motions, Resultants};
 
-/// What is given of a rigid motion in a step.
+/// Control of a rigid motion in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
-    /// Its increment in this step: Δδ \[m\] along an axis, Δθ \[rad\] of the rotation.
+    /// Given increment in this step: Δδ \[m\] along an axis, or Δθ \[rad\] of the rotation.
     Displacement(f64),
-    /// Its resultant at the end of the step: the total tangential force \[N\] along an axis, the total moment Mz about the
-    /// grid's centre \[N·m\] of the rotation.
+    /// Given resultant at the end of the step: the total tangential force \[N\] along an axis, or the total moment Mz
+    /// about the grid's centre \[N·m\] of the rotation.
     Force(f64),
 }
 
-/// One step.
+/// One step of the tangential contact.
 #[derive(Debug, Clone, Copy)]
 pub struct TangentialProblem<'a> {
-    /// Grid and kept cells.
+    /// Grid, and the cells that belong to the joint.
     pub patch: &'a Patch,
-    /// µp ≥ 0, 0 outside the contact \[Pa\].
+    /// Friction limit µp ≥ 0, and 0 outside the contact \[Pa\].
     pub limit: &'a [f64],
-    /// Shear q₀ before the step, one field an axis; `None` is none anywhere \[Pa\].
+    /// Shear q₀ before the step, one field per axis; `None` for zero shear \[Pa\].
     pub previous: Option<&'a ByAxis<Vec<f64>>>,
-    /// Motion of the upper body against the lower, one entry an axis (x, or x and y). A free axis is `Force(0.0)`.
+    /// Motion of the upper body against the lower, one entry per axis (x, or x and y). A free axis is `Force(0.0)`.
     pub drive: &'a ByAxis<Drive>,
-    /// Rotation of the upper body against the lower about z through the grid's centre, counter-clockwise seen from above; `None`
-    /// is none, without storage. Needs both axes.
+    /// Rotation of the upper body against the lower about z through the grid's centre, counter-clockwise seen from
+    /// above. `None` for no rotation. Needs both axes.
     pub rotation: Option<Drive>,
-    /// Displacement increment g of each cell on top of the rigid motion, one field an axis; `None` is none \[m\].
+    /// Displacement increment g of each cell in addition to the rigid motion, one field per axis; `None` for zero
+    /// \[m\].
     pub offset: Option<&'a ByAxis<Vec<f64>>>,
 }
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TangentialOptions {
     /// Bound on [`TangentialSolution::error`].
     pub tolerance: f64,
     /// Bound on Newton steps.
     pub max_steps: usize,
-    /// Bound on conjugate gradient iterations in all.
+    /// Bound on the total number of conjugate gradient iterations.
     pub max_iterations: usize,
 }
 
@@ -124,7 +125,7 @@ impl Default for TangentialOptions {
     }
 }
 
-/// What a cell does in the step.
+/// State of a cell in the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CellState {
     /// No pressure, or not part of the joint.
@@ -135,20 +136,21 @@ pub enum CellState {
     Slip,
 }
 
-/// A converged step.
+/// Converged step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TangentialSolution {
-    /// Shear q at the end of the step, one field an axis \[Pa\].
+    /// Shear q at the end of the step, one field per axis \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
-    /// Slip s in the step \[m\]: exactly 0 on stick cells; on open kept cells the kinematic Δδ − Δu.
+    /// Slip s in the step, one field per axis \[m\]. It is exactly 0 on stick cells, and the kinematic Δδ − Δu on open
+    /// kept cells.
     pub slip: ByAxis<Vec<f64>>,
     /// State of each cell.
     pub state: Vec<CellState>,
-    /// Displacement increment Δδ, given or found, one entry an axis \[m\].
+    /// Displacement increment Δδ, given or computed, one entry per axis \[m\].
     pub displacement: ByAxis<f64>,
-    /// Rotation increment Δθ, given or found; 0 without a rotation \[rad\].
+    /// Rotation increment Δθ, given or computed; 0 without a rotation \[rad\].
     pub rotation: f64,
-    /// Tangential force Σ q dA at the end of the step, one entry an axis \[N\].
+    /// Tangential force Σ q dA at the end of the step, one entry per axis \[N\].
     pub force: ByAxis<f64>,
     /// Moment Mz = Σ (x q_y − y q_x) dA about the grid's centre at the end of the step \[N·m\].
     pub moment: f64,
@@ -158,20 +160,22 @@ pub struct TangentialSolution {
     pub steps: usize,
     /// Conjugate gradient iterations.
     pub iterations: usize,
-    /// Relative duality gap, with all that stick cells would still dissipate counted as error.
+    /// Relative duality gap. The dissipation by the remaining slip of stick cells counts as error.
     pub error: f64,
-    /// Duality gap, with all that stick cells would still dissipate counted as error, which bounds the error of the dissipation \[J\].
+    /// Bound on the error of the dissipation \[J\]: the duality gap, where the dissipation by the remaining slip of
+    /// stick cells counts as error.
     pub dissipation_error: f64,
-    /// Largest difference between a force asked for and found, as a part of Σ µp dA (of a moment: times half the grid's
-    /// diagonal); 0 where none was asked for.
+    /// Largest difference between a given and a computed force, as a fraction of Σ µp dA. A moment is divided by half
+    /// the grid's diagonal. It is 0 if no force is given.
     pub force_error: f64,
 }
 
-/// Solves one step. `start` is a shear to begin from, used for speed alone.
+/// Solves one step. `start` is an initial guess of the shear and affects speed only.
 ///
 /// # Errors
-/// [`ContactError::FrictionExceeded`] for a force or moment that friction does not carry, [`ContactError::NotConverged`], and
-/// [`ContactError::Length`], [`ContactError::NotFinite`] or [`ContactError::OutOfRange`] for input without sense.
+/// Returns [`ContactError::FrictionExceeded`] for a force or moment that friction does not carry,
+/// [`ContactError::NotConverged`], and [`ContactError::Length`], [`ContactError::NotFinite`] or
+/// [`ContactError::OutOfRange`] for invalid input.
 pub fn solve(
     half_space: &mut HalfSpace,
     problem: &TangentialProblem,
@@ -185,11 +189,12 @@ pub fn solve(
     }
 }
 
-/// A given shear as if it were the solution: cut back to the limits, moved to the forces asked for, with the slip that belongs to
-/// it and, in [`TangentialSolution::error`], how far it is from one. One convolution.
+/// Evaluates a given shear as if it were the solution. Clips it to the limits, moves it to the given forces and
+/// computes its slip. [`TangentialSolution::error`] is then the relative duality gap of this shear. Costs one
+/// convolution.
 ///
 /// # Errors
-/// As [`solve`], but for [`ContactError::NotConverged`].
+/// The same errors as [`solve`], except [`ContactError::NotConverged`].
 pub fn evaluate(
     half_space: &mut HalfSpace,
     problem: &TangentialProblem,
@@ -214,7 +219,7 @@ fn solve_axes<const A: usize>(
         .collect();
     let [lx, ly] = grid.size();
     let length = 0.5 * lx.hypot(ly);
-    let turned = |c: usize| -> [f64; A] {
+    let rotation_at = |c: usize| -> [f64; A] {
         let (i, j) = grid.cell(c);
         let (x, y) = grid.centre(i, j);
         std::array::from_fn(|axis| [-y, x][axis] / length)
@@ -236,7 +241,7 @@ fn solve_axes<const A: usize>(
     let resultants = Resultants {
         limit_sum: limits().sum(),
         limit_peak: limits().fold(0.0, f64::max),
-        rotation: rotation.map(|_| contact.iter().map(|&c| turned(c)).collect()),
+        rotation: rotation.map(|_| contact.iter().map(|&c| rotation_at(c)).collect()),
         length,
         asked,
     };
@@ -274,17 +279,17 @@ fn solve_axes<const A: usize>(
     let mut slip = solver.operator.into_field();
     for c in 0..grid.len() {
         let moves = problem.patch.kept[c] && state[c] != CellState::Stick;
-        let turned = if problem.rotation.is_some() {
-            turned(c)
+        let unit_rotation = if problem.rotation.is_some() {
+            rotation_at(c)
         } else {
             [0.0; A]
         };
         for axis in 0..A {
-            let given = amounts[axis]
-                + amounts[MOTIONS - 1] * turned[axis]
+            let imposed = amounts[axis]
+                + amounts[MOTIONS - 1] * unit_rotation[axis]
                 + problem.offset.map_or(0.0, |offset| offset[axis][c]);
             let s = &mut slip[axis][c];
-            *s = if moves { given - *s } else { 0.0 };
+            *s = if moves { imposed - *s } else { 0.0 };
         }
     }
     let total = |values: &mut dyn Iterator<Item = f64>| grid.cell_area() * values.sum::<f64>();

@@ -1,4 +1,4 @@
-//! The semi-smooth Newton method.
+//! Semi-smooth Newton method.
 
 use super::coarse::Coarse;
 use super::direction::Freedom;
@@ -8,66 +8,66 @@ use super::vector::{Vector, dot, into_disc, nearly_turn, norm, plus, scaled, tur
 use super::{TangentialOptions, TangentialProblem};
 use crate::contact::error::ContactError;
 
-/// Dissipation below this part of that of gross slip counts as if it were that much in the relative gap: the gap would lose
-/// its meaning where everything sticks.
+/// Smallest dissipation by which the gap is divided, as a fraction of the dissipation of gross slip. Without it the
+/// relative gap would be meaningless if everything sticks.
 const DISSIPATION_FLOOR: f64 = 1e-4;
 
-/// A motion below this part of the displacement of a cell alone under its limit counts as if it were that much in the floor
-/// above: the change of shear that it makes drowns in the rounding of the shear.
+/// Smallest motion in that floor, as a fraction of the displacement of a cell alone under its limit. A smaller motion
+/// changes the shear by less than its rounding.
 const SMALLEST_MOTION: f64 = 1e-8;
 
-/// Rounding of shears and of their displacement, relative to that of a cell alone under the largest of them. A slip below it has
-/// no meaning.
+/// Rounding of shears and of their displacement, relative to the displacement of a cell alone under the largest shear.
+/// A smaller slip is meaningless.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// A shear this close to its limit is on it: rounding of a projection onto the circle.
+/// Relative distance from the limit within which a shear counts as on its circle: rounding of a projection onto it.
 pub(super) const ON_CIRCLE: f64 = 1e-12;
 
-/// A Newton step that the chord shortens to less than this part is followed by gradient steps.
+/// If the line search shortens a Newton step to less than this fraction, gradient steps follow.
 const SHORT: f64 = 0.2;
 
-/// Largest turn of the shear's direction on a slip cell in one Newton step \[rad\].
+/// Largest rotation of the shear on a slip cell in one Newton step \[rad\].
 const LARGEST_TURN: f64 = 1.0;
 
-/// The least part of the decrease predicted by the slope that a full Newton step must reach.
+/// Smallest fraction of the predicted decrease that a full Newton step must reach.
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
-/// Newton steps without a halved error, after which gradient steps are taken.
+/// Newton steps without a halved error before gradient steps follow.
 const PATIENCE: usize = 6;
 
-/// Iterations up to which a slip that was followed step by step is taken for that of the shear found: each adds a rounding.
+/// Iterations up to which an updated slip is trusted as that of the shear. Each iteration adds rounding.
 const FOLLOWED: usize = 50;
 
-/// Conjugate steps without a halved error, after which Newton steps are taken.
+/// Conjugate gradient steps without a halved error before Newton steps follow.
 const CONJUGATE_PATIENCE: usize = 20;
 
-/// Gradient steps between two Newton steps where those fail.
+/// Number of gradient steps between two Newton steps if Newton steps fail.
 const GRADIENT_STEPS: usize = 10;
 
-/// The shortest gradient step that is tried, in parts of the step that a cell alone would make.
+/// Shortest gradient step that is tried, as a fraction of the step of a cell alone.
 const SHORTEST: f64 = 1e-4;
 
-/// The relative duality gap and what it is relative to.
+/// Relative duality gap, and the dissipation by which it is divided.
 #[derive(Clone, Copy)]
 pub(super) struct Gap {
     pub(super) error: f64,
     pub(super) scale: f64,
 }
 
-/// The state of a solve. Every field has one entry a contact cell, in the order of the operator's.
+/// State of a solve. Every field has one entry per contact cell, in the order of the operator.
 pub(super) struct Solver<'a, 'h, const A: usize> {
     pub(super) operator: Operator<'h, A>,
     pub(super) problem: &'a TangentialProblem<'a>,
     pub(super) options: TangentialOptions,
     pub(super) resultants: Resultants<A>,
-    /// Amounts of the rigid motions in this step, given or found so far \[m\].
+    /// Amounts of the rigid motions in this step, given or computed so far \[m\].
     pub(super) displacement: Motions,
     pub(super) offset: Option<Vec<Vector<A>>>,
     pub(super) limit: Vec<f64>,
     pub(super) limit_sum: f64,
-    /// The gap that rounding of the shears makes by itself \[Pa m\].
+    /// Duality gap that the rounding of the shears alone causes \[Pa m\].
     pub(super) rounding: f64,
-    /// Least motion that the gap's floor supposes \[m\].
+    /// Smallest motion in the floor of the gap \[m\].
     pub(super) least_motion: f64,
     pub(super) lambda: f64,
     pub(super) freedom: Vec<Freedom<A>>,
@@ -78,12 +78,12 @@ pub(super) struct Solver<'a, 'h, const A: usize> {
     pub(super) image: Vec<Vector<A>>,
     pub(super) residual: Vec<Vector<A>>,
     pub(super) work: Vec<Vector<A>>,
-    /// The preconditioner applied to each free motion.
+    /// Preconditioner applied to each free motion.
     pub(super) rigid: Vec<Vec<Vector<A>>>,
     pub(super) coarse: Coarse<A>,
-    /// Length of the next conjugate step; 0 where there is no step before it.
+    /// Length of the next conjugate gradient step; 0 if there was no step before.
     pub(super) predicted: f64,
-    /// Cells that have begun or ceased to slip since the correction was set.
+    /// Cells that have begun or ceased to slip since the coarse correction was set.
     pub(super) stale: usize,
     pub(super) steps: usize,
     pub(super) iterations: usize,
@@ -108,7 +108,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         let coarse = Coarse::new(operator.half_space(), operator.cells());
         let lambda = operator.self_compliance();
         let peak = resultants.limit_peak;
-        let before = problem
+        let largest_shear = problem
             .previous
             .iter()
             .flat_map(|q| q.iter().flatten())
@@ -121,7 +121,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             displacement,
             offset,
             limit_sum,
-            rounding: ROUNDING * lambda * before * limit_sum,
+            rounding: ROUNDING * lambda * largest_shear * limit_sum,
             least_motion: SMALLEST_MOTION * lambda * peak,
             lambda,
             freedom: vec![Freedom::Stick; limit.len()],
@@ -144,8 +144,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// The displacement of a contact cell that is given or that the rigid motions make.
-    fn given(&self, cell: usize) -> Vector<A> {
+    /// Returns the imposed displacement of a contact cell: the rigid motions plus the given offset.
+    fn imposed_displacement(&self, cell: usize) -> Vector<A> {
         let rigid = self.resultants.field(&self.displacement, cell);
         match &self.offset {
             Some(offset) => plus(rigid, 1.0, offset[cell]),
@@ -153,26 +153,26 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// Solves: the gap, of a slip that is exact to rounding, and the error of the resultants.
+    /// Solves the step. Returns the gap, of a slip that is exact up to rounding, and the error of the resultants.
     pub(super) fn run(
         &mut self,
         start: Option<&Vec<Vec<f64>>>,
     ) -> Result<(Gap, f64), ContactError> {
         self.begin(start)?;
         self.renew_slip();
-        // Whether the slip was just made from the shear, and the iterations until then.
-        let (mut fresh, mut renewed) = (true, self.iterations);
-        let (mut best, mut since) = (f64::INFINITY, 0);
+        // Whether the slip was just computed from the shear, and the iterations up to that point.
+        let (mut is_fresh, mut renewed_at) = (true, self.iterations);
+        let (mut best, mut steps_since_halving) = (f64::INFINITY, 0);
         let mut conjugate = true;
         loop {
             self.improve_multipliers();
             let gap = self.gap();
             if gap.error <= self.options.tolerance {
-                if fresh || self.iterations - renewed <= FOLLOWED {
+                if is_fresh || self.iterations - renewed_at <= FOLLOWED {
                     return Ok((gap, self.resultants.error(&self.shear, &self.limit)));
                 }
                 self.renew_slip();
-                (fresh, renewed) = (true, self.iterations);
+                (is_fresh, renewed_at) = (true, self.iterations);
                 continue;
             }
             if self.steps >= self.options.max_steps
@@ -180,42 +180,42 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             {
                 return Err(self.not_converged(gap.error));
             }
-            since += 1;
+            steps_since_halving += 1;
             if gap.error <= 0.5 * best {
-                (best, since) = (gap.error, 0);
+                (best, steps_since_halving) = (gap.error, 0);
             }
             self.steps += 1;
             if conjugate {
-                if since <= CONJUGATE_PATIENCE && self.conjugate_step() {
-                    fresh = false;
+                if steps_since_halving <= CONJUGATE_PATIENCE && self.conjugate_step() {
+                    is_fresh = false;
                     continue;
                 }
                 conjugate = false;
-                since = 0;
+                steps_since_halving = 0;
             }
-            if since <= PATIENCE
+            if steps_since_halving <= PATIENCE
                 && let Some(part) = self.newton(gap)
             {
-                fresh = false;
+                is_fresh = false;
                 if part < SHORT {
-                    since = PATIENCE;
+                    steps_since_halving = PATIENCE;
                 }
                 continue;
             }
-            since = 0;
+            steps_since_halving = 0;
             if self.descend() {
-                fresh = false;
-            } else if fresh {
-                // No direction lowers the energy of a slip that is exact to rounding.
+                is_fresh = false;
+            } else if is_fresh {
+                // No direction lowers the energy, and the slip is exact up to rounding.
                 return Err(self.not_converged(gap.error));
             } else {
                 self.renew_slip();
-                (fresh, renewed) = (true, self.iterations);
+                (is_fresh, renewed_at) = (true, self.iterations);
             }
         }
     }
 
-    /// The errors of the shear that a solve would start from.
+    /// Returns the errors of the shear with which a solve would start.
     pub(super) fn evaluate(
         &mut self,
         start: Option<&Vec<Vec<f64>>>,
@@ -236,7 +236,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// The first shear: within the discs, and with the resultants asked for.
+    /// Sets the first shear, within the discs and with the required resultants.
     fn begin(&mut self, start: Option<&Vec<Vec<f64>>>) -> Result<(), ContactError> {
         if let Some(first) = start.or(self.problem.previous) {
             for (q, &c) in self.shear.iter_mut().zip(self.operator.cells()) {
@@ -249,7 +249,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         if self.resultants.asked.is_empty() {
             return Ok(());
         }
-        // What the resultants lack, as a stuck contact would carry it.
+        // Add the missing resultants as a stuck contact would carry them.
         let lack = self.resultants.lack(&self.shear);
         self.set_springs();
         let matrix = self.rigid_fields();
@@ -269,7 +269,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         Ok(())
     }
 
-    /// The resultants asked for against what friction carries in their proportion.
+    /// Returns the error that compares the required resultants with the largest ones in the same proportion.
     pub(super) fn beyond(&self) -> ContactError {
         let cell_area = self.problem.patch.grid.cell_area();
         let factor = if self.limit.is_empty() {
@@ -277,7 +277,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         } else {
             self.resultants.limit_factor(&self.limit)
         };
-        // The first motion that has a share stands for all.
+        // Report the first motion with a nonzero resultant.
         let &(motion, sum) = self
             .resultants
             .asked
@@ -296,17 +296,17 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// s = Δδ + … − K(q − q₀) from scratch.
+    /// Computes s = Δδ + … − K(q − q₀) from scratch.
     fn renew_slip(&mut self) {
         let previous = self.problem.previous;
         self.operator
             .displacement(&self.shear, previous, &mut self.image);
         for cell in 0..self.slip.len() {
-            self.slip[cell] = plus(self.given(cell), -1.0, self.image[cell]);
+            self.slip[cell] = plus(self.imposed_displacement(cell), -1.0, self.image[cell]);
         }
     }
 
-    /// Moves the free rigid motions to where the gradient step keeps the resultants.
+    /// Moves the free rigid motions to the point where the gradient step keeps the resultants.
     fn improve_multipliers(&mut self) {
         if self.resultants.asked.is_empty() {
             return;
@@ -327,36 +327,37 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.resultants.add(amounts, &mut self.slip);
     }
 
-    /// True where the shear is at its limit and along the slip.
+    /// Returns true if the shear is at its limit and points along the slip.
     pub(super) fn slips(&self, cell: usize) -> bool {
         norm(self.shear[cell]) >= self.limit[cell] * (1.0 - ON_CIRCLE)
             && dot(self.shear[cell], self.slip[cell]) > 0.0
     }
 
-    /// The relative duality gap.
+    /// Returns the relative duality gap.
     fn gap(&self) -> Gap {
         let (mut gap, mut bound, mut reach) = (0.0, 0.0, self.least_motion * self.least_motion);
         let everywhere =
             (self.resultants.rotation.is_none() && self.offset.is_none() && !self.limit.is_empty())
-                .then(|| self.given(0));
+                .then(|| self.imposed_displacement(0));
         for (cell, (&q, &s)) in self.shear.iter().zip(&self.slip).enumerate() {
             let limit = self.limit[cell];
-            let full = limit * norm(s);
+            let sliding_dissipation = limit * norm(s);
             let along = dot(q, s);
-            // What is left of the slip of a stick cell will be taken as none: all that it would dissipate is an error.
+            // The solution reports zero slip on stick cells, so the dissipation by their remaining slip counts as
+            // error.
             let slips = along > 0.0 && norm(q) >= limit * (1.0 - ON_CIRCLE);
             gap += if slips {
-                full - along
+                sliding_dissipation - along
             } else {
-                full.max(full - along)
+                sliding_dissipation.max(sliding_dissipation - along)
             };
-            bound += full;
-            let given = everywhere.unwrap_or_else(|| self.given(cell));
-            let elastic = plus(given, -1.0, s);
-            reach = reach.max(dot(given, given)).max(dot(elastic, elastic));
+            bound += sliding_dissipation;
+            let imposed = everywhere.unwrap_or_else(|| self.imposed_displacement(cell));
+            let elastic = plus(imposed, -1.0, s);
+            reach = reach.max(dot(imposed, imposed)).max(dot(elastic, elastic));
         }
         let scale = bound.max(DISSIPATION_FLOOR * self.limit_sum * reach.sqrt());
-        // Rounding can leave a sum of exact complements slightly negative.
+        // The rounding of sums may make the gap slightly negative.
         let error = if gap <= self.rounding {
             0.0
         } else {
@@ -365,7 +366,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         Gap { error, scale }
     }
 
-    /// A Newton step: the part of it that was taken, none where the energy does not fall along it.
+    /// Takes a Newton step. Returns the fraction of the step that was taken, or `None` if the energy does not fall
+    /// along it.
     fn newton(&mut self, gap: Gap) -> Option<f64> {
         self.set_free();
         let shift = self.newton_direction(gap);
@@ -376,19 +378,19 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// Turns the direction in `step` into a step between points inside the discs that have the resultants asked for: slip
-    /// cells turn, stick cells that leave their disc stop on its circle. False where there is none.
+    /// Turns the direction in `step` into a step to a point inside the discs with the required resultants. Slip cells
+    /// rotate their shear. Stick cells that leave their disc stop on its circle. Returns false if no such step exists.
     pub(super) fn turn_and_project(&mut self) -> bool {
         let balanced = !self.resultants.asked.is_empty();
         let cells = self.shear.iter().zip(&self.limit).zip(&self.freedom);
         for (step, ((&q, &limit), freedom)) in self.step.iter_mut().zip(cells) {
             let d = *step;
-            let moved = match *freedom {
+            let change = match *freedom {
                 Freedom::Slip { tangent, .. } => {
                     let angle = dot(d, tangent) / limit;
-                    let moved = nearly_turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
-                    let out = (limit / norm(q) - 1.0).max(0.0);
-                    plus(moved, out, plus(q, 1.0, moved))
+                    let change = nearly_turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
+                    let outward = (limit / norm(q) - 1.0).max(0.0);
+                    plus(change, outward, plus(q, 1.0, change))
                 }
                 Freedom::Stick => {
                     let target = plus(q, 1.0, d);
@@ -402,12 +404,12 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                     }
                 }
             };
-            *step = moved;
+            *step = change;
         }
         if !balanced {
             return true;
         }
-        // A slip cell is held on its circle by its slip: the balance may take it off by no less.
+        // The slip keeps a slip cell on its circle, so move its target outwards by as much before the balance.
         for cell in 0..self.step.len() {
             let outward = match self.freedom[cell] {
                 Freedom::Slip { compliance, .. } => 1.0 + compliance / self.lambda,
@@ -432,17 +434,17 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         true
     }
 
-    /// Projected gradient steps with the length of Barzilai and Borwein, each to the minimum on its chord: the energy falls at
-    /// every one of them. False where not even the first falls.
+    /// Takes projected gradient steps with the length of Barzilai and Borwein, each to the minimum on its chord. The
+    /// energy falls at every step. Returns false if even the first step fails.
     fn descend(&mut self) -> bool {
         self.freedom.fill(Freedom::Stick);
         let mut length = 1.0 / self.lambda;
-        for taken in 0..GRADIENT_STEPS {
-            // A step is the harder to balance to rounding the farther it leads out of the discs.
+        for count in 0..GRADIENT_STEPS {
+            // The farther a step leads out of the discs, the harder it is to balance up to rounding.
             while !self.gradient_step(length) {
                 length *= 0.1;
                 if length * self.lambda < SHORTEST {
-                    return taken > 0;
+                    return count > 0;
                 }
             }
             self.iterations += 1;
@@ -466,7 +468,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.turn_and_project() && self.advance(&[0.0; MOTIONS]).is_some()
     }
 
-    /// Takes a part of the step, whose displacement is `image`, and what the operator found last.
+    /// Adds `part` of the step to the shear, and `part` of its displacement `image` to the slip and to the operator's
+    /// field.
     pub(super) fn take_part(&mut self, part: f64) {
         for (q, step) in self.shear.iter_mut().zip(&self.step) {
             *q = plus(*q, part, *step);
@@ -477,7 +480,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.operator.add(part);
     }
 
-    /// Takes the step, or the part of it that minimises F on the chord, and says which. None where F does not fall along it.
+    /// Takes the step, or the part of it that minimises F on the chord. Returns that part, or `None` if F does not
+    /// fall.
     fn advance(&mut self, shift: &Motions) -> Option<f64> {
         self.operator.compliance(&self.step, &mut self.image);
         let (mut descent, mut curvature) = (0.0, 0.0);
@@ -488,9 +492,10 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         if descent <= 0.0 {
             return None;
         }
-        // A curvature that is not positive is the rounding of one that vanishes: a periodic contact that moves as a whole.
-        let full = curvature <= 0.0 || descent - 0.5 * curvature >= SUFFICIENT_DECREASE * descent;
-        let part = if full {
+        // A curvature that is not positive is a rounded zero, of a periodic contact that moves as a whole.
+        let takes_full_step =
+            curvature <= 0.0 || descent - 0.5 * curvature >= SUFFICIENT_DECREASE * descent;
+        let part = if takes_full_step {
             1.0
         } else {
             (descent / curvature).min(1.0)

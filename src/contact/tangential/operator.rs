@@ -1,19 +1,20 @@
-//! The half spaces seen from the cells in contact alone.
+//! Operators of the half spaces, restricted to the cells in contact.
 
 use super::vector::Vector;
 use super::{compliance, stiffness};
 use crate::contact::half_space::HalfSpace;
 use crate::grid::ByAxis;
 
-/// Applies compliance and preconditioner to values on contact cells.
+/// Compliance and preconditioner for values on contact cells.
 pub(super) struct Operator<'h, const A: usize> {
     half_space: &'h mut HalfSpace,
     /// Positions of the contact cells in the grid.
     cells: Vec<usize>,
-    /// Zero off the contact between two calls.
+    /// Input field; zero off the contact between two calls.
     input: ByAxis<Vec<f64>>,
     output: ByAxis<Vec<f64>>,
-    /// What [`Operator::displacement`] was last, and what was added to it since.
+    /// Displacement on all cells: the last result of [`Operator::displacement`], plus what [`Operator::add`] added
+    /// since.
     field: ByAxis<Vec<f64>>,
 }
 
@@ -37,7 +38,7 @@ impl<'h, const A: usize> Operator<'h, A> {
         &self.cells
     }
 
-    /// Compliance of a cell alone \[m/Pa\].
+    /// Returns the compliance of a cell alone \[m/Pa\].
     pub(super) fn self_compliance(&self) -> f64 {
         self.half_space.self_shear_compliance()
     }
@@ -55,31 +56,31 @@ impl<'h, const A: usize> Operator<'h, A> {
         gather(&self.output, &self.cells, target);
     }
 
-    /// `target` = K `source`.
+    /// Computes `target` = K `source`.
     pub(super) fn compliance(&mut self, source: &[Vector<A>], target: &mut [Vector<A>]) {
         self.scatter(source);
         compliance(self.half_space, &self.input, &mut self.output);
         self.gather(target);
     }
 
-    /// `values` = M `values`, M the approximate inverse of K.
+    /// Computes `values` = M `values`, with M the approximate inverse of K.
     pub(super) fn stiffness(&mut self, values: &mut [Vector<A>]) {
         self.scatter(values);
         stiffness(self.half_space, &self.input, &mut self.output);
         self.gather(values);
     }
 
-    /// Adds a part of what [`Operator::compliance`] found last to [`Operator::displacement`], off the contact too.
+    /// Adds `part` of the last result of [`Operator::compliance`] to the displacement field, off the contact too.
     pub(super) fn add(&mut self, part: f64) {
         for (field, output) in self.field.iter_mut().zip(&self.output) {
-            for (u, more) in field.iter_mut().zip(output) {
-                *u += part * more;
+            for (u, increment) in field.iter_mut().zip(output) {
+                *u += part * increment;
             }
         }
     }
 
-    /// `target` = K (`shear` − `previous`), for a previous shear that may lie anywhere. [`Operator::into_field`]
-    /// has it on every cell, with what was added since.
+    /// Computes `target` = K (`shear` − `previous`). The previous shear may lie on any cell. [`Operator::into_field`]
+    /// returns this displacement on every cell, with what was added since.
     pub(super) fn displacement(
         &mut self,
         shear: &[Vector<A>],
@@ -103,7 +104,7 @@ impl<'h, const A: usize> Operator<'h, A> {
         gather(&self.field, &self.cells, target);
     }
 
-    /// The displacement, on every cell of the grid.
+    /// Returns the displacement on every cell of the grid.
     pub(super) fn into_field(self) -> ByAxis<Vec<f64>> {
         self.field
     }

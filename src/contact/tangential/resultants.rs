@@ -1,49 +1,50 @@
-//! The rigid motions whose force or moment is given, and the nearest shear that carries them.
+//! Rigid motions with a given force or moment, and the projection of a shear onto shears with these resultants.
 
 use super::vector::{Vector, dot, norm, plus, scaled};
 
-/// Most rigid motions in a plane: x, y and the rotation.
+/// Number of rigid motions in a plane: x, y and the rotation.
 pub(super) const MOTIONS: usize = 3;
 
-/// Sums of shear within this part of the largest sum are equal: rounding of some ten thousand terms.
+/// Error of the sums of shear, relative to the largest sum, at which they count as equal: rounding of some ten thousand
+/// terms.
 const BALANCED: f64 = 1e-13;
 
-/// Sums this far from what is asked, as a part of the largest sum, are not carried.
+/// Error of the sums, relative to the largest sum, above which friction does not carry the given resultants.
 const CARRIED: f64 = 1e-10;
 
-/// Bound on the Newton steps of a balance; a dozen is much.
+/// Bound on the Newton steps of a balance. A dozen is already many.
 const BALANCE_STEPS: usize = 80;
 
-/// Evaluations along a step of it: more halvings than a double has bits.
+/// Bound on the evaluations along one Newton step: more halvings than a double has bits.
 const LINE_SEARCH_STEPS: usize = 80;
 
-/// The part of the first slope at which the function is flat enough along a step.
+/// Fraction of the first slope at which a line search stops.
 const FLAT: f64 = 0.5;
 
-/// Ratio of the limits through which a balance that is hard is approached.
+/// Ratio between successive limits if a difficult balance is approached through larger limits.
 const LIMITS_APART: f64 = 3.0;
 
-/// Reweightings in search of the limit.
+/// Bound on the reweightings in [`Resultants::limit_factor`].
 const REWEIGHTINGS: usize = 200;
 
-/// One number a motion; those of motions that are not free stay 0.
+/// One number per motion; 0 for motions that are not free.
 pub(super) type Motions = [f64; MOTIONS];
 
-/// The motions of the cells in contact.
+/// Rigid motions of the cells in contact.
 pub(super) struct Resultants<const A: usize> {
-    /// The rotation at each contact cell, ẑ×r over `length`, where there is one.
+    /// Displacement by the rotation at each contact cell, ẑ×r over `length`, if there is a rotation.
     pub(super) rotation: Option<Vec<Vector<A>>>,
-    /// What makes a rotation a displacement \[m\].
+    /// Length that converts a rotation into a displacement \[m\].
     pub(super) length: f64,
-    /// Sum of the limits over the contact cells, and the largest \[Pa\].
+    /// Sum of the limits over the contact cells, and the largest limit \[Pa\].
     pub(super) limit_sum: f64,
     pub(super) limit_peak: f64,
-    /// The free motions, with the sum Σ q·r that each must have \[Pa\].
+    /// Free motions, with the sum Σ q·r that each must reach \[Pa\].
     pub(super) asked: Vec<(usize, f64)>,
 }
 
 impl<const A: usize> Resultants<A> {
-    /// The displacement field of a motion at a contact cell.
+    /// Returns the displacement of a contact cell by a unit motion.
     pub(super) fn motion(&self, motion: usize, cell: usize) -> Vector<A> {
         let mut field = [0.0; A];
         match &self.rotation {
@@ -53,7 +54,7 @@ impl<const A: usize> Resultants<A> {
         field
     }
 
-    /// Σ of the motions in the given amounts at a contact cell.
+    /// Returns the displacement of a contact cell by the motions in the given amounts.
     pub(super) fn field(&self, amounts: &Motions, cell: usize) -> Vector<A> {
         let mut field = [0.0; A];
         field.copy_from_slice(&amounts[..A]);
@@ -84,7 +85,7 @@ impl<const A: usize> Resultants<A> {
         std::array::from_fn(|axis| amounts[axis])
     }
 
-    /// The sum Σ q·r of each free motion.
+    /// Returns the sum Σ q·r of each free motion.
     pub(super) fn sums(&self, shear: &[Vector<A>]) -> Motions {
         let mut along = [0.0; A];
         for q in shear {
@@ -102,16 +103,16 @@ impl<const A: usize> Resultants<A> {
         sums
     }
 
-    /// What the sums lack.
+    /// Returns the required sums less the actual ones.
     pub(super) fn lack(&self, shear: &[Vector<A>]) -> Motions {
         let mut lack = self.sums(shear);
-        for &(motion, asked) in &self.asked {
-            lack[motion] = asked - lack[motion];
+        for &(motion, required) in &self.asked {
+            lack[motion] = required - lack[motion];
         }
         lack
     }
 
-    /// Largest part of the limit that the sums lack.
+    /// Returns the largest error of a sum, as a fraction of the sum of the limits.
     pub(super) fn error(&self, shear: &[Vector<A>], limit: &[f64]) -> f64 {
         if self.asked.is_empty() || limit.is_empty() {
             return 0.0;
@@ -121,58 +122,60 @@ impl<const A: usize> Resultants<A> {
         lack.iter().fold(0.0f64, |m, l| m.max(l.abs())) / largest
     }
 
-    /// The amounts c such that the shears `target` + Σ c r, moved into their discs, have the sums asked for: what makes the
-    /// projection into the discs one onto shears of those sums. None where friction does not carry them.
+    /// Finds the amounts c such that the shears `target` + Σ c r, clipped to their discs, have the required sums. This
+    /// turns the projection into the discs into a projection onto shears with those sums. Returns `None` if friction
+    /// does not carry the sums.
     ///
-    /// c is the minimum of a convex function whose gradient is what the sums exceed, found by Newton's method with a
-    /// search along each step. Where the targets are far beyond the limits, the function has edges in place of curves and the
-    /// minimum is approached through larger limits, and sums as much larger.
+    /// c minimises a convex function whose gradient is the excess of the sums. Newton's method with a line search finds
+    /// it. If the targets are far beyond the limits, the function has edges instead of curves. The minimum is then
+    /// approached through larger limits, with the sums enlarged equally.
     pub(super) fn balance(&self, target: &[Vector<A>], limit: &[f64]) -> Option<Motions> {
         if self.asked.is_empty() {
             return Some([0.0; MOTIONS]);
         }
-        let (at, off) = self.minimise([0.0; MOTIONS], 1.0, target, limit);
+        let (amounts, error) = self.minimise([0.0; MOTIONS], 1.0, target, limit);
         let largest = self.limit_sum;
-        if off <= CARRIED * largest {
-            return Some(at);
+        if error <= CARRIED * largest {
+            return Some(amounts);
         }
         let peak = self.limit_peak;
         let reach = target.iter().fold(peak, |m, t| m.max(norm(*t)));
         let mut factor = reach / peak;
-        let mut at = [0.0; MOTIONS];
+        let mut amounts = [0.0; MOTIONS];
         loop {
-            let (next, off) = self.minimise(at, factor, target, limit);
-            at = next;
+            let (next, error) = self.minimise(amounts, factor, target, limit);
+            amounts = next;
             if factor == 1.0 {
-                return (off <= CARRIED * largest).then_some(at);
+                return (error <= CARRIED * largest).then_some(amounts);
             }
             factor = (factor / LIMITS_APART).max(1.0);
         }
     }
 
-    /// The minimum for limits and sums times `factor`, from `at`, and by how much its sums are off.
+    /// Finds the minimum for limits and sums times `factor`, starting from `amounts`. Returns it with the error of its
+    /// sums.
     fn minimise(
         &self,
-        mut at: Motions,
+        mut amounts: Motions,
         factor: f64,
         target: &[Vector<A>],
         limit: &[f64],
     ) -> (Motions, f64) {
         let largest = factor * self.limit_sum;
         let mut reach = None;
-        let mut now = self.evaluate(&at, factor, target, limit);
+        let mut current = self.evaluate(&amounts, factor, target, limit);
         for _ in 0..BALANCE_STEPS {
-            if now.off() <= BALANCED * largest {
+            if current.largest_error() <= BALANCED * largest {
                 break;
             }
-            let mut matrix = now.slope;
+            let mut matrix = current.slope;
             let trace: f64 = (0..MOTIONS).map(|k| matrix[k][k]).sum();
             for (k, row) in matrix.iter_mut().enumerate() {
                 row[k] += 1e-9 * trace + 1e-12 * limit.len() as f64;
             }
-            let mut step = solve_small(&matrix, &now.lack);
+            let mut step = solve_small(&matrix, &current.lack);
             let size = step.iter().fold(0.0f64, |m, s| m.max(s.abs()));
-            // No farther than some times the farthest target; a short step need not look for it.
+            // Limit the step to a few times the farthest target. A short step needs no search for that target.
             if size > factor * self.limit_peak {
                 let reach = *reach.get_or_insert_with(|| {
                     let peak = factor * self.limit_peak;
@@ -182,36 +185,41 @@ impl<const A: usize> Resultants<A> {
                     step = step.map(|s| s * reach / size);
                 }
             }
-            let Some((next, value)) = self.along(at, step, &now, factor, target, limit) else {
+            let Some((next, value)) =
+                self.line_search(amounts, step, &current, factor, target, limit)
+            else {
                 break;
             };
-            (at, now) = (next, value);
+            (amounts, current) = (next, value);
         }
-        (at, now.off())
+        (amounts, current.largest_error())
     }
 
-    /// Where the function has all but stopped to fall along `step`. Its slope there is a staircase of narrow flights when the
-    /// targets are far beyond the limits: it is bracketed, then halved. None where rounding ends the search.
-    fn along(
+    /// Follows `step` to where the function hardly falls any more. If the targets are far beyond the limits, its slope
+    /// there is a staircase, so the point is bracketed and then bisected. Returns `None` if rounding ends the search.
+    fn line_search(
         &self,
-        at: Motions,
+        start: Motions,
         step: Motions,
-        now: &Balance,
+        current: &Balance,
         factor: f64,
         target: &[Vector<A>],
         limit: &[f64],
     ) -> Option<(Motions, Balance)> {
-        let fall = |balance: &Balance| (0..MOTIONS).map(|k| balance.lack[k] * step[k]).sum::<f64>();
-        let first = fall(now);
+        let descent =
+            |balance: &Balance| (0..MOTIONS).map(|k| balance.lack[k] * step[k]).sum::<f64>();
+        let first = descent(current);
         let (mut low, mut high, mut part) = (0.0, f64::INFINITY, 1.0);
         for _ in 0..LINE_SEARCH_STEPS {
-            let trial: Motions = std::array::from_fn(|k| at[k] + part * step[k]);
+            let trial: Motions = std::array::from_fn(|k| start[k] + part * step[k]);
             let next = self.evaluate(&trial, factor, target, limit);
-            let left = fall(&next);
-            if left.abs() <= FLAT * first || next.off() <= FLAT * now.off() {
+            let remaining = descent(&next);
+            if remaining.abs() <= FLAT * first
+                || next.largest_error() <= FLAT * current.largest_error()
+            {
                 return Some((trial, next));
             }
-            if left > 0.0 {
+            if remaining > 0.0 {
                 low = part;
             } else {
                 high = part;
@@ -227,22 +235,23 @@ impl<const A: usize> Resultants<A> {
 
     fn evaluate(
         &self,
-        at: &Motions,
-        enlarged: f64,
+        amounts: &Motions,
+        limit_scale: f64,
         target: &[Vector<A>],
         limit: &[f64],
     ) -> Balance {
-        let along = self.along_axes(at);
+        let along = self.along_axes(amounts);
         let mut sums = [0.0; MOTIONS];
         let mut slope = [[0.0; MOTIONS]; MOTIONS];
-        // A shear in its disc moves with the target, one on its circle only along it: by `factor` times what is across `out`.
+        // A shear inside its disc moves with the target. A shear on its circle moves only along the circle, by `factor`
+        // times the part of the motion orthogonal to `out`.
         let mut inside = 0.0;
         for (cell, (target, limit)) in target.iter().zip(limit).enumerate() {
-            let limit = enlarged * limit;
+            let limit = limit_scale * limit;
             let mut shifted = plus(*target, 1.0, along);
             let rotation = self.rotation.as_ref().map(|rotation| rotation[cell]);
             if let Some(rotation) = rotation {
-                shifted = plus(shifted, at[MOTIONS - 1], rotation);
+                shifted = plus(shifted, amounts[MOTIONS - 1], rotation);
             }
             let square = dot(shifted, shifted);
             let (mut factor, mut out) = (1.0, [0.0; A]);
@@ -273,8 +282,8 @@ impl<const A: usize> Resultants<A> {
             }
         }
         let mut balance = Balance::default();
-        for &(j, asked) in &self.asked {
-            balance.lack[j] = enlarged * asked - sums[j];
+        for &(j, required) in &self.asked {
+            balance.lack[j] = limit_scale * required - sums[j];
             for &(k, _) in &self.asked {
                 balance.slope[j][k] = slope[j][k];
             }
@@ -285,18 +294,18 @@ impl<const A: usize> Resultants<A> {
         balance
     }
 
-    /// The largest factor on the sums asked for that friction carries: the least of Σ µp |Σ u r| over Σ u·asked = 1, by
-    /// reweighted least squares.
+    /// Returns the largest factor on the required sums that friction carries: the minimum of Σ µp |Σ u r| over Σ
+    /// u·required = 1, by reweighted least squares.
     pub(super) fn limit_factor(&self, limit: &[f64]) -> f64 {
-        let mut asked = [0.0; MOTIONS];
+        let mut required = [0.0; MOTIONS];
         for &(motion, sum) in &self.asked {
-            asked[motion] = sum;
+            required[motion] = sum;
         }
         let normal = |amounts: Motions| {
-            let along: f64 = (0..MOTIONS).map(|k| amounts[k] * asked[k]).sum();
+            let along: f64 = (0..MOTIONS).map(|k| amounts[k] * required[k]).sum();
             amounts.map(|a| a / along)
         };
-        let mut amounts = normal(asked);
+        let mut amounts = normal(required);
         let mut least = f64::INFINITY;
         for _ in 0..REWEIGHTINGS {
             let mut matrix = [[0.0; MOTIONS]; MOTIONS];
@@ -318,34 +327,34 @@ impl<const A: usize> Resultants<A> {
                 break;
             }
             least = value;
-            amounts = normal(solve_small(&matrix, &asked));
+            amounts = normal(solve_small(&matrix, &required));
         }
         least
     }
 }
 
-/// Derivatives of the function that [`Resultants::balance`] minimises.
+/// Negative gradient and second derivatives of the function that [`Resultants::balance`] minimises.
 #[derive(Default)]
 struct Balance {
-    /// What the sums lack: the negative gradient.
+    /// Required sums less the actual ones: the negative gradient.
     lack: Motions,
     slope: [[f64; MOTIONS]; MOTIONS],
 }
 
 impl Balance {
-    fn off(&self) -> f64 {
+    fn largest_error(&self) -> f64 {
         self.lack.iter().fold(0.0f64, |m, l| m.max(l.abs()))
     }
 }
 
-/// Solves a symmetric positive semi-definite system; unknowns that it does not see are 0.
+/// Solves a symmetric positive semi-definite system. Unknowns that the matrix does not determine become 0.
 pub(super) fn solve_small(matrix: &[[f64; MOTIONS]; MOTIONS], right: &Motions) -> Motions {
     let (mut m, mut b) = (*matrix, *right);
-    let mut kept = [false; MOTIONS];
+    let mut is_determined = [false; MOTIONS];
     for k in 0..MOTIONS {
-        // What is left of a diagonal entry whose motion is, to rounding, one of those before it.
-        kept[k] = m[k][k] > 1e-13 * matrix[k][k] && m[k][k] > 0.0;
-        if !kept[k] {
+        // The remaining diagonal is zero, up to rounding, if the motion depends on the motions before it.
+        is_determined[k] = m[k][k] > 1e-13 * matrix[k][k] && m[k][k] > 0.0;
+        if !is_determined[k] {
             continue;
         }
         let pivot = m[k];
@@ -359,7 +368,7 @@ pub(super) fn solve_small(matrix: &[[f64; MOTIONS]; MOTIONS], right: &Motions) -
         }
     }
     let mut x = [0.0; MOTIONS];
-    for k in (0..MOTIONS).rev().filter(|&k| kept[k]) {
+    for k in (0..MOTIONS).rev().filter(|&k| is_determined[k]) {
         let above: f64 = (k + 1..MOTIONS).map(|j| m[k][j] * x[j]).sum();
         x[k] = (b[k] - above) / m[k][k];
     }

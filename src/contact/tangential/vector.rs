@@ -1,6 +1,6 @@
-//! Vectors in the plane of the contact, of one component or two.
+//! Vectors of one or two components in the contact plane.
 
-/// A shear, slip or displacement of a cell: along x, or x and y.
+/// Shear, slip or displacement of a cell: along x, or along x and y.
 pub(super) type Vector<const A: usize> = [f64; A];
 
 pub(super) fn dot<const A: usize>(a: Vector<A>, b: Vector<A>) -> f64 {
@@ -11,7 +11,7 @@ pub(super) fn dot<const A: usize>(a: Vector<A>, b: Vector<A>) -> f64 {
     sum
 }
 
-/// Length of a vector. Contact tractions and displacements are far from where a square would overflow or vanish.
+/// Returns the length of a vector. Contact tractions and displacements are far from overflow or underflow of a square.
 pub(super) fn norm<const A: usize>(a: Vector<A>) -> f64 {
     if A == 1 { a[0].abs() } else { dot(a, a).sqrt() }
 }
@@ -20,7 +20,7 @@ pub(super) fn scaled<const A: usize>(factor: f64, a: Vector<A>) -> Vector<A> {
     a.map(|v| factor * v)
 }
 
-/// `a + factor * b`.
+/// Returns `a + factor * b`.
 pub(super) fn plus<const A: usize>(a: Vector<A>, factor: f64, b: Vector<A>) -> Vector<A> {
     let mut sum = a;
     for axis in 0..A {
@@ -29,16 +29,16 @@ pub(super) fn plus<const A: usize>(a: Vector<A>, factor: f64, b: Vector<A>) -> V
     sum
 }
 
-/// The vector a quarter turn ahead; nothing where there is but one axis.
+/// Returns the vector rotated by a quarter turn, or zero if there is only one axis.
 pub(super) fn quarter_turn<const A: usize>(a: Vector<A>) -> Vector<A> {
-    let mut turned = [0.0; A];
+    let mut rotated = [0.0; A];
     if A == 2 {
-        (turned[0], turned[1]) = (-a[1], a[0]);
+        (rotated[0], rotated[1]) = (-a[1], a[0]);
     }
-    turned
+    rotated
 }
 
-/// The nearest point of the disc |q| ≤ `limit`.
+/// Returns the nearest point of the disc |q| ≤ `limit`.
 pub(super) fn into_disc<const A: usize>(a: Vector<A>, limit: f64) -> Vector<A> {
     let size = norm(a);
     if size <= limit {
@@ -48,7 +48,8 @@ pub(super) fn into_disc<const A: usize>(a: Vector<A>, limit: f64) -> Vector<A> {
     }
 }
 
-/// The change of a vector that turns by 2 arctan(`angle`/2), which is `angle` but for its cube, without sine or cosine.
+/// Returns the change of a vector that rotates by 2 arctan(`angle`/2). This equals `angle` up to third order, and needs
+/// no sine or cosine.
 pub(super) fn nearly_turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A> {
     if A == 1 {
         return [0.0; A];
@@ -58,14 +59,14 @@ pub(super) fn nearly_turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A>
     plus(scaled(-half * part, a), part, quarter_turn(a))
 }
 
-/// The change of a vector that turns by an angle. Written without a difference of nearly equal numbers: beside the slip of
-/// sliding cells, rounding of their shear would drown the last steps of the sticking ones.
+/// Returns the change of a vector that rotates by `angle`. The formula avoids differences of nearly equal numbers.
+/// Otherwise the rounding of the shear of sliding cells would exceed the last, small steps of the sticking cells.
 pub(super) fn turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A> {
     let (sin, half) = (angle.sin(), (0.5 * angle).sin());
     plus(scaled(-2.0 * half * half, a), sin, quarter_turn(a))
 }
 
-/// The change that brings `from` to the circle |q| = `limit` in the direction of `to`, `from` being on that circle.
+/// Returns the change that takes `from`, on the circle |q| = `limit`, to the point of the circle in the direction `to`.
 pub(super) fn turn_towards<const A: usize>(from: Vector<A>, to: Vector<A>) -> Vector<A> {
     let along = dot(from, to);
     if A == 1 {

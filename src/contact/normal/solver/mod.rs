@@ -1,13 +1,14 @@
-//! Projected conjugate gradients with the half spaces' approximate inverse as preconditioner.
+//! Projected conjugate gradients, with the approximate inverse of the half spaces as preconditioner.
 //!
-//! Every step leads from a pressure within its bounds, with the resultants asked for, to another one of lower energy. The
-//! search direction keeps its conjugacy while cells come and go (β of Hestenes and Stiefel, from the true change of the
-//! residual). A trial step of the predicted length is projected onto the admissible pressures, and the chord to the
-//! projected point, whose displacement is the one convolution of the iteration, is followed to its minimum: on a steady set of
-//! cells this is the conjugate gradient method, and everywhere a descent. Where the projection bends a direction so far that
-//! the chord does not descend, shorter and plainer ones are tried, down to the projected gradient, which always does; these
-//! trials cost no convolution. Where bounds cut most of a step off, the next one follows the gradient on all cells, far enough to
-//! bring most of them to a bound. The steps are in [`step`].
+//! Each step leads from an admissible pressure with the required resultants to another one of lower energy. The search
+//! direction remains conjugate while cells enter and leave the free set (β of Hestenes and Stiefel, from the true
+//! change of the residual). A trial step of the predicted length is projected onto the admissible pressures. The chord
+//! to the projected point is followed to its minimum; its displacement is the only convolution of the iteration. On a
+//! constant set of cells this is the conjugate gradient method, and it always descends. The projection may bend a
+//! direction so far that the chord does not descend. Then the solver tries shorter steps and simpler directions, down
+//! to the projected gradient, which always descends. These trials cost no convolution. If bounds cut off most of a
+//! step, the next step follows the gradient on all cells, far enough to bring most of them to a bound. Module [`step`]
+//! holds the steps.
 
 mod step;
 
@@ -21,53 +22,55 @@ use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
 use crate::contact::sums::{LANES, extremes, sum};
 
-/// Rounding of a gap relative to the approach: that of the sums over a transform, and of pressures in their last digit.
+/// Rounding of a gap, relative to the approach: from the sums in a transform and the last digit of pressures.
 const ROUNDING: f64 = 128.0 * f64::EPSILON;
 
-/// Of the largest pressure, or of the sum of all: a pressure or a step below it is the rounding of resultants.
+/// Rounding of resultants, as a fraction of the largest pressure or of the sum of all pressures. Smaller pressures and
+/// steps are noise.
 const NOISE: f64 = 1e-13;
 
-/// Cells that are looked at together: where all of them are open and stay so, nothing is to be done.
+/// Number of cells that are checked together. If all of them are open and stay open, the block is skipped.
 const BLOCK: usize = 8;
 
-/// The state of a solve. The gap is `residual` − the unknown motions.
+/// State of a solve. The gap is `residual` − the unknown motions.
 ///
-/// Fields have a value a cell of the grid, and what changes pressures a value a free cell, in their order: few cells carry
-/// load, and sums over values side by side are an order of magnitude faster than over those of listed cells.
+/// Fields have one value per cell of the grid. Arrays of [`OnFree`] have one value per free cell, in the order of
+/// `free`: few cells carry load, and sums over contiguous values are an order of magnitude faster than sums over listed
+/// cells.
 pub(super) struct Solver<'a, 'h> {
     half_space: &'h mut HalfSpace,
     problem: &'a NormalProblem<'a>,
     options: NormalOptions,
     cap: f64,
-    /// The given approach and rotations, and the unknown motions with the resultants they must bring \[Pa, Pa m\].
+    /// Given approach and rotations; unknown motions, with the resultants that they must reach \[Pa, Pa m\].
     given: Motions,
     motions: RigidMotions,
     target: Motions,
     motion: Motions,
     kept: Vec<usize>,
-    /// √(λ/(λ + D)): the preconditioner's scaling where the diagonal compliance rules.
+    /// √(λ/(λ + D)): scaling of the preconditioner where the diagonal compliance dominates.
     scaling: Option<Vec<f64>>,
     coarse: Coarse,
     pressure: Vec<f64>,
-    /// (K + D) p − h − the given motions; ∞ on masked cells, which are open for ever.
+    /// (K + D) p − h − the given motions; ∞ on masked cells, which always stay open.
     residual: Vec<f64>,
-    /// The last step and its displacement.
+    /// Last step, and its displacement.
     step: Vec<f64>,
     image: Vec<f64>,
-    /// Σ residual over the elastic cells, their number, and the largest pressure.
+    /// Σ residual over the elastic cells, and their number.
     elastic: [f64; 2],
     peak: f64,
-    /// Cells whose pressure may change: elastic ones, and those on a bound that are to leave it.
+    /// Cells whose pressure may change: elastic cells, and cells at a bound that must leave it.
     free: Vec<usize>,
-    /// Those of the last step: it is 0 on all others.
+    /// Free cells of the last step, which is 0 on all other cells.
     moved: Vec<usize>,
     /// Cells that stay at the cap.
     held: Vec<usize>,
     on_free: OnFree,
-    /// Length of the next trial step, in units of the direction, and along the gradient in units of 1/λ.
+    /// Length of the next trial step: in units of the direction, and along the gradient in units of 1/λ.
     predicted: f64,
     predicted_gradient: f64,
-    /// That of a long step along the gradient, in the same units, where one is worth a trial.
+    /// Length of a long step along the gradient, in units of 1/λ, if one is worth a trial.
     long: Option<f64>,
     iterations: usize,
 }
@@ -151,49 +154,56 @@ impl<'a, 'h> Solver<'a, 'h> {
 
     pub(super) fn run(mut self, start: Option<&[f64]>) -> Result<NormalSolution, ContactError> {
         self.begin(start)?;
-        // Whether the residual is that of the pressure, or what was summed up over some iterations.
-        let mut anew = true;
+        // True if the residual was computed from the pressure, false if it was updated over some iterations.
+        let mut is_fresh = true;
         loop {
-            let error = self.look();
+            let error = self.assess();
             let done = error <= self.options.tolerance;
-            if done && (anew || self.drift() <= 0.1 * self.options.tolerance) {
+            if done && (is_fresh || self.drift() <= 0.1 * self.options.tolerance) {
                 return self.finish(error);
             }
             if !done && self.iterations < self.options.max_iterations && self.advance() {
-                anew = false;
-            } else if anew || self.iterations >= self.options.max_iterations {
+                is_fresh = false;
+            } else if is_fresh || self.iterations >= self.options.max_iterations {
                 return Err(self.not_converged(error));
             } else {
                 self.update_residual();
-                anew = true;
+                is_fresh = true;
             }
         }
     }
 
-    /// First pressure: a given one, a uniform one, or none where the approach decides.
+    /// Sets the first pressure: `start`, a uniform one, or zero if only the approach is given.
     fn begin(&mut self, start: Option<&[f64]>) -> Result<(), ContactError> {
-        let usable = start.filter(|p| self.kept.iter().any(|&c| p[c] > 0.0));
-        // About as much as the resultants ask for.
+        let usable_start = start.filter(|p| self.kept.iter().any(|&c| p[c] > 0.0));
+        // Roughly the pressure that the resultants require.
         let uniform = self.motions.distance(&self.target, &[0.0; 3]) / self.kept.len() as f64;
-        // Of a given pressure the open cells stay open if they can: a shift for the last digits of the load would close them all.
-        let loaded = usable.map(|p| self.kept.iter().copied().filter(|&c| p[c] > 0.0));
+        // Keep the open cells of `start` open if possible. A shift that corrects the last digits of the load would
+        // close all.
+        let loaded = usable_start.map(|p| self.kept.iter().copied().filter(|&c| p[c] > 0.0));
         let loaded: Vec<usize> = loaded.into_iter().flatten().collect();
-        let mut met = false;
+        let mut is_met = false;
         for cells in [&loaded, &self.kept] {
-            if met || cells.is_empty() {
+            if is_met || cells.is_empty() {
                 continue;
             }
-            let first = cells.iter();
-            let mut first: Vec<f64> = first
-                .map(|&c| usable.map_or(uniform, |p| p[c].clamp(0.0, self.cap)))
+            let first_pressure = cells.iter();
+            let mut first_pressure: Vec<f64> = first_pressure
+                .map(|&c| usable_start.map_or(uniform, |p| p[c].clamp(0.0, self.cap)))
                 .collect();
-            met = project(&self.motions, cells, &mut first, self.cap, &self.target);
-            snap(&mut first, self.cap, 0.0);
+            is_met = project(
+                &self.motions,
+                cells,
+                &mut first_pressure,
+                self.cap,
+                &self.target,
+            );
+            snap(&mut first_pressure, self.cap, 0.0);
             self.pressure.fill(0.0);
-            scatter(&first, cells, &mut self.pressure);
+            scatter(&first_pressure, cells, &mut self.pressure);
         }
         let is_free = matches!(self.problem.control, Control::Free(_));
-        if !met && (self.motions.rotates() || is_free) {
+        if !is_met && (self.motions.rotates() || is_free) {
             let area = self.problem.patch.grid.cell_area();
             let [load, x, y] = self.motions.combined(&self.target).map(|sum| sum * area);
             let moment = [x, y];
@@ -202,19 +212,19 @@ impl<'a, 'h> Solver<'a, 'h> {
         if self.pressure.iter().any(|p| *p > 0.0) {
             self.update_residual();
         } else {
-            self.displace(|s, c| -s.problem.height[c]);
+            self.set_residual(|s, c| -s.problem.height[c]);
             self.move_residual(0.0);
         }
         Ok(())
     }
 
-    /// Sets the residual on the kept cells, less the given motions.
-    fn displace(&mut self, value: impl Fn(&Self, usize) -> f64) {
+    /// Sets the residual on the kept cells to `value` less the given motions.
+    fn set_residual(&mut self, value: impl Fn(&Self, usize) -> f64) {
         let [approach, ..] = self.given;
-        let tilted = self.given[1] != 0.0 || self.given[2] != 0.0;
+        let is_rotated = self.given[1] != 0.0 || self.given[2] != 0.0;
         for k in 0..self.kept.len() {
             let c = self.kept[k];
-            let motion = if tilted {
+            let motion = if is_rotated {
                 displacement(self.problem.patch.grid, self.given, c)
             } else {
                 approach
@@ -223,12 +233,12 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
     }
 
-    /// The residual from the pressure.
+    /// Computes the residual from the pressure.
     fn update_residual(&mut self) {
         self.half_space.normal(&self.pressure, &mut self.image);
         let image = std::mem::take(&mut self.image);
         let compliance = self.problem.compliance;
-        self.displace(|s, c| {
+        self.set_residual(|s, c| {
             let own = compliance.map_or(0.0, |d| d[c] * s.pressure[c]);
             image[c] + own - s.problem.height[c]
         });
@@ -237,7 +247,8 @@ impl<'a, 'h> Solver<'a, 'h> {
         self.move_residual(0.0);
     }
 
-    /// Adds a part of the image to the residual, and sums up on the way what the motion and the error need of all cells.
+    /// Adds a part of the image to the residual. In the same pass, sums what the motion and the error need from all
+    /// cells.
     fn move_residual(&mut self, part: f64) {
         let cap = self.cap;
         let (mut total, mut count, mut peak) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
@@ -271,23 +282,23 @@ impl<'a, 'h> Solver<'a, 'h> {
         self.peak = peak.into_iter().fold(0.0, f64::max);
     }
 
-    /// Displacement of a cell under the peak pressure: the scale of the error.
+    /// Returns the displacement of a cell under the peak pressure, the scale of the error.
     fn scale(&self) -> f64 {
         self.half_space.self_compliance() * self.peak
     }
 
-    /// A residual is a difference of heights, displacements and approach: it cannot be smaller than their rounding.
+    /// Returns the rounding of a residual, which is a difference of heights, displacements and approach.
     fn rounding(&self) -> f64 {
         ROUNDING * (self.motions.combined(&self.motion)[0].abs() + self.given[0].abs())
     }
 
-    /// What the rounding of all updates of the residual may have left, in units of the error.
+    /// Bounds the accumulated rounding of all updates of the residual, in units of the error.
     fn drift(&self) -> f64 {
         self.iterations as f64 * self.rounding() / self.scale()
     }
 
-    /// Determines the unknown motions, the free cells, and the largest violation of the conditions on any cell.
-    fn look(&mut self) -> f64 {
+    /// Determines the unknown motions and the free cells. Returns the largest violation of the conditions on any cell.
+    fn assess(&mut self) -> f64 {
         self.find_motion();
         let rotates = self.motions.rotates();
         let (cap, level) = (self.cap, self.motion[0]);
@@ -301,13 +312,15 @@ impl<'a, 'h> Solver<'a, 'h> {
             .zip(self.residual.chunks(BLOCK))
             .enumerate()
         {
-            // All conditions of a block at once: leaving early would be one branch more to guess.
+            // Evaluate all conditions of a block at once: an early exit would add a branch that is hard to predict.
             let cells = pressure.iter().zip(residual);
-            let busy = cells.fold(false, |busy, (p, r)| busy | (*p > 0.0) | (*r < level));
-            if !busy && !rotates {
+            let is_active = cells.fold(false, |is_active, (p, r)| {
+                is_active | (*p > 0.0) | (*r < level)
+            });
+            if !is_active && !rotates {
                 continue;
             }
-            // Every cell is written, and the count moves on past the free ones: no processor could foresee a branch.
+            // Write every cell, and advance the count past free cells only. A branch would be unpredictable.
             let (mut cells, mut gaps, mut count) = ([0; BLOCK], [0.0; BLOCK], 0);
             for (k, (&p, residual)) in pressure.iter().zip(residual).enumerate() {
                 let c = block * BLOCK + k;
@@ -340,8 +353,9 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
     }
 
-    /// The motions that leave the elastic cells the least gap. Without an elastic cell the approach is the middle of what
-    /// open and capped cells allow; with so few that they leave rotations undetermined, the motion of least violation on all.
+    /// Finds the motions that minimise the gap of the elastic cells. Without an elastic cell, the approach is the
+    /// middle of the range that open and capped cells permit. If too few elastic cells determine the rotations, takes
+    /// the motion of least violation on all cells.
     fn find_motion(&mut self) {
         if self.motions.none() {
             return;
@@ -376,7 +390,7 @@ impl<'a, 'h> Solver<'a, 'h> {
         };
     }
 
-    /// The motion of least violation on all cells.
+    /// Returns the motion of least violation on all cells.
     fn settled_motion(&self) -> Motions {
         let bound = |c: usize| {
             if self.pressure[c] <= 0.0 {
@@ -400,20 +414,20 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
     }
 
-    /// How far the load and the moments are from those asked for, relative to the load; moments over half the diagonal.
+    /// Returns the error of the load and the moments relative to the load. Moments are divided by half the diagonal.
     fn imbalance(&self) -> f64 {
         let mut pressure = Vec::new();
         gather(&self.pressure, &self.kept, &mut pressure);
-        let found = self.motions.resultants(&self.kept, &pressure);
-        let off = self.motions.distance(&found, &self.target);
-        if off == 0.0 {
+        let resultants = self.motions.resultants(&self.kept, &pressure);
+        let distance = self.motions.distance(&resultants, &self.target);
+        if distance == 0.0 {
             0.0
         } else {
-            off / sum(&pressure).max(self.target[0])
+            distance / sum(&pressure).max(self.target[0])
         }
     }
 
-    /// The solution, if it bears what is asked for.
+    /// Returns the solution if it has the required resultants.
     fn finish(self, error: f64) -> Result<NormalSolution, ContactError> {
         let error = error.max(self.imbalance());
         if error.is_nan() || error > self.options.tolerance {
@@ -441,7 +455,8 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 }
 
-/// Puts pressures that meet their bounds on them, not beside them by rounding; `largest` is that of other cells.
+/// Sets pressures that meet a bound, up to rounding, exactly to that bound. `largest` is the largest pressure of other
+/// cells.
 fn snap(pressure: &mut [f64], cap: f64, largest: f64) {
     let noise = NOISE * extremes(pressure).1.max(largest);
     for p in pressure {

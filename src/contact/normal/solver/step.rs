@@ -1,4 +1,4 @@
-//! One iteration: the preconditioned direction, a trial step that descends, and the chord to it.
+//! One iteration: the preconditioned direction, a descending trial step, and the minimum on the chord to it.
 
 use super::super::projection::project;
 use super::super::rigid::{Motions, RigidMotions};
@@ -6,49 +6,49 @@ use super::{NOISE, Solver, snap};
 use crate::contact::cells::{gather, scatter};
 use crate::contact::sums::{dot, extremes, sums};
 
-/// A chord descends if its slope is this part of the sum of its terms' sizes; less is rounding.
+/// A chord descends if its slope exceeds this fraction of the sum of the sizes of its terms. Less is rounding.
 const LEAST_SLOPE: f64 = 1e-12;
 
-/// Shorter trials along one direction before a plainer one is taken, each a quarter as long.
+/// Number of trials along one direction, each a quarter as long as the one before. A simpler direction follows.
 const TRIALS: usize = 3;
 
-/// How far a chord that projection has bent is followed beyond its end. The rounding of its resultants grows as much.
+/// Multiple of a bent chord up to which the chord is followed beyond its end. Rounding of its resultants grows equally.
 const EXTENSION: f64 = 4.0;
 
-/// A bent chord with its minimum beyond this part is taken whole: cells that it opens then do open, and of the descent to the
-/// minimum next to nothing is lost.
+/// A bent chord whose minimum lies between this fraction and its end is taken whole. The cells that it opens then open
+/// fully, and hardly any descent is lost.
 const WHOLE: f64 = 0.8;
 
-/// Bounds on the length of a trial step along a preconditioned direction, whose natural length is one. Where the projection
-/// cuts most of a step off, no length is the best one, and the prediction would run away.
+/// Bounds on the length of a trial step along a preconditioned direction, whose natural length is one. If the
+/// projection cuts off most of a step, no length is best, and the prediction would diverge.
 const LENGTHS: (f64, f64) = (1e-3, 4.0);
 
-/// Beyond so many times its length the minimum of a bent chord says that bounds have cut off most of the step.
+/// Multiple of a bent chord beyond which its minimum shows that bounds have cut off most of the step.
 const BEYOND: f64 = 8.0;
 
-/// Bound on the length of a long step, along the gradient in units of 1/λ.
+/// Bound on the length of a long step along the gradient, in units of 1/λ.
 const LONGEST: f64 = 1e6;
 
-/// A step that descends.
+/// Trial step that descends.
 struct Trial {
     way: Way,
     length: f64,
-    /// Whether it was projected.
+    /// True if the step was projected.
     bent: bool,
 }
 
-/// Which way a trial step goes.
+/// Direction of a trial step.
 #[derive(Clone, Copy, PartialEq)]
 enum Way {
     Conjugate,
     Preconditioned,
     Gradient,
-    /// The gradient on all cells, so far that most of them come to a bound.
+    /// The gradient on all cells, so far that most of them reach a bound.
     Long,
 }
 
 impl Solver<'_, '_> {
-    /// One iteration. False where no direction descends: rounding is all that is left.
+    /// Performs one iteration. Returns false if no direction descends, so that only rounding is left.
     pub(super) fn advance(&mut self) -> bool {
         let long = self.long_trial();
         if long.is_none() {
@@ -64,15 +64,15 @@ impl Solver<'_, '_> {
                 self.image[c] += d[c] * step;
             }
         }
-        let on = &mut self.on_free;
-        gather(&self.image, &self.free, &mut on.image);
-        let slope = -dot(&on.step, &on.gap);
-        let curvature = dot(&on.step, &on.image);
+        let values = &mut self.on_free;
+        gather(&self.image, &self.free, &mut values.image);
+        let slope = -dot(&values.step, &values.gap);
+        let curvature = dot(&values.step, &values.image);
         let mut reach = f64::INFINITY;
-        for (p, step) in on.pressure.iter().zip(&on.step) {
+        for (p, step) in values.pressure.iter().zip(&values.step) {
             let room = if *step < 0.0 { *p } else { self.cap - p };
             let part = room / step.abs();
-            // Of a step of nothing the part is infinite, or not a number on a bound.
+            // A zero step gives an infinite part, or NaN on a bound. This comparison ignores both.
             reach = if part < reach { part } else { reach };
         }
         let best = if curvature > 0.0 {
@@ -89,14 +89,15 @@ impl Solver<'_, '_> {
         if !part.is_finite() {
             return false;
         }
-        for (p, step) in on.pressure.iter_mut().zip(&on.step) {
+        for (p, step) in values.pressure.iter_mut().zip(&values.step) {
             *p += part * step;
         }
-        let held = if self.held.is_empty() { 0.0 } else { self.cap };
-        snap(&mut on.pressure, self.cap, held);
-        scatter(&on.pressure, &self.free, &mut self.pressure);
+        let largest_held = if self.held.is_empty() { 0.0 } else { self.cap };
+        snap(&mut values.pressure, self.cap, largest_held);
+        scatter(&values.pressure, &self.free, &mut self.pressure);
         self.move_residual(part);
-        // Where the best part of a chord is less than all of it, cells that the trial opens do not open: a shorter trial does it.
+        // If the best part is less than the whole chord, the cells that the trial opens stay closed. A shorter trial
+        // opens them.
         let along_gradient = matches!(way, Way::Gradient | Way::Long);
         let length = match along_gradient {
             true => length * self.half_space.self_compliance(),
@@ -109,47 +110,48 @@ impl Solver<'_, '_> {
                 self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1)
             }
             Way::Gradient => self.predicted_gradient = (length * best).clamp(LENGTHS.0, 1.0),
-            // Which says nothing of the free cells'.
+            // A long step does not predict the length of a step on the free cells.
             Way::Long => (),
         }
         self.iterations += 1;
         true
     }
 
-    /// The preconditioned gap and the conjugate direction, both without resultants, on the free cells.
+    /// Computes the preconditioned gap and the conjugate direction on the free cells, both without resultants.
     fn precondition(&mut self) {
-        let on = &mut self.on_free;
-        gather(&self.pressure, &self.free, &mut on.pressure);
-        gather(&self.step, &self.free, &mut on.direction);
-        gather(&self.image, &self.free, &mut on.image);
-        // Too few cells for all motions (or none unknown): the gap as it is will do.
-        without_resultants(&self.motions, &self.free, &mut on.gap);
-        // The last step has been read: its field carries values into the transform, and its image the result out of it.
+        let values = &mut self.on_free;
+        gather(&self.pressure, &self.free, &mut values.pressure);
+        gather(&self.step, &self.free, &mut values.direction);
+        gather(&self.image, &self.free, &mut values.image);
+        // If there are too few cells for all motions, or no unknown motion, the gap stays unchanged.
+        without_resultants(&self.motions, &self.free, &mut values.gap);
+        // The last step is no longer needed. Its field now carries the input of the transform, and its image the
+        // output.
         self.moved.iter().for_each(|&c| self.step[c] = 0.0);
         if self.coarse.is_stale(&self.free) {
             self.set_springs();
         }
         scatter(&self.on_free.gap, &self.free, &mut self.step);
         self.stiffen();
-        let on = &mut self.on_free;
-        gather(&self.image, &self.free, &mut on.preconditioned);
+        let values = &mut self.on_free;
+        gather(&self.image, &self.free, &mut values.preconditioned);
         self.coarse
-            .correct(&self.free, &on.gap, &mut on.preconditioned);
-        without_resultants(&self.motions, &self.free, &mut on.preconditioned);
-        let change = dot(&on.preconditioned, &on.image);
-        let curvature = dot(&on.direction, &on.image);
+            .correct(&self.free, &values.gap, &mut values.preconditioned);
+        without_resultants(&self.motions, &self.free, &mut values.preconditioned);
+        let change = dot(&values.preconditioned, &values.image);
+        let curvature = dot(&values.direction, &values.image);
         let beta = if curvature > 0.0 {
             (change / curvature).max(0.0)
         } else {
             0.0
         };
-        for (d, z) in on.direction.iter_mut().zip(&on.preconditioned) {
+        for (d, z) in values.direction.iter_mut().zip(&values.preconditioned) {
             *d = beta * *d - z;
         }
-        without_resultants(&self.motions, &self.free, &mut on.direction);
+        without_resultants(&self.motions, &self.free, &mut values.direction);
     }
 
-    /// The springs of the free cells, from those of other cells where these are nearly the same.
+    /// Sets the springs of the free cells, by an update if few cells have changed.
     fn set_springs(&mut self) {
         if !self.coarse.is_near(&self.free) {
             self.free.iter().for_each(|&c| self.step[c] = 1.0);
@@ -161,14 +163,15 @@ impl Solver<'_, '_> {
             self.step[0] = 0.0;
         }
         let scaling = self.scaling.as_deref();
-        let of = |c: usize| scaling.map_or(1.0, |scaling| scaling[c]);
+        let scale = |c: usize| scaling.map_or(1.0, |scaling| scaling[c]);
         match self.coarse.is_near(&self.free) {
-            true => self.coarse.follow(&self.free, of),
-            false => self.coarse.prepare(&self.free, |c| self.image[c], of),
+            true => self.coarse.follow(&self.free, scale),
+            false => self.coarse.prepare(&self.free, |c| self.image[c], scale),
         }
     }
 
-    /// `image` = S M S `step` on the free cells: the preconditioner, scaled by S where there is a diagonal compliance.
+    /// Computes `image` = S M S `step` on the free cells: the preconditioner M, scaled by S if there is a diagonal
+    /// compliance.
     fn stiffen(&mut self) {
         if let Some(scaling) = &self.scaling {
             self.free.iter().for_each(|&c| self.step[c] *= scaling[c]);
@@ -179,9 +182,9 @@ impl Solver<'_, '_> {
         }
     }
 
-    /// A long step, where the last one ended at the bounds long before its minimum: which cells carry load is then decided by their gaps
-    /// more than by what pressure makes of them, and the nearest pressures find that out at once on all cells. `None` leaves the free
-    /// cells as they are.
+    /// Tries a long step if the last step ended at the bounds long before its minimum. The gaps, more than the
+    /// displacement under pressure, then decide which cells carry load, and a long step decides this for all cells at
+    /// once. Returns `None` and restores the free cells if the step does not descend.
     fn long_trial(&mut self) -> Option<Trial> {
         let length = self.long.take()?.min(LONGEST) / self.half_space.self_compliance();
         let free = std::mem::replace(&mut self.free, self.kept.clone());
@@ -191,7 +194,7 @@ impl Solver<'_, '_> {
             .iter()
             .map(|&c| self.residual[c] - self.motions.at(&self.motion, c))
             .collect();
-        let of_free = std::mem::replace(&mut self.on_free.gap, gap);
+        let free_gap = std::mem::replace(&mut self.on_free.gap, gap);
         gather(&self.pressure, &self.free, &mut self.on_free.pressure);
         let target = self.target;
         if let Some(bent) = self.descends(Way::Long, length, &target) {
@@ -202,14 +205,14 @@ impl Solver<'_, '_> {
                 bent,
             });
         }
-        (self.free, self.held, self.on_free.gap) = (free, held, of_free);
+        (self.free, self.held, self.on_free.gap) = (free, held, free_gap);
         None
     }
 
-    /// Finds a step whose chord descends, and leaves it in `step` and its end in `trial`.
+    /// Finds a step whose chord descends. Stores it in `step`, and its end in `trial`.
     fn descending_trial(&mut self) -> Option<Trial> {
-        let held = self.held_resultants();
-        let target = [0, 1, 2].map(|k| self.target[k] - held[k]);
+        let held_resultants = self.held_resultants();
+        let target = [0, 1, 2].map(|k| self.target[k] - held_resultants[k]);
         for way in [Way::Conjugate, Way::Preconditioned, Way::Gradient] {
             let mut length = match way {
                 Way::Gradient => self.predicted_gradient / self.half_space.self_compliance(),
@@ -225,37 +228,44 @@ impl Solver<'_, '_> {
         None
     }
 
-    /// Whether the step is bent by the projection, if it descends. `target` are the resultants of the free cells.
+    /// Computes a trial step. Returns whether the projection bent it, or `None` if it does not descend. `target` are
+    /// the resultants of the free cells.
     fn descends(&mut self, way: Way, length: f64, target: &Motions) -> Option<bool> {
-        let on = &mut self.on_free;
+        let values = &mut self.on_free;
         let (direction, length) = match way {
-            Way::Conjugate => (&on.direction, length),
-            Way::Preconditioned => (&on.preconditioned, -length),
-            Way::Gradient | Way::Long => (&on.gap, -length),
+            Way::Conjugate => (&values.direction, length),
+            Way::Preconditioned => (&values.preconditioned, -length),
+            Way::Gradient | Way::Long => (&values.gap, -length),
         };
-        on.trial.clear();
-        let ends = on.pressure.iter().zip(direction);
-        on.trial.extend(ends.map(|(p, d)| p + length * d));
-        let (low, high) = extremes(&on.trial);
+        values.trial.clear();
+        let pairs = values.pressure.iter().zip(direction);
+        values.trial.extend(pairs.map(|(p, d)| p + length * d));
+        let (low, high) = extremes(&values.trial);
         let bent = low < 0.0 || high > self.cap || matches!(way, Way::Gradient | Way::Long);
         if bent {
-            // A trial so long that its digits do not hold the resultants would lose them.
-            if !project(&self.motions, &self.free, &mut on.trial, self.cap, target) {
+            // A trial so long that rounding hides its resultants would lose them, so it is rejected.
+            if !project(
+                &self.motions,
+                &self.free,
+                &mut values.trial,
+                self.cap,
+                target,
+            ) {
                 return None;
             }
         }
-        on.step.clear();
-        let ends = on.trial.iter().zip(&on.pressure);
-        on.step.extend(ends.map(|(trial, p)| trial - p));
-        let [slope, size] = sums(&on.step, &on.gap, |step, gap| {
+        values.step.clear();
+        let pairs = values.trial.iter().zip(&values.pressure);
+        values.step.extend(pairs.map(|(trial, p)| trial - p));
+        let [slope, size] = sums(&values.step, &values.gap, |step, gap| {
             let term = -step * gap;
             [term, term.abs()]
         });
-        let [moved, total] = sums(&on.step, &on.pressure, |step, p| [step.abs(), p]);
+        let [moved, total] = sums(&values.step, &values.pressure, |step, p| [step.abs(), p]);
         (slope > LEAST_SLOPE * size && moved > NOISE * total).then_some(bent)
     }
 
-    /// What the cells that stay at the cap carry.
+    /// Returns the resultants of the cells that stay at the cap.
     fn held_resultants(&self) -> Motions {
         if self.held.is_empty() {
             return [0.0; 3];
@@ -265,7 +275,7 @@ impl Solver<'_, '_> {
     }
 }
 
-/// Takes the rigid motion out of values on some cells that gives them their resultants.
+/// Subtracts from values on some cells the rigid motion that has the same resultants.
 fn without_resultants(motions: &RigidMotions, cells: &[usize], values: &mut [f64]) {
     let own = motions.resultants(cells, values);
     let Some(motion) = motions.with_resultants(cells, own) else {
