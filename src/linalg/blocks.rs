@@ -1,16 +1,17 @@
-//! Many small square matrices, applied together.
+//! Block-diagonal matrices of many small square blocks.
 
 use super::{RowMatrix, single, vectorised};
 
-/// Blocks whose products run side by side: their sums stay in registers.
+/// Number of blocks that are multiplied together, so that their sums stay in registers.
 const SIDE_BY_SIDE: usize = 32;
 
-/// Square matrices of one size on a diagonal, for products with one vector after the other, which take as long as the matrices take to
-/// be read: they are in single precision, and so are the products. Entry (i, j) of all blocks lies together, so that the work runs
-/// along the blocks, many at a time, however small they are.
+/// Block-diagonal matrix of square blocks of one size, for repeated products with vectors.
+///
+/// A product takes as long as reading the matrix, so the entries and the arithmetic are in single precision. Entry
+/// (i, j) of all blocks is contiguous, so that the loop over blocks vectorizes however small the blocks are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blocks {
-    /// Blocks, and empty ones up to a multiple of [`SIDE_BY_SIDE`].
+    /// Number of blocks, padded with zero blocks to a multiple of [`SIDE_BY_SIDE`].
     count: usize,
     width: usize,
     /// Entry (i, j) of block b is at `(i * width + j) * count + b`.
@@ -18,7 +19,7 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// All blocks have `width` rows and columns.
+    /// Builds the matrix from blocks of `width` rows and columns each.
     pub fn new<'a>(width: usize, blocks: impl ExactSizeIterator<Item = &'a RowMatrix>) -> Blocks {
         let count = blocks.len().next_multiple_of(SIDE_BY_SIDE);
         let mut values = vec![0.0; width * width * count];
@@ -35,7 +36,7 @@ impl Blocks {
         }
     }
 
-    /// The product with a vector, which has the rows of the first block first.
+    /// Returns the product with a vector that is ordered block by block.
     pub fn apply(&self, vector: &[f64]) -> Vec<f64> {
         vectorised(
             #[inline(always)]
@@ -46,10 +47,10 @@ impl Blocks {
     #[inline(always)]
     fn product(&self, vector: &[f64]) -> Vec<f64> {
         let (count, width) = (self.count, self.width);
-        let mut along = vec![0.0; width * count];
+        let mut interleaved = vec![0.0; width * count];
         for (b, part) in single(vector).chunks_exact(width).enumerate() {
             for (j, value) in part.iter().enumerate() {
-                along[j * count + b] = *value;
+                interleaved[j * count + b] = *value;
             }
         }
         let mut out = vec![0.0; vector.len()];
@@ -60,9 +61,9 @@ impl Blocks {
                 let mut sums = [0.0_f32; SIDE_BY_SIDE];
                 for j in 0..width {
                     let entries = &self.values[(i * width + j) * count + first..][..SIDE_BY_SIDE];
-                    let along = &along[j * count + first..][..SIDE_BY_SIDE];
+                    let interleaved = &interleaved[j * count + first..][..SIDE_BY_SIDE];
                     for b in 0..SIDE_BY_SIDE {
-                        sums[b] += entries[b] * along[b];
+                        sums[b] += entries[b] * interleaved[b];
                     }
                 }
                 for (part, sum) in parts.iter_mut().zip(sums) {

@@ -14,7 +14,7 @@ use faer::{Accum, Auto, MatMut, MatRef, Par, Side};
 use super::LinalgError;
 use super::registers::{cleared, multiply};
 
-/// A dense matrix, column by column: entry (i, j) is at `j * rows + i`.
+/// Dense matrix stored column by column: entry (i, j) is at `j * rows + i`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     rows: usize,
@@ -38,7 +38,7 @@ impl std::ops::IndexMut<(usize, usize)> for Matrix {
 }
 
 impl Matrix {
-    /// A matrix of zeros.
+    /// Returns a matrix of zeros.
     pub fn zeros(rows: usize, columns: usize) -> Self {
         Matrix {
             rows,
@@ -47,7 +47,7 @@ impl Matrix {
         }
     }
 
-    /// The matrix whose entry (i, j) is `entry(i, j)`.
+    /// Returns the matrix whose entry (i, j) is `entry(i, j)`.
     pub fn from_fn(
         rows: usize,
         columns: usize,
@@ -66,44 +66,44 @@ impl Matrix {
         }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// All entries, column by column.
+    /// Returns all entries, column by column.
     pub fn as_slice(&self) -> &[f64] {
         &self.data
     }
 
-    /// All entries, column by column.
+    /// Returns all entries, column by column, for writing.
     pub fn as_mut_slice(&mut self) -> &mut [f64] {
         &mut self.data
     }
 
-    /// Column j.
+    /// Returns column j.
     pub fn column(&self, j: usize) -> &[f64] {
         &self.data[j * self.rows..(j + 1) * self.rows]
     }
 
-    /// Column j.
+    /// Returns column j for writing.
     pub fn column_mut(&mut self, j: usize) -> &mut [f64] {
         &mut self.data[j * self.rows..(j + 1) * self.rows]
     }
 
-    /// The columns of `self`, then those of `other`, which has as many rows.
+    /// Appends the columns of `other`, which must have as many rows as `self`.
     pub fn append(&mut self, other: &Matrix) {
         assert_eq!(self.rows, other.rows, "columns of unequal length");
         self.data.extend_from_slice(&other.data);
         self.columns += other.columns;
     }
 
-    /// A copy of some columns.
+    /// Copies a range of columns.
     pub fn columns_of(&self, range: std::ops::Range<usize>) -> Matrix {
         Matrix {
             rows: self.rows,
@@ -120,14 +120,14 @@ impl Matrix {
         MatMut::from_column_major_slice_mut(&mut self.data, self.rows, self.columns)
     }
 
-    /// `self * other`.
+    /// Returns `self * other`.
     pub fn times(&self, other: &Matrix) -> Matrix {
         let mut product = Matrix::zeros(self.rows, other.columns);
         product.add_product(1.0, self, other);
         product
     }
 
-    /// `selfᵀ * other`.
+    /// Returns `selfᵀ * other`.
     pub fn transpose_times(&self, other: &Matrix) -> Matrix {
         let mut product = Matrix::zeros(self.columns, other.columns);
         multiply(
@@ -140,7 +140,7 @@ impl Matrix {
         product
     }
 
-    /// `self * otherᵀ`.
+    /// Returns `self * otherᵀ`.
     pub fn times_transpose(&self, other: &Matrix) -> Matrix {
         let mut product = Matrix::zeros(self.rows, other.rows);
         multiply(
@@ -153,22 +153,24 @@ impl Matrix {
         product
     }
 
-    /// `self += factor * a * b`.
+    /// Adds a product: `self += factor * a * b`.
     pub fn add_product(&mut self, factor: f64, a: &Matrix, b: &Matrix) {
         multiply(self.view_mut(), Accum::Add, a.view(), b.view(), factor);
     }
 
-    /// `self += factor * other`.
+    /// Adds a multiple: `self += factor * other`.
     pub fn add(&mut self, factor: f64, other: &Matrix) {
         for (mine, theirs) in self.data.iter_mut().zip(&other.data) {
             *mine += factor * theirs;
         }
     }
 
-    /// Eigenvalues in ascending order and orthonormal eigenvectors of a symmetric matrix; its lower triangle is read.
+    /// Computes the eigenvalues in ascending order and the orthonormal eigenvectors of a symmetric matrix. Reads the
+    /// lower triangle only.
     pub fn symmetric_eigen(&self) -> Result<(Vec<f64>, Matrix), LinalgError> {
         let size = self.rows;
-        // faer's divide and conquer (from 128 rows on) lost repeated eigenvalues: 2e-4 of the largest on a block of 162 freedoms.
+        // faer's divide and conquer (from 128 rows on) loses repeated eigenvalues, so it is switched off. On a block
+        // of 162 degrees of freedom its error was 2e-4 of the largest eigenvalue.
         let mut params: SelfAdjointEvdParams = Auto::<f64>::auto();
         params.recursion_threshold = usize::MAX;
         let vectors_too = ComputeEigenvectors::Yes;
@@ -193,7 +195,8 @@ impl Matrix {
         Ok((values, vectors))
     }
 
-    /// The lower triangular L of a symmetric positive definite matrix L Lᵀ; its lower triangle is read.
+    /// Computes the lower triangular factor L of a symmetric positive definite matrix L Lᵀ. Reads the lower triangle
+    /// only.
     pub fn cholesky(&self) -> Result<Matrix, LinalgError> {
         let size = self.rows;
         let factor = cleared(|| self.view().llt(Side::Lower)).map_err(|error| {
@@ -206,21 +209,22 @@ impl Matrix {
         }))
     }
 
-    /// Overwrites `right` with L⁻¹ `right`, `self` being lower triangular.
+    /// Overwrites `right` with L⁻¹ `right`, where L is `self`, a lower triangular matrix.
     pub fn solve_lower(&self, right: &mut Matrix) {
         cleared(|| solve_lower_triangular_in_place(self.view(), right.view_mut(), Par::Seq));
     }
 
-    /// Overwrites `right` with L⁻ᵀ `right`, `self` being lower triangular.
+    /// Overwrites `right` with L⁻ᵀ `right`, where L is `self`, a lower triangular matrix.
     pub fn solve_lower_transposed(&self, right: &mut Matrix) {
         cleared(|| {
             solve_upper_triangular_in_place(self.view().transpose(), right.view_mut(), Par::Seq)
         });
     }
 
-    /// Overwrites `left` with `left` L⁻ᵀ, `self` being lower triangular: columns whose Gram matrix is L Lᵀ become orthonormal.
+    /// Overwrites `left` with `left` L⁻ᵀ, where L is `self`, a lower triangular matrix. If L Lᵀ is the Gram matrix of
+    /// the columns, the columns become orthonormal.
     pub fn solve_upper_right(&self, left: &mut Matrix) {
-        // X Lᵀ = A is L Xᵀ = Aᵀ.
+        // X Lᵀ = A is equivalent to L Xᵀ = Aᵀ.
         cleared(|| {
             solve_lower_triangular_in_place(self.view(), left.view_mut().transpose_mut(), Par::Seq)
         });

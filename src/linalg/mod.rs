@@ -1,6 +1,6 @@
-//! Dense and sparse linear algebra: the only place that names `faer`.
+//! Dense and sparse linear algebra. No other module uses `faer`.
 //!
-//! Everything runs on one thread and in a fixed order, so that equal input gives equal bits.
+//! All operations run on one thread in a fixed order, so that equal input gives bitwise equal results.
 
 mod blocks;
 mod dense;
@@ -17,7 +17,7 @@ pub use rows::{
 };
 pub use sparse::{SparseCholesky, SparseIndefinite, SparseSymmetric, minimum_degree};
 
-/// A factorization or decomposition that does not exist, or did not succeed.
+/// Error of a factorization or decomposition.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LinalgError {
     /// A pivot of a Cholesky factorization is not positive.
@@ -27,32 +27,32 @@ pub enum LinalgError {
     NotPositiveDefinite {
         /// Rows of the matrix.
         size: usize,
-        /// The row, in the matrix's own numbering.
+        /// Row of the pivot, in the numbering of the matrix before reordering.
         row: usize,
     },
-    /// A pivot of an LU factorization is zero but for rounding, or not finite.
+    /// A pivot of an LU factorization is zero to rounding, or not finite.
     #[error(
-        "the matrix of {size} rows is singular: pivot {pivot} has {share:.3e} of the largest entry"
+        "the matrix of {size} rows is singular: pivot {pivot} is {share:.3e} of the largest entry"
     )]
     Singular {
         /// Rows of the matrix.
         size: usize,
-        /// Where elimination stopped.
+        /// Elimination step of the pivot, from 0.
         pivot: usize,
-        /// Size of the pivot over that of the largest entry.
+        /// Magnitude of the pivot divided by that of the largest entry.
         share: f64,
     },
-    /// As many values as entries were expected.
+    /// The number of values differs from the number of entries.
     #[error("{found} values do not fill a matrix of {rows} rows and {columns} columns")]
     Length {
-        /// Values found.
+        /// Number of values.
         found: usize,
         /// Rows of the matrix.
         rows: usize,
         /// Columns of the matrix.
         columns: usize,
     },
-    /// An eigenvalue iteration did not end.
+    /// An eigenvalue iteration did not converge.
     #[error(
         "the eigenvalues of a dense matrix of {size} rows did not converge; are its entries finite?"
     )]
@@ -60,15 +60,17 @@ pub enum LinalgError {
         /// Rows of the matrix.
         size: usize,
     },
-    /// Not enough memory, or more entries than an index can count.
-    #[error("a sparse factor of {size} rows and {entries} given entries does not fit into memory")]
+    /// The memory does not suffice, or the factor has more entries than an index can count.
+    #[error(
+        "the sparse factor of a matrix with {size} rows and {entries} entries does not fit into memory"
+    )]
     TooLarge {
         /// Rows of the matrix.
         size: usize,
         /// Entries of its lower triangle.
         entries: usize,
     },
-    /// An elimination order that is not a permutation.
+    /// The elimination order is not a permutation of the rows.
     #[error("the elimination order of {length} entries is not a permutation of the {size} rows")]
     NotAPermutation {
         /// Rows of the matrix.

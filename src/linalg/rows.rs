@@ -1,4 +1,4 @@
-//! Dense matrices kept row by row, real and complex, and their LU factors.
+//! Dense matrices stored row by row, real and complex, and their LU factors.
 
 use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
@@ -16,7 +16,7 @@ use pulp::Arch;
 use super::registers::{cleared, multiply};
 use super::{LinalgError, Matrix};
 
-/// Pivots below this share of the largest entry are taken to be rounding of zero.
+/// A pivot below this share of the largest entry counts as zero.
 const SINGULAR: f64 = 1e-15;
 
 /// A real or complex number.
@@ -33,7 +33,7 @@ pub trait Scalar:
 {
     /// The number one.
     const ONE: Self;
-    /// Absolute value.
+    /// Returns the absolute value.
     fn magnitude(self) -> f64;
 }
 
@@ -58,8 +58,8 @@ impl Scalar for Complex64 {
     }
 }
 
-/// Adds to the rows of `out`, as long as those of a product are, the product of `a`, `rows × inner`, with `inner` rows that begin `stride`
-/// apart in `b`.
+/// Adds the product `a * b` to `out`. `a` is `rows × inner`; the `inner` rows of `b` begin `stride` entries apart.
+/// All matrices are row by row, and `out` has `rows` rows.
 pub fn add_product_of_rows(
     out: &mut [f64],
     a: &[f64],
@@ -74,7 +74,7 @@ pub fn add_product_of_rows(
     multiply(target, Accum::Add, a, b, 1.0);
 }
 
-/// A dense matrix, row by row: entry (i, j) is at `i * columns + j`. For what is read or gathered by rows.
+/// Dense matrix stored row by row: entry (i, j) is at `i * columns + j`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RowMatrix<T = f64> {
     rows: usize,
@@ -82,11 +82,11 @@ pub struct RowMatrix<T = f64> {
     values: Vec<T>,
 }
 
-/// Share of the largest of some numbers below which another is zero in single precision: far below its rounding, and far above the
-/// denormal numbers, which take a processor a hundred times as long.
+/// A value below this share of the largest becomes zero in single precision. The share is far below the rounding of
+/// single precision and far above denormal numbers, which a processor handles a hundred times more slowly.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Numbers in single precision, those that are nothing beside the largest as zero.
+/// Converts numbers to single precision and replaces negligible ones by zero.
 pub fn single(values: &[f64]) -> Vec<f32> {
     let largest = values.iter().fold(0.0_f64, |m, value| m.max(value.abs()));
     let least = NEGLIGIBLE * largest;
@@ -95,7 +95,7 @@ pub fn single(values: &[f64]) -> Vec<f32> {
 }
 
 impl RowMatrix {
-    /// The matrix in single precision, as [`single`] has its entries.
+    /// Converts the matrix to single precision, as [`single`] does.
     pub fn single(&self) -> RowMatrix<f32> {
         RowMatrix {
             rows: self.rows,
@@ -106,7 +106,7 @@ impl RowMatrix {
 }
 
 impl RowMatrix<f32> {
-    /// The matrix in double precision.
+    /// Converts the matrix to double precision.
     pub fn double(&self) -> RowMatrix {
         RowMatrix {
             rows: self.rows,
@@ -117,7 +117,7 @@ impl RowMatrix<f32> {
 }
 
 impl<T: Scalar> RowMatrix<T> {
-    /// Zeros.
+    /// Returns a matrix of zeros.
     pub fn zeros(rows: usize, columns: usize) -> RowMatrix<T> {
         RowMatrix {
             rows,
@@ -126,15 +126,15 @@ impl<T: Scalar> RowMatrix<T> {
         }
     }
 
-    /// The identity.
+    /// Returns the identity matrix.
     pub fn identity(order: usize) -> RowMatrix<T> {
         RowMatrix::diagonal(&vec![T::ONE; order])
     }
 
-    /// From values row by row.
+    /// Builds a matrix from values row by row.
     ///
     /// # Errors
-    /// [`LinalgError::Length`] if there are not `rows * columns` of them.
+    /// [`LinalgError::Length`] if the number of values is not `rows * columns`.
     pub fn from_rows(rows: usize, columns: usize, values: Vec<T>) -> Result<Self, LinalgError> {
         if values.len() != rows * columns {
             return Err(LinalgError::Length {
@@ -150,7 +150,7 @@ impl<T: Scalar> RowMatrix<T> {
         })
     }
 
-    /// A diagonal matrix.
+    /// Returns a diagonal matrix.
     pub fn diagonal(values: &[T]) -> RowMatrix<T> {
         let mut matrix = RowMatrix::zeros(values.len(), values.len());
         for (i, &value) in values.iter().enumerate() {
@@ -159,17 +159,17 @@ impl<T: Scalar> RowMatrix<T> {
         matrix
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Number of columns.
+    /// Returns the number of columns.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// Entry (i, j).
+    /// Returns entry (i, j).
     pub fn at(&self, i: usize, j: usize) -> T {
         self.values[i * self.columns + j]
     }
@@ -179,27 +179,27 @@ impl<T: Scalar> RowMatrix<T> {
         self.values[i * self.columns + j] = value;
     }
 
-    /// Row i.
+    /// Returns row i.
     pub fn row(&self, i: usize) -> &[T] {
         &self.values[i * self.columns..][..self.columns]
     }
 
-    /// Row i, to change.
+    /// Returns row i for writing.
     pub fn row_mut(&mut self, i: usize) -> &mut [T] {
         &mut self.values[i * self.columns..][..self.columns]
     }
 
-    /// All entries, row by row.
+    /// Returns all entries, row by row.
     pub fn values(&self) -> &[T] {
         &self.values
     }
 
-    /// All entries, row by row, to change.
+    /// Returns all entries, row by row, for writing.
     pub fn values_mut(&mut self) -> &mut [T] {
         &mut self.values
     }
 
-    /// All entries, row by row.
+    /// Converts the matrix into its entries, row by row.
     pub fn into_values(self) -> Vec<T> {
         self.values
     }
@@ -212,7 +212,7 @@ impl<T: Scalar> RowMatrix<T> {
         MatMut::from_row_major_slice_mut(&mut self.values, self.rows, self.columns)
     }
 
-    /// The transpose.
+    /// Returns the transpose.
     pub fn transposed(&self) -> RowMatrix<T> {
         let mut out = RowMatrix::zeros(self.columns, self.rows);
         for i in 0..self.rows {
@@ -223,32 +223,32 @@ impl<T: Scalar> RowMatrix<T> {
         out
     }
 
-    /// The product with `other`, whose rows are as many as our columns.
+    /// Returns the product with `other`, which must have as many rows as `self` has columns.
     pub fn times(&self, other: &RowMatrix<T>) -> RowMatrix<T> {
         let mut out = RowMatrix::zeros(self.rows, other.columns);
         out.add_product(self, other);
         out
     }
 
-    /// `self += a * b`.
+    /// Adds a product: `self += a * b`.
     pub fn add_product(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
         let add = Accum::Add;
         multiply(self.view_mut(), add, a.view(), b.view(), T::ONE);
     }
 
-    /// `self += aᵀ * b`.
+    /// Adds a product with a transposed left factor: `self += aᵀ * b`.
     pub fn add_transposed_product(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
         let (target, add) = (self.view_mut(), Accum::Add);
         multiply(target, add, a.view().transpose(), b.view(), T::ONE);
     }
 
-    /// `self += a * bᵀ`.
+    /// Adds a product with a transposed right factor: `self += a * bᵀ`.
     pub fn add_product_transposed(&mut self, a: &RowMatrix<T>, b: &RowMatrix<T>) {
         let (target, add) = (self.view_mut(), Accum::Add);
         multiply(target, add, a.view(), b.view().transpose(), T::ONE);
     }
 
-    /// The product with a vector.
+    /// Returns the product with a vector.
     pub fn apply(&self, vector: &[T]) -> Vec<T> {
         (0..self.rows)
             .map(|i| {
@@ -258,15 +258,15 @@ impl<T: Scalar> RowMatrix<T> {
             .collect()
     }
 
-    /// LU factors with row exchanges.
+    /// Computes the LU factors with row exchanges.
     ///
     /// # Errors
-    /// [`LinalgError::Singular`] if a pivot is rounding of zero, or an entry is not finite.
+    /// [`LinalgError::Singular`] if a pivot is zero to rounding, or an entry is not finite.
     pub fn factorize(mut self) -> Result<Factors<T>, LinalgError> {
         let size = self.rows;
         assert_eq!(size, self.columns, "only square matrices have LU factors");
         let largest = self.values.iter().fold(0.0, |largest: f64, value| {
-            // A maximum that keeps NaN, so that a poisoned matrix is refused.
+            // Unlike `f64::max`, this maximum keeps NaN, so that a matrix with NaN is rejected.
             let size = value.magnitude();
             if size > largest || size.is_nan() {
                 size
@@ -277,7 +277,7 @@ impl<T: Scalar> RowMatrix<T> {
         let (mut order, mut place) = (vec![0_usize; size], vec![0_usize; size]);
         let scratch =
             lu_in_place_scratch::<usize, T>(size, size, Par::Seq, faer::prelude::default());
-        // Rows are the columns of the transpose: that is what is factorized, in place.
+        // The rows are the columns of the transpose, so faer factorizes the transpose in place.
         cleared(|| {
             lu_in_place(
                 MatMut::from_column_major_slice_mut(&mut self.values, size, size),
@@ -289,12 +289,12 @@ impl<T: Scalar> RowMatrix<T> {
             )
         });
         for pivot in 0..size {
-            let found = self.at(pivot, pivot).magnitude();
-            if !found.is_finite() || !largest.is_finite() || found <= SINGULAR * largest {
+            let magnitude = self.at(pivot, pivot).magnitude();
+            if !magnitude.is_finite() || !largest.is_finite() || magnitude <= SINGULAR * largest {
                 return Err(LinalgError::Singular {
                     size,
                     pivot,
-                    share: found / largest,
+                    share: magnitude / largest,
                 });
             }
         }
@@ -306,14 +306,15 @@ impl<T: Scalar> RowMatrix<T> {
     }
 }
 
-/// Does `work` with the widest vectors that the processor has, as far as it is inlined there. Numbers are those of any processor: products
-/// and sums are rounded one by one, in the order in which they are written.
+/// Runs `work` with the widest vector instructions of the processor, as far as `work` is inlined.
+///
+/// The results do not depend on the processor: every product and sum is rounded separately, in the order written.
 #[inline(always)]
 pub fn vectorised<R>(work: impl FnOnce() -> R) -> R {
     Arch::new().dispatch(work)
 }
 
-/// `target += factor * source`.
+/// Adds a multiple: `target += factor * source`.
 #[inline(always)]
 pub fn add_scaled<T: Scalar>(target: &mut [T], factor: T, source: &[T]) {
     for (target, &source) in target.iter_mut().zip(source) {
@@ -348,18 +349,18 @@ impl<T: Scalar> Factors<T> {
         });
     }
 
-    /// Replaces `right` by the solution.
+    /// Overwrites `right` with the solution.
     pub fn solve(&self, right: &mut [T]) {
         let size = self.lu.rows;
         self.solve_view(MatMut::from_column_major_slice_mut(right, size, 1));
     }
 
-    /// Replaces every column of `right` by its solution.
+    /// Overwrites every column of `right` with its solution.
     pub fn solve_columns(&self, right: &mut RowMatrix<T>) {
         self.solve_view(right.view_mut());
     }
 
-    /// The inverse.
+    /// Returns the inverse.
     pub fn inverse(&self) -> RowMatrix<T> {
         let mut inverse = RowMatrix::identity(self.lu.rows);
         self.solve_columns(&mut inverse);
@@ -367,11 +368,14 @@ impl<T: Scalar> Factors<T> {
     }
 }
 
-/// Eigenvalues λ, ascending, and vectors of `stiffness` v = λ `mass` v, with vᵀ `mass` v = 1; vector r is column r. Both are
-/// symmetric.
+/// Solves the generalised eigenproblem `stiffness` v = λ `mass` v of two symmetric matrices.
+///
+/// Returns the eigenvalues λ in ascending order and the matrix of eigenvectors. Column r is eigenvector r, with vᵀ
+/// `mass` v = 1.
 ///
 /// # Errors
-/// [`LinalgError::NotPositiveDefinite`] if the mass is not positive definite, [`LinalgError::NoEigenvalues`].
+/// [`LinalgError::NotPositiveDefinite`] if the mass is not positive definite; [`LinalgError::NoEigenvalues`] if the
+/// iteration does not converge.
 pub fn generalised_eigen(
     stiffness: &RowMatrix,
     mass: &RowMatrix,
@@ -383,7 +387,7 @@ pub fn generalised_eigen(
     lower.solve_lower(&mut reduced);
     lower.solve_upper_right(&mut reduced);
     let (values, vectors) = reduced.symmetric_eigen()?;
-    // Vᵀ L⁻¹, the rows of which are the vectors wanted.
+    // Row r is (L⁻ᵀ v)ᵀ with column v of `vectors`: eigenvector r of the generalised problem.
     let mut rows = RowMatrix::zeros(size, size);
     for r in 0..size {
         let row = rows.row_mut(r);

@@ -15,19 +15,21 @@ use faer::{Conj, Par, Side};
 use super::registers::cleared;
 use super::{LinalgError, Matrix};
 
-/// A sparse symmetric matrix: its lower triangle with the diagonal, by columns, row numbers ascending in each.
+/// Sparse symmetric matrix. The lower triangle with the diagonal is stored by columns, with ascending rows in each.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparseSymmetric {
-    /// Column j holds the entries `starts[j]..starts[j + 1]`; one more than there are columns.
+    /// Start of each column: column j has the entries `starts[j]..starts[j + 1]`. The length is the number of columns
+    /// + 1.
     pub starts: Vec<usize>,
-    /// Row of each entry, at least its column.
+    /// Row of each entry, equal to or greater than its column.
     pub rows: Vec<usize>,
     /// Value of each entry.
     pub values: Vec<f64>,
 }
 
 impl SparseSymmetric {
-    /// From the entries of the lower triangle: column, row, value, in the order of columns and of rows in each, every place once.
+    /// Builds the matrix from the entries of the lower triangle: column, row, value. The entries are sorted by
+    /// column, then by row, and have no duplicates.
     pub fn from_sorted(size: usize, entries: &[(u32, u32, f64)]) -> Self {
         let mut starts = vec![0; size + 1];
         for entry in entries {
@@ -44,12 +46,12 @@ impl SparseSymmetric {
         }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn size(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// Rows and values of a column's entries on and below the diagonal.
+    /// Returns the rows and values of a column's entries on and below the diagonal.
     pub fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.starts[j]..self.starts[j + 1];
         self.rows[range.clone()]
@@ -58,14 +60,14 @@ impl SparseSymmetric {
             .zip(self.values[range].iter().copied())
     }
 
-    /// The diagonal; zero where no entry is stored.
+    /// Returns the diagonal, with zero where no entry is stored.
     pub fn diagonal(&self) -> Vec<f64> {
         (0..self.size())
             .map(|j| self.column(j).find(|&(i, _)| i == j).map_or(0.0, |e| e.1))
             .collect()
     }
 
-    /// The product with each column of `block`.
+    /// Returns the product with each column of `block`.
     pub fn times(&self, block: &Matrix) -> Matrix {
         let mut product = Matrix::zeros(block.rows(), block.columns());
         for c in 0..block.columns() {
@@ -86,7 +88,7 @@ impl SparseSymmetric {
         product
     }
 
-    /// `self + factor * other`, on the union of both patterns.
+    /// Returns `self + factor * other` on the union of both sparsity patterns.
     pub fn plus(&self, factor: f64, other: &SparseSymmetric) -> SparseSymmetric {
         let size = self.size();
         let mut sum = SparseSymmetric {
@@ -123,7 +125,7 @@ impl SparseSymmetric {
     }
 }
 
-/// An order of elimination with little fill, of a matrix about which no coordinates are known (approximate minimum degree).
+/// Computes an elimination order with little fill by approximate minimum degree. The method needs no coordinates.
 pub fn minimum_degree(matrix: &SparseSymmetric) -> Result<Vec<usize>, LinalgError> {
     let size = matrix.size();
     let (mut forward, mut inverse) = (vec![0; size], vec![0; size]);
@@ -142,7 +144,7 @@ pub fn minimum_degree(matrix: &SparseSymmetric) -> Result<Vec<usize>, LinalgErro
     Ok(forward)
 }
 
-/// An elimination order: the rows of a matrix in the order in which they are eliminated, and its inverse.
+/// Elimination order and its inverse: the rows in the order of elimination, and the place of each row in it.
 #[derive(Debug, Clone, PartialEq)]
 struct Permutation {
     forward: Vec<usize>,
@@ -151,17 +153,17 @@ struct Permutation {
 
 impl Permutation {
     fn new(order: &[usize], size: usize) -> Result<Self, LinalgError> {
-        let wrong = LinalgError::NotAPermutation {
+        let error = LinalgError::NotAPermutation {
             size,
             length: order.len(),
         };
         if order.len() != size {
-            return Err(wrong);
+            return Err(error);
         }
         let mut inverse = vec![usize::MAX; size];
         for (place, &row) in order.iter().enumerate() {
             if row >= size || inverse[row] != usize::MAX {
-                return Err(wrong);
+                return Err(error);
             }
             inverse[row] = place;
         }
@@ -187,7 +189,7 @@ fn symbolic(
             size,
         )),
         CholeskySymbolicParams {
-            // The trailing block is read out of the supernodes, so there must be supernodes, in a small matrix too.
+            // `trailing_factor` reads the supernodes, so a small matrix must have supernodes too.
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
         },
@@ -198,7 +200,7 @@ fn symbolic(
     })
 }
 
-/// The factor L of a sparse symmetric positive definite matrix, P A Pᵀ = L Lᵀ.
+/// Cholesky factor L of a sparse symmetric positive definite matrix A, with P A Pᵀ = L Lᵀ.
 pub struct SparseCholesky {
     symbolic: SymbolicCholesky<usize>,
     values: Vec<f64>,
@@ -206,7 +208,7 @@ pub struct SparseCholesky {
 }
 
 impl SparseCholesky {
-    /// Factors a matrix, its rows eliminated in the given order.
+    /// Factorizes a matrix whose rows are eliminated in the given order.
     pub fn new(matrix: &SparseSymmetric, order: &[usize]) -> Result<Self, LinalgError> {
         let size = matrix.size();
         let symbolic = symbolic(matrix, order)?;
@@ -238,15 +240,15 @@ impl SparseCholesky {
         })
     }
 
-    /// Entries stored for the factor.
+    /// Returns the number of entries stored for the factor.
     pub fn entries(&self) -> usize {
         self.values.len()
     }
 
-    /// Entries that [`SparseCholesky::new`] would store, from the places of the matrix's.
+    /// Returns the number of entries that [`SparseCholesky::new`] would store. Only the sparsity pattern is used.
     ///
     /// # Errors
-    /// Those of [`SparseCholesky::new`] but for a matrix that is not positive definite.
+    /// As [`SparseCholesky::new`], except that the matrix need not be positive definite.
     pub fn entries_of(matrix: &SparseSymmetric, order: &[usize]) -> Result<usize, LinalgError> {
         Ok(symbolic(matrix, order)?.len_val())
     }
@@ -268,13 +270,13 @@ impl SparseCholesky {
         });
     }
 
-    /// The rows eliminated last, in their order of elimination.
+    /// Returns the last `count` rows of the elimination order.
     pub fn last_rows(&self, count: usize) -> &[usize] {
         &self.order[self.order.len() - count..]
     }
 
-    /// The dense factor T of the rows eliminated last: on those rows and columns A⁻¹ is (T Tᵀ)⁻¹, so a flexibility between
-    /// them needs no solve with the whole factor.
+    /// Returns the dense factor T of the last `count` rows. On these rows and columns A⁻¹ is (T Tᵀ)⁻¹, so a
+    /// flexibility between them needs no solve with the whole factor.
     pub fn trailing_factor(&self, count: usize) -> Matrix {
         let SymbolicCholeskyRaw::Supernodal(structure) = self.symbolic.raw() else {
             unreachable!("the factor is always asked for as a supernodal one");
@@ -303,9 +305,9 @@ impl SparseCholesky {
     }
 }
 
-/// A factorization of a sparse symmetric matrix that need not be positive definite (K − ω²M above the first mode).
+/// Factorization of a sparse symmetric matrix that may be indefinite (K − ω²M above the first mode).
 ///
-/// Pivots are sought within supernodes only, so a solution is to be judged by its residual.
+/// Pivoting is restricted to supernodes, so the caller must check a solution by its residual.
 pub struct SparseIndefinite {
     symbolic: SymbolicCholesky<usize>,
     values: Vec<f64>,
@@ -315,7 +317,8 @@ pub struct SparseIndefinite {
 }
 
 impl SparseIndefinite {
-    /// Factors a matrix, its rows eliminated in about the given order.
+    /// Factorizes a matrix whose rows are eliminated in about the given order. Pivoting within supernodes may change
+    /// it.
     pub fn new(matrix: &SparseSymmetric, order: &[usize]) -> Result<Self, LinalgError> {
         let size = matrix.size();
         let symbolic = symbolic(matrix, order)?;

@@ -1,4 +1,4 @@
-//! Vectors in space.
+//! Vectors in three dimensions.
 
 pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

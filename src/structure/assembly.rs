@@ -6,19 +6,19 @@ use crate::structure::element::{Formulation, matrices};
 use crate::structure::mesh::Mesh;
 use crate::structure::order::nested_dissection;
 
-/// A linear combination of degrees of freedom: their numbers and weights.
+/// Linear combination of degrees of freedom, as pairs of a number and a weight.
 pub type Combination = Vec<(usize, f64)>;
 
-/// A spring between nodes: the force `stiffness * value` acts against a combination of displacements.
+/// Spring between nodes. Its force is `stiffness * value` against a combination of displacements of that value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spring {
-    /// What it resists.
+    /// Combination of displacements that the spring resists.
     pub on: Combination,
     /// Stiffness \[N/m\].
     pub stiffness: f64,
 }
 
-/// Stiffness and mass of a structure, three degrees of freedom a node.
+/// Stiffness and mass of a structure with three degrees of freedom per node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
     /// Stiffness \[N/m\].
@@ -33,10 +33,10 @@ pub struct System {
 }
 
 impl System {
-    /// Assembles a mesh and springs between its nodes.
+    /// Assembles the elements of a mesh and the springs between its nodes.
     ///
     /// # Errors
-    /// An element that is turned inside out, or refers to a node or material that does not exist.
+    /// [`StructureError`] for an inverted element, and for a node, degree of freedom or material that does not exist.
     pub fn assemble(
         mesh: &Mesh,
         formulation: Formulation,
@@ -71,17 +71,22 @@ impl System {
         };
         for (e, element) in mesh.elements.iter().enumerate() {
             let material = &mesh.materials[element.material];
-            let own = matrices(&mesh.corners_of(e), material, formulation, e)?;
+            let element_matrices = matrices(&mesh.corners_of(e), material, formulation, e)?;
             for (p, &node) in element.nodes.iter().enumerate() {
                 for (q, &other) in element.nodes.iter().enumerate() {
                     for a in 0..3 {
                         let column = 3 * other + a;
                         if node >= other {
-                            add(&mut system.mass, 3 * node + a, column, own.mass[p][q]);
+                            add(
+                                &mut system.mass,
+                                3 * node + a,
+                                column,
+                                element_matrices.mass[p][q],
+                            );
                         }
                         for b in 0..3 {
                             if 3 * node + b >= column {
-                                let value = own.stiffness[3 * p + b][3 * q + a];
+                                let value = element_matrices.stiffness[3 * p + b][3 * q + a];
                                 add(&mut system.stiffness, 3 * node + b, column, value);
                             }
                         }
@@ -90,10 +95,10 @@ impl System {
             }
         }
         for spring in springs {
-            for &(row, one) in &spring.on {
+            for &(row, row_weight) in &spring.on {
                 for &(column, other) in &spring.on {
                     if row >= column {
-                        let value = spring.stiffness * one * other;
+                        let value = spring.stiffness * row_weight * other;
                         add(&mut system.stiffness, row, column, value);
                     }
                 }
@@ -102,12 +107,12 @@ impl System {
         Ok(system)
     }
 
-    /// Degrees of freedom.
+    /// Returns the number of degrees of freedom.
     pub fn size(&self) -> usize {
         3 * self.coordinates.len()
     }
 
-    /// Mass of the whole \[kg\].
+    /// Returns the mass of the structure \[kg\].
     pub fn total_mass(&self) -> f64 {
         let mut total = 0.0;
         for column in (0..self.size()).step_by(3) {
@@ -118,7 +123,7 @@ impl System {
         total
     }
 
-    /// The connected bodies: for each node the number of its body, and how many bodies there are.
+    /// Returns the connected bodies: the number of each node's body, and the number of bodies.
     pub fn bodies(&self) -> (Vec<usize>, usize) {
         let count = self.coordinates.len();
         let mut body = vec![usize::MAX; count];
@@ -144,7 +149,7 @@ impl System {
         (body, bodies)
     }
 
-    /// An order of elimination of the degrees of freedom, those of the given nodes last.
+    /// Computes an elimination order of the degrees of freedom that ends with the nodes `last`.
     pub fn elimination_order(&self, last: &[usize]) -> Vec<usize> {
         nested_dissection(
             &self.coordinates,
@@ -157,7 +162,7 @@ impl System {
         .collect()
     }
 
-    /// Factors K + shift·M, which a positive shift \[rad²/s²\] makes positive definite.
+    /// Factorizes K + shift·M. A positive shift \[rad²/s²\] makes the matrix positive definite.
     pub fn shifted_factor(
         &self,
         shift: f64,
@@ -172,32 +177,33 @@ impl System {
     }
 }
 
-/// Neighbours of each node, itself left out, from groups of nodes that are coupled to each other.
+/// Returns the neighbours of each node, without the node itself, from groups of nodes that are coupled to each other.
+/// The neighbours of node n are at `starts[n]..starts[n + 1]`.
 pub(super) fn adjacency(groups: &[Vec<usize>], count: usize) -> (Vec<usize>, Vec<usize>) {
-    let mut of_node: Vec<Vec<usize>> = vec![Vec::new(); count];
+    let mut groups_of_node: Vec<Vec<usize>> = vec![Vec::new(); count];
     for (g, group) in groups.iter().enumerate() {
         for &n in group {
-            of_node[n].push(g);
+            groups_of_node[n].push(g);
         }
     }
     let mut starts = vec![0];
     let mut neighbours = Vec::new();
-    let mut own = Vec::new();
-    for (n, touching) in of_node.iter().enumerate() {
-        own.clear();
-        for &g in touching {
-            own.extend(groups[g].iter().copied().filter(|&m| m != n));
+    let mut node_neighbours = Vec::new();
+    for (n, node_groups) in groups_of_node.iter().enumerate() {
+        node_neighbours.clear();
+        for &g in node_groups {
+            node_neighbours.extend(groups[g].iter().copied().filter(|&m| m != n));
         }
-        own.sort_unstable();
-        own.dedup();
-        neighbours.extend_from_slice(&own);
+        node_neighbours.sort_unstable();
+        node_neighbours.dedup();
+        neighbours.extend_from_slice(&node_neighbours);
         starts.push(neighbours.len());
     }
     (starts, neighbours)
 }
 
-/// The pattern of a matrix that couples each node with itself and its neighbours, where axes a (of the row) and b (of the column)
-/// are coupled at all; its values are zero.
+/// Builds a matrix of zeros whose pattern couples each node with itself and its neighbours. `coupled(a, b)` is true
+/// if axis a of the row is coupled with axis b of the column.
 fn pattern(
     starts: &[usize],
     adjacency: &[usize],
@@ -210,8 +216,8 @@ fn pattern(
     };
     for node in 0..starts.len() - 1 {
         for b in 0..3 {
-            let above = adjacency[starts[node]..starts[node + 1]].iter();
-            for &other in std::iter::once(&node).chain(above.filter(|&&m| m > node)) {
+            let neighbours = adjacency[starts[node]..starts[node + 1]].iter();
+            for &other in std::iter::once(&node).chain(neighbours.filter(|&&m| m > node)) {
                 for a in 0..3 {
                     if coupled(a, b) && 3 * other + a >= 3 * node + b {
                         matrix.rows.push(3 * other + a);
@@ -225,7 +231,7 @@ fn pattern(
     matrix
 }
 
-/// Adds to an entry on or below the diagonal that the pattern has.
+/// Adds a value to an entry on or below the diagonal. The pattern must have the entry.
 fn add(matrix: &mut SparseSymmetric, row: usize, column: usize, value: f64) {
     let range = matrix.starts[column]..matrix.starts[column + 1];
     let place = matrix.rows[range.clone()]

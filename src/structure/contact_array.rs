@@ -1,28 +1,29 @@
-//! Where the contact elements of a structure are: an array of equal rectangles over its joint.
+//! Positions of the contact elements: an array of equal rectangles over the joint of a structure.
 
 use std::collections::{BTreeMap, HashSet};
 
 use serde::{Deserialize, Serialize};
 
-/// Equal rectangles over a joint, of which some are not there: holes, and what the outline leaves out. Contact elements are the rectangles
-/// (*faces*), or the places between them (*nodes*).
+/// Array of equal rectangles over a joint. Rectangles in a hole or outside the outline are absent.
+///
+/// A contact element is a rectangle (*faces*) or a grid point between rectangles (*nodes*).
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ContactArray {
     /// Sides of the joint along x and y \[m\].
     pub size: [f64; 2],
-    /// Rectangles along x and y.
+    /// Numbers of rectangles along x and y.
     pub counts: [usize; 2],
-    /// Those that are not there, (i, j) along x and y.
+    /// Absent rectangles, as (i, j) along x and y.
     pub absent: Vec<[usize; 2]>,
 }
 
-/// Places around a rectangle, counter-clockwise.
+/// Returns the four grid points around a rectangle, counter-clockwise.
 pub fn corners_of([i, j]: [usize; 2]) -> [[usize; 2]; 4] {
     [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]]
 }
 
 impl ContactArray {
-    /// The rectangles that are there, i along x slow and j along y fast.
+    /// Returns the rectangles that are present, with i along x slow and j along y fast.
     pub fn cells(&self) -> Vec<[usize; 2]> {
         let absent: HashSet<[usize; 2]> = self.absent.iter().copied().collect();
         (0..self.counts[0])
@@ -31,17 +32,18 @@ impl ContactArray {
             .collect()
     }
 
-    /// Sides of a rectangle \[m\].
+    /// Returns the sides of a rectangle \[m\].
     pub fn sides(&self) -> [f64; 2] {
         [0, 1].map(|d| self.size[d] / self.counts[d] as f64)
     }
 
-    /// Area of a rectangle \[m²\].
+    /// Returns the area of a rectangle \[m²\].
     pub fn cell_area(&self) -> f64 {
         self.size[0] * self.size[1] / (self.counts[0] * self.counts[1]) as f64
     }
 
-    /// A place (x, y) from the middle of the joint \[m\], its coordinates counted in rectangles from the corner.
+    /// Converts grid coordinates, counted in rectangles from the corner, to a position (x, y) from the centre of the
+    /// joint \[m\].
     pub fn place(&self, [i, j]: [f64; 2]) -> [f64; 2] {
         let sides = self.sides();
         [
@@ -50,15 +52,16 @@ impl ContactArray {
         ]
     }
 
-    /// Centre of each of [`Self::cells`] \[m\], and its area \[m²\].
+    /// Returns the centre \[m\] and the area \[m²\] of each of [`Self::cells`].
     pub fn faces(&self) -> Vec<([f64; 2], f64)> {
         let centre = |cell: [usize; 2]| self.place(cell.map(|k| k as f64 + 0.5));
         let cells = self.cells().into_iter();
         cells.map(|cell| (centre(cell), self.cell_area())).collect()
     }
 
-    /// Each place between rectangles, i along x slow and j along y fast: where it is \[m\], and a quarter of each rectangle around it
-    /// that is there \[m²\]. Places with none are left out.
+    /// Returns the position \[m\] and the area \[m²\] of each grid point, with i along x slow and j along y fast.
+    ///
+    /// The area is a quarter of each present rectangle around the point. Points without such a rectangle are skipped.
     pub fn nodes(&self) -> Vec<([f64; 2], f64)> {
         let mut faces: BTreeMap<[usize; 2], f64> = BTreeMap::new();
         for corner in self.cells().into_iter().flat_map(corners_of) {

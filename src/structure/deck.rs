@@ -1,12 +1,13 @@
-//! The resonator as an input deck of CalculiX and Abaqus: its free vibration, solved by another program.
+//! Export of the resonator as an input deck of CalculiX and Abaqus that computes its free vibration.
 //!
-//! Everything is in SI: m, N, kg, s, Pa. Nodes and elements are numbered as in the mesh, from 1 instead of 0. The elements are
-//! C3D8I, hexahedra with incompatible modes as [`Formulation::IncompatibleModes`]; nothing is held, so the first six modes are
-//! rigid.
+//! All quantities are in SI: m, N, kg, s, Pa. Nodes and elements are numbered as in the mesh, but from 1 instead of
+//! 0. The elements are C3D8I, hexahedra with incompatible modes as [`Formulation::IncompatibleModes`]. The structure
+//! is unsupported, so the first six modes are rigid.
 //!
-//! A contact element's spring acts on the mean of its four relative displacements. A deck has springs between nodes only, and a
-//! quarter of the spring on each pair would also resist what leaves the mean alone (k/4·Σu² is not k·(Σu/4)²). So each contact
-//! element has one more node, without mass: an equation makes its displacement that mean, and the spring holds it to the ground.
+//! The spring of a contact element acts on the mean of its four relative displacements. A deck has springs between
+//! nodes only. A quarter of the spring on each pair would not be equivalent, because k/4·Σu² is not k·(Σu/4)². Each
+//! contact element therefore has one more node without mass. An equation makes its displacement the mean, and a
+//! spring connects the node to the ground.
 
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
@@ -19,13 +20,13 @@ use crate::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
 use crate::structure::reduction::{ContactPorts, Ports};
 use crate::structure::resonator::{BOLT, MASS_1, MASS_2, ResonatorMesh};
 
-/// Names of the element sets, by part.
+/// Names of the element sets, by part number.
 const PARTS: [(usize, &str); 3] = [(MASS_1, "MASS_1"), (MASS_2, "MASS_2"), (BOLT, "BOLT")];
-/// Numbers on a line of a set; the format allows 16.
+/// Numbers on a line of a set. The format allows 16.
 const NUMBERS_A_LINE: usize = 12;
 /// Terms on a line of an equation.
 const TERMS_A_LINE: usize = 4;
-/// Faces of a hexahedron by the places of its nodes, in the format's order S1…S6.
+/// Faces of a hexahedron as indices of its nodes, in the order S1…S6 of the format.
 const FACES: [[usize; 4]; 6] = [
     [0, 1, 2, 3],
     [4, 7, 6, 5],
@@ -35,7 +36,7 @@ const FACES: [[usize; 4]; 6] = [
     [3, 7, 4, 0],
 ];
 
-/// A free-vibration problem; [`Display`] writes its input deck.
+/// Free-vibration problem of a resonator. [`Display`] writes its input deck.
 #[derive(Debug, Clone, Copy)]
 pub struct Deck<'a> {
     resonator: &'a ResonatorMesh,
@@ -44,12 +45,15 @@ pub struct Deck<'a> {
 }
 
 impl<'a> Deck<'a> {
-    /// The free vibration of a resonator with springs at its contact elements, `[x, y, z]` for each \[N/m\]; zero is no spring.
-    /// `modes` counts the elastic ones; the six rigid ones come on top. A tied resonator has no contact elements, and takes no
+    /// Defines the free vibration of a resonator with springs at its contact elements.
+    ///
+    /// `springs` has the stiffnesses `[x, y, z]` of each contact element \[N/m\]; zero means no spring. `modes` is
+    /// the number of elastic modes, without the six rigid ones. A tied resonator has no contact elements and takes no
     /// springs.
     ///
     /// # Errors
-    /// A number of springs that is not that of the contact elements, a stiffness that is negative or not finite, no modes.
+    /// [`StructureError`] if the numbers of springs and contact elements differ, if a stiffness is negative or not
+    /// finite, or if `modes` is zero.
     pub fn new(
         resonator: &'a ResonatorMesh,
         springs: &'a [[f64; 3]],
@@ -64,11 +68,11 @@ impl<'a> Deck<'a> {
                 expected: "they must be equal",
             });
         }
-        let bad = springs
+        let invalid = springs
             .iter()
             .flatten()
             .find(|k| !(**k >= 0.0 && k.is_finite()));
-        if let Some(&value) = bad {
+        if let Some(&value) = invalid {
             return Err(StructureError::OutOfRange {
                 name: "the stiffness of a contact spring",
                 value,
@@ -89,10 +93,10 @@ impl<'a> Deck<'a> {
         })
     }
 
-    /// What the deck asks for, by our own elements.
+    /// Computes the frequencies that the deck requests, with the elements of this library.
     ///
     /// # Errors
-    /// Modes that do not converge.
+    /// [`StructureError`] if the modes do not converge.
     pub fn frequencies(&self) -> Result<Frequencies, StructureError> {
         let ports = Ports::new(&self.resonator.contacts, &[], ContactPorts::Faces);
         let springs: Vec<Spring> = ports
@@ -124,15 +128,15 @@ impl<'a> Deck<'a> {
 /// Frequencies of a free structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frequencies {
-    /// Rigid modes.
+    /// Number of rigid modes.
     pub rigid: usize,
     /// Frequencies of the elastic modes \[Hz\], ascending.
     pub elastic: Vec<f64>,
-    /// Mass of the whole \[kg\].
+    /// Mass of the structure \[kg\].
     pub mass: f64,
 }
 
-/// A number of the format: CalculiX reads 20 characters of it, and no more digits.
+/// Number in the format of the deck. CalculiX reads 20 characters of a number, so it has no more digits.
 struct Number(f64);
 
 impl Display for Number {
@@ -185,7 +189,7 @@ impl Display for Deck<'_> {
     }
 }
 
-/// Writes a set of nodes, given from 0, in ascending order.
+/// Writes a set of nodes in ascending order. `nodes` are numbered from 0.
 fn node_set(out: &mut fmt::Formatter<'_>, name: &str, mut nodes: Vec<usize>) -> fmt::Result {
     nodes.sort_unstable();
     nodes.dedup();
@@ -198,18 +202,18 @@ fn node_set(out: &mut fmt::Formatter<'_>, name: &str, mut nodes: Vec<usize>) -> 
 }
 
 impl Deck<'_> {
-    /// The elements of a part, and the section of each material among them.
+    /// Writes the elements of a part, and the section of each material in it.
     fn elements(&self, out: &mut fmt::Formatter<'_>, part: usize, name: &str) -> fmt::Result {
         let mesh = &self.resonator.mesh;
         for material in 0..mesh.materials.len() {
-            let own: Vec<usize> = (0..mesh.elements.len())
+            let part_elements: Vec<usize> = (0..mesh.elements.len())
                 .filter(|&e| mesh.elements[e].part == part && mesh.elements[e].material == material)
                 .collect();
-            if own.is_empty() {
+            if part_elements.is_empty() {
                 continue;
             }
             writeln!(out, "*ELEMENT, TYPE=C3D8I, ELSET={name}")?;
-            for e in own {
+            for e in part_elements {
                 write!(out, "{}", e + 1)?;
                 for node in mesh.elements[e].nodes {
                     write!(out, ", {}", node + 1)?;
@@ -222,7 +226,7 @@ impl Deck<'_> {
         Ok(())
     }
 
-    /// Nodes and element faces on both sides of the contact plane.
+    /// Writes the nodes and the element faces on both sides of the contact plane.
     fn contact_faces(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ResonatorMesh { mesh, contacts, .. } = self.resonator;
         let mut faces = HashMap::new();
@@ -244,7 +248,7 @@ impl Deck<'_> {
             writeln!(out, "*SURFACE, NAME={name}_FACES, TYPE=ELEMENT")?;
             for mut nodes in side {
                 nodes.sort_unstable();
-                // A facing quadrilateral is a face of the element it was made from.
+                // The lookup always succeeds: the mesh makes each contact face from a face of an element.
                 if let Some((element, face)) = faces.get(&nodes) {
                     writeln!(out, "{}, S{}", element + 1, face + 1)?;
                 }
@@ -253,30 +257,35 @@ impl Deck<'_> {
         Ok(())
     }
 
-    /// The nodes without mass, their equations and the springs that hold them.
+    /// Writes the massless nodes, their equations and the springs that connect them to the ground.
     fn contact_springs(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ResonatorMesh { mesh, contacts, .. } = self.resonator;
         out.write_str(
             "** Each contact element's mean relative displacement, upper minus lower, is that of a node of its own.\n",
         )?;
-        // A node that nothing holds would make the stiffness singular; one without a spring stays out.
-        let mut held = Vec::new();
+        // A node without a spring would make the stiffness singular, so only elements with a spring get a node.
+        let mut sprung_elements = Vec::new();
         for (contact, springs) in contacts.iter().zip(self.springs) {
             if springs.iter().any(|k| *k > 0.0) {
-                held.push((mesh.nodes.len() + 1 + held.len(), contact, springs));
+                sprung_elements.push((
+                    mesh.nodes.len() + 1 + sprung_elements.len(),
+                    contact,
+                    springs,
+                ));
             }
         }
-        if held.is_empty() {
+        if sprung_elements.is_empty() {
             return Ok(());
         }
         out.write_str("*NODE, NSET=CONTACT_MEANS\n")?;
-        for (node, contact, _) in &held {
+        for (node, contact, _) in &sprung_elements {
             let [x, y] = contact.centre.map(Number);
             writeln!(out, "{node}, {x}, {y}, {}", Number(0.0))?;
         }
-        // Springs of one direction and stiffness make a set; the bits of a positive number are in its order.
+        // Springs of equal direction and stiffness form a set. The bits of positive numbers have the order of the
+        // numbers.
         let mut sets: BTreeMap<(usize, u64), Vec<usize>> = BTreeMap::new();
-        for (node, contact, springs) in &held {
+        for (node, contact, springs) in &sprung_elements {
             let share = 1.0 / contact.pairs.len() as f64;
             for axis in 1..=3 {
                 let stiffness = springs[axis - 1];

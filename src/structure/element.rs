@@ -1,39 +1,39 @@
 //! The 8-node hexahedron, plain and with incompatible modes.
 //!
-//! Nodes are ordered as in Abaqus and CalculiX (`C3D8`): four nodes of one face, counter-clockwise seen from the opposite face,
-//! then the four opposite ones. Degree of freedom 3·n + a is node n along axis a.
+//! The nodes have the order of Abaqus and CalculiX (`C3D8`): four nodes of one face, counter-clockwise seen from the
+//! opposite face, then the four opposite nodes. Degree of freedom 3·n + a is the displacement of node n along axis a.
 
 use crate::material::Material;
 use crate::structure::StructureError;
 
-/// Which hexahedron.
+/// Formulation of the hexahedron.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Formulation {
-    /// Trilinear displacements, 2×2×2 integration. Locks in bending.
+    /// Trilinear displacements and 2×2×2 integration. The element locks in bending.
     Plain,
-    /// Plain plus three quadratic bubbles per displacement component, condensed per element (Wilson et al. 1973), with the
-    /// gradients taken at the element's centre so that distorted elements pass the patch test (Taylor, Beresford, Wilson, Int. J.
-    /// Numer. Methods Eng. 10, 1976).
+    /// The plain element with three quadratic bubbles per displacement component, condensed per element (Wilson et
+    /// al. 1973). The gradients of the bubbles use the Jacobian at the centre, so that distorted elements pass the
+    /// patch test (Taylor, Beresford, Wilson, Int. J. Numer. Methods Eng. 10, 1976).
     #[default]
     IncompatibleModes,
 }
 
 impl Formulation {
-    /// True with incompatible modes.
+    /// Returns true for the formulation with incompatible modes.
     pub fn has_incompatible_modes(&self) -> bool {
         *self == Formulation::IncompatibleModes
     }
 }
 
-/// Refuses a material that no elastic solid has.
+/// Rejects a material that is no elastic solid.
 ///
 /// # Errors
 /// [`StructureError::OutOfRange`] with the name of the constant.
 pub fn check(material: &Material) -> Result<(), StructureError> {
     let Material { elastic, density } = *material;
-    let within = |name, value: f64, holds: bool, expected| {
-        if holds && value.is_finite() {
+    let require = |name, value: f64, is_valid: bool, expected| {
+        if is_valid && value.is_finite() {
             return Ok(());
         }
         Err(StructureError::OutOfRange {
@@ -43,19 +43,19 @@ pub fn check(material: &Material) -> Result<(), StructureError> {
         })
     };
     let (modulus, ratio) = (elastic.youngs_modulus, elastic.poisson_ratio);
-    within(
+    require(
         "youngs_modulus",
         modulus,
         modulus > 0.0,
         "a positive number of pascals",
     )?;
-    within(
+    require(
         "poisson_ratio",
         ratio,
         ratio > -1.0 && ratio < 0.5,
         "above -1 and below 0.5",
     )?;
-    within(
+    require(
         "density",
         density,
         density > 0.0,
@@ -63,7 +63,7 @@ pub fn check(material: &Material) -> Result<(), StructureError> {
     )
 }
 
-/// Degrees of freedom of the element.
+/// Number of degrees of freedom of the element.
 pub const DOFS: usize = 24;
 
 /// Stiffness and mass of one element.
@@ -71,7 +71,7 @@ pub const DOFS: usize = 24;
 pub struct ElementMatrices {
     /// Stiffness \[N/m\], symmetric, row by row.
     pub stiffness: [[f64; DOFS]; DOFS],
-    /// Consistent mass between nodes \[kg\], the same along each axis: the mass matrix is this times the 3×3 identity.
+    /// Consistent mass between nodes \[kg\], equal along each axis: the mass matrix is this times the 3×3 identity.
     pub mass: [[f64; 8]; 8],
     /// Volume \[m³\].
     pub volume: f64,
@@ -89,12 +89,12 @@ pub const CORNERS: [[f64; 3]; 8] = [
     [-1.0, 1.0, 1.0],
 ];
 
-/// Shape functions at a natural point.
+/// Returns the shape functions at a point in natural coordinates.
 pub fn shape(point: [f64; 3]) -> [f64; 8] {
     CORNERS.map(|c| 0.125 * (0..3).map(|m| 1.0 + c[m] * point[m]).product::<f64>())
 }
 
-/// Derivatives of the shape functions by the natural coordinates, `[node][m]`.
+/// Returns the derivatives of the shape functions with respect to the natural coordinates, as `[node][m]`.
 pub fn shape_derivatives(point: [f64; 3]) -> [[f64; 3]; 8] {
     CORNERS.map(|c| {
         let f = [0, 1, 2].map(|m| 1.0 + c[m] * point[m]);
@@ -106,7 +106,7 @@ pub fn shape_derivatives(point: [f64; 3]) -> [[f64; 3]; 8] {
     })
 }
 
-/// `jacobian[a][m]` = ∂x_a/∂ξ_m at a natural point.
+/// Returns the Jacobian at a point in natural coordinates: `jacobian[a][m]` = ∂x_a/∂ξ_m.
 pub fn jacobian(nodes: &[[f64; 3]; 8], point: [f64; 3]) -> [[f64; 3]; 3] {
     let derivatives = shape_derivatives(point);
     let mut jacobian = [[0.0; 3]; 3];
@@ -120,7 +120,7 @@ pub fn jacobian(nodes: &[[f64; 3]; 8], point: [f64; 3]) -> [[f64; 3]; 3] {
     jacobian
 }
 
-/// Determinant and inverse of a 3×3 matrix; the inverse means nothing if the determinant is zero.
+/// Returns the determinant and the inverse of a 3×3 matrix. The inverse is meaningless if the determinant is zero.
 pub fn invert(m: &[[f64; 3]; 3]) -> (f64, [[f64; 3]; 3]) {
     let cofactor = |i: usize, j: usize| {
         let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
@@ -136,11 +136,12 @@ pub fn invert(m: &[[f64; 3]; 3]) -> (f64, [[f64; 3]; 3]) {
     (determinant, inverse)
 }
 
-/// Shape gradients: eight of the nodes, three of the incompatible modes.
+/// Number of shape gradients: eight nodes and three incompatible modes.
 const GRADIENTS: usize = 11;
 const FULL: usize = 3 * GRADIENTS;
 
-/// Stiffness and mass of the hexahedron with the given nodes \[m\]. `element` is its number, for the error.
+/// Computes the stiffness and mass of the hexahedron with the given nodes \[m\]. The error reports the number
+/// `element`.
 ///
 /// # Errors
 /// [`StructureError::InvertedElement`] if the Jacobian is not positive at an integration point.
@@ -166,7 +167,7 @@ pub fn matrices(
     for corner in CORNERS {
         let point = corner.map(|c| c * station);
         let (determinant, inverse) = invert(&jacobian(nodes, point));
-        // Not `determinant <= 0.0`: a node that is not a number must be refused too.
+        // This test also rejects NaN, which `determinant <= 0.0` would accept.
         if !(determinant > 0.0 && centre_determinant > 0.0) {
             return Err(StructureError::InvertedElement {
                 element,
@@ -179,7 +180,8 @@ pub fn matrices(
                 g[a] = (0..3).map(|m| inverse[m][a] * d[m]).sum();
             }
         }
-        // The bubble 1 − ξ_m² with the centre's Jacobian: its integral over the element is zero whatever the distortion.
+        // Bubble 1 − ξ_m² with the Jacobian at the centre. Its gradient integrates to zero over any distorted
+        // element.
         for m in 0..3 {
             let factor = -2.0 * point[m] * centre_determinant / determinant;
             gradient[8 + m] = [0, 1, 2].map(|a| factor * centre_inverse[m][a]);
@@ -222,7 +224,7 @@ pub fn matrices(
     })
 }
 
-/// Eliminates the rows after the first [`DOFS`] from a symmetric matrix of which the lower triangle is given and kept.
+/// Eliminates the rows after the first [`DOFS`] from a symmetric matrix. Only the lower triangle is read and updated.
 fn condense(full: &mut [[f64; FULL]; FULL]) {
     for pivot in (DOFS..FULL).rev() {
         let row = full[pivot];

@@ -1,66 +1,66 @@
-//! What can go wrong between a structure's drawing and its reduced model.
+//! Errors of meshing, assembly and reduction.
 
 use crate::linalg::LinalgError;
 
-/// A structure that cannot be meshed, assembled or reduced.
+/// Error for a structure that cannot be meshed, assembled or reduced.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StructureError {
-    /// A number out of its range.
+    /// A number is out of its range.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
-        /// What the number is.
+        /// Name of the number.
         name: &'static str,
-        /// The value found.
+        /// Its value.
         value: f64,
-        /// What would be right.
+        /// Range of valid values.
         expected: &'static str,
     },
-    /// A load along a rigid motion in which the pressure at the joint does no work.
+    /// A load has a component along a rigid motion that the pressure at the joint does not resist.
     #[error(
-        "nothing bears {}: {share:.1e} of its work is in a rigid motion that the pressure at the joint does not resist; hold the structure, or balance the load",
+        "nothing balances {}: {share:.1e} of its work is in a rigid motion that the pressure at the joint does not resist; support the structure, or balance the load",
         if *load == 0 { "the preload" } else { "the constant forces of dynamics.force" }
     )]
     Unborne {
-        /// Number of the load: 0 of the preload, 1 of the constant forces.
+        /// Number of the load: 0 for the preload, 1 for the constant forces.
         load: usize,
-        /// Part of its work in such motions.
+        /// Largest work of the load in such motions, as a share of its largest work in a rigid mode.
         share: f64,
     },
-    /// Faces that do not move as two rigid bodies where the structure is free to.
+    /// The faces of the joint do not move as two rigid bodies in a rigid mode of the structure.
     #[error(
         "contact element {element} does not move with the others of its face in a rigid motion of the structure: the two faces of the joint must belong to two separate bodies"
     )]
     NotTwoBodies {
-        /// The contact element.
+        /// Number of the contact element.
         element: usize,
     },
-    /// A structure whose joint is not that of its mesh and material.
+    /// The flexibility of the joint does not match the mesh and material that the scene describes.
     #[error(
-        "between neighbouring nodes of the joint the structure has {ratio:.3} times the flexibility that a half space of [material] has in its mesh, and {least} to {most} is right: a modulus or a unit of the structure is another than that of [material], or its elements under the joint are no boxes, or the two faces have meshes of different fineness; give structure.layer if it was not found, mesh both faces alike, or use contact.pressing = \"punch\""
+        "the structure does not match [material] and its mesh: between neighbouring nodes of the joint its flexibility is {ratio:.3} times that of a half space of [material] with the same mesh, and must be {least} to {most} times. A modulus or a unit differs from [material], the elements under the joint are no boxes, or the meshes of the two faces differ in size. Give structure.layer if it was not found, mesh both faces alike, or use contact.pressing = \"punch\""
     )]
     OtherMesh {
-        /// The ratio.
+        /// Flexibility of the structure divided by that of the mesh on a half space.
         ratio: f64,
-        /// The least that is right.
+        /// Smallest valid ratio.
         least: f64,
-        /// The largest that is right.
+        /// Largest valid ratio.
         most: f64,
     },
-    /// Two numbers that do not fit each other.
+    /// Two numbers contradict each other.
     #[error("{name} is {value:e}, but {other} is {other_value:e}; {expected}")]
     DoNotFit {
-        /// What the number is.
+        /// Name of the number.
         name: &'static str,
-        /// The value found.
+        /// Its value.
         value: f64,
-        /// What it must fit.
+        /// Name of the other number.
         other: &'static str,
-        /// The value of that.
+        /// Its value.
         other_value: f64,
-        /// What would be right.
+        /// Relation that the two numbers must satisfy.
         expected: &'static str,
     },
-    /// A hexahedron that is turned inside out, or has no volume.
+    /// A hexahedron is inverted or has no volume.
     #[error(
         "element {element} has a Jacobian of {jacobian:e} m³; it must be positive (8 nodes: one face counter-clockwise seen from the opposite face, then that face)"
     )]
@@ -70,56 +70,56 @@ pub enum StructureError {
         /// Smallest Jacobian determinant at its integration points \[m³\].
         jacobian: f64,
     },
-    /// A point outside all elements.
+    /// A point is outside all elements.
     #[error("the point {name} at ({:e}, {:e}, {:e}) m lies in no element of the mesh", .position[0], .position[1], .position[2])]
     PointOutside {
         /// Name of the point.
         name: String,
-        /// Where it is \[m\].
+        /// Its position \[m\].
         position: [f64; 3],
     },
-    /// A node number, or degree of freedom, that does not exist.
+    /// A node, degree of freedom or material does not exist.
     #[error("{what} {index} does not exist; there are {count}, counted from 0")]
     NoSuch {
-        /// `"node"` or `"degree of freedom"`.
+        /// `"node"`, `"degree of freedom"` or `"material"`.
         what: &'static str,
-        /// The number found.
+        /// Its number, from 0.
         index: usize,
-        /// How many there are.
+        /// How many exist.
         count: usize,
     },
-    /// The modes were not found.
+    /// The modes did not converge.
     #[error(
-        "{converged} of {wanted} modes converged with {vectors} Lanczos vectors: residual {residual:.3e}, {tolerance:.1e} asked; of a stiffness or mass that is not positive, or where both are exchanged, there are none (fretwear inspect tells)"
+        "only {converged} of {wanted} modes converged with {vectors} Lanczos vectors: the residual is {residual:.3e}, and at most {tolerance:.1e} is required; use fretwear inspect to check that stiffness and mass are positive and not exchanged"
     )]
     NotConverged {
-        /// Modes that did converge.
+        /// Number of converged modes.
         converged: usize,
-        /// Modes asked for.
+        /// Number of requested modes.
         wanted: usize,
-        /// Lanczos vectors spent.
+        /// Number of Lanczos vectors used.
         vectors: usize,
-        /// Largest relative residual among the modes asked for.
+        /// Largest relative residual of the requested modes.
         residual: f64,
-        /// The residual asked for.
+        /// Requested tolerance of the residual.
         tolerance: f64,
     },
-    /// More modes than the structure has.
+    /// More modes are requested than the structure has.
     #[error(
-        "{wanted} elastic modes are asked of a structure that has {available}: everything else is held, has no mass, or moves as a whole"
+        "{wanted} elastic modes are requested, but the structure has {available}: all other motions are fixed, massless or rigid"
     )]
     TooManyModes {
-        /// Modes asked for.
+        /// Number of requested modes.
         wanted: usize,
-        /// Degrees of freedom with mass, less the rigid ones.
+        /// Degrees of freedom with mass, minus the rigid modes.
         available: usize,
     },
-    /// A factorization that does not exist.
+    /// A matrix has no factorization or decomposition.
     #[error("{matrix}: {source}")]
     Factorization {
-        /// Which matrix.
+        /// Name of the matrix.
         matrix: &'static str,
-        /// What went wrong.
+        /// Cause.
         source: LinalgError,
     },
 }

@@ -3,10 +3,10 @@
 use super::solids::Solid;
 use crate::linalg::vectors::{dot, minus};
 
-/// A face of a solid in space: the nearest point on it, with the weights of the solid's nodes there.
+/// Face of a solid in space, which finds its nearest point to a given position.
 ///
-/// The face is x(s, t) = Σ Nₙ(c + s·e + t·f) xₙ with the shape functions Nₙ of the solid, from one corner c of its natural coordinates along two sides;
-/// s and t from 0 to 1, and s + t ≤ 1 on a triangle.
+/// The face is x(s, t) = Σ Nₙ(c + s·e + t·f) xₙ with the shape functions Nₙ of the solid. In natural coordinates c is
+/// a corner of the face, and e and f are two sides. s and t are between 0 and 1, and s + t ≤ 1 on a triangle.
 pub struct Face {
     solid: Solid,
     nodes: Vec<[f64; 3]>,
@@ -18,25 +18,26 @@ pub struct Face {
     longest: f64,
 }
 
-/// The point of a face that is nearest to another point.
+/// Point of a face that is nearest to a given position.
 pub struct NearestPoint {
-    /// Where it is, in the unit of the nodes.
+    /// Position of the point, in the unit of the nodes.
     pub position: [f64; 3],
-    /// How far from the other point; infinite where the search for the point does not converge.
+    /// Distance from the given position. Infinite if the search for the point did not converge.
     pub distance: f64,
-    /// One weight for each node of the solid; they sum to one.
+    /// Weight of each node of the solid. The weights sum to one.
     pub weights: Vec<f64>,
 }
 
-/// Steps of Gauss and Newton: a flat parallelogram takes one, a curved face a few.
+/// Largest number of Gauss–Newton steps. A flat parallelogram takes one, a curved face a few.
 const STEPS: usize = 40;
-/// A step of the coordinates below this is rounding.
+/// The search stops at a step below this, in units of s and t: it is rounding.
 const NO_STEP: f64 = 1e-13;
-/// The search has come to rest where its last step is below this: what rounding leaves of coordinates far from the origin, in sides of a face.
+/// The search has converged if its last step is below this. It allows for the rounding of coordinates far from the
+/// origin, in sides of a face.
 const AT_REST: f64 = 1e-8;
-/// A foot so far outside of its face is on it but for rounding.
+/// A point this far outside of a face, in units of s and t, still counts as on the face.
 const ON_FACE: f64 = 1e-9;
-/// Edges by s and t: where one begins, and where it leads.
+/// Edges in terms of (s, t), each as a start point and a direction.
 const EDGES_OF_SQUARE: [[[f64; 2]; 2]; 4] = [
     [[0.0, 0.0], [1.0, 0.0]],
     [[0.0, 0.0], [0.0, 1.0]],
@@ -49,14 +50,14 @@ const EDGES_OF_TRIANGLE: [[[f64; 2]; 2]; 3] = [
     [[1.0, 0.0], [-1.0, 1.0]],
 ];
 
-/// Where a search for the nearest point ended, and whether it came to rest.
+/// End point of a search for the nearest point, and whether the search converged.
 struct Foot {
     place: [f64; 2],
     is_found: bool,
 }
 
 impl Face {
-    /// Face `number` (S1 is 0) of a solid with these nodes; none if it has no such face.
+    /// Returns face `number` (S1 is 0) of a solid with these nodes, or `None` if the solid has no such face.
     pub fn new(solid: Solid, number: usize, nodes: &[[f64; 3]]) -> Option<Face> {
         let corners = solid.corners_of_faces().into_iter().nth(number)?;
         let natural = solid.natural_corners();
@@ -85,46 +86,46 @@ impl Face {
         })
     }
 
-    /// The longest side.
+    /// Returns the length of the longest side.
     pub fn longest_side(&self) -> f64 {
         self.longest
     }
 
-    /// The point at s and t; none outside of the face.
+    /// Returns the point at (s, t), or `None` outside the face.
     pub fn at(&self, place: [f64; 2]) -> Option<[f64; 3]> {
-        self.has(place).then(|| self.point(place).0)
+        self.contains(place).then(|| self.point(place).0)
     }
 
-    fn has(&self, place: [f64; 2]) -> bool {
+    fn contains(&self, place: [f64; 2]) -> bool {
         let sum_at_most = if self.is_triangle { 1.0 } else { 2.0 };
         place.iter().all(|x| (-ON_FACE..=1.0 + ON_FACE).contains(x))
             && place[0] + place[1] <= sum_at_most + ON_FACE
     }
 
-    /// True only if every point of the face is further from `at` than `reach`. What a curved face is outside of its nodes, an eighth of its
-    /// longest side, is allowed for.
+    /// Returns true only if every point of the face is farther from `at` than `reach`. A curved face may bulge beyond
+    /// the box around its nodes by an eighth of its longest side.
     pub fn is_farther_than(&self, at: [f64; 3], reach: f64) -> bool {
         let reach = reach + 0.125 * self.longest;
         (0..3).any(|a| at[a] < self.low[a] - reach || at[a] > self.high[a] + reach)
     }
 
-    /// The nearest point to `at`.
+    /// Returns the nearest point to `at`.
     pub fn nearest(&self, at: [f64; 3]) -> NearestPoint {
-        let inside = self.foot(at).map(|foot| self.seen_from(at, foot));
-        inside.unwrap_or_else(|| {
+        let interior_point = self.foot(at).map(|foot| self.nearest_point(at, foot));
+        interior_point.unwrap_or_else(|| {
             let edges = match self.is_triangle {
                 true => &EDGES_OF_TRIANGLE[..],
                 false => &EDGES_OF_SQUARE[..],
             };
-            let ends = edges
+            let edge_points = edges
                 .iter()
-                .map(|edge| self.seen_from(at, self.foot_on(*edge, at)));
-            let nearest = ends.min_by(|a, b| a.distance.total_cmp(&b.distance));
+                .map(|edge| self.nearest_point(at, self.foot_on_edge(*edge, at)));
+            let nearest = edge_points.min_by(|a, b| a.distance.total_cmp(&b.distance));
             nearest.expect("a face has edges")
         })
     }
 
-    /// Foot of the perpendicular, if it lies on the face.
+    /// Finds the foot of the perpendicular from `at`. Returns `None` if the foot is not on the face.
     fn foot(&self, at: [f64; 3]) -> Option<Foot> {
         let mut is_found = false;
         let mut place = match self.is_triangle {
@@ -133,8 +134,8 @@ impl Face {
         };
         for _ in 0..STEPS {
             let (position, tangents, _) = self.point(place);
-            let miss = minus(at, position);
-            let [a, b] = tangents.map(|t| dot(t, miss));
+            let offset = minus(at, position);
+            let [a, b] = tangents.map(|t| dot(t, offset));
             let [[p, q], [_, r]] = tangents.map(|t| tangents.map(|u| dot(t, u)));
             let determinant = p * r - q * q;
             let step = [(r * a - q * b) / determinant, (p * b - q * a) / determinant];
@@ -144,11 +145,11 @@ impl Face {
                 break;
             }
         }
-        self.has(place).then_some(Foot { place, is_found })
+        self.contains(place).then_some(Foot { place, is_found })
     }
 
-    /// The nearest place of an edge, given by its start and where it leads.
-    fn foot_on(&self, [start, along]: [[f64; 2]; 2], at: [f64; 3]) -> Foot {
+    /// Finds the nearest point of an edge, which is a start point and a direction in (s, t).
+    fn foot_on_edge(&self, [start, along]: [[f64; 2]; 2], at: [f64; 3]) -> Foot {
         let place = |x: f64| [0, 1].map(|k| start[k] + x * along[k]);
         let (mut x, mut is_found) = (0.5, false);
         for _ in 0..STEPS {
@@ -169,7 +170,7 @@ impl Face {
         }
     }
 
-    /// Position at a place, ∂x/∂s and ∂x/∂t, and the weights of the nodes.
+    /// Returns the position at (s, t), the tangents ∂x/∂s and ∂x/∂t, and the weights of the nodes.
     fn point(&self, place: [f64; 2]) -> ([f64; 3], [[f64; 3]; 2], Vec<f64>) {
         let natural = [0, 1, 2]
             .map(|a| self.corner[a] + place[0] * self.sides[0][a] + place[1] * self.sides[1][a]);
@@ -187,13 +188,14 @@ impl Face {
         (position, tangents, weights)
     }
 
-    fn seen_from(&self, at: [f64; 3], foot: Foot) -> NearestPoint {
+    fn nearest_point(&self, at: [f64; 3], foot: Foot) -> NearestPoint {
         let (position, _, weights) = self.point(foot.place);
-        let miss = minus(at, position);
-        let distance = dot(miss, miss).sqrt();
+        let offset = minus(at, position);
+        let distance = dot(offset, offset).sqrt();
         NearestPoint {
             position,
-            // A face that is degenerate, or too curved for the search, is near nothing.
+            // The search does not converge on a degenerate or strongly curved face. Such a face has infinite
+            // distance.
             distance: match foot.is_found && !distance.is_nan() {
                 true => distance,
                 false => f64::INFINITY,

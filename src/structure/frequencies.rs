@@ -1,7 +1,9 @@
-//! Natural frequencies of K φ = ω² M φ for matrices from elsewhere: singular stiffness, mass on some rows only, units of any kind.
+//! Natural frequencies of K φ = ω² M φ for imported matrices, which may have a singular stiffness, rows without mass
+//! and any units.
 //!
-//! Both are met by (K + s·M)⁻¹ M, s > 0: a rigid mode has there the eigenvalue 1/s, what has no mass the eigenvalue 0, so that rows
-//! without mass are condensed statically without being sought out. s is found from the lowest elastic mode itself.
+//! The operator (K + s·M)⁻¹ M with s > 0 handles both singularities. A rigid mode has the eigenvalue 1/s. Motions
+//! without mass have the eigenvalue 0, so massless rows are condensed statically and need no search. The shift s is
+//! found from the lowest elastic mode.
 
 use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
@@ -9,63 +11,64 @@ use crate::structure::matrices::Matrices;
 use crate::structure::modes::{ModeOptions, lowest_of};
 use crate::structure::order::elimination_order;
 
-/// A diagonal of the stiffness from here on is no spring but holds a row: Abaqus writes 1e36 there.
+/// A larger diagonal of the stiffness is a penalty that fixes the row. Abaqus writes 1e36.
 const HELD: f64 = 1e30;
-/// Rows up to which all eigenvalues are computed densely: some seconds.
+/// Up to this number of rows all eigenvalues are computed by a dense method, in some seconds.
 pub(super) const DENSE: usize = 450;
-/// The first shift is this share of the smallest ratio of the diagonals of K and M, which the lowest frequency squared is not above.
+/// The first shift is this share of the smallest ratio of the diagonals of K and M, an upper bound of the lowest ω².
 const FIRST_SHARE: f64 = 1e-3;
-/// Ratios of diagonals below this share of the largest are rounding of zero.
+/// A ratio of diagonals below this share of the largest counts as zero.
 const NO_RATIO: f64 = 1e-14;
-/// The shift may be so much above, and below, the lowest elastic ω²: the digits lost are those of the ratio.
+/// Valid range of the shift divided by the lowest elastic ω². The number of lost digits follows from this ratio.
 const SHIFTS: [f64; 2] = [1e-4, 10.0];
-/// A shift under which K + s·M is not positive definite but for rounding is made so much larger, so many times.
+/// If K + s·M is not positive definite because of rounding, the shift is multiplied by this factor, [`TRIALS`] times
+/// at most.
 const LARGER: f64 = 100.0;
 const TRIALS: usize = 8;
-/// Where no shift helps, massless rows have nothing that resists them: this share of the diagonal of K is added to it.
+/// If no shift helps, some massless rows have no stiffness. This share of the diagonal of K is then added to it.
 const STEADYING: f64 = 1e-11;
-/// A mode is rigid if φᵀKφ is below this times the precision of the entries, as a share of Σ|φᵢKᵢⱼφⱼ|: rounding of the entries
-/// leaves up to their precision.
+/// A mode is rigid if φᵀKφ / Σ|φᵢKᵢⱼφⱼ| is below this factor times the precision of the entries. Rounding of the
+/// entries leaves a ratio up to their precision.
 const RIGID: f64 = 20.0;
-/// A program that has reduced a structure leaves more than the rounding of its entries. Modes that nearly nothing resists, by this share,
-/// are rigid too where those above them are so much faster.
+/// A stiffness that a program has condensed has larger errors than the rounding of its entries. Modes with a
+/// resistance below this share are rigid too, if the frequency above them is larger by the factor [`GAP`].
 const NEARLY_RIGID: f64 = 1e-10;
 const GAP: f64 = 1e3;
-/// The precision of entries that a program has summed up in double precision, on average.
+/// Average precision of entries that a program has summed in double precision.
 pub(super) const SUMMED: f64 = 5e-16;
-/// Modes are sought in excess of those asked for, by the rigid modes of a body.
+/// Number of modes computed in addition to the requested ones: the rigid modes of a body.
 const BODY: usize = 6;
-/// An eigenvalue of (K + sM)⁻¹M below this share of the largest is that of no mass.
+/// An eigenvalue of (K + sM)⁻¹M below this share of the largest belongs to a motion without mass.
 const NO_MASS: f64 = 1e-13;
-/// Vectors of a block of the Lanczos process: the rigid modes of a body are equal.
+/// Block size of the Lanczos process: a free body has this many equal rigid modes.
 const BLOCK: usize = 6;
 
-/// What vibrates, and how fast.
+/// Natural frequencies, and how many rows were used or left out.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Frequencies {
-    /// Lowest elastic frequencies over the unit of time, ascending: hertz if that is the second.
+    /// Lowest elastic frequencies, ascending, in cycles per unit of time (hertz if the unit is the second).
     pub elastic: Vec<f64>,
-    /// What rounding has left of the frequencies of rigid modes, zero where ω² came out negative.
+    /// Computed frequencies of the rigid modes, which are rounding errors. Zero if ω² is negative.
     pub rigid: Vec<f64>,
-    /// ω² of modes that the stiffness drives away, but for rounding.
+    /// ω² of unstable modes: negative beyond rounding.
     pub unstable: Vec<f64>,
-    /// Rows that took part.
+    /// Number of rows in the eigenproblem.
     pub rows: usize,
-    /// Rows held by the user's choice.
+    /// Number of rows fixed by the user.
     pub fixed: usize,
-    /// Rows that the file holds by a penalty on the diagonal.
+    /// Number of rows fixed by a penalty on the diagonal in the file.
     pub held: usize,
-    /// Rows without any entry that is not zero, left out.
+    /// Number of rows left out because they have no nonzero entry.
     pub empty: usize,
-    /// Rows of bodies that have no mass at all, left out.
+    /// Number of rows left out because their body has no mass.
     pub massless: usize,
-    /// Something was added to the stiffness of rows without mass that nothing resists.
+    /// True if stiffness was added to massless rows that had none.
     pub is_steadied: bool,
-    /// Some motion is resisted by no stiffness.
+    /// True if some motion has no stiffness.
     pub is_singular: bool,
 }
 
-/// Which rows the stiffness holds by a penalty.
+/// Returns for each row whether the stiffness fixes it by a penalty.
 pub fn held(matrices: &Matrices) -> Vec<bool> {
     let diagonal = matrices.stiffness.as_ref().map(|k| k.diagonal());
     (diagonal.unwrap_or_default().iter())
@@ -73,10 +76,11 @@ pub fn held(matrices: &Matrices) -> Vec<bool> {
         .collect()
 }
 
-/// The lowest `count` elastic frequencies with some rows held; `None` where a file gives no stiffness or no mass.
+/// Computes the lowest `count` elastic frequencies with some rows fixed. Returns `None` without a stiffness or a
+/// mass.
 ///
 /// # Errors
-/// [`StructureError`] where nothing has mass, memory does not suffice or the modes do not converge.
+/// [`StructureError`] if no row has mass, if the memory does not suffice, or if the modes do not converge.
 pub fn lowest_frequencies(
     matrices: &Matrices,
     is_fixed: &[bool],
@@ -85,7 +89,7 @@ pub fn lowest_frequencies(
     let (Some(stiffness), Some(mass)) = (&matrices.stiffness, &matrices.mass) else {
         return Ok(None);
     };
-    let held = held(matrices);
+    let is_held = held(matrices);
     let mut has_entry = vec![false; matrices.size];
     for &(i, j, v) in stiffness.entries.iter().chain(&mass.entries) {
         if v != 0.0 {
@@ -93,36 +97,36 @@ pub fn lowest_frequencies(
             has_entry[j as usize] = true;
         }
     }
-    let mut found = Frequencies::default();
+    let mut frequencies = Frequencies::default();
     let mut place = vec![None; matrices.size];
     for row in 0..matrices.size {
         if is_fixed.get(row).copied().unwrap_or(false) {
-            found.fixed += 1;
-        } else if held[row] {
-            found.held += 1;
+            frequencies.fixed += 1;
+        } else if is_held[row] {
+            frequencies.held += 1;
         } else if !has_entry[row] {
-            found.empty += 1;
+            frequencies.empty += 1;
         } else {
-            place[row] = Some(found.rows as u32);
-            found.rows += 1;
+            place[row] = Some(frequencies.rows as u32);
+            frequencies.rows += 1;
         }
     }
     if count == 0 {
-        return Ok(Some(found));
+        return Ok(Some(frequencies));
     }
     let precision = stiffness.precision.max(SUMMED);
     let (k, m) = (stiffness.lower(&place), mass.lower(&place));
     let places = matrices.places(&place);
     let whole = Whole {
-        rows: found.rows,
+        rows: frequencies.rows,
         k: &k,
         m: &m,
         precision,
         places: places.as_deref(),
     };
     let whole = whole.spectrum(count)?;
-    (found.massless, found.is_steadied) = (whole.massless, whole.is_steadied);
-    if found.massless == found.rows {
+    (frequencies.massless, frequencies.is_steadied) = (whole.massless, whole.is_steadied);
+    if frequencies.massless == frequencies.rows {
         return Err(StructureError::TooManyModes {
             wanted: count,
             available: 0,
@@ -131,60 +135,61 @@ pub fn lowest_frequencies(
     let hertz = |square: f64| square.max(0.0).sqrt() / (2.0 * std::f64::consts::PI);
     for mode in &whole.modes {
         if mode.is_rigid {
-            found.rigid.push(hertz(mode.square));
+            frequencies.rigid.push(hertz(mode.square));
         } else if mode.square < 0.0 {
-            found.unstable.push(mode.square);
-        } else if found.elastic.len() < count {
-            found.elastic.push(hertz(mode.square));
+            frequencies.unstable.push(mode.square);
+        } else if frequencies.elastic.len() < count {
+            frequencies.elastic.push(hertz(mode.square));
         }
     }
-    found.is_singular = found.empty > 0 || !found.rigid.is_empty() || found.is_steadied;
-    Ok(Some(found))
+    frequencies.is_singular =
+        frequencies.empty > 0 || !frequencies.rigid.is_empty() || frequencies.is_steadied;
+    Ok(Some(frequencies))
 }
 
-/// Lowest modes of all bodies together.
+/// Lowest modes of all bodies.
 pub(super) struct Lowest {
-    /// In order of ω².
+    /// Modes in ascending order of ω².
     modes: Vec<Mode>,
-    /// Rows of bodies without any mass.
+    /// Number of rows of bodies without mass.
     pub massless: usize,
-    /// Something was added to the stiffness of rows without mass that nothing resists.
+    /// True if stiffness was added to massless rows that had none.
     pub is_steadied: bool,
 }
 
 impl Lowest {
-    /// How many modes nothing resists.
+    /// Returns the number of rigid modes.
     pub fn rigid(&self) -> usize {
         self.modes.iter().filter(|mode| mode.is_rigid).count()
     }
 
-    /// ω² of the elastic ones, ascending.
+    /// Returns ω² of the elastic modes, ascending.
     pub fn elastic(&self) -> impl Iterator<Item = f64> + '_ {
         let elastic = self.modes.iter().filter(|mode| !mode.is_rigid);
         elastic.map(|mode| mode.square)
     }
 }
 
-/// Stiffness and mass of all bodies, by their lower triangles, sorted.
+/// Stiffness and mass of all bodies as sorted lower triangles.
 pub(super) struct Whole<'a> {
     pub rows: usize,
     pub k: &'a [(u32, u32, f64)],
     pub m: &'a [(u32, u32, f64)],
-    /// Half a unit of the last digit of the stiffness's entries, over them.
+    /// Relative precision of the stiffness entries: half a unit of the last digit.
     pub precision: f64,
-    /// Where each row is, where that is known of all.
+    /// Position of each row, if all positions are known.
     pub places: Option<&'a [[f64; 3]]>,
 }
 
 impl Whole<'_> {
-    /// The lowest modes, `count` elastic ones of each body at least.
+    /// Computes the lowest modes, with at least `count` elastic modes of each body.
     pub(super) fn spectrum(&self, count: usize) -> Result<Lowest, StructureError> {
         let mut lowest = Lowest {
             modes: Vec::new(),
             massless: 0,
             is_steadied: false,
         };
-        for pencil in self.apart() {
+        for pencil in self.pencils() {
             let Some(spectrum) = pencil.lowest(count)? else {
                 lowest.massless += pencil.k.size();
                 continue;
@@ -197,23 +202,26 @@ impl Whole<'_> {
         Ok(lowest)
     }
 
-    /// The matrices of each body by itself: bodies that are alike have modes of one frequency, more of them than Lanczos would find.
-    fn apart(&self) -> Vec<Pencil> {
+    /// Splits the matrices by bodies. Identical bodies have equal modes, more than one Lanczos block would find.
+    fn pencils(&self) -> Vec<Pencil> {
         let (body, bodies) = bodies(self.rows, self.k, self.m);
         let mut rows_of = vec![Vec::new(); bodies];
         let mut place = Vec::with_capacity(body.len());
-        for (row, &of) in body.iter().enumerate() {
-            place.push(rows_of[of as usize].len() as u32);
-            rows_of[of as usize].push(row);
+        for (row, &body_number) in body.iter().enumerate() {
+            place.push(rows_of[body_number as usize].len() as u32);
+            rows_of[body_number as usize].push(row);
         }
-        let shared = |entries: &[(u32, u32, f64)]| {
+        let split_by_body = |entries: &[(u32, u32, f64)]| {
             let mut parts = vec![Vec::new(); bodies];
             for &(j, i, v) in entries.iter().filter(|e| e.2 != 0.0) {
                 parts[body[j as usize] as usize].push((place[j as usize], place[i as usize], v));
             }
             parts
         };
-        let parts = shared(self.k).into_iter().zip(shared(self.m)).zip(rows_of);
+        let parts = split_by_body(self.k)
+            .into_iter()
+            .zip(split_by_body(self.m))
+            .zip(rows_of);
         let pencil = |((k, m), rows): ((Vec<_>, Vec<_>), Vec<usize>)| Pencil {
             k: SparseSymmetric::from_sorted(rows.len(), &k),
             m: SparseSymmetric::from_sorted(rows.len(), &m),
@@ -224,7 +232,7 @@ impl Whole<'_> {
     }
 }
 
-/// Which body each row belongs to, rows that an entry joins being of one, and how many bodies there are.
+/// Returns the number of each row's body, and the number of bodies. An entry joins its two rows to one body.
 pub(super) fn bodies(
     size: usize,
     k: &[(u32, u32, f64)],
@@ -241,7 +249,7 @@ pub(super) fn bodies(
     for &(i, j, v) in k.iter().chain(m) {
         if v != 0.0 && i != j {
             let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-            // The first row of a body stands for it.
+            // The first row of a body is its root.
             parent[a.max(b) as usize] = a.min(b);
         }
     }
@@ -268,7 +276,7 @@ struct Pencil {
 
 struct Mode {
     square: f64,
-    /// φᵀKφ as a share of Σ|φᵢKᵢⱼφⱼ|.
+    /// Relative resistance φᵀKφ / Σ|φᵢKᵢⱼφⱼ|.
     resistance: f64,
     is_rigid: bool,
 }
@@ -281,7 +289,7 @@ struct Spectrum {
 }
 
 impl Spectrum {
-    /// Takes the slowest modes for rigid that rounding alone can have made elastic, up to the gap above them.
+    /// Marks modes as rigid that lie below a large frequency gap and have a small resistance.
     fn mark_below_gap(&mut self) {
         let squares: Vec<f64> = self.modes.iter().map(|mode| mode.square).collect();
         let below = (1..squares.len()).rev().find(|&k| {
@@ -298,7 +306,7 @@ impl Spectrum {
 }
 
 impl Pencil {
-    /// The lowest modes, the shift being brought near the lowest elastic one; `None` without any mass.
+    /// Computes the lowest modes with a shift near the lowest elastic ω². Returns `None` without mass.
     fn lowest(&self, count: usize) -> Result<Option<Spectrum>, StructureError> {
         let Some(mut shift) = self.first_shift() else {
             return Ok(None);
@@ -308,7 +316,7 @@ impl Pencil {
         for _ in 0..TRIALS {
             let mut spectrum = match self.solve(shift, wanted) {
                 Ok(spectrum) => spectrum,
-                // A smaller shift than the last, which did: no more digits are to be had.
+                // The smaller shift failed and the previous one succeeded, so no better accuracy is possible.
                 Err(_) if best.is_some() => break,
                 Err(error) => return Err(error),
             };
@@ -322,7 +330,7 @@ impl Pencil {
             best = Some(spectrum);
             match first {
                 _ if is_short => wanted *= 2,
-                // Unless it was tried before.
+                // A shift that was already tried is not repeated.
                 Some(first)
                     if (used < SHIFTS[0] * first || used > SHIFTS[1] * first)
                         && (shift / first - 1.0).abs() > 0.5 =>
@@ -345,9 +353,9 @@ impl Pencil {
         if ratios.is_empty() {
             return None;
         }
-        let sound = ratios.iter().copied().filter(|&r| r > NO_RATIO * largest);
-        let smallest = sound.fold(f64::INFINITY, f64::min);
-        // No stiffness at all on what has mass: any shift will do.
+        let valid_ratios = ratios.iter().copied().filter(|&r| r > NO_RATIO * largest);
+        let smallest = valid_ratios.fold(f64::INFINITY, f64::min);
+        // The rows with mass have no stiffness, so any shift works.
         Some(if smallest.is_finite() {
             FIRST_SHARE * smallest
         } else {
@@ -365,7 +373,7 @@ impl Pencil {
                     source: LinalgError::NotPositiveDefinite { .. },
                     ..
                 }) => shift *= LARGER,
-                // A pivot of nothing but rounding divides by next to nothing.
+                // A pivot that is only rounding makes the entries huge, and the eigenvalues do not converge.
                 Err(StructureError::Factorization {
                     source: LinalgError::NoEigenvalues { .. },
                     ..
@@ -380,8 +388,8 @@ impl Pencil {
         if let Some(error) = failure {
             return Err(error);
         }
-        // Back to the first shift, on a stiffness that resists a little everywhere.
-        let typical = self
+        // Restart from the first shift with a small stiffness added on the whole diagonal.
+        let largest = self
             .k
             .diagonal()
             .iter()
@@ -391,12 +399,12 @@ impl Pencil {
                 (
                     j as u32,
                     j as u32,
-                    STEADYING * v.abs().max(STEADYING * typical),
+                    STEADYING * v.abs().max(STEADYING * largest),
                 )
             })
             .collect();
-        let steady = SparseSymmetric::from_sorted(self.k.size(), &diagonal);
-        let matrix = self.k.plus(first, &self.m).plus(1.0, &steady);
+        let added_stiffness = SparseSymmetric::from_sorted(self.k.size(), &diagonal);
+        let matrix = self.k.plus(first, &self.m).plus(1.0, &added_stiffness);
         let mut spectrum = self.attempt(&matrix, first, wanted)?;
         spectrum.is_steadied = true;
         Ok(spectrum)
@@ -429,13 +437,13 @@ impl Pencil {
         })
     }
 
-    /// φᵀKφ and Σ|φᵢKᵢⱼφⱼ|.
+    /// Returns φᵀKφ and Σ|φᵢKᵢⱼφⱼ|.
     fn energy(&self, shape: &[f64]) -> (f64, f64) {
         let (mut energy, mut scale) = (0.0, 0.0);
         for j in 0..self.k.size() {
             for (i, v) in self.k.column(j) {
-                let both = if i == j { 1.0 } else { 2.0 };
-                let part = both * shape[i] * v * shape[j];
+                let multiplicity = if i == j { 1.0 } else { 2.0 };
+                let part = multiplicity * shape[i] * v * shape[j];
                 energy += part;
                 scale += part.abs();
             }
@@ -455,12 +463,12 @@ impl Pencil {
         };
         let order = elimination_order(shifted, self.places.as_deref(), &[])?;
         let factor = SparseCholesky::new(shifted, &order).map_err(fail)?;
-        let massive = self.m.diagonal().iter().filter(|v| **v > 0.0).count();
-        let mut options = ModeOptions::new(wanted.min(massive));
+        let rows_with_mass = self.m.diagonal().iter().filter(|v| **v > 0.0).count();
+        let mut options = ModeOptions::new(wanted.min(rows_with_mass));
         options.block = BLOCK;
         let rigid = Matrix::zeros(self.k.size(), 0);
         let modes = lowest_of(&self.m, &factor, shift, &rigid, &options, true)?;
-        // ω is cut off at zero there; the Rayleigh quotient is not.
+        // `omega` is zero where ω² is negative. The Rayleigh quotient keeps the sign.
         let squares = (0..modes.omega.len()).map(|mode| {
             let square = modes.omega[mode] * modes.omega[mode];
             if square > 0.0 {
@@ -473,7 +481,7 @@ impl Pencil {
     }
 }
 
-/// ω² and shapes of the lowest modes, by all of them; φᵀ(K + shift·M)φ = 1.
+/// Computes ω² and the shapes of the lowest modes by a dense method, with φᵀ(K + shift·M)φ = 1.
 pub(super) fn dense(
     mass: &SparseSymmetric,
     shifted: &SparseSymmetric,
@@ -501,12 +509,14 @@ pub(super) fn dense(
     let (theta, mut vectors) = inner.symmetric_eigen().map_err(|e| fail("the mass", e))?;
     factor.solve_lower_transposed(&mut vectors);
     let largest = theta.last().copied().unwrap_or(0.0);
-    let sound: Vec<usize> = (0..size)
+    let kept_modes: Vec<usize> = (0..size)
         .rev()
         .filter(|&k| theta[k] > NO_MASS * largest)
         .take(wanted)
         .collect();
-    let squares = sound.iter().map(|&k| 1.0 / theta[k] - shift).collect();
-    let shapes = Matrix::from_fn(size, sound.len(), |i, mode| vectors[(i, sound[mode])]);
+    let squares = kept_modes.iter().map(|&k| 1.0 / theta[k] - shift).collect();
+    let shapes = Matrix::from_fn(size, kept_modes.len(), |i, mode| {
+        vectors[(i, kept_modes[mode])]
+    });
     Ok((squares, shapes))
 }

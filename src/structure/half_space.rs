@@ -1,10 +1,12 @@
-//! What a mesh of hexahedra has of the compliance of a half space.
+//! Compliance of a half space that is meshed with hexahedra.
 //!
-//! A structure's mesh of finite length under the contact plane gives less between the nodes there than the body itself: a patch of
-//! one element has some half of the compliance that it has on a half space. Where a half space stands for what the mesh cannot
-//! resolve, that of the mesh itself must be taken from it. Here it is that of a half space cut into layers of equal boxes, with one
-//! node after the other along x and y: under waves exp(i(k_x x + k_y y)) a layer is a matrix between the three displacements
-//! above it and the three below, and the compliance of the face follows by eliminating layer after layer from the ground up.
+//! A finite-element mesh under the contact plane is less compliant between neighbouring nodes than the body itself. A
+//! patch of one element has about half of its compliance on a half space. Where a half space replaces the local part
+//! of the mesh, the compliance of the mesh must be subtracted.
+//!
+//! This module computes the compliance of a half space that is cut into layers of equal boxes, with a regular grid of
+//! nodes along x and y. For waves exp(i(k_x x + k_y y)) a layer is a matrix between the three displacements above it
+//! and the three below. The compliance of the face follows by eliminating the layers from the bottom up.
 
 use std::f64::consts::TAU;
 
@@ -12,38 +14,42 @@ use super::StructureError;
 use super::element::{CORNERS, Formulation, invert, matrices};
 use crate::material::{Elastic, Material};
 
-/// Waves along each axis of the smaller of the two periodic faces, in parts of the nodes asked for: what extrapolation leaves of the faces
-/// beyond is then below a hundredth of the displacement at the farthest node.
+/// Waves along each axis of the smaller of the two periodic faces, per requested node. The error of the extrapolation
+/// to an infinite period is then below a hundredth of the displacement at the farthest node.
 const WAVES_PER_NODE: usize = 8;
-/// The least of them.
+/// Smallest number of waves.
 const LEAST_WAVES: usize = 64;
-/// Depth of the ground below the face in periods of the larger one: the longest wave has died down to exp(−2π · this).
+/// Depth below the face in periods of the larger periodic face. The longest wave has decayed to exp(−2π · DEPTH).
 const DEPTH: f64 = 1.5;
-/// Growth of the layers below those that are given.
+/// Growth factor of the layers below the given ones.
 const GROWTH: f64 = 1.3;
 
-/// Displacement of nodes on the face of a half space under a force on one of them, by the whole number of nodes between the two
-/// along x and y: `[i * (reach[1] + 1) + j]`, both from 0 \[m/N\]. Where i or j is negative, `xy` has the sign of i·j.
+/// Displacements of nodes on the face of a half space under a unit force on one node \[m/N\].
+///
+/// The index `[i * (reach[1] + 1) + j]` has the distances i and j between the two nodes along x and y, in nodes from
+/// 0. For a negative i or j, `xy` has the sign of i·j.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceCompliance {
-    /// Largest numbers of nodes between.
+    /// Largest distances between nodes along x and y, in nodes.
     pub reach: [usize; 2],
-    /// Normal under normal.
+    /// Normal displacement under a normal force.
     pub zz: Vec<f64>,
-    /// Along x under x.
+    /// Displacement along x under a force along x.
     pub xx: Vec<f64>,
-    /// Along y under y.
+    /// Displacement along y under a force along y.
     pub yy: Vec<f64>,
-    /// Along x under y, and along y under x.
+    /// Displacement along x under a force along y, and vice versa.
     pub xy: Vec<f64>,
 }
 
 impl FaceCompliance {
-    /// Of a half space of boxes of this `formulation` with `sides` along x and y \[m\] and the thickness `layers` from the face on \[m\]; below them layers
-    /// grow, down to where nothing moves any more.
+    /// Computes the compliance of a half space of boxes.
+    ///
+    /// `sides` are the sides of a box along x and y \[m\], and `layers` the thicknesses of the layers from the face
+    /// down \[m\]. Below them the layers grow, down to a depth where the displacements have decayed.
     ///
     /// # Errors
-    /// [`StructureError::OutOfRange`] for a length that is none, and a material that is none.
+    /// [`StructureError::OutOfRange`] for a length that is not positive and finite.
     pub fn new(
         elastic: Elastic,
         sides: [f64; 2],
@@ -55,8 +61,8 @@ impl FaceCompliance {
             ("a side of the mesh", &sides[..]),
             ("a layer of the mesh", layers),
         ] {
-            let wrong = lengths.iter().find(|l| !(**l > 0.0 && l.is_finite()));
-            if let Some(&value) = wrong {
+            let invalid = lengths.iter().find(|l| !(**l > 0.0 && l.is_finite()));
+            if let Some(&value) = invalid {
                 return Err(StructureError::OutOfRange {
                     name,
                     value,
@@ -67,14 +73,19 @@ impl FaceCompliance {
         let waves = LEAST_WAVES.max(WAVES_PER_NODE * (reach[0].max(reach[1]) + 1));
         let depth = DEPTH * 2.0 * waves as f64 * sides[0].max(sides[1]);
         let layers = Layers::new(elastic, sides, layers, depth, formulation)?;
-        let near = layers.periodic(waves, reach);
-        let far = layers.periodic(2 * waves, reach);
-        // The faces beyond the first period, and the mean that is taken as zero, displace the first one by a constant over the
-        // period; what is left falls with its cube.
-        let extrapolated = |near: &[f64], far: &[f64]| -> Vec<f64> {
-            far.iter().zip(near).map(|(f, n)| 2.0 * f - n).collect()
+        let short_period = layers.periodic(waves, reach);
+        let long_period = layers.periodic(2 * waves, reach);
+        // The periodic images of the force, and the mean displacement that is set to zero, add a constant that is
+        // inversely proportional to the period. The rest falls with the cube of the period.
+        let extrapolate = |short_period: &[f64], long_period: &[f64]| -> Vec<f64> {
+            long_period
+                .iter()
+                .zip(short_period)
+                .map(|(f, n)| 2.0 * f - n)
+                .collect()
         };
-        let [zz, xx, yy, xy] = std::array::from_fn(|k| extrapolated(&near[k], &far[k]));
+        let [zz, xx, yy, xy] =
+            std::array::from_fn(|k| extrapolate(&short_period[k], &long_period[k]));
         Ok(FaceCompliance {
             reach,
             zz,
@@ -84,10 +95,10 @@ impl FaceCompliance {
         })
     }
 
-    /// Adds that of another body, whose nodes are the same.
+    /// Adds the compliance of another body with the same nodes.
     ///
     /// # Panics
-    /// For another reach.
+    /// If `reach` differs.
     pub fn add(&mut self, other: &FaceCompliance) {
         assert_eq!(self.reach, other.reach, "nodes of both bodies");
         let pairs = [
@@ -101,8 +112,8 @@ impl FaceCompliance {
         }
     }
 
-    /// The matrices zz, xx, yy, xy between all nodes of a mesh of `reach` boxes, `nodes × nodes` row by row; node (i, j) is number
-    /// `i * (reach[1] + 1) + j`.
+    /// Returns the matrices zz, xx, yy and xy between all nodes of a mesh of `reach` boxes, each `nodes × nodes` row
+    /// by row. Node (i, j) has the number `i * (reach[1] + 1) + j`.
     pub fn matrices(&self) -> [Vec<f64>; 4] {
         let width = self.reach[1] + 1;
         let nodes = (self.reach[0] + 1) * width;
@@ -130,7 +141,7 @@ impl FaceCompliance {
 
 type Block = [[f64; 3]; 3];
 
-/// Steps between two corners of a box along x and y.
+/// Steps from one corner of a box to another along x and y.
 const STEPS: [[f64; 2]; 9] = [
     [-1.0, -1.0],
     [-1.0, 0.0],
@@ -143,11 +154,11 @@ const STEPS: [[f64; 2]; 9] = [
     [1.0, 1.0],
 ];
 
-/// The stiffness of a layer between its sides 0 (lower) and 1 (upper), summed over the pairs of corners a step apart:
-/// `[side][other side][step]`.
+/// Stiffness of a layer between its sides 0 (lower) and 1 (upper), as `[side][other side][step]`. Entries of all
+/// pairs of corners with the same step are summed.
 type Layer = [[[Block; 9]; 2]; 2];
 
-/// The layers, from the face down.
+/// Layers of boxes, from the face down.
 struct Layers {
     layers: Vec<Layer>,
 }
@@ -156,11 +167,11 @@ impl Layers {
     fn new(
         elastic: Elastic,
         sides: [f64; 2],
-        given: &[f64],
+        first_layers: &[f64],
         depth: f64,
         formulation: Formulation,
     ) -> Result<Layers, StructureError> {
-        let mut layers = given.to_vec();
+        let mut layers = first_layers.to_vec();
         let mut below: f64 = layers.iter().sum();
         while below < depth {
             let next = GROWTH * layers.last().copied().unwrap_or(sides[0].max(sides[1]));
@@ -171,30 +182,31 @@ impl Layers {
             elastic,
             density: 0.0,
         };
-        let of_layer = |(number, &thickness): (usize, &f64)| {
+        let layer_stiffness = |(number, &thickness): (usize, &f64)| {
             let size = [sides[0], sides[1], thickness];
             let nodes = CORNERS.map(|c| [0, 1, 2].map(|a| 0.5 * c[a] * size[a]));
-            let found = matrices(&nodes, &material, formulation, number)?;
-            Ok(layer(&found.stiffness))
+            let element_matrices = matrices(&nodes, &material, formulation, number)?;
+            Ok(layer(&element_matrices.stiffness))
         };
-        let layers = layers.iter().enumerate().map(of_layer);
+        let layers = layers.iter().enumerate().map(layer_stiffness);
         Ok(Layers {
             layers: layers.collect::<Result<_, StructureError>>()?,
         })
     }
 
-    /// The compliances zz, xx, yy, xy of a face that repeats itself after `waves` nodes along both axes, its mean taken as zero.
+    /// Computes the compliances zz, xx, yy and xy of a face with a period of `waves` nodes along both axes. The mean
+    /// displacement is set to zero.
     fn periodic(&self, waves: usize, reach: [usize; 2]) -> [Vec<f64>; 4] {
         let half = waves / 2;
         let size = (reach[0] + 1) * (reach[1] + 1);
-        let mut found: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; size]);
+        let mut compliances: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; size]);
         let turn = TAU / waves as f64;
-        // Waves that run the other way along an axis are mirror images: even in zz, xx and yy, odd in xy.
+        // Waves in the opposite direction along an axis are mirror images: even in zz, xx and yy, and odd in xy.
         let weight = |m: usize| if m == 0 || m == half { 1.0 } else { 2.0 };
         let norm = ((waves * waves) as f64).recip();
         for m in 0..=half {
-            // Sums along y first: one row of offsets for each wave along x.
-            let mut of_wave: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; reach[1] + 1]);
+            // Sums along y for one wave along x, by the distance j.
+            let mut wave_sums: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; reach[1] + 1]);
             for n in 0..=half {
                 if m == 0 && n == 0 {
                     continue;
@@ -203,7 +215,7 @@ impl Layers {
                 let values = [face[2][2], face[0][0], face[1][1], face[0][1]];
                 for j in 0..=reach[1] {
                     let (sine, cosine) = (turn * (n * j) as f64).sin_cos();
-                    for (k, sums) in of_wave.iter_mut().enumerate() {
+                    for (k, sums) in wave_sums.iter_mut().enumerate() {
                         let along = if k == 3 { sine } else { cosine };
                         sums[j] += weight(n) * values[k] * along;
                     }
@@ -211,24 +223,24 @@ impl Layers {
             }
             for i in 0..=reach[0] {
                 let (sine, cosine) = (turn * (m * i) as f64).sin_cos();
-                for (k, sums) in of_wave.iter().enumerate() {
-                    // exp(i k·r) of two odd factors is −sin sin.
+                for (k, sums) in wave_sums.iter().enumerate() {
+                    // For xy both factors of exp(i k·r) are odd, and their product is −sin·sin.
                     let along = if k == 3 { -sine } else { cosine };
-                    let row = &mut found[k][i * (reach[1] + 1)..][..reach[1] + 1];
+                    let row = &mut compliances[k][i * (reach[1] + 1)..][..reach[1] + 1];
                     for (value, sum) in row.iter_mut().zip(sums) {
                         *value += norm * weight(m) * along * sum;
                     }
                 }
             }
         }
-        found
+        compliances
     }
 
-    /// The compliance of the face per node under waves that turn by `x` and `y` from node to node. Displacements in the plane are
-    /// counted a quarter wave ahead, which makes all numbers real.
+    /// Computes the compliance per node of the face for waves whose phase changes by `x` and `y` from node to node. A
+    /// phase shift of a quarter wave for the displacements in the plane makes all numbers real.
     fn face(&self, x: f64, y: f64) -> Block {
         let phases = STEPS.map(|step| (step[0] * x + step[1] * y).sin_cos());
-        let of_waves = |blocks: &[Block; 9]| {
+        let at_waves = |blocks: &[Block; 9]| {
             let mut sum = Block::default();
             for (block, (sine, cosine)) in blocks.iter().zip(phases) {
                 for a in 0..3 {
@@ -246,12 +258,12 @@ impl Layers {
         };
         let mut stiffness: Option<Block> = None;
         for layer in self.layers.iter().rev() {
-            let mut top = of_waves(&layer[1][1]);
+            let mut top = at_waves(&layer[1][1]);
             if let Some(below) = stiffness {
-                let mut bottom = of_waves(&layer[0][0]);
+                let mut bottom = at_waves(&layer[0][0]);
                 add(&mut bottom, 1.0, &below);
                 let (_, inverse) = invert(&bottom);
-                let [up, down] = [&layer[0][1], &layer[1][0]].map(of_waves);
+                let [up, down] = [&layer[0][1], &layer[1][0]].map(at_waves);
                 add(&mut top, -1.0, &times(&down, &times(&inverse, &up)));
             }
             stiffness = Some(top);

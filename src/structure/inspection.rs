@@ -1,86 +1,93 @@
-//! What matrices from elsewhere say of their structure: masses, rows without mass, modal coordinates, rows that a user names, and which
-//! units are likely. Units are those of the file throughout.
+//! Checks of imported matrices: masses, massless rows, modal coordinates, rows that the user fixes, and likely units.
+//! All numbers are in the units of the files.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 use crate::structure::readers::{CALCULIX_LIST, DECK};
 
-/// Diagonals below this share of the largest of their kind are zero.
+/// A diagonal below this share of the largest of its kind counts as zero.
 const ZERO: f64 = 1e-14;
-/// Modal masses are 1 to this, and modes are orthogonal to it.
+/// Tolerance of unit modal masses and of the orthogonality of modes.
 const MODAL: f64 = 1e-6;
-/// Mass that moves as a whole over the diagonal of the mass: from a half to two and a half for solids, and nothing for a stiffness.
+/// Smallest sum of the mass entries over the diagonal of the mass. Solids have 0.5 to 2.5, and a stiffness almost
+/// zero.
 const MOVED: f64 = 1e-2;
 
-/// A body is free where a translation strains it by less than this share of its stiffness,
+/// A body is free if a translation strains it by less than this share of its stiffness.
 const FREE: f64 = 1e-6;
-/// and should turn with less than this,
+/// A free body gives a warning if it resists a rotation by more than this share of its stiffness, and by more than
+/// [`STRAINED`] times its resistance to translations.
 const TURNED: f64 = 1e-7;
-/// or with so many times what the translations leave by their digits.
+/// Factor above the resistance to translations, which is rounding, for a warning.
 const STRAINED: f64 = 1e3;
 
-/// What a user names as held, and is not there.
+/// Error in the rows that the user fixes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FixedError {
-    /// Neither a set nor a node.
+    /// The text is neither a set nor a node.
     #[error(
         "{text} is neither a node (12, 12-20, 12.123), a row (row:5), nor one of the sets of nodes: {known}"
     )]
     Unknown {
-        /// What was given.
+        /// Text of the user.
         text: String,
         /// Names of the sets.
         known: String,
     },
-    /// A direction that no node has.
+    /// The direction does not exist.
     #[error(
         "{text}: direction {direction} does not exist; displacements are 1 to 3, rotations 4 to 6"
     )]
     NoSuchDirection {
-        /// What was given.
+        /// Text of the user.
         text: String,
         /// The direction.
         direction: u32,
     },
-    /// A node that has no row.
-    #[error("node {node} has no freedom {direction}in the matrices; their nodes are {nodes}")]
+    /// The node has no row.
+    #[error(
+        "node {node} has no freedom {direction}in the matrices; the matrices have nodes {nodes}"
+    )]
     NoSuchNode {
-        /// The node.
+        /// Number of the node.
         node: i64,
-        /// The direction with a blank after it, or nothing.
+        /// The directions, each followed by a blank. Empty if the text has none.
         direction: String,
-        /// First and last node there is.
+        /// First and last node of the matrices.
         nodes: String,
     },
-    /// A row beyond the last.
+    /// The row does not exist.
     #[error("row {row} does not exist; the matrices have rows 1 to {size}")]
     NoSuchRow {
-        /// The row.
+        /// Number of the row, from 1.
         row: usize,
-        /// Rows there are.
+        /// Number of rows.
         size: usize,
     },
-    /// There is nothing but boundary.
+    /// No modal coordinates remain if the boundary is fixed.
     #[error(
-        "boundary holds all but modal coordinates, and there are none in the matrices; name nodes or a set"
+        "boundary fixes all rows but modal coordinates, and the matrices have none; name nodes or a set"
     )]
     NoModes,
-    /// Nobody says which node a row belongs to.
+    /// No file assigns the rows to nodes.
     #[error(
-        "{text} names nodes, but no file says which node a row belongs to; name rows, as row:1-6"
+        "{text} names nodes, but no file says which node a row belongs to; name rows, for example row:1-6"
     )]
     NoNodes {
-        /// What was given.
+        /// Text of the user.
         text: String,
     },
 }
 
-/// The rows that a user holds: `SET`, `NODE`, `FIRST-LAST`, each with `.DIRECTIONS` or `:DIRECTIONS` behind it (`12.123`, `CLAMP:3`),
-/// `row:K`, `row:K-L` (from 1), or `boundary` (all that is no modal coordinate); several with commas between them.
+/// Returns for each row whether the user fixes it, and notes for the user.
+///
+/// `text` is a list with commas. An item is `SET`, `NODE` or `FIRST-LAST`, each with optional `.DIRECTIONS` or
+/// `:DIRECTIONS` (`12.123`, `CLAMP:3`); `row:K` or `row:K-L` (from 1); or `boundary`, every row that is not modal.
 ///
 /// # Errors
-/// [`FixedError`] names what is not there. A set none of whose nodes has a row is none: its rows were removed by the program.
+/// [`FixedError`] for a set, node, direction or row that does not exist. A set whose nodes have no rows gives a note
+/// instead, because the other program has removed these rows.
 pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>), FixedError> {
     let mut is_fixed = vec![false; matrices.size];
     let mut notes = Vec::new();
@@ -104,12 +111,12 @@ pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>)
         }
         if item.eq_ignore_ascii_case("boundary") && !matrices.sets.contains_key("BOUNDARY") {
             let modal = modal_rows(matrices);
-            // Without modal coordinates nothing would be left.
+            // Without modal coordinates no row would remain.
             if !modal.contains(&true) {
                 return Err(FixedError::NoModes);
             }
-            for (held, is_modal) in is_fixed.iter_mut().zip(&modal) {
-                *held |= !is_modal;
+            for (is_row_fixed, is_modal) in is_fixed.iter_mut().zip(&modal) {
+                *is_row_fixed |= !is_modal;
             }
             continue;
         }
@@ -124,7 +131,7 @@ pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>)
         let range = if set.is_some() { None } else { range_of(name) };
         let nodes: HashSet<i64> = match (set, range) {
             (Some(set), _) => set.iter().copied().collect(),
-            // Nodes of a range that are not there are no mistake, unless it is one node.
+            // A range may have gaps. A single node without a row is an error below.
             (None, Some((first, last))) => (dofs.iter().map(|dof| dof.node))
                 .filter(|node| (first..=last).contains(node))
                 .collect(),
@@ -151,8 +158,11 @@ pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>)
             ));
         } else if count == 0 {
             let node = range.map_or(0, |range| range.0);
-            let there = || dofs.iter().map(|dof| dof.node);
-            let (first, last) = (there().min().unwrap_or(0), there().max().unwrap_or(0));
+            let node_numbers = || dofs.iter().map(|dof| dof.node);
+            let (first, last) = (
+                node_numbers().min().unwrap_or(0),
+                node_numbers().max().unwrap_or(0),
+            );
             return Err(FixedError::NoSuchNode {
                 node,
                 direction: directions.iter().map(|d| format!("{d} ")).collect(),
@@ -170,7 +180,7 @@ fn unknown(matrices: &Matrices, item: &str) -> FixedError {
     }
 }
 
-/// A node or a set, and the directions behind it, where it has any.
+/// Splits an item into a node or set and its directions. The directions may be empty.
 fn name_and_directions<'a>(matrices: &Matrices, item: &'a str) -> Option<(&'a str, Vec<u32>)> {
     if matrices.sets.contains_key(&item.to_ascii_uppercase()) {
         return Some((item, Vec::new()));
@@ -184,7 +194,7 @@ fn name_and_directions<'a>(matrices: &Matrices, item: &'a str) -> Option<(&'a st
         .map(|directions| (name, directions))
 }
 
-/// `12`, `-12` or `12-20`.
+/// Parses `12`, `-12` or `12-20`.
 fn range_of(text: &str) -> Option<(i64, i64)> {
     let text = text.trim();
     let dash = text
@@ -200,8 +210,10 @@ fn range_of(text: &str) -> Option<(i64, i64)> {
     (range.0 <= range.1).then_some(range)
 }
 
-/// Nodes of CalculiX's list that are numbered above all of its deck: inner freedoms of solids (C3D8I), which do not move with a body as a
-/// whole. Elsewhere nodes without a place are nodes whose place nobody gave.
+/// Returns the inner nodes of solids (C3D8I), which do not move with the body as a whole.
+///
+/// They are the nodes of CalculiX's list with higher numbers than all nodes of its deck. With other formats a node
+/// without a position is no inner node.
 fn inner_nodes(matrices: &Matrices) -> HashSet<i64> {
     if ![DECK, CALCULIX_LIST]
         .iter()
@@ -210,9 +222,9 @@ fn inner_nodes(matrices: &Matrices) -> HashSet<i64> {
         return HashSet::new();
     }
     let nodes: HashSet<i64> = matrices.dofs.iter().flatten().map(|dof| dof.node).collect();
-    let (known, inner): (HashSet<i64>, HashSet<i64>) =
+    let (located, inner): (HashSet<i64>, HashSet<i64>) =
         (nodes.into_iter()).partition(|node| matrices.positions.contains_key(node));
-    let last = known.iter().copied().max();
+    let last = located.iter().copied().max();
     let is_above = |node: &i64| last.is_some_and(|last| *node > last);
     match inner.iter().all(is_above) {
         true => inner,
@@ -220,24 +232,24 @@ fn inner_nodes(matrices: &Matrices) -> HashSet<i64> {
     }
 }
 
-/// That there are such nodes.
+/// Returns a note for the user if the matrices have inner nodes.
 pub fn inner_nodes_note(matrices: &Matrices) -> Option<String> {
     let inner = inner_nodes(matrices);
     let first = inner.iter().min()?;
     Some(format!(
-        "{} nodes of the matrices are not in the deck, the first {first}: they are taken as inner freedoms of solids",
+        "{} nodes of the matrices, the first {first}, are not in the deck: they are treated as inner freedoms of solids",
         inner.len(),
     ))
 }
 
-/// What makes it doubtful that these matrices are a structure: nodes that have stiffness alone, or mass alone, and a mass that does not
-/// resist to a motion as a whole.
+/// Returns warnings about matrices that are probably no valid structure: nodes with stiffness but no mass or vice
+/// versa, bodies that resist a rotation, and a mass that hardly resists a translation.
 pub fn suspicions(matrices: &Matrices) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut warnings = Vec::new();
     let (Some(dofs), Some(stiffness), Some(mass)) =
         (&matrices.dofs, &matrices.stiffness, &matrices.mass)
     else {
-        return found;
+        return warnings;
     };
     let inner = inner_nodes(matrices);
     let (k, m) = (stiffness.diagonal(), mass.diagonal());
@@ -264,17 +276,17 @@ pub fn suspicions(matrices: &Matrices) -> Vec<String> {
             "both matrices may be of different meshes",
         ),
     ] {
-        let only: Vec<i64> = with.difference(without).copied().collect();
-        if !only.is_empty() && only.len() < with.len() {
-            found.push(format!(
+        let unmatched: Vec<i64> = with.difference(without).copied().collect();
+        if !unmatched.is_empty() && unmatched.len() < with.len() {
+            warnings.push(format!(
                 "{} of {} nodes have {what}, the first {}: {then}",
-                only.len(),
+                unmatched.len(),
                 stiff.union(&heavy).count(),
-                only.iter().min().unwrap_or(&0)
+                unmatched.iter().min().unwrap_or(&0)
             ));
         }
     }
-    found.extend(turned_bodies(matrices));
+    warnings.extend(rotation_warning(matrices));
     let trace: f64 = (0..dofs.len())
         .filter(is_displacement)
         .map(|row| m[row])
@@ -285,15 +297,16 @@ pub fn suspicions(matrices: &Matrices) -> Vec<String> {
         .map(f64::abs)
         .sum();
     if trace > 0.0 && total < MOVED * trace {
-        found.push(format!(
-            "the mass resists a motion as a whole by {:.1e} of its diagonal only, as a stiffness does: stiffness and mass may be exchanged",
+        warnings.push(format!(
+            "the mass of a rigid translation is only {:.1e} of the diagonal, as in a stiffness matrix: stiffness and mass may be exchanged",
             total / trace
         ));
     }
-    found
+    warnings
 }
 
-/// Sum of the mass between the displacements along each axis; `None` along one that no row has, or where no file says which rows do.
+/// Returns the sum of the mass between displacements along each axis. An axis is `None` if it has no row or if no
+/// file says which rows it has.
 pub fn mass_by_direction(matrices: &Matrices) -> [Option<f64>; 3] {
     let (Some(dofs), Some(mass)) = (&matrices.dofs, &matrices.mass) else {
         return [None; 3];
@@ -307,18 +320,18 @@ pub fn mass_by_direction(matrices: &Matrices) -> [Option<f64>; 3] {
     })
 }
 
-/// Nodes that matrices join to each other.
+/// Body: nodes that the matrices connect to each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
-    /// How many.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Their mass, in the unit of the files; none without a mass matrix.
+    /// Mass of the body in the unit of the files. `None` without a mass matrix.
     pub mass: Option<f64>,
-    /// Where it is on average, where the positions of all of its nodes are known.
+    /// Centre of mass of the body. `None` unless the positions of all of its nodes are known.
     pub centre: Option<[f64; 3]>,
 }
 
-/// Which body each node is of, of those that the matrices join: the nodes, ascending, and a number for each.
+/// Returns the nodes in ascending order, and a number of its body for each node.
 fn bodies_of_nodes(matrices: &Matrices, dofs: &[Dof]) -> (Vec<i64>, Vec<usize>) {
     let mut nodes: Vec<i64> = dofs.iter().map(|dof| dof.node).collect();
     nodes.sort_unstable();
@@ -340,39 +353,40 @@ fn bodies_of_nodes(matrices: &Matrices, dofs: &[Dof]) -> (Vec<i64>, Vec<usize>) 
             }
         }
     }
-    let of_node = (0..nodes.len()).map(|k| root(&mut parents, k)).collect();
-    (nodes, of_node)
+    let body_of_node = (0..nodes.len()).map(|k| root(&mut parents, k)).collect();
+    (nodes, body_of_node)
 }
 
-/// A free body that moves without strain and cannot turn without: its rows or the positions of its nodes are others than those of the matrix.
-fn turned_bodies(matrices: &Matrices) -> Option<String> {
+/// Returns a warning if a free body resists a rotation. Its rows or the positions of its nodes then do not match the
+/// stiffness.
+fn rotation_warning(matrices: &Matrices) -> Option<String> {
     let (dofs, stiffness) = (matrices.dofs.as_ref()?, matrices.stiffness.as_ref()?);
-    let (nodes, of_node) = bodies_of_nodes(matrices, dofs);
-    let body = |row: usize| of_node[nodes.partition_point(|node| *node < dofs[row].node)];
+    let (nodes, body_of_node) = bodies_of_nodes(matrices, dofs);
+    let body = |row: usize| body_of_node[nodes.partition_point(|node| *node < dofs[row].node)];
     let mut centres: HashMap<usize, ([f64; 3], f64)> = HashMap::new();
-    let mut unknown: HashSet<usize> = HashSet::new();
-    for (node, of) in nodes.iter().zip(&of_node) {
+    let mut unknown_bodies: HashSet<usize> = HashSet::new();
+    for (node, body_number) in nodes.iter().zip(&body_of_node) {
         match matrices.positions.get(node) {
             Some(at) => {
-                let (sum, count) = centres.entry(*of).or_default();
+                let (sum, count) = centres.entry(*body_number).or_default();
                 (0..3).for_each(|axis| sum[axis] += at[axis]);
                 *count += 1.0;
             }
             None => {
-                unknown.insert(*of);
+                unknown_bodies.insert(*body_number);
             }
         }
     }
     for row in 0..dofs.len() {
         if !dofs[row].is_translation() && !dofs[row].is_rotation() {
-            unknown.insert(body(row));
+            unknown_bodies.insert(body(row));
         }
     }
-    // What a row moves by in each of three translations and three rotations.
+    // Displacement of a row in each of three translations and three rotations.
     let motion = |row: usize| -> [f64; 6] {
-        let mut moved = [0.0; 6];
-        if unknown.contains(&body(row)) {
-            return moved;
+        let mut displacements = [0.0; 6];
+        if unknown_bodies.contains(&body(row)) {
+            return displacements;
         }
         let dof = dofs[row];
         let (sum, count) = centres[&body(row)];
@@ -381,66 +395,69 @@ fn turned_bodies(matrices: &Matrices) -> Option<String> {
         let arms = [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]];
         match dof.direction {
             d @ 1..=3 => {
-                moved[d as usize - 1] = 1.0;
-                (0..3).for_each(|turn| moved[3 + turn] = arms[turn][d as usize - 1]);
+                displacements[d as usize - 1] = 1.0;
+                (0..3).for_each(|turn| displacements[3 + turn] = arms[turn][d as usize - 1]);
             }
-            d @ 4..=6 => moved[d as usize - 1] = 1.0,
+            d @ 4..=6 => displacements[d as usize - 1] = 1.0,
             _ => {}
         }
-        moved
+        displacements
     };
     let motions: Vec<[f64; 6]> = (0..dofs.len()).map(motion).collect();
     let mut energies: BTreeMap<usize, [[f64; 2]; 6]> = BTreeMap::new();
     for &(i, j, value) in &stiffness.entries {
-        let of = body(i as usize);
-        if unknown.contains(&of) {
+        let body_number = body(i as usize);
+        if unknown_bodies.contains(&body_number) {
             continue;
         }
-        let times = if stiffness.is_half && i != j {
+        let multiplicity = if stiffness.is_half && i != j {
             2.0
         } else {
             1.0
         };
         let [a, b] = [i, j].map(|row| motions[row as usize]);
-        let energies = energies.entry(of).or_default();
+        let energies = energies.entry(body_number).or_default();
         for k in 0..6 {
-            let work = times * value * a[k] * b[k];
+            let work = multiplicity * value * a[k] * b[k];
             energies[k][0] += work;
             energies[k][1] += work.abs();
         }
     }
     let share = |[work, size]: [f64; 2]| if size > 0.0 { work.abs() / size } else { 0.0 };
-    let bodies = energies.values().map(|of| of.map(share));
+    let bodies = energies.values().map(|energies| energies.map(share));
     let worst = bodies.filter_map(|[x, y, z, turns @ ..]| {
-        let moved = x.max(y).max(z);
+        let strain = x.max(y).max(z);
         let turned = turns.into_iter().fold(0.0, f64::max);
-        (moved < FREE && turned > TURNED.max(STRAINED * moved)).then_some(turned)
+        (strain < FREE && turned > TURNED.max(STRAINED * strain)).then_some(turned)
     });
     let worst = worst.max_by(f64::total_cmp)?;
     Some(format!(
-        "a body that moves freely resists a turn by {worst:.1e} of its stiffness: its rows, the positions of its nodes or their axes are others than those of the stiffness matrix"
+        "a body that moves freely resists a rotation by {worst:.1e} of its stiffness: its rows, the positions of its nodes or their axes do not match the stiffness matrix"
     ))
 }
 
-/// The bodies, the heaviest first; none where no file says what the rows are. The mass is that along the direction that has most.
+/// Returns the bodies, the heaviest first. The mass is the mass along the direction with the largest total. Returns
+/// no bodies if no file says what the rows are.
 pub fn bodies(matrices: &Matrices) -> Vec<Body> {
     let Some(dofs) = &matrices.dofs else {
         return Vec::new();
     };
-    let (nodes, of_node) = bodies_of_nodes(matrices, dofs);
+    let (nodes, body_of_node) = bodies_of_nodes(matrices, dofs);
     let place = |row: u32| nodes.partition_point(|node| *node < dofs[row as usize].node);
-    let along = mass_by_direction(matrices);
-    let most = (0..3).max_by(|a, b| {
-        let of = |d: &usize| along[*d].unwrap_or(0.0);
-        of(a).total_cmp(&of(b))
+    let mass_along = mass_by_direction(matrices);
+    let heaviest_axis = (0..3).max_by(|a, b| {
+        let mass_of = |d: &usize| mass_along[*d].unwrap_or(0.0);
+        mass_of(a).total_cmp(&mass_of(b))
     });
-    let direction = most.map_or(1, |d| d as u32 + 1);
-    let mut found: BTreeMap<usize, (usize, f64, Option<[f64; 3]>)> = BTreeMap::new();
+    let direction = heaviest_axis.map_or(1, |d| d as u32 + 1);
+    let mut sums: BTreeMap<usize, (usize, f64, Option<[f64; 3]>)> = BTreeMap::new();
     for (k, node) in nodes.iter().enumerate() {
-        let of = found.entry(of_node[k]).or_insert((0, 0.0, Some([0.0; 3])));
-        of.0 += 1;
+        let body_sums = sums
+            .entry(body_of_node[k])
+            .or_insert((0, 0.0, Some([0.0; 3])));
+        body_sums.0 += 1;
         if !matrices.positions.contains_key(node) {
-            of.2 = None;
+            body_sums.2 = None;
         }
     }
     if let Some(matrix) = &matrices.mass {
@@ -455,17 +472,18 @@ pub fn bodies(matrices: &Matrices) -> Vec<Body> {
                 &[i]
             };
             for &row in ends {
-                let of = found.get_mut(&of_node[place(row)]).expect("a body");
-                of.1 += value;
-                if let (Some(sum), Some(at)) =
-                    (&mut of.2, matrices.positions.get(&dofs[row as usize].node))
-                {
+                let body_sums = sums.get_mut(&body_of_node[place(row)]).expect("a body");
+                body_sums.1 += value;
+                if let (Some(sum), Some(at)) = (
+                    &mut body_sums.2,
+                    matrices.positions.get(&dofs[row as usize].node),
+                ) {
                     (0..3).for_each(|d| sum[d] += value * at[d]);
                 }
             }
         }
     }
-    let mut bodies: Vec<Body> = found
+    let mut bodies: Vec<Body> = sums
         .into_values()
         .map(|(nodes, mass, sum)| Body {
             nodes,
@@ -481,7 +499,8 @@ pub fn bodies(matrices: &Matrices) -> Vec<Body> {
     bodies
 }
 
-/// Rows whose diagonal is zero: against the largest of displacements, rotations or scalars, whichever the row is.
+/// Returns the rows whose diagonal is zero compared with the largest of the same kind: displacements, rotations,
+/// scalars.
 pub fn zero_diagonals(matrices: &Matrices, matrix: &Triplets) -> Vec<usize> {
     let diagonal = matrix.diagonal();
     let kind = |row: usize| match matrices.dofs.as_ref().map(|dofs| dofs[row]) {
@@ -499,8 +518,10 @@ pub fn zero_diagonals(matrices: &Matrices, matrix: &Triplets) -> Vec<usize> {
         .collect()
 }
 
-/// Rows that are modal coordinates: scalars where files say what rows are; otherwise the last ones, as long as their modal masses are 1
-/// and nothing couples them with each other.
+/// Returns for each row whether it is a modal coordinate.
+///
+/// If the files describe the rows, modal coordinates are the scalars. Otherwise they are the last rows, as long as
+/// their masses are 1 and they are not coupled with each other.
 pub fn modal_rows(matrices: &Matrices) -> Vec<bool> {
     if let Some(dofs) = &matrices.dofs {
         return dofs.iter().map(|dof| dof.direction == 0).collect();
@@ -510,7 +531,7 @@ pub fn modal_rows(matrices: &Matrices) -> Vec<bool> {
         return is_modal;
     };
     let (k, m) = (stiffness.diagonal(), mass.diagonal());
-    // The first row that can be one: below it all have unit mass, and no two of them are coupled.
+    // First modal row: all rows from it on have unit mass, and no two of them are coupled.
     let mut first = matrices.size;
     while first > 0 && (m[first - 1] - 1.0).abs() < MODAL && k[first - 1] >= 0.0 {
         first -= 1;
@@ -525,59 +546,63 @@ pub fn modal_rows(matrices: &Matrices) -> Vec<bool> {
         }
     }
     first = coupled.into_iter().max().unwrap_or(first).max(first);
-    // All of them would be a structure of oscillators.
+    // If all rows qualify, the structure is a set of oscillators without modal coordinates.
     if first > 0 && first < matrices.size {
         is_modal[first..].fill(true);
     }
     is_modal
 }
 
-/// Units that the numbers look like.
+/// Likely system of units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Units {
-    /// The system, or that none fits.
+    /// The likely system, or a statement that none fits.
     pub likely: &'static str,
-    /// What speaks for it.
+    /// Evidence for it.
     pub why: String,
 }
 
-/// Speeds of waves in metals, polymers and composites \[m/s\], times what the estimate may be off: from the distance of nodes bars
-/// give 1.7 times the speed and hexahedra 2.5 times, from rotations more or less. Between the range of metres and that of
-/// millimetres lies what kilogrammes with newtons and millimetres give for metals, 1.6e5 to 4e5.
+/// Ranges of the estimated wave speed in metals, polymers and composites \[m/s\].
+///
+/// From the distance of nodes, bars give 1.7 times the speed and hexahedra 2.5 times. Rotations are less accurate.
+/// Between the ranges of metres and of millimetres are metals with kilogrammes, newtons and millimetres: 1.6e5 to
+/// 4e5.
 const BY_DISTANCE: [f64; 2] = [1.2e3, 3e4];
 const BY_ROTATION: [f64; 2] = [3e2, 5e4];
-/// A part of less than a hundredth of a unit of mass is more likely grammes written in tonnes than in kilogrammes.
+/// A total mass below this number is more likely in tonnes than in kilogrammes.
 const LIGHT: f64 = 1e-2;
 
-/// Which units are likely. Of a rod √(K/M) of one element times its length is the speed of waves, which is about 5 000 m/s in steel and
-/// differs little between solids: its number tells metres from millimetres, whatever the structure.
+/// Estimates the units of the matrices from the wave speed.
+///
+/// For a rod, √(K/M) of one element times its length is the wave speed. It is about 5 000 m/s in steel and differs
+/// little between solids, so its value distinguishes metres from millimetres.
 pub fn units(matrices: &Matrices) -> Option<Units> {
     let total = mass_by_direction(matrices)
         .into_iter()
         .flatten()
         .fold(0.0, f64::max);
     if let Some((speed, [least, most], how)) = wave_speed(matrices) {
-        // Slower than waves in any range is bending on a coarse mesh: that says nothing.
-        let found = match speed {
+        // A lower speed than in all ranges comes from bending on a coarse mesh. It says nothing about the units.
+        let guess = match speed {
             v if (least..=most).contains(&v) => Some((
                 "m, kg, s (N, Pa)",
-                "the length is in metres and mass fits to force",
+                "the length is in metres, and mass and force are consistent",
             )),
             v if (1e3 * least..=1e3 * most).contains(&v) => Some((
                 "mm, t, s (N, MPa)",
-                "the length is in millimetres and mass fits to force (tonnes to newtons)",
+                "the length is in millimetres, and mass and force are consistent (tonnes and newtons)",
             )),
             v if (most..1e3 * least).contains(&v) => Some((
                 "none that fit each other",
-                "with N and mm the mass is to be in t, with N and m in kg (kg with N and mm makes frequencies 31.6 times too low); inches and pounds give 2e5",
+                "with N and mm the mass must be in t, with N and m in kg (kg with N and mm makes frequencies 31.6 times too low); inches and pounds give 2e5",
             )),
             _ => None,
         };
-        if let Some((likely, then)) = found {
+        if let Some((likely, then)) = guess {
             return Some(Units {
                 likely,
                 why: format!(
-                    "{how} gives waves of {speed:.2e} lengths a second, where solids have some 5e3 m/s or 5e6 mm/s: {then}"
+                    "{how} gives a wave speed of {speed:.2e} lengths per second, and solids have some 5e3 m/s or 5e6 mm/s: {then}"
                 ),
             });
         }
@@ -595,7 +620,8 @@ pub fn units(matrices: &Matrices) -> Option<Units> {
     None
 }
 
-/// The speed of waves, what it is for solids in m/s, and of which lengths: the distance of neighbouring nodes, or √(K/K) of rotations and displacements.
+/// Returns the wave speed, its range for solids in m/s, and a description of the estimate. The length is the distance
+/// of neighbouring nodes, or √(K/K) of rotations and displacements.
 fn wave_speed(matrices: &Matrices) -> Option<(f64, [f64; 2], String)> {
     let (dofs, stiffness, mass) = (
         matrices.dofs.as_ref()?,
@@ -603,15 +629,15 @@ fn wave_speed(matrices: &Matrices) -> Option<(f64, [f64; 2], String)> {
         matrices.mass.as_ref()?,
     );
     if dofs.iter().any(|dof| dof.direction == 0) {
-        // Between the boundary nodes of a superelement lies the whole structure.
+        // The boundary nodes of a superelement are not neighbours: the whole structure is between them.
         return None;
     }
     let (k, m) = (stiffness.diagonal(), mass.diagonal());
-    let of = |is: fn(&Dof) -> bool, value: fn(f64, f64) -> f64| {
+    let median_of = |is: fn(&Dof) -> bool, value: fn(f64, f64) -> f64| {
         let rows = (0..dofs.len()).filter(|&row| is(&dofs[row]) && k[row] > 0.0 && m[row] > 0.0);
         median(rows.map(|row| value(k[row], m[row])).collect())
     };
-    let rate = of(Dof::is_translation, |k, m| (k / m).sqrt())?;
+    let rate = median_of(Dof::is_translation, |k, m| (k / m).sqrt())?;
     if let Some(length) = spacing(matrices, dofs) {
         return Some((
             rate * length,
@@ -619,9 +645,9 @@ fn wave_speed(matrices: &Matrices) -> Option<(f64, [f64; 2], String)> {
             format!("a distance of neighbouring nodes of {length:.3e} with √(K/M) of {rate:.2e}"),
         ));
     }
-    let turning = of(Dof::is_rotation, |k, _| k)?;
-    let moving = of(Dof::is_translation, |k, _| k)?;
-    let length = (turning / moving).sqrt();
+    let rotational = median_of(Dof::is_rotation, |k, _| k)?;
+    let translational = median_of(Dof::is_translation, |k, _| k)?;
+    let length = (rotational / translational).sqrt();
     Some((
         rate * length,
         BY_ROTATION,
@@ -639,7 +665,7 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     Some(values[values.len() / 2])
 }
 
-/// Median distance of a node to its nearest neighbour, of some of them.
+/// Returns the median distance of a node to its nearest neighbour, from a sample of the nodes.
 fn spacing(matrices: &Matrices, dofs: &[Dof]) -> Option<f64> {
     const SOME: usize = 64;
     const MOST: usize = 1 << 20;
@@ -658,8 +684,8 @@ fn spacing(matrices: &Matrices, dofs: &[Dof]) -> Option<f64> {
                 let squares = (0..3).map(|a| (at[a] - other[a]) * (at[a] - other[a]));
                 squares.sum::<f64>().sqrt()
             });
-        let found = distances.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-        found.is_finite().then_some(found)
+        let distance = distances.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+        distance.is_finite().then_some(distance)
     });
     median(nearest.collect())
 }

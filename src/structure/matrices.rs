@@ -1,5 +1,5 @@
-//! Stiffness, mass and damping as a finite-element program writes them: sparse entries in any order, and the node and direction of
-//! every row where the file says them. Units are those of the file.
+//! Stiffness, mass and damping as written by a finite-element program: sparse entries in any order, and the node and
+//! direction of every row if the file has them. All numbers are in the units of the file.
 
 use std::collections::HashMap;
 
@@ -7,22 +7,23 @@ use serde::Deserialize;
 
 use super::element::Formulation;
 
-/// What a row of the matrices stands for.
+/// Degree of freedom of a row of the matrices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Dof {
-    /// Number of the node as the program wrote it; below zero for one that the program made itself.
+    /// Number of the node in the file. Negative for an internal node of the program.
     pub node: i64,
-    /// 1–3 displacements along x, y, z; 4–6 rotations about them; 0 a scalar (a modal coordinate); others as the program numbers them.
+    /// 1–3: displacement along x, y, z. 4–6: rotation about x, y, z. 0: scalar (modal coordinate). Other numbers are
+    /// specific to the program.
     pub direction: u32,
 }
 
 impl Dof {
-    /// True for a displacement.
+    /// Returns true for a displacement.
     pub fn is_translation(&self) -> bool {
         (1..=3).contains(&self.direction)
     }
 
-    /// True for a rotation.
+    /// Returns true for a rotation.
     pub fn is_rotation(&self) -> bool {
         (4..=6).contains(&self.direction)
     }
@@ -34,27 +35,27 @@ impl std::fmt::Display for Dof {
     }
 }
 
-/// What a matrix is.
+/// Physical role of a matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Role {
-    /// Force over displacement.
+    /// Force divided by displacement.
     Stiffness,
-    /// Force over acceleration.
+    /// Force divided by acceleration.
     Mass,
-    /// Force over velocity.
+    /// Force divided by velocity.
     Damping,
-    /// Force over displacement, a quarter of a cycle ahead of it at any frequency.
+    /// Force divided by displacement. The force leads by a quarter of a cycle at any frequency.
     Hysteretic,
 }
 
 impl Role {
-    /// All of them.
+    /// All roles.
     pub const ALL: [Role; 4] = [Role::Stiffness, Role::Mass, Role::Damping, Role::Hysteretic];
 
-    /// What files without names are, in their order.
+    /// Roles of matrices without names, in the order of the files.
     pub const BY_PLACE: [Role; 3] = [Role::Stiffness, Role::Mass, Role::Damping];
 
-    /// Its word.
+    /// Returns the name of the role.
     pub fn name(self) -> &'static str {
         match self {
             Role::Stiffness => "stiffness",
@@ -65,32 +66,32 @@ impl Role {
     }
 }
 
-/// A square sparse matrix, its entries in the order of the file.
+/// Square sparse matrix with its entries in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Triplets {
-    /// Rows, and columns.
+    /// Number of rows, equal to the number of columns.
     pub size: usize,
-    /// Row, column (from 0) and value of each entry. Entries of one place are summed.
+    /// Row, column (from 0) and value of each entry. Entries at the same place are summed.
     pub entries: Vec<(u32, u32, f64)>,
-    /// Each entry off the diagonal also stands for its mirror image: the file has one triangle.
+    /// True if the file has one triangle, so that each off-diagonal entry also counts as its mirror image.
     pub is_half: bool,
-    /// Half a unit of the last digit that the file has of a number, over the number.
+    /// Relative precision of the numbers in the file: half a unit of the last digit.
     pub precision: f64,
 }
 
-/// How far a matrix is from symmetric.
+/// Deviation of a matrix from symmetry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Asymmetry {
     /// Largest |a_ij − a_ji| over the largest |a_ij|.
     pub share: f64,
-    /// Where: row and column, from 0.
+    /// Row and column of this difference, from 0.
     pub at: (usize, usize),
-    /// The two values there.
+    /// The two values a_ij and a_ji at this place.
     pub values: (f64, f64),
 }
 
 impl Triplets {
-    /// No entries.
+    /// Returns a matrix without entries.
     pub fn new(size: usize) -> Self {
         Triplets {
             size,
@@ -100,13 +101,13 @@ impl Triplets {
         }
     }
 
-    /// Sum of the diagonal.
+    /// Returns the sum of the diagonal.
     pub fn trace(&self) -> f64 {
         let diagonal = self.entries.iter().filter(|e| e.0 == e.1);
         diagonal.map(|e| e.2).sum()
     }
 
-    /// The diagonal; zero where no entry is stored.
+    /// Returns the diagonal, with zero where no entry is stored.
     pub fn diagonal(&self) -> Vec<f64> {
         let mut diagonal = vec![0.0; self.size];
         for &(i, j, v) in &self.entries {
@@ -117,29 +118,30 @@ impl Triplets {
         diagonal
     }
 
-    /// Largest absolute value.
+    /// Returns the largest absolute value of an entry.
     pub fn largest(&self) -> f64 {
         self.entries.iter().fold(0.0, |a, e| a.max(e.2.abs()))
     }
 
-    /// Entries that are not zero, places counted once: below the diagonal, on it, and above.
+    /// Returns the entries sorted by row and column, with one entry per place.
     fn sorted(&self) -> Vec<(u32, u32, f64)> {
         let mut sorted = self.entries.clone();
-        sum_alike(&mut sorted);
+        sum_duplicates(&mut sorted);
         sorted
     }
 
-    /// True where entries off the diagonal are on one side of it alone, and nothing says that they stand for both.
+    /// Returns true if all off-diagonal entries are on one side of the diagonal, and the matrix is not marked as one
+    /// triangle.
     pub fn has_one_triangle(&self) -> bool {
-        let mut off = self.entries.iter().filter(|e| e.0 != e.1 && e.2 != 0.0);
-        let Some(first) = off.next() else {
+        let mut off_diagonal = self.entries.iter().filter(|e| e.0 != e.1 && e.2 != 0.0);
+        let Some(first) = off_diagonal.next() else {
             return false;
         };
         let is_lower = first.0 > first.1;
-        !self.is_half && off.all(|e| (e.0 > e.1) == is_lower)
+        !self.is_half && off_diagonal.all(|e| (e.0 > e.1) == is_lower)
     }
 
-    /// How far the matrix is from symmetric; zero for one triangle.
+    /// Returns the deviation from symmetry. It is zero for a matrix stored as one triangle.
     pub fn asymmetry(&self) -> Asymmetry {
         let mut worst = Asymmetry {
             share: 0.0,
@@ -166,8 +168,8 @@ impl Triplets {
         worst
     }
 
-    /// Takes one stored triangle for the whole if no place off the diagonal is stored together with its mirror image. For formats that
-    /// leave it to the reader which of both they hold.
+    /// Marks the matrix as one triangle if no off-diagonal entry is stored together with its mirror image. Used for
+    /// formats that do not say whether the file has one triangle or the whole matrix.
     pub fn find_half(&mut self) {
         let mut places: Vec<(u32, u32)> = (self.entries.iter())
             .filter(|e| e.0 != e.1)
@@ -179,12 +181,12 @@ impl Triplets {
             .any(|&(i, j)| i < j && places.binary_search(&(j, i)).is_ok());
     }
 
-    /// Makes one entry of those of each place, in the order of rows.
+    /// Sums entries at the same place into one, and sorts the entries by row.
     pub(super) fn sum_places(&mut self) {
-        sum_alike(&mut self.entries);
+        sum_duplicates(&mut self.entries);
     }
 
-    /// Sum of the entries between rows and columns of `chosen`, both triangles.
+    /// Returns the sum of the entries whose rows and columns are `chosen`, over both triangles.
     pub fn sum_between(&self, chosen: impl Fn(usize) -> bool) -> f64 {
         let mut sum = 0.0;
         for &(i, j, v) in &self.entries {
@@ -195,7 +197,8 @@ impl Triplets {
         sum
     }
 
-    /// Lower triangle of (A + Aᵀ)/2 on some rows: `place` says the new number of a row, or that it is left out.
+    /// Returns the lower triangle of (A + Aᵀ)/2 on some rows. `place` is the new number of each row, or `None` to
+    /// drop it.
     pub(super) fn lower(&self, place: &[Option<u32>]) -> Vec<(u32, u32, f64)> {
         let mut lower = Vec::with_capacity(self.entries.len());
         for &(i, j, v) in &self.entries {
@@ -203,17 +206,17 @@ impl Triplets {
                 continue;
             };
             let mut share = if i == j || self.is_half { 1.0 } else { 0.5 };
-            // Rows that became one.
+            // Two rows may be merged into one.
             if i != j && a == b {
                 share *= 2.0;
             }
             lower.push((a.min(b), a.max(b), share * v));
         }
-        sum_alike(&mut lower);
+        sum_duplicates(&mut lower);
         lower
     }
 
-    /// The same matrix with other numbers of rows.
+    /// Returns the same matrix with new row numbers.
     pub(super) fn renumbered(mut self, size: usize, place: &[u32]) -> Triplets {
         for entry in &mut self.entries {
             *entry = (place[entry.0 as usize], place[entry.1 as usize], entry.2);
@@ -223,26 +226,26 @@ impl Triplets {
     }
 }
 
-/// Half a unit of the last place of a double.
+/// Half a unit of the last place of a double, relative.
 pub const DOUBLE: f64 = f64::EPSILON / 2.0;
 
-/// The units of a structure, as `structure.unit` of a scene has them.
+/// Units of a structure, as in `structure.unit` of a scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Unit {
-    /// Of length.
+    /// Unit of length.
     pub length: String,
-    /// Of mass.
+    /// Unit of mass.
     pub mass: String,
-    /// Of time.
+    /// Unit of time.
     pub time: String,
 }
 
-/// What was read of a structure.
+/// Contents of the files of a structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrices {
-    /// Rows of the matrices.
+    /// Number of rows of the matrices.
     pub size: usize,
-    /// What each row stands for; absent where no file says it.
+    /// Degree of freedom of each row. `None` if no file has it.
     pub dofs: Option<Vec<Dof>>,
     /// Stiffness.
     pub stiffness: Option<Triplets>,
@@ -252,30 +255,30 @@ pub struct Matrices {
     pub damping: Option<Triplets>,
     /// Hysteretic damping.
     pub hysteretic: Option<Triplets>,
-    /// Sets of nodes by name, in capitals.
+    /// Sets of nodes by name, in upper case.
     pub sets: HashMap<String, Vec<i64>>,
-    /// Positions of nodes, where a deck says them.
+    /// Positions of the nodes, if a file has them.
     pub positions: HashMap<i64, [f64; 3]>,
-    /// Nodes whose displacements are not along the global axes, after the axes that they have.
+    /// Nodes whose displacements are not along the global axes, with a description of their axes.
     pub local_axes: Vec<(String, Vec<i64>)>,
-    /// The units, of a folder of `fretwear-import`, which may not say them.
+    /// Units of a folder of `fretwear-import`. The inner value is `None` if the folder does not specify them.
     pub unit: Option<Option<Unit>>,
     /// Files and parts of files that were not read, each with the reason.
     pub unread: Vec<String>,
-    /// Edges of the bodies by their nodes, as [`outline::lines`](super::outline::lines) finds them, where a deck has elements.
+    /// Edges of the bodies as lists of nodes, from [`outline::lines`](super::outline::lines). Empty without elements.
     pub outline: Vec<Vec<i64>>,
-    /// Outer faces of the bodies by the nodes at their corners, in turn, where a deck has elements.
+    /// Outer faces of the bodies as lists of corner nodes, in order around the face. Empty without elements.
     pub faces: Vec<Vec<i64>>,
-    /// The hexahedra of the elements, where a deck has such alone.
+    /// Formulation of the hexahedra, if all elements are 8-node hexahedra of one formulation.
     pub hexahedra: Option<Formulation>,
-    /// What the user should know of how the files were read.
+    /// Notes for the user about how the files were read.
     pub notes: Vec<String>,
-    /// The formats, in the order of the files.
+    /// Names of the formats, in the order of the files.
     pub formats: Vec<&'static str>,
 }
 
 impl Matrices {
-    /// A matrix by its role.
+    /// Returns the matrix of a role.
     pub fn get(&self, role: Role) -> Option<&Triplets> {
         match role {
             Role::Stiffness => self.stiffness.as_ref(),
@@ -285,24 +288,24 @@ impl Matrices {
         }
     }
 
-    /// Names of the sets, or `none`, and what was not read.
+    /// Returns the names of the sets, or the text `none`, followed by the reasons why files were not read.
     pub(super) fn known_sets(&self, none: &str) -> String {
-        let mut known: Vec<&str> = self.sets.keys().map(String::as_str).collect();
-        known.sort_unstable();
-        let known = match known.is_empty() {
+        let mut names: Vec<&str> = self.sets.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        let names = match names.is_empty() {
             true => none.to_owned(),
-            false => known.join(", "),
+            false => names.join(", "),
         };
-        known + &self.told_unread()
+        names + &self.told_unread()
     }
 
-    /// The reasons of `unread`, to end a message on a missing set or position.
+    /// Returns the reasons of `unread`, for the end of a message about a missing set or position.
     pub(super) fn told_unread(&self) -> String {
         let each = self.unread.iter().map(|reason| format!("; {reason}"));
         each.collect()
     }
 
-    /// Where each of the rows that `place` numbers is, in the unit of length of the files; none unless that is known of all.
+    /// Returns the positions of the rows that `place` numbers, in the unit of the files. `None` unless all are known.
     pub(super) fn places(&self, place: &[Option<u32>]) -> Option<Vec<[f64; 3]>> {
         let rows = place.iter().flatten().max();
         let mut at = vec![None; rows.map_or(0, |last| *last as usize + 1)];
@@ -314,7 +317,7 @@ impl Matrices {
         at.into_iter().collect()
     }
 
-    /// Different nodes; 0 where no file says what the rows stand for.
+    /// Returns the number of different nodes. Zero if no file describes the rows.
     pub fn nodes(&self) -> usize {
         let mut nodes: Vec<i64> = (self.dofs.iter().flatten()).map(|dof| dof.node).collect();
         nodes.sort_unstable();
@@ -323,16 +326,16 @@ impl Matrices {
     }
 }
 
-/// Sorts entries by row and column, and makes one of those of the same place.
-fn sum_alike(entries: &mut Vec<(u32, u32, f64)>) {
+/// Sorts entries by row and column, and sums entries at the same place.
+fn sum_duplicates(entries: &mut Vec<(u32, u32, f64)>) {
     entries.sort_by_key(|e| (e.0, e.1));
-    entries.dedup_by(|later, kept| {
-        let same = (later.0, later.1) == (kept.0, kept.1);
-        if same {
-            kept.2 += later.2;
+    entries.dedup_by(|later, first| {
+        let is_same_place = (later.0, later.1) == (first.0, first.1);
+        if is_same_place {
+            first.2 += later.2;
         }
-        same
+        is_same_place
     });
-    // Entries of elements that come together are many times those that remain.
+    // Entries of single elements are many times more than the sums that remain.
     entries.shrink_to_fit();
 }

@@ -1,4 +1,5 @@
-//! Files of matrices, as another program would write them: the resonator with its nodes and the pairs of its joint, and dense matrices.
+//! Export of matrices in the formats of other programs: the resonator with its nodes and contact pairs, and dense
+//! matrices.
 
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
@@ -12,7 +13,7 @@ use super::element::Formulation;
 use super::resonator::ResonatorMesh;
 use crate::linalg::{Matrix, SparseSymmetric};
 
-/// Files of a structure, in SI; nodes are numbered as in the mesh, from 1.
+/// Exported files of a resonator, in SI. Nodes are numbered as in the mesh, but from 1.
 #[derive(Debug, Clone)]
 pub struct MatrixFiles<'a> {
     resonator: &'a ResonatorMesh,
@@ -21,10 +22,10 @@ pub struct MatrixFiles<'a> {
 }
 
 impl<'a> MatrixFiles<'a> {
-    /// The files of a resonator, whose contact elements are in `array`.
+    /// Assembles the matrices of a resonator whose contact elements are in `array`.
     ///
     /// # Errors
-    /// An element that is turned inside out.
+    /// [`StructureError::InvertedElement`] for an inverted element.
     pub fn new(
         resonator: &'a ResonatorMesh,
         array: ContactArray,
@@ -37,26 +38,26 @@ impl<'a> MatrixFiles<'a> {
         })
     }
 
-    /// The stiffness \[N/m\] as Matrix Market: the lower triangle.
+    /// Writes the stiffness \[N/m\] as Matrix Market, lower triangle.
     ///
     /// # Errors
-    /// What writing fails of.
+    /// I/O errors of the writer.
     pub fn stiffness(&self, to: impl Write) -> io::Result<()> {
         matrix_market(&self.system.stiffness, to)
     }
 
-    /// The mass \[kg\] as Matrix Market: the lower triangle.
+    /// Writes the mass \[kg\] as Matrix Market, lower triangle.
     ///
     /// # Errors
-    /// What writing fails of.
+    /// I/O errors of the writer.
     pub fn mass(&self, to: impl Write) -> io::Result<()> {
         matrix_market(&self.system.mass, to)
     }
 
-    /// The nodes in the order of the rows, three each, with their positions \[m\].
+    /// Writes the nodes with their positions \[m\], in the order of the rows. Each node has three rows.
     ///
     /// # Errors
-    /// What writing fails of.
+    /// I/O errors of the writer.
     pub fn nodes(&self, mut to: impl Write) -> io::Result<()> {
         writeln!(to, "node,x,y,z")?;
         for (n, [x, y, z]) in self.resonator.mesh.nodes.iter().enumerate() {
@@ -65,10 +66,10 @@ impl<'a> MatrixFiles<'a> {
         Ok(())
     }
 
-    /// The pairs of nodes of the joint, with a quarter of each rectangle around them \[m²\].
+    /// Writes the node pairs of the joint. The area of a pair is a quarter of each rectangle around it \[m²\].
     ///
     /// # Errors
-    /// What writing fails of.
+    /// I/O errors of the writer.
     pub fn pairs(&self, mut to: impl Write) -> io::Result<()> {
         let pairs = (self.resonator.contacts.iter())
             .flat_map(|face| face.corners().into_iter().zip(face.pairs));
@@ -80,7 +81,8 @@ impl<'a> MatrixFiles<'a> {
         Ok(())
     }
 
-    /// The nodes of a point, as a scene names them: their mean is meant, which is the point if it lies in the middle between them.
+    /// Returns the node numbers of a point in the form of a scene. The scene takes their mean displacement, which is
+    /// the displacement of the point if it is in the middle between the nodes.
     pub fn point(&self, name: &str) -> Option<String> {
         let point = self
             .resonator
@@ -105,10 +107,10 @@ fn matrix_market(matrix: &SparseSymmetric, mut to: impl Write) -> io::Result<()>
     Ok(())
 }
 
-/// A dense symmetric matrix as Matrix Market: the lower triangle, without zeros.
+/// Writes a dense symmetric matrix as Matrix Market, lower triangle without zeros.
 ///
 /// # Errors
-/// What writing fails of.
+/// I/O errors of the writer.
 pub fn symmetric_matrix_market(matrix: &Matrix, to: impl Write) -> io::Result<()> {
     let size = matrix.rows();
     let lower = (0..size).flat_map(|j| (j..size).map(move |i| (i, j)));
@@ -119,10 +121,10 @@ pub fn symmetric_matrix_market(matrix: &Matrix, to: impl Write) -> io::Result<()
     matrix_market(&SparseSymmetric::from_sorted(size, &entries), to)
 }
 
-/// Matrices by their names as one NPZ.
+/// Writes named matrices as one NPZ file.
 ///
 /// # Errors
-/// What writing fails of.
+/// I/O errors of the writer.
 pub fn npz(matrices: &[(&str, &Matrix)], to: impl Write + Seek) -> io::Result<()> {
     let mut archive = zip::ZipWriter::new(to);
     let options = zip::write::SimpleFileOptions::default();

@@ -1,4 +1,4 @@
-//! Memory that the reduction of a structure needs, counted from its mesh or its matrices.
+//! Memory that the reduction of a structure needs, estimated from its mesh or its matrices.
 
 use super::StructureError;
 use super::assembly::adjacency;
@@ -7,20 +7,22 @@ use super::order::nested_dissection;
 use super::reduction::ContactPorts;
 use super::resonator::Resonator;
 
-/// Degrees of freedom of a node.
+/// Number of degrees of freedom of a node.
 const AXES: f64 = 3.0;
-/// A number, and a number with its place in a sparse matrix \[B\].
+/// Size of a number \[B\], and of a number with its index in a sparse matrix \[B\].
 const NUMBER: f64 = 8.0;
 const ENTRY: f64 = 16.0;
-/// Vectors of the search for modes: an iteration that finds so many modes to its tolerance looks at some twice as many.
+/// Number of Lanczos vectors per converged mode.
 const VECTORS_A_MODE: f64 = 2.0;
 
 impl Resonator {
-    /// Peak of memory of [`Resonator::reduce`] for this number of modes \[B\]: stiffness and mass, the sum of both that is factored, its factor,
-    /// and the rows of the ports. The pattern of the factor follows from the mesh.
+    /// Estimates the peak memory of [`Resonator::reduce`] for this number of modes \[B\].
+    ///
+    /// The sum has stiffness and mass, the shifted matrix, its factor, and the larger of the flexibility of the ports
+    /// and the Lanczos basis. The sparsity pattern of the factor follows from the mesh.
     ///
     /// # Errors
-    /// [`StructureError`] for dimensions that make no mesh.
+    /// [`StructureError`] for invalid dimensions.
     pub fn memory_to_reduce(&self, modes: usize) -> Result<f64, StructureError> {
         let meshed = self.mesh()?;
         let count = meshed.mesh.nodes.len();
@@ -48,47 +50,51 @@ impl Resonator {
         let below = below_diagonal(&order, &starts, &neighbours);
         let mut factor_entries = 0.0;
         for column in below {
-            // The three columns of a node have one another's rows too.
+            // Each of the three columns of a node also has the rows of the node itself.
             for own in 1..=3 {
                 factor_entries += AXES * column as f64 + own as f64;
             }
         }
-        let held = AXES * last.len() as f64;
+        let port_rows = AXES * last.len() as f64;
         let ports = AXES * (meshed.contacts.len() + meshed.points.len()) as f64;
         let vectors = VECTORS_A_MODE * modes as f64;
         let size = AXES * count as f64;
         let pairs = neighbours.len() as f64 / 2.0 + count as f64;
-        // The mass couples an axis with itself alone.
+        // The mass does not couple different axes.
         let [stiffness, mass] = [9.0, 3.0].map(|coupled| ENTRY * coupled * pairs);
         let basis = NUMBER * size * vectors;
-        let modes = flexibility(held, ports).max(basis);
+        let modes = flexibility(port_rows, ports).max(basis);
         Ok(2.0 * stiffness + mass + NUMBER * factor_entries + modes)
     }
 }
 
 impl Imported {
-    /// Peak of memory of [`Imported::reduce`] for this number of modes \[B\]: the matrices as they were read and as they are factored, the factor, and
-    /// the rows of the ports.
+    /// Estimates the peak memory of [`Imported::reduce`] for this number of modes \[B\].
+    ///
+    /// The sum has the matrices as read and as factorized, the factor, and the larger of the flexibility of the ports
+    /// and the Lanczos basis.
     ///
     /// # Errors
-    /// [`ImportError`] for a contact element without nodes, and where memory does not suffice for the places of the factor's entries.
+    /// [`ImportError`] for a contact element without nodes, and if the memory does not suffice for the pattern of the
+    /// factor.
     pub fn memory_to_reduce(&self, modes: usize, at: ContactPorts) -> Result<f64, ImportError> {
         let ports = self.ports(at)?.combinations;
         let count = self.entries_to_reduce(&ports)?;
-        let [stiffness, mass, factor, held] = count.map(|n| n as f64);
+        let [stiffness, mass, factor, port_rows] = count.map(|n| n as f64);
         let vectors = VECTORS_A_MODE * modes as f64 * self.rows as f64;
-        let modes = flexibility(held, ports.len() as f64).max(NUMBER * vectors);
+        let modes = flexibility(port_rows, ports.len() as f64).max(NUMBER * vectors);
         Ok(ENTRY * (3.0 * stiffness + 2.0 * mass) + NUMBER * factor + modes)
     }
 }
 
-/// Bytes of the flexibility of the ports, from the dense factor of the rows that they hold.
-fn flexibility(held: f64, ports: f64) -> f64 {
-    NUMBER * (held * held + held * ports + 2.0 * ports * ports)
+/// Returns the memory of the flexibility of the ports, from the dense factor of the rows that the ports use \[B\].
+fn flexibility(port_rows: f64, ports: f64) -> f64 {
+    NUMBER * (port_rows * port_rows + port_rows * ports + 2.0 * ports * ports)
 }
 
-/// Rows below the diagonal in each column of the factor, in the order of elimination: row i fills the columns on the way from each
-/// of its entries up the tree of elimination to i.
+/// Counts the rows below the diagonal in each column of the factor, in the order of elimination.
+///
+/// Row i fills the columns on the paths up the elimination tree from each of its entries to i.
 fn below_diagonal(order: &[usize], starts: &[usize], neighbours: &[usize]) -> Vec<usize> {
     const NONE: usize = usize::MAX;
     let count = order.len();

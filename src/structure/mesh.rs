@@ -4,18 +4,18 @@ use crate::material::Material;
 use crate::structure::StructureError;
 use crate::structure::element::{self, invert, jacobian, shape};
 
-/// An 8-node hexahedron of a mesh.
+/// 8-node hexahedron of a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hexahedron {
-    /// Its nodes, in the order of [`crate::structure::element`].
+    /// Nodes of the element, in the order of [`crate::structure::element`].
     pub nodes: [usize; 8],
-    /// Its material, by place in [`Mesh::materials`].
+    /// Material of the element, as an index into [`Mesh::materials`].
     pub material: usize,
-    /// The part it belongs to; what the numbers mean is the mesh's maker's to say.
+    /// Part that the element belongs to. The code that makes the mesh defines the numbers.
     pub part: usize,
 }
 
-/// A mesh of hexahedra.
+/// Mesh of hexahedra.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     /// Position of each node \[m\].
@@ -26,28 +26,28 @@ pub struct Mesh {
     pub materials: Vec<Material>,
 }
 
-/// A point of the structure between nodes: its displacement is the weighted sum of those of the nodes, and a force on it acts
-/// on the nodes by the same weights.
+/// Point of a structure between nodes. Its displacement is the weighted sum of the displacements of its nodes, and a
+/// force on the point is distributed to the nodes by the same weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// Name, as the scene knows it.
+    /// Name of the point in the scene.
     pub name: String,
-    /// Where it is \[m\].
+    /// Position \[m\].
     pub position: [f64; 3],
     /// Nodes and their weights, which sum to one.
     pub weights: Vec<(usize, f64)>,
 }
 
-/// How far outside an element, in its natural coordinates, a point may lie and still be on its face: positions are rounded.
+/// Tolerance in natural coordinates for a point on the face of an element. It allows for rounding of the position.
 const ON_FACE: f64 = 1e-9;
-/// Weights below this are rounding: the point lies on the face or edge opposite to that node.
+/// A weight below this is rounding. The point is then on the face or edge opposite to the node.
 const NO_WEIGHT: f64 = 1e-9;
-/// Newton steps to find natural coordinates; a parallelepiped takes one, a distorted element a few.
+/// Largest number of Newton steps to find natural coordinates. A parallelepiped takes one, a distorted element a few.
 const LOCATE_STEPS: usize = 30;
 
 impl Mesh {
-    /// A box of `size` \[m\] from the origin, cut into `cells` along each axis. Nodes are numbered with x fastest, then y, then
-    /// z, elements likewise.
+    /// Makes a box of `size` \[m\] from the origin, divided into `cells` along each axis. The numbers of nodes and
+    /// elements increase fastest along x, then along y, then along z.
     pub fn block(size: [f64; 3], cells: [usize; 3], material: Material) -> Mesh {
         let points = cells.map(|c| c + 1);
         let node = |i: usize, j: usize, k: usize| i + points[0] * (j + points[1] * k);
@@ -79,15 +79,15 @@ impl Mesh {
         }
     }
 
-    /// Positions of an element's nodes \[m\].
+    /// Returns the positions of an element's nodes \[m\].
     pub fn corners_of(&self, element: usize) -> [[f64; 3]; 8] {
         self.elements[element].nodes.map(|n| self.nodes[n])
     }
 
-    /// The point at a position in or on the mesh, weighted by the shape functions of the element it lies in.
+    /// Returns the point at a position in or on the mesh. The weights are the shape functions of its element.
     ///
     /// # Errors
-    /// [`StructureError::PointOutside`] if it lies in none.
+    /// [`StructureError::PointOutside`] if no element contains the position.
     pub fn point(&self, name: &str, position: [f64; 3]) -> Result<Point, StructureError> {
         for (e, element) in self.elements.iter().enumerate() {
             if let Some(natural) = locate(&self.corners_of(e), position) {
@@ -105,7 +105,7 @@ impl Mesh {
         })
     }
 
-    /// Checks that every element has nodes and a material that exist, and every material is one.
+    /// Checks that the nodes and the material of every element exist, and that every material is valid.
     pub fn check(&self) -> Result<(), StructureError> {
         for material in &self.materials {
             element::check(material)?;
@@ -132,7 +132,7 @@ impl Mesh {
     }
 }
 
-/// Grid positions of the corners of cell (i, j, k), in the element's order of nodes.
+/// Returns the grid positions of the corners of cell (i, j, k), in the element's order of nodes.
 pub(crate) fn corners(i: usize, j: usize, k: usize) -> [[usize; 3]; 8] {
     [
         [i, j, k],
@@ -146,7 +146,7 @@ pub(crate) fn corners(i: usize, j: usize, k: usize) -> [[usize; 3]; 8] {
     ]
 }
 
-/// Natural coordinates of a position, if it lies in the element.
+/// Returns the natural coordinates of a position, or `None` outside the element.
 fn locate(nodes: &[[f64; 3]; 8], position: [f64; 3]) -> Option<[f64; 3]> {
     let mut size = 0.0_f64;
     for a in 0..3 {
@@ -161,17 +161,17 @@ fn locate(nodes: &[[f64; 3]; 8], position: [f64; 3]) -> Option<[f64; 3]> {
     let mut natural = [0.0; 3];
     for _ in 0..LOCATE_STEPS {
         let weights = shape(natural);
-        let miss =
+        let offset =
             [0, 1, 2].map(|a| position[a] - (0..8).map(|n| weights[n] * nodes[n][a]).sum::<f64>());
         let (_, inverse) = invert(&jacobian(nodes, natural));
         for m in 0..3 {
-            natural[m] += (0..3).map(|a| inverse[m][a] * miss[a]).sum::<f64>();
+            natural[m] += (0..3).map(|a| inverse[m][a] * offset[a]).sum::<f64>();
         }
-        if miss.iter().all(|m| m.abs() <= 1e-3 * ON_FACE * size) {
+        if offset.iter().all(|m| m.abs() <= 1e-3 * ON_FACE * size) {
             break;
         }
     }
-    // A coordinate that is not a number (the iteration left the element for good) is not inside.
+    // The comparison also rejects NaN, which a diverged iteration gives.
     natural
         .iter()
         .all(|x| x.abs() <= 1.0 + ON_FACE)

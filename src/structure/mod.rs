@@ -1,19 +1,21 @@
-//! From the drawing of a bolted structure to the small model that vibrates: mesh, finite elements, modes and static residual.
+//! Structural model of a bolted joint, from the mesh to the reduced model: elements, modes, static residual.
 //!
 //! - [`mesh`]: hexahedral meshes and points on them; [`resonator`]: the parametric single-lap-joint resonator.
-//! - [`element`]: the 8-node hexahedron, plain and with incompatible modes; [`solids`]: those and others, of meshes of other programs.
-//! - [`assembly`]: sparse stiffness and mass; [`order`]: the order of elimination.
+//! - [`element`]: the 8-node hexahedron, plain and with incompatible modes; [`solids`]: the elements of imported
+//!   meshes.
+//! - [`assembly`]: sparse stiffness and mass; [`order`]: the elimination order.
 //! - [`modes`]: rigid and elastic modes; [`reduction`]: the model in relative contact displacements.
-//! - [`statics`]: what loads that stay do at the joint.
-//! - [`half_space`]: what a mesh has of the compliance of a half space.
-//! - [`outline`]: the edges of the bodies, for a drawing.
-//! - [`contact_array`]: where the contact elements are.
-//! - [`matrices`]: stiffness and mass from other programs, read by [`readers`]; [`frequencies`] and [`inspection`]: what they say;
-//!   [`node_tables`], [`interface`] and [`imported`]: their joint, and the small model at it.
-//! - [`deck`] and [`matrix_files`]: the resonator as an input deck of other finite-element programs, and as matrices.
+//! - [`statics`]: the response of the joint to constant loads.
+//! - [`half_space`]: the compliance of a meshed half space.
+//! - [`outline`]: the edges of the bodies, for drawings.
+//! - [`contact_array`]: the positions of the contact elements.
+//! - [`matrices`]: stiffness and mass from other programs; [`readers`]: their file formats; [`frequencies`] and
+//!   [`inspection`]: checks of the matrices.
+//! - [`node_tables`], [`interface`] and [`imported`]: the joint of an imported structure and its reduced model.
+//! - [`deck`] and [`matrix_files`]: export of the resonator as an input deck and as matrices.
 //!
-//! Degree of freedom 3·n + a is the displacement of node n along axis a (x, y, z) \[m\]. Everything is in SI, but matrices of other
-//! programs, which are in the units of their files.
+//! Degree of freedom 3·n + a is the displacement of node n along axis a (x, y, z) \[m\]. All quantities are in SI,
+//! except imported matrices, which keep the units of their files.
 //!
 //! ```
 //! use fretwear::material::{Elastic, Material};

@@ -1,40 +1,43 @@
 //! Rigid and elastic modes of K φ = ω² M φ, φᵀ M φ = 1.
 //!
-//! The elastic ones come from block Lanczos with (K + s·M)⁻¹ M, s > 0 small, in the inner product of M: full
-//! reorthogonalisation, and the rigid modes (known from the coordinates) kept out of every block. Blocks find modes of equal
-//! frequency, which single vectors miss.
+//! Block Lanczos with the operator (K + s·M)⁻¹ M and a small shift s > 0 computes the elastic modes, in the inner
+//! product of M with full reorthogonalisation. Every block is orthogonal to the rigid modes, which follow from the
+//! coordinates. Blocks find modes of equal frequency, which single vectors miss.
 
 use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
 
-/// The shift is this share of the largest ratio of the diagonals of K and M, itself near the largest eigenvalue: K + s·M then
-/// keeps nine digits in the worst direction, and s lies well below the highest modes wanted, where Lanczos has the work.
+/// The shift is this share of the largest ratio of the diagonals of K and M, which is near the largest eigenvalue. K
+/// + s·M then keeps nine digits in the worst direction, and s is well below the highest requested modes.
 const SHIFT_SHARE: f64 = 1e-7;
-/// A combination of rigid motions is taken for a rigid mode if its Rayleigh quotient is below this share of the shift. Rounding
-/// leaves 1e-9 of the shift and less; a spring on which a structure whose shift is 300 Hz swings at a third of a hertz is elastic.
+/// A combination of rigid motions is a rigid mode if its Rayleigh quotient is below this share of the shift.
+///
+/// Rounding leaves less than 1e-9 of the shift. If the shift is 300 Hz, a mode on a soft spring at 0.33 Hz is
+/// elastic.
 const RIGID_SHARE: f64 = 1e-6;
-/// A block's direction that keeps less than this share of its length after orthogonalisation has nothing new.
+/// A vector that keeps less than this share of its length after orthogonalisation is linearly dependent.
 const NOTHING_NEW: f64 = 1e-10;
-/// A block whose Gram matrix has Cholesky pivots of a smaller ratio than this is orthonormalised column by column: two passes of
-/// the whole block would leave it less than orthonormal to rounding.
+/// If the ratio of the Cholesky pivots of a block's Gram matrix is below this, the block is orthonormalised column by
+/// column. Two passes of the whole block would not make it orthonormal to rounding.
 const NEARLY_DEPENDENT: f64 = 1e-5;
 
-/// How modes are computed.
+/// Options of the computation of modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeOptions {
-    /// Elastic modes wanted.
+    /// Number of requested elastic modes.
     pub count: usize,
-    /// Vectors in a block; at least the largest number of modes of one frequency that is expected.
+    /// Number of vectors in a block, at least the largest expected number of modes of equal frequency.
     pub block: usize,
-    /// Accepted ‖(K + sM)⁻¹Mφ − θφ‖/θ in the norm of M, θ = 1/(ω² + s). Frequencies are good to its square.
+    /// Accepted relative residual ‖(K + sM)⁻¹Mφ − θφ‖/θ in the norm of M, with θ = 1/(ω² + s). The relative error of
+    /// a frequency is its square.
     pub tolerance: f64,
-    /// Lanczos vectors at which to give up.
+    /// Number of Lanczos vectors at which the iteration stops with an error.
     pub max_vectors: usize,
 }
 
 impl ModeOptions {
-    /// Options for a number of elastic modes.
+    /// Returns the default options for a number of elastic modes.
     pub fn new(count: usize) -> Self {
         ModeOptions {
             count,
@@ -45,31 +48,31 @@ impl ModeOptions {
     }
 }
 
-/// Elastic modes, in order of frequency.
+/// Elastic modes in ascending order of frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Modes {
     /// Angular frequencies ω \[rad/s\].
     pub omega: Vec<f64>,
-    /// Shapes \[kg^-1/2\], one column a mode, φᵀMφ = 1. The largest entry is positive.
+    /// Shapes \[kg^-1/2\], one column per mode, with φᵀMφ = 1 and a positive largest entry.
     pub shapes: Matrix,
-    /// Relative residual of each, in the measure of [`ModeOptions::tolerance`].
+    /// Relative residual of each mode, as defined in [`ModeOptions::tolerance`].
     pub residuals: Vec<f64>,
-    /// Vectors the Lanczos process took.
+    /// Number of Lanczos vectors used.
     pub vectors: usize,
 }
 
-/// The shift s \[rad²/s²\] for a structure; see [`modes`](self).
+/// Returns the shift s \[rad²/s²\] for a structure; see [`modes`](self).
 pub fn shift(system: &System) -> f64 {
     shift_of(&system.stiffness.diagonal(), &system.mass.diagonal())
 }
 
-/// That shift \[rad²/s²\] from the diagonals of stiffness and mass.
+/// Returns the shift \[rad²/s²\] from the diagonals of stiffness and mass.
 pub(super) fn shift_of(stiffness: &[f64], mass: &[f64]) -> f64 {
     let ratios = stiffness.iter().zip(mass).filter(|r| *r.1 > 0.0);
     SHIFT_SHARE * ratios.map(|(k, m)| k / m).fold(0.0, f64::max)
 }
 
-/// Motions that no spring resists: columns φ \[kg^-1/2\] with Kφ = 0, φᵀMφ = 1, six for each body that is held by nothing.
+/// Computes the rigid modes: columns φ \[kg^-1/2\] with Kφ = 0 and φᵀMφ = 1. An unsupported body has six.
 pub fn rigid_modes(system: &System, shift: f64) -> Result<Matrix, LinalgError> {
     let (body, bodies) = system.bodies();
     let mut motions = Matrix::zeros(system.size(), 6 * bodies);
@@ -85,12 +88,13 @@ pub fn rigid_modes(system: &System, shift: f64) -> Result<Matrix, LinalgError> {
         for a in 0..3 {
             let (next, other) = ((a + 1) % 3, (a + 2) % 3);
             motions[(3 * n + a, 6 * b + a)] = 1.0;
-            // Turning about axis a moves the next axis against, and the other along, the arms of each other.
+            // A rotation about axis a displaces `next` by −arm of `other`, and `other` by the arm of `next`.
             motions[(3 * n + next, 6 * b + 3 + a)] = -arm[other];
             motions[(3 * n + other, 6 * b + 3 + a)] = arm[next];
         }
     }
-    // Columns of one body are independent of each other unless it is a line or a point; such a motion has no mass and goes.
+    // The six columns of a body are independent unless the body is a line or a point. A motion without mass is
+    // dropped.
     let mut basis = Matrix::zeros(system.size(), 0);
     append_orthonormal(&system.mass, motions, &mut basis);
     let energy = basis.transpose_times(&system.stiffness.times(&basis));
@@ -99,9 +103,10 @@ pub fn rigid_modes(system: &System, shift: f64) -> Result<Matrix, LinalgError> {
     Ok(basis.times(&vectors.columns_of(0..free)))
 }
 
-/// Makes the columns of `block` orthonormal in M, to the basis and each other, and appends those that have something new.
+/// Makes the columns of `block` orthonormal in M to the basis and to each other, and appends those that are
+/// independent.
 fn append_orthonormal(mass: &SparseSymmetric, mut block: Matrix, basis: &mut Matrix) {
-    // Twice is enough: the second pass removes what rounding left of the first.
+    // The second pass removes the rounding errors of the first. Two passes are enough.
     for pass in 0..2 {
         let overlap = basis.transpose_times(&mass.times(&block));
         block.add_product(-1.0, basis, &overlap);
@@ -116,26 +121,26 @@ fn append_orthonormal(mass: &SparseSymmetric, mut block: Matrix, basis: &mut Mat
     }
 }
 
-/// True if dividing by a Cholesky factor of a Gram matrix keeps most digits.
+/// Returns true if a division by this Cholesky factor of a Gram matrix keeps most digits.
 fn well_conditioned(factor: &Matrix) -> bool {
     let diagonal = || (0..factor.rows()).map(|i| factor[(i, i)]);
     let largest = diagonal().fold(0.0, f64::max);
     diagonal().fold(f64::INFINITY, f64::min) > NEARLY_DEPENDENT * largest
 }
 
-/// Makes the columns of `block` orthonormal in M, to the basis and each other, and appends them: a column at a time, leaving out what
-/// depends on the others.
+/// Makes the columns of `block` orthonormal in M to the basis and to each other, one at a time. Appends those that
+/// are independent.
 fn append_one_by_one(mass: &SparseSymmetric, block: &Matrix, basis: &mut Matrix) {
     for c in 0..block.columns() {
         let mut column = block.columns_of(c..c + 1);
-        let first = norm(mass, &column);
-        let mut length = first;
+        let initial_length = norm(mass, &column);
+        let mut length = initial_length;
         for _ in 0..2 {
             let overlap = basis.transpose_times(&mass.times(&column));
             column.add_product(-1.0, basis, &overlap);
             length = norm(mass, &column);
         }
-        if length > NOTHING_NEW * first {
+        if length > NOTHING_NEW * initial_length {
             column.as_mut_slice().iter_mut().for_each(|v| *v /= length);
             basis.append(&column);
         }
@@ -147,7 +152,7 @@ fn norm(mass: &SparseSymmetric, column: &Matrix) -> f64 {
     column.transpose_times(&weighted)[(0, 0)].max(0.0).sqrt()
 }
 
-/// Numbers in −1…1 that look random and are the same everywhere (splitmix64).
+/// Pseudorandom numbers in −1…1 that are equal on every machine (splitmix64).
 struct Noise(u64);
 
 impl Noise {
@@ -160,10 +165,12 @@ impl Noise {
     }
 }
 
-/// The lowest elastic modes. `factor` is that of K + shift·M; `rigid` has the modes of [`rigid_modes`].
+/// Computes the lowest elastic modes. `factor` is the factor of K + shift·M; `rigid` are the modes of
+/// [`rigid_modes`].
 ///
 /// # Errors
-/// [`StructureError::NotConverged`] at `max_vectors`, [`StructureError::TooManyModes`] if the structure has fewer.
+/// [`StructureError::NotConverged`] at `max_vectors` vectors; [`StructureError::TooManyModes`] if the structure has
+/// fewer modes.
 pub fn lowest(
     system: &System,
     factor: &SparseCholesky,
@@ -174,8 +181,10 @@ pub fn lowest(
     lowest_of(&system.mass, factor, shift, rigid, options, false)
 }
 
-/// The lowest elastic modes of matrices that belong to no mesh. Where the mass is singular (`purge`), the first vectors are taken
-/// through (K + sM)⁻¹ M: what has no mass must not enter the basis.
+/// Computes the lowest elastic modes from matrices without a mesh.
+///
+/// `purge` is true if the mass is singular. The start vectors are then multiplied by (K + sM)⁻¹ M, which removes
+/// massless motions from the basis.
 ///
 /// # Errors
 /// As [`lowest`].
@@ -202,8 +211,8 @@ pub fn lowest_of(
     let capacity = options.max_vectors.min(available);
     let block = options.block.clamp(1, capacity);
     let mut noise = Noise(1);
-    // The rigid modes stay in front of the basis, so that one product keeps new vectors orthogonal to both.
-    let held = rigid.columns();
+    // The rigid modes are the first columns of the basis, so one product keeps new vectors orthogonal to both.
+    let rigid_count = rigid.columns();
     let mut basis = rigid.clone();
     let purged = |mut vectors: Matrix| {
         if purge {
@@ -214,38 +223,41 @@ pub fn lowest_of(
     };
     let start = purged(Matrix::from_fn(size, block, |_, _| noise.next()));
     append_orthonormal(mass, start, &mut basis);
-    // The projection Vᵀ M (K + sM)⁻¹ M V, and the part of the last block's image that left the basis.
+    // Projection Vᵀ M (K + sM)⁻¹ M V.
     let mut projected = Matrix::zeros(0, 0);
-    let mut done = held;
+    let mut expanded = rigid_count;
     loop {
-        let current = basis.columns_of(done..basis.columns());
+        let current = basis.columns_of(expanded..basis.columns());
         let mut image = mass.times(&current);
         factor.solve(&mut image);
         let coefficients = basis.transpose_times(&mass.times(&image));
         image.add_product(-1.0, &basis, &coefficients);
-        let total = basis.columns() - held;
-        let old = done - held;
+        let total = basis.columns() - rigid_count;
+        let expanded_total = expanded - rigid_count;
         let mut grown = Matrix::zeros(total, total);
-        for j in 0..old {
-            for i in 0..old {
+        for j in 0..expanded_total {
+            for i in 0..expanded_total {
                 grown[(i, j)] = projected[(i, j)];
             }
         }
         for j in 0..current.columns() {
             for i in 0..total {
-                grown[(i, old + j)] = coefficients[(held + i, j)];
-                grown[(old + j, i)] = coefficients[(held + i, j)];
+                grown[(i, expanded_total + j)] = coefficients[(rigid_count + i, j)];
+                grown[(expanded_total + j, i)] = coefficients[(rigid_count + i, j)];
             }
         }
         projected = grown;
-        done = basis.columns();
+        expanded = basis.columns();
 
-        // What a Ritz vector misses lies in the last block's remainder: ‖A x − θ x‖ = ‖remainder · (last rows of y)‖.
+        // The error of a Ritz vector is in the remainder of the last block: ‖A x − θ x‖ = ‖remainder · (last rows of
+        // y)‖.
         let remainder = image.transpose_times(&mass.times(&image));
         let (theta, vectors) = projected.symmetric_eigen().map_err(fail)?;
         let residual = |mode: usize| {
             let column = total - 1 - mode;
-            let last = Matrix::from_fn(current.columns(), 1, |i, _| vectors[(old + i, column)]);
+            let last = Matrix::from_fn(current.columns(), 1, |i, _| {
+                vectors[(expanded_total + i, column)]
+            });
             let squared = last.transpose_times(&remainder.times(&last))[(0, 0)];
             squared.max(0.0).sqrt() / theta[column].abs()
         };
@@ -260,9 +272,9 @@ pub fn lowest_of(
             let ritz = Matrix::from_fn(total, options.count, |i, mode| {
                 vectors[(i, total - 1 - mode)]
             });
-            let mut shapes = basis.columns_of(held..done).times(&ritz);
+            let mut shapes = basis.columns_of(rigid_count..expanded).times(&ritz);
             for mode in 0..options.count {
-                face_positive(shapes.column_mut(mode));
+                make_largest_positive(shapes.column_mut(mode));
             }
             return Ok(Modes {
                 omega: (0..options.count)
@@ -284,19 +296,19 @@ pub fn lowest_of(
             return Err(not_converged);
         }
         append_orthonormal(mass, image, &mut basis);
-        if basis.columns() == done {
-            // The blocks so far span an invariant space: go on from somewhere else.
+        if basis.columns() == expanded {
+            // The basis spans an invariant subspace. Restart from new random vectors.
             let fresh = purged(Matrix::from_fn(size, block, |_, _| noise.next()));
             append_orthonormal(mass, fresh, &mut basis);
-            if basis.columns() == done {
+            if basis.columns() == expanded {
                 return Err(not_converged);
             }
         }
     }
 }
 
-/// Turns a shape so that its largest entry is positive.
-fn face_positive(shape: &mut [f64]) {
+/// Reverses a shape if its largest entry is negative.
+fn make_largest_positive(shape: &mut [f64]) {
     let largest = shape
         .iter()
         .fold(0.0_f64, |a, &b| if b.abs() > a.abs() { b } else { a });

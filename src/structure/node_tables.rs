@@ -1,61 +1,62 @@
-//! Tables of nodes beside matrices: their positions, and the pairs of a joint. CSV, by the names of the columns, or in their order where
-//! there are no names; `#` begins a comment.
+//! CSV tables of nodes: positions, degrees of freedom, sets and contact pairs. Columns are identified by name, or by
+//! order if the first row is numbers. `#` begins a comment.
 
 use std::collections::{HashMap, HashSet};
 
 use super::matrices::Dof;
 
-/// What is wrong with a table of nodes.
+/// Error in a table of nodes.
 #[derive(Debug, thiserror::Error)]
 pub enum NodeTableError {
-    /// It cannot be read.
+    /// The table cannot be read.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// It is no table.
+    /// The text is no CSV table.
     #[error("{0}")]
     Csv(#[from] csv::Error),
     /// A column is missing.
     #[error("there is no column `{column}` among {found}; the columns are {wanted}")]
     MissingColumn {
-        /// The column.
+        /// Name of the missing column.
         column: &'static str,
-        /// Those there are.
+        /// Names of the columns in the table.
         found: String,
-        /// Those that are known.
+        /// Names of the expected columns.
         wanted: String,
     },
-    /// A value is none.
+    /// A value is invalid.
     #[error("line {line}, column `{column}`: \"{value}\" is not {wanted}")]
     Value {
-        /// The line, from 1.
+        /// Line of the value, from 1.
         line: u64,
-        /// The column.
+        /// Column of the value.
         column: &'static str,
-        /// The text.
+        /// Text of the value.
         value: String,
-        /// What would be right.
+        /// Description of a valid value.
         wanted: &'static str,
     },
-    /// A node twice.
+    /// A node occurs twice.
     #[error("line {line}: node {node} has a position already")]
     Twice {
-        /// The line, from 1.
+        /// Line of the second occurrence, from 1.
         line: u64,
         /// The node.
         node: i64,
     },
-    /// No row.
+    /// The table has no rows.
     #[error("it has no rows")]
     Empty,
 }
 
-/// A row: its line, and its values by the columns asked for; none where an optional column is not there.
+/// Row of a table: its line, and its values in the order of the requested columns. An absent optional column is
+/// `None`.
 struct Row {
     line: u64,
     values: Vec<Option<String>>,
 }
 
-/// The rows of a table with these columns, the first `required` of which must be there.
+/// Reads the rows of a table. The first `required` columns must exist.
 fn rows(
     bytes: &[u8],
     columns: &[&'static str],
@@ -72,36 +73,36 @@ fn rows(
     for record in reader.records() {
         let record = record?;
         let line = record.position().map_or(0, csv::Position::line);
-        let of = |places: &[Option<usize>]| Row {
+        let row_of = |places: &[Option<usize>]| Row {
             line,
             values: (places.iter())
                 .map(|place| place.and_then(|place| record.get(place)).map(str::to_owned))
                 .collect(),
         };
         if let Some(places) = &places {
-            rows.push(of(places));
+            rows.push(row_of(places));
             continue;
         }
         let names: Vec<String> = record.iter().map(str::to_lowercase).collect();
         if names.iter().all(|name| name.parse::<f64>().is_ok()) {
-            let found: Vec<Option<usize>> = (0..columns.len())
+            let column_places: Vec<Option<usize>> = (0..columns.len())
                 .map(|k| (k < names.len()).then_some(k))
                 .collect();
-            rows.push(of(&found));
-            places = Some(found);
+            rows.push(row_of(&column_places));
+            places = Some(column_places);
             continue;
         }
-        let found: Vec<Option<usize>> = (columns.iter())
+        let column_places: Vec<Option<usize>> = (columns.iter())
             .map(|column| names.iter().position(|name| name == column))
             .collect();
-        if let Some(k) = (0..required).find(|&k| found[k].is_none()) {
+        if let Some(k) = (0..required).find(|&k| column_places[k].is_none()) {
             return Err(NodeTableError::MissingColumn {
                 column: columns[k],
                 found: names.join(", "),
                 wanted: columns.join(", "),
             });
         }
-        places = Some(found);
+        places = Some(column_places);
     }
     match rows.is_empty() {
         true => Err(NodeTableError::Empty),
@@ -132,21 +133,21 @@ impl Row {
     }
 }
 
-/// Where nodes are, and their order in the table.
+/// Positions of nodes, and the order of the nodes in the table.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Positions {
-    /// By node.
+    /// Position of each node, in the unit of the table.
     pub of_node: HashMap<i64, [f64; 3]>,
-    /// The nodes, row by row.
+    /// Nodes in the order of the rows.
     pub order: Vec<i64>,
 }
 
-/// Positions of nodes from the columns node, x, y and z, in the unit of the table.
+/// Reads positions of nodes from the columns node, x, y and z, in the unit of the table.
 ///
 /// # Errors
-/// [`NodeTableError`] names the line.
+/// [`NodeTableError`] with the line.
 pub fn positions(bytes: &[u8]) -> Result<Positions, NodeTableError> {
-    let mut found = Positions::default();
+    let mut table = Positions::default();
     for row in rows(bytes, &["node", "x", "y", "z"], 4)? {
         let node = row.node(0, "node")?;
         let at = [
@@ -154,21 +155,21 @@ pub fn positions(bytes: &[u8]) -> Result<Positions, NodeTableError> {
             row.number(2, "y")?,
             row.number(3, "z")?,
         ];
-        found.order.push(node);
-        if found.of_node.insert(node, at).is_some() {
+        table.order.push(node);
+        if table.of_node.insert(node, at).is_some() {
             return Err(NodeTableError::Twice {
                 line: row.line,
                 node,
             });
         }
     }
-    Ok(found)
+    Ok(table)
 }
 
-/// What the rows of matrices stand for, in their order, from the columns node and direction.
+/// Reads the degrees of freedom of matrix rows, in their order, from the columns node and direction.
 ///
 /// # Errors
-/// [`NodeTableError`] names the line.
+/// [`NodeTableError`] with the line.
 pub fn dofs(bytes: &[u8]) -> Result<Vec<Dof>, NodeTableError> {
     let rows = rows(bytes, &["node", "direction"], 2)?;
     let mut seen = HashSet::new();
@@ -176,33 +177,33 @@ pub fn dofs(bytes: &[u8]) -> Result<Vec<Dof>, NodeTableError> {
         let (node, text) = (row.node(0, "node")?, row.values[1].clone());
         let text = text.unwrap_or_default();
         let direction: Option<u32> = text.parse().ok().filter(|d| *d <= 6);
-        let wrong = |wanted| NodeTableError::Value {
+        let invalid = |wanted| NodeTableError::Value {
             line: row.line,
             column: "direction",
             value: text.clone(),
             wanted,
         };
         let direction = direction
-            .ok_or_else(|| wrong("a direction from 1 to 6, or 0 for a row of no direction"))?;
+            .ok_or_else(|| invalid("a direction from 1 to 6, or 0 for a row of no direction"))?;
         let dof = Dof { node, direction };
         match direction == 0 || seen.insert(dof) {
             true => Ok(dof),
-            false => Err(wrong(
-                "another direction: this row of the node is there already",
+            false => Err(invalid(
+                "another direction: the row of this node and direction is there already",
             )),
         }
     };
     rows.into_iter().map(dof).collect()
 }
 
-/// Sets of nodes by their names in capitals, from the columns set and node.
+/// Reads sets of nodes from the columns set and node. The names are converted to upper case.
 ///
 /// # Errors
-/// [`NodeTableError`] names the line.
+/// [`NodeTableError`] with the line.
 pub fn sets(bytes: &[u8]) -> Result<HashMap<String, Vec<i64>>, NodeTableError> {
     let mut sets: HashMap<String, Vec<i64>> = HashMap::new();
     let rows = match rows(bytes, &["set", "node"], 2) {
-        // A structure may have no set.
+        // A structure without sets has an empty table.
         Err(NodeTableError::Empty) => Vec::new(),
         rows => rows?,
     };
@@ -214,10 +215,11 @@ pub fn sets(bytes: &[u8]) -> Result<HashMap<String, Vec<i64>>, NodeTableError> {
     Ok(sets)
 }
 
-/// Pairs of nodes from the columns upper_node, lower_node and, if it is there, area, in the unit of the table squared.
+/// Reads pairs of nodes from the columns upper_node, lower_node and optionally area, in the squared unit of the
+/// table.
 ///
 /// # Errors
-/// [`NodeTableError`] names the line.
+/// [`NodeTableError`] with the line.
 pub fn pairs(bytes: &[u8]) -> Result<Vec<(i64, i64, Option<f64>)>, NodeTableError> {
     let rows = rows(bytes, &["upper_node", "lower_node", "area"], 2)?;
     let has_area = rows[0].values[2].is_some();

@@ -1,19 +1,21 @@
-//! The order of elimination: nested dissection of a mesh whose coordinates are known, else approximate minimum degree.
+//! Elimination order: nested dissection if all coordinates are known, otherwise approximate minimum degree.
 
 use std::collections::HashMap;
 
 use super::StructureError;
 use crate::linalg::{SparseSymmetric, minimum_degree};
 
-/// Nodes below which a piece is not cut any further; such a piece makes about one dense block of the factor.
+/// A piece of at most this many nodes is not divided further. It becomes about one dense block of the factor.
 const LEAF: usize = 40;
-/// Where cuts are tried, as shares of a piece's nodes along an axis. Cuts off the middle pay where the body is thinner there.
+/// Positions of trial cuts along an axis, as shares of the piece's nodes. An off-centre cut pays where the body is
+/// thinner.
 const SHARES: [f64; 5] = [0.35, 0.42, 0.5, 0.58, 0.65];
 
-/// An order of elimination of the nodes: recursively, the two sides of a plane cut first and the nodes on the cut last. Nodes in
-/// `last` come at the very end, in their order there.
+/// Computes an elimination order of the nodes by nested dissection. Each piece is cut by a plane. Its two sides are
+/// ordered first, recursively, and the nodes on the cut last. The order ends with the nodes `last`, in their given
+/// order.
 ///
-/// `neighbours` of node n are `adjacency[starts[n]..starts[n + 1]]`; coordinates are in metres.
+/// The neighbours of node n are `adjacency[starts[n]..starts[n + 1]]`; coordinates are in metres.
 pub fn nested_dissection(
     coordinates: &[[f64; 3]],
     starts: &[usize],
@@ -28,20 +30,22 @@ pub fn nested_dissection(
         side: vec![OUTSIDE; count],
         order: Vec::with_capacity(count),
     };
-    let mut held = vec![false; count];
+    let mut is_last = vec![false; count];
     for &n in last {
-        held[n] = true;
+        is_last[n] = true;
     }
-    dissection.cut((0..count).filter(|&n| !held[n]).collect());
+    dissection.cut((0..count).filter(|&n| !is_last[n]).collect());
     dissection.order.extend_from_slice(last);
     dissection.order
 }
 
-/// An order of elimination of the rows of a matrix with little fill, the rows `last` at its end, in their order. Where `places` says where each row
-/// is \[any unit\], by nested dissection: for solids far cheaper than a minimum degree (docs/structures.md).
+/// Computes an elimination order of matrix rows with little fill. It ends with the rows `last`, in their given order.
+///
+/// With `places`, the position of each row \[any unit\], the method is nested dissection. For solids it is far
+/// cheaper than minimum degree (docs/structures.md).
 ///
 /// # Errors
-/// [`StructureError::Factorization`] where memory does not suffice.
+/// [`StructureError::Factorization`] if the memory does not suffice.
 pub fn elimination_order(
     matrix: &SparseSymmetric,
     places: Option<&[[f64; 3]]>,
@@ -52,9 +56,9 @@ pub fn elimination_order(
         is_last[row] = true;
     }
     let inner = match places {
-        Some(places) => dissected(matrix, places),
+        Some(places) => dissect_rows(matrix, places),
         None => {
-            // What comes last is not among the others, since it would change their degrees.
+            // The last rows are excluded, because they would change the degrees of the others.
             let others: Vec<usize> = (0..matrix.size()).filter(|&row| !is_last[row]).collect();
             let mut place = vec![None; matrix.size()];
             for (k, &row) in others.iter().enumerate() {
@@ -76,8 +80,8 @@ pub fn elimination_order(
     Ok(inner.chain(last.iter().copied()).collect())
 }
 
-/// Rows by nested dissection of the places they are at.
-fn dissected(matrix: &SparseSymmetric, places: &[[f64; 3]]) -> Vec<usize> {
+/// Orders rows by nested dissection of their positions.
+fn dissect_rows(matrix: &SparseSymmetric, places: &[[f64; 3]]) -> Vec<usize> {
     let mut node_at = HashMap::new();
     let mut coordinates = Vec::new();
     let mut rows_of: Vec<Vec<usize>> = Vec::new();
@@ -95,7 +99,7 @@ fn dissected(matrix: &SparseSymmetric, places: &[[f64; 3]]) -> Vec<usize> {
     for j in 0..matrix.size() {
         for (i, _) in matrix.column(j) {
             let (a, b) = (node_of[j], node_of[i]);
-            // The next rows of a node have the same neighbours.
+            // The following rows of a node have the same neighbours.
             if a != b && neighbours[a].last() != Some(&b) {
                 neighbours[a].push(b);
                 neighbours[b].push(a);
@@ -126,7 +130,7 @@ struct Dissection<'a> {
     coordinates: &'a [[f64; 3]],
     starts: &'a [usize],
     adjacency: &'a [usize],
-    /// Where each node of the piece at hand lies; all others are outside.
+    /// Mark of each node of the current piece. All other nodes are [`OUTSIDE`].
     side: Vec<u8>,
     order: Vec<usize>,
 }
@@ -148,11 +152,11 @@ impl Dissection<'_> {
             return;
         };
         self.mark(&piece, axis, level);
-        let of = |mark: u8| -> Vec<usize> {
+        let marked = |mark: u8| -> Vec<usize> {
             let on = piece.iter().copied().filter(|&n| self.side[n] == mark);
             on.collect()
         };
-        let (near, far, mut separator) = (of(NEAR), of(FAR), of(CUT));
+        let (near, far, mut separator) = (marked(NEAR), marked(FAR), marked(CUT));
         for &n in &piece {
             self.side[n] = OUTSIDE;
         }
@@ -164,18 +168,18 @@ impl Dissection<'_> {
         self.order.extend(separator);
     }
 
-    /// Axis and coordinate of the cut that leaves the fewest nodes on it for the size of its smaller side.
+    /// Returns the axis and the coordinate of the cut with the fewest nodes per node of its smaller side.
     fn best_cut(&mut self, piece: &mut [usize]) -> Option<(usize, f64)> {
         let mut best: Option<(f64, usize, f64)> = None;
         for axis in 0..3 {
             self.sort(piece, axis);
-            let mut tried = f64::NAN;
+            let mut last_level = f64::NAN;
             for share in SHARES {
                 let level = self.coordinates[piece[(share * piece.len() as f64) as usize]][axis];
-                if level == tried {
+                if level == last_level {
                     continue;
                 }
-                tried = level;
+                last_level = level;
                 let [near, far, cut] = self.mark(piece, axis, level);
                 if near > 0 && far > 0 {
                     let cost = cut as f64 / near.min(far) as f64;
@@ -191,8 +195,8 @@ impl Dissection<'_> {
         best.map(|b| (b.1, b.2))
     }
 
-    /// Marks the piece's nodes below a level as near, those at or above it as on the cut if they touch a near one, else as
-    /// far; returns how many there are of each.
+    /// Marks the nodes of a piece below a level as near. Of the others, those with a near neighbour are marked as
+    /// cut, and the rest as far. Returns the numbers of near, far and cut nodes.
     fn mark(&mut self, piece: &[usize], axis: usize, level: f64) -> [usize; 3] {
         for &n in piece {
             self.side[n] = if self.coordinates[n][axis] < level {
@@ -224,7 +228,8 @@ impl Dissection<'_> {
         (0..3).fold(0, |a, b| if extents[b] > extents[a] { b } else { a })
     }
 
-    /// Sorts by one coordinate; ties by number, so that the order is the same on every machine.
+    /// Sorts by one coordinate, and by number where the coordinates are equal, so that every machine has the same
+    /// order.
     fn sort(&self, piece: &mut [usize], axis: usize) {
         piece.sort_unstable_by(|&a, &b| {
             self.coordinates[a][axis]

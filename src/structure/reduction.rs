@@ -1,18 +1,21 @@
-//! The small model: modes, and the static residual of everything above them, at the ports.
+//! The reduced model: modes, and the static residual of all higher modes, at the ports.
 //!
-//! A *port* is a combination of displacements where a force may act: the relative displacements of the contact elements (upper
-//! minus lower body, of a pair of nodes or the mean over the four pairs of a face), then the drive and response points. With unit forces on
-//! the ports the receptance is
+//! A *port* is a combination of displacements where a force may act. The first ports are the relative displacements
+//! of the contact elements (upper minus lower body), of a pair of nodes or as the mean over the four pairs of a face.
+//! The drive and response points follow. With unit forces on the ports the receptance is
 //!
-//! H(ω) = Σ_rigid φφᵀ/(−ω²) + Σ_r φφᵀ/(ω_r² − ω² + 2iζω_rω) + R₀ + ω²R₁,
+//! H(ω) = Σ_rigid φφᵀ/(−ω²) + Σ_r φφᵀ/(ω_r² − ω² + 2iζω_rω) + R₀ + ω²R₁.
 //!
-//! where R₀ + ω²R₁ stands for the modes above the n kept ones, Σ_{r>n} φφᵀ/(ω_r² − ω²) = R₀ + ω²R₁ + O(ω⁴/ω_n⁴): the residual
-//! flexibility of MacNeal (Comput. Struct. 1, 1971) and the residual mass of Rubin (AIAA J. 13, 1975). The residual is the
-//! flexibility of K + s·M less the modes' share, for two shifts s, so the rigid modes need no support. Ports are eliminated last:
-//! their flexibility is a small dense factor, not a thousand solves.
+//! R₀ + ω²R₁ approximates the modes above the n kept ones, Σ_{r>n} φφᵀ/(ω_r² − ω²) = R₀ + ω²R₁ + O(ω⁴/ω_n⁴). R₀ is
+//! the residual flexibility of MacNeal (Comput. Struct. 1, 1971), and R₁ gives the residual mass of Rubin (AIAA J.
+//! 13, 1975).
 //!
-//! Force on a port acts along its displacement: a positive force on a contact port pulls the upper body along the positive axis
-//! and the lower one against it; along z it opens the joint.
+//! The residual is the flexibility of K + s·M minus the share of the kept modes, for two shifts s. The rigid modes
+//! therefore need no support. The ports are eliminated last, so their flexibility is a small dense factor and needs
+//! no solve per port.
+//!
+//! A force on a port acts along its displacement. A positive force on a contact port pulls the upper body along the
+//! positive axis and the lower body against it. Along z it opens the joint.
 
 use std::collections::BTreeMap;
 
@@ -25,21 +28,23 @@ use crate::structure::mesh::Point;
 use crate::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
 use crate::structure::resonator::FacingFaces;
 
-/// The second shift, at which the residual's slope is taken, as a share of the highest kept eigenvalue: small enough that the
-/// next term of the series is below a percent of the slope's, large enough that the difference keeps its digits.
+/// Difference of the two shifts from which the slope of the residual is computed, as a share of the highest kept ω².
+/// The next term of the series is then below a percent of the slope, and the difference still keeps its digits.
 const SLOPE_SHARE: f64 = 0.01;
 
-/// Where the reduced structure is held against the whole one, as a part of the highest kept frequency: harmonics that matter lie below.
+/// Frequency at which the reduced model is compared with the whole structure, as a share of the highest kept
+/// frequency. Relevant harmonics are below it.
 const CHECKED: f64 = 0.5;
 
-/// Part of a rigid mode of unit mass from which on a spring holds it.
+/// A spring constrains a rigid mode if it lengthens by more than this share of a motion of unit mass.
 const HELD: f64 = 1e-6;
 
-/// What a contact element of a structure is.
+/// Kind of contact element of a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactPorts {
-    /// A face between four pairs of nodes: the mean of their relative displacements, and a quarter of the force on each.
+    /// A face between four pairs of nodes. Its displacement is the mean of theirs, and each pair bears a quarter of
+    /// its force.
     #[default]
     Faces,
     /// A pair of nodes, with a quarter of each face around it.
@@ -47,25 +52,25 @@ pub enum ContactPorts {
 }
 
 impl ContactPorts {
-    /// True of faces. A recipe says what else they are.
+    /// Returns true for faces. A recipe stores only the other value.
     pub fn are_faces(&self) -> bool {
         *self == ContactPorts::Faces
     }
 }
 
-/// The ports of a structure: three for each contact element, then three for each point; x, y, z in turn.
+/// Ports of a structure: three for each contact element, then three for each point, along x, y and z.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ports {
     /// Degrees of freedom and weights of each port.
     pub combinations: Vec<Combination>,
-    /// Number of contact elements; contact element e has the ports 3e, 3e + 1, 3e + 2.
+    /// Number of contact elements. Contact element e has the ports 3e, 3e + 1 and 3e + 2.
     pub contacts: usize,
     /// Names of the points, in order.
     pub points: Vec<String>,
 }
 
 impl Ports {
-    /// Ports of contact elements and points.
+    /// Defines the ports of contact elements and points.
     pub fn new(contacts: &[FacingFaces], points: &[Point], at: ContactPorts) -> Ports {
         let elements: Vec<Vec<(usize, usize)>> = match at {
             ContactPorts::Faces => contacts.iter().map(|face| face.pairs.to_vec()).collect(),
@@ -81,10 +86,10 @@ impl Ports {
         for pairs in &elements {
             let share = 1.0 / pairs.len() as f64;
             for axis in 0..3 {
-                let both = pairs.iter().flat_map(|&(lower, upper)| {
+                let terms = pairs.iter().flat_map(|&(lower, upper)| {
                     [(3 * lower + axis, -share), (3 * upper + axis, share)]
                 });
-                combinations.push(both.collect());
+                combinations.push(terms.collect());
             }
         }
         for point in points {
@@ -100,28 +105,28 @@ impl Ports {
         }
     }
 
-    /// Number of ports.
+    /// Returns the number of ports.
     pub fn len(&self) -> usize {
         self.combinations.len()
     }
 
-    /// True if there is none.
+    /// Returns true if there are no ports.
     pub fn is_empty(&self) -> bool {
         self.combinations.is_empty()
     }
 
-    /// Number of contact ports; they come first.
+    /// Returns the number of contact ports, which come first.
     pub fn contact_ports(&self) -> usize {
         3 * self.contacts
     }
 
-    /// The port of a point along an axis (0, 1, 2 for x, y, z).
+    /// Returns the port of a point along an axis (0, 1, 2 for x, y, z).
     pub fn of_point(&self, name: &str, axis: usize) -> Option<usize> {
         let place = self.points.iter().position(|p| p == name)?;
         Some(self.contact_ports() + 3 * place + axis)
     }
 
-    /// The nodes of a structure that ports take part in, ascending.
+    /// Returns the nodes that the ports use, in ascending order, or an error if a node does not exist.
     fn checked_nodes(&self, system: &System) -> Result<Vec<usize>, StructureError> {
         let dofs = self.combinations.iter().flatten();
         let mut nodes: Vec<usize> = dofs.map(|&(dof, _)| dof / 3).collect();
@@ -137,7 +142,7 @@ impl Ports {
         }
     }
 
-    /// Displacements of the ports, one row each, from those of all degrees of freedom.
+    /// Computes the displacements of the ports, one row each, from the displacements of all degrees of freedom.
     pub(super) fn displacements(&self, shapes: &Matrix) -> Matrix {
         Matrix::from_fn(self.len(), shapes.columns(), |port, c| {
             let column = shapes.column(c);
@@ -150,9 +155,9 @@ impl Ports {
 /// A structure reduced to its ports.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reduced {
-    /// The ports: what the rows below are.
+    /// The ports, in the order of the rows below.
     pub ports: Ports,
-    /// Rigid modes at the ports \[kg^-1/2\], one column each; contact ports of bodies that hang together have zeros.
+    /// Rigid modes at the ports \[kg^-1/2\], one column each. Contact ports of connected bodies have zeros.
     pub rigid: Matrix,
     /// Angular frequencies of the elastic modes \[rad/s\], ascending.
     pub omega: Vec<f64>,
@@ -160,23 +165,25 @@ pub struct Reduced {
     pub shapes: Matrix,
     /// Static residual R₀ \[m/N\], symmetric, port by port.
     pub residual: Matrix,
-    /// Its slope R₁ over ω² \[m s²/N\], symmetric, port by port.
+    /// Slope R₁ of the residual over ω² \[m s²/N\], symmetric, port by port.
     pub residual_slope: Matrix,
-    /// Viscous damping between the modes, rigid ones first \[1/s\]; none where the structure has none of its own.
+    /// Viscous damping between the modes, rigid ones first \[1/s\]. `None` without viscous damping of the structure.
     pub damping: Option<Matrix>,
-    /// Hysteretic damping between the modes, rigid ones first \[1/s²\]; none where the structure has none.
+    /// Hysteretic damping between the modes, rigid ones first \[1/s²\]. `None` without hysteretic damping of the
+    /// structure.
     pub hysteretic: Option<Matrix>,
     /// Mass of the structure \[kg\].
     pub mass: f64,
     /// Largest relative residual of the modes.
     pub mode_residual: f64,
-    /// Entries of the sparse factor: eight bytes each.
+    /// Number of entries of the sparse factor, eight bytes each.
     pub factor_entries: usize,
-    /// The structure's own flexibility elsewhere; none of a reduced structure that is read back.
+    /// Flexibility of the whole structure at another shift. `None` for a reduced structure that is read from a file.
     pub checked: Option<Checked>,
 }
 
-/// The flexibility of a structure at a shift that its reduction is not made from: what the reduction leaves out can be told by it.
+/// Flexibility of the whole structure at a shift that the reduction does not use. It shows the error of the
+/// reduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Checked {
     /// The shift s \[rad²/s²\].
@@ -186,7 +193,7 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// The imaginary frequency that the shift is \[Hz\].
+    /// Returns the imaginary frequency that corresponds to the shift \[Hz\].
     pub fn frequency(&self) -> f64 {
         self.shift.sqrt() / std::f64::consts::TAU
     }
@@ -195,7 +202,8 @@ impl Checked {
 /// Reduces a structure to its ports.
 ///
 /// # Errors
-/// A port that refers to a node that does not exist, modes that do not converge, a stiffness that is not one.
+/// [`StructureError`] for a port with a node that does not exist, for modes that do not converge, and for a stiffness
+/// that is not positive.
 pub fn reduce(
     system: &System,
     ports: Ports,
@@ -204,21 +212,21 @@ pub fn reduce(
     reduce_with_shapes(system, ports, &[], options).map(|(reduced, _)| reduced)
 }
 
-/// Reduces a structure to its ports, and gives its modes \[kg^-1/2\] at `nodes` too: three rows each (x, y, z), rigid modes first, one
-/// column each.
+/// Reduces a structure to its ports and also returns its modes \[kg^-1/2\] at `nodes`: three rows per node (x, y, z),
+/// one column per mode, rigid modes first.
 ///
 /// # Errors
-/// Those of [`reduce`].
+/// As [`reduce`].
 ///
 /// # Panics
-/// On a node that does not exist.
+/// If a node in `nodes` does not exist.
 pub fn reduce_with_shapes(
     system: &System,
     ports: Ports,
     nodes: &[usize],
     options: &ModeOptions,
 ) -> Result<(Reduced, Matrix), StructureError> {
-    let shown = nodes;
+    let shown_nodes = nodes;
     let nodes = ports.checked_nodes(system)?;
     let order = system.elimination_order(&nodes);
     let fail = |source: LinalgError| StructureError::Factorization {
@@ -231,15 +239,19 @@ pub fn reduce_with_shapes(
     let modes = lowest(system, &factor, small, &rigid_shapes, options)?;
     let rigid = ports.displacements(&rigid_shapes);
     let shapes = ports.displacements(&modes.shapes);
-    let held = rigid_shapes.columns();
-    let at_nodes = Matrix::from_fn(3 * shown.len(), held + shapes.columns(), |row, mode| {
-        let dof = 3 * shown[row / 3] + row % 3;
-        match mode.checked_sub(held) {
-            None => rigid_shapes[(dof, mode)],
-            Some(elastic) => modes.shapes[(dof, elastic)],
-        }
-    });
-    let found = ModesAtPorts {
+    let rigid_count = rigid_shapes.columns();
+    let at_nodes = Matrix::from_fn(
+        3 * shown_nodes.len(),
+        rigid_count + shapes.columns(),
+        |row, mode| {
+            let dof = 3 * shown_nodes[row / 3] + row % 3;
+            match mode.checked_sub(rigid_count) {
+                None => rigid_shapes[(dof, mode)],
+                Some(elastic) => modes.shapes[(dof, elastic)],
+            }
+        },
+    );
+    let modes_at_ports = ModesAtPorts {
         rigid_squares: vec![0.0; rigid.columns()],
         rigid,
         omega: modes.omega,
@@ -249,7 +261,7 @@ pub fn reduce_with_shapes(
     let count = 3 * nodes.len();
     let reduced = complete(
         ports,
-        found,
+        modes_at_ports,
         system.total_mass(),
         (factor, small, count),
         |shift| system.shifted_factor(shift, &order),
@@ -257,22 +269,25 @@ pub fn reduce_with_shapes(
     Ok((reduced, at_nodes))
 }
 
-/// The kept modes of a structure at its ports.
+/// Kept modes of a structure at its ports.
 pub(super) struct ModesAtPorts {
     /// Rigid modes \[kg^-1/2\], one column each.
     pub rigid: Matrix,
-    /// What the digits of the stiffness leave of their ω² \[rad²/s²\]: it is not to become a part of the residual.
+    /// ω² of the rigid modes \[rad²/s²\], nonzero only by rounding of the stiffness. Used to keep it out of the
+    /// residual.
     pub rigid_squares: Vec<f64>,
-    /// Angular frequencies of the elastic ones \[rad/s\], ascending.
+    /// Angular frequencies of the elastic modes \[rad/s\], ascending.
     pub omega: Vec<f64>,
     /// Elastic modes \[kg^-1/2\], one column each.
     pub shapes: Matrix,
-    /// Largest relative residual of them.
+    /// Largest relative residual of the elastic modes.
     pub residual: f64,
 }
 
-/// The reduced structure: its kept modes, and what all others leave at the ports. The first factor is that of K + shift·M, whose last
-/// `count` rows are those of the ports; `refactor` makes the one of another shift.
+/// Computes the reduced structure from its kept modes and the flexibility of the ports.
+///
+/// The first factor is the factor of K + shift·M, and its last `count` rows are the rows of the ports. `refactor`
+/// returns the factor for another shift.
 pub(super) fn complete(
     ports: Ports,
     modes: ModesAtPorts,
@@ -287,7 +302,7 @@ pub(super) fn complete(
         shapes,
         residual: mode_residual,
     } = modes;
-    let above = |factor: &SparseCholesky, shift: f64| {
+    let flexibility_above = |factor: &SparseCholesky, shift: f64| {
         let mut flexibility = port_flexibility(factor, &ports, count);
         remove(&mut flexibility, &rigid, |r| {
             1.0 / (rigid_squares[r] + shift)
@@ -300,18 +315,18 @@ pub(super) fn complete(
     let factor_entries = factor.entries();
     let highest = omega[omega.len() - 1];
     let step = SLOPE_SHARE * highest * highest;
-    // Two factors at a time would be the peak of memory.
+    // The first factor is dropped before the next one, since two factors would be the peak of memory.
     let (near, small) = if small <= step {
-        let near = above(&factor, small);
+        let near = flexibility_above(&factor, small);
         drop(factor);
         (near, small)
     } else {
-        // A shift that suits the modes may be far from where a series about zero is right.
+        // The shift of the modes may be too large for the series about zero.
         drop(factor);
-        (above(&refactor(step)?, step), step)
+        (flexibility_above(&refactor(step)?, step), step)
     };
     let large = small + step;
-    let far = above(&refactor(large)?, large);
+    let far = flexibility_above(&refactor(large)?, large);
     // R(−s) = R₀ − s R₁ at both shifts.
     let mut residual_slope = Matrix::zeros(ports.len(), ports.len());
     residual_slope.add(1.0 / (large - small), &near);
@@ -339,18 +354,18 @@ pub(super) fn complete(
     })
 }
 
-/// Displacement of the ports under unit forces on them, statically: Bᵀ K⁻¹ B \[m/N\], symmetric, port by port. The structure must be
-/// held: springs to the ground are as good as a support.
+/// Computes the static displacements of the ports under unit forces on them: Bᵀ K⁻¹ B \[m/N\], symmetric, port by
+/// port. The structure must be supported; springs to the ground suffice.
 ///
 /// # Errors
-/// A structure that may move as a whole, or a port that refers to a node that does not exist.
+/// [`StructureError`] for a structure with rigid modes, and for a port with a node that does not exist.
 pub fn flexibility(system: &System, ports: &Ports) -> Result<Matrix, StructureError> {
     let nodes = ports.checked_nodes(system)?;
     let factor = system.shifted_factor(0.0, &system.elimination_order(&nodes))?;
     Ok(port_flexibility(&factor, ports, 3 * nodes.len()))
 }
 
-/// Bᵀ A⁻¹ B for the ports' columns B, from the last `count` rows of the factor of A.
+/// Computes Bᵀ A⁻¹ B for the columns B of the ports, from the last `count` rows of the factor of A.
 fn port_flexibility(factor: &SparseCholesky, ports: &Ports, count: usize) -> Matrix {
     let mut place = std::collections::HashMap::new();
     for (p, &dof) in factor.last_rows(count).iter().enumerate() {
@@ -366,7 +381,7 @@ fn port_flexibility(factor: &SparseCholesky, ports: &Ports, count: usize) -> Mat
     columns.transpose_times(&columns)
 }
 
-/// Takes Σ weight·φφᵀ over the columns of `shapes` away from a flexibility.
+/// Subtracts Σ weight·φφᵀ over the columns of `shapes` from a flexibility.
 pub fn remove(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) -> f64) {
     let weighted = Matrix::from_fn(shapes.columns(), shapes.rows(), |r, port| {
         weight(r) * shapes[(port, r)]
@@ -375,15 +390,17 @@ pub fn remove(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) 
 }
 
 impl Reduced {
-    /// The residual R₀ + ω²R₁ \[m/N\] at an angular frequency. Over a narrow band it is as good as constant.
+    /// Returns the residual R₀ + ω²R₁ \[m/N\] at an angular frequency. It is nearly constant over a narrow band.
     pub fn residual_at(&self, omega: f64) -> Matrix {
         let mut residual = self.residual.clone();
         residual.add(omega * omega, &self.residual_slope);
         residual
     }
 
-    /// Receptance \[m/N\] of all ports at angular frequency `omega` > 0 with a modal damping ratio ζ, its real and imaginary
-    /// part, with e^{+iωt}: a lag is a negative imaginary part. Rigid modes and the residual are undamped.
+    /// Computes the receptance \[m/N\] of all ports at angular frequency `omega` > 0 with a modal damping ratio ζ.
+    ///
+    /// Returns its real and imaginary part for e^{+iωt}, so a lag has a negative imaginary part. Rigid modes and the
+    /// residual are undamped.
     pub fn receptance(&self, omega: f64, damping_ratio: f64) -> (Matrix, Matrix) {
         let squared = omega * omega;
         let mut real = self.residual_at(omega);
@@ -402,13 +419,14 @@ impl Reduced {
         (real, imaginary)
     }
 
-    /// Modes of the structure with springs on its contact ports (one stiffness \[N/m\] each, as the contact ports are
-    /// ordered): the joint stuck. The modal stiffness is Ω² + Φᵀ(k⁻¹ + R)⁻¹Φ over rigid and elastic modes, with the residual R
-    /// taken at angular frequency `omega`: modes near it are the most accurate. Springs of zero stiffness are left out; k = ∞
-    /// bonds.
+    /// Computes the modes of the structure with springs on its contact ports, which models a sticking joint.
+    ///
+    /// `stiffness` has one value per contact port \[N/m\], in their order. Zero means no spring, and infinity bonds
+    /// the port. The modal stiffness is Ω² + Φᵀ(k⁻¹ + R)⁻¹Φ over rigid and elastic modes. The residual R is evaluated
+    /// at angular frequency `omega`, so modes near it are the most accurate.
     ///
     /// # Errors
-    /// As many stiffnesses as contact ports, none negative.
+    /// [`StructureError`] if the numbers of stiffnesses and contact ports differ, or if a stiffness is negative.
     pub fn with_springs(
         &self,
         stiffness: &[f64],
@@ -431,34 +449,35 @@ impl Reduced {
                 expected: "zero or positive",
             });
         }
-        let closed: Vec<usize> = (0..contact).filter(|&p| stiffness[p] > 0.0).collect();
-        let held = self.rigid.columns();
-        let count = held + self.omega.len();
+        let sprung_ports: Vec<usize> = (0..contact).filter(|&p| stiffness[p] > 0.0).collect();
+        let rigid_count = self.rigid.columns();
+        let count = rigid_count + self.omega.len();
         let mode = |port: usize, r: usize| {
-            if r < held {
+            if r < rigid_count {
                 self.rigid[(port, r)]
             } else {
-                self.shapes[(port, r - held)]
+                self.shapes[(port, r - rigid_count)]
             }
         };
         let residual = self.residual_at(omega);
-        let flexibility = Matrix::from_fn(closed.len(), closed.len(), |i, j| {
-            let own = if i == j {
-                1.0 / stiffness[closed[i]]
+        let flexibility = Matrix::from_fn(sprung_ports.len(), sprung_ports.len(), |i, j| {
+            let spring_flexibility = if i == j {
+                1.0 / stiffness[sprung_ports[i]]
             } else {
                 0.0
             };
-            own + residual[(closed[i], closed[j])]
+            spring_flexibility + residual[(sprung_ports[i], sprung_ports[j])]
         });
         let fail = |matrix| move |source| StructureError::Factorization { matrix, source };
         let factor = flexibility
             .cholesky()
             .map_err(fail("the flexibility of springs and residual"))?;
-        let mut at_springs = Matrix::from_fn(closed.len(), count, |i, r| mode(closed[i], r));
+        let mut at_springs =
+            Matrix::from_fn(sprung_ports.len(), count, |i, r| mode(sprung_ports[i], r));
         factor.solve_lower(&mut at_springs);
         let mut modal = at_springs.transpose_times(&at_springs);
-        for r in held..count {
-            modal[(r, r)] += self.omega[r - held].powi(2);
+        for r in rigid_count..count {
+            modal[(r, r)] += self.omega[r - rigid_count].powi(2);
         }
         let (values, vectors) = modal.symmetric_eigen().map_err(fail("the sprung modes"))?;
         Ok(SprungModes {
@@ -469,63 +488,70 @@ impl Reduced {
 }
 
 impl Reduced {
-    /// With a spring of a `stiffness` \[N/m\] that pulls at ports with these parts of its force, positive where it is longer. Beyond the kept modes it
-    /// is right statically and to first order in ω² at the ports, and statically in the shapes of the modes.
+    /// Adds a spring of a `stiffness` \[N/m\] to the reduced structure.
+    ///
+    /// `forces` are the parts of the spring's force on ports, positive where the port's displacement lengthens the
+    /// spring. Beyond the kept modes the result is exact at the ports statically and to first order in ω², and in the
+    /// shapes of the modes statically.
     ///
     /// # Errors
-    /// [`StructureError::Factorization`] for modes that are not found.
+    /// [`StructureError::Factorization`] if the modes are not found.
     pub fn with_spring(
         &self,
         forces: &[(usize, f64)],
         stiffness: f64,
     ) -> Result<Reduced, StructureError> {
-        let (ports, held) = (self.ports.len(), self.rigid.columns());
-        let modes = held + self.omega.len();
-        let shape = |port: usize, r: usize| match r.checked_sub(held) {
+        let (ports, rigid_count) = (self.ports.len(), self.rigid.columns());
+        let modes = rigid_count + self.omega.len();
+        let shape = |port: usize, r: usize| match r.checked_sub(rigid_count) {
             None => self.rigid[(port, r)],
             Some(elastic) => self.shapes[(port, elastic)],
         };
-        let along =
-            |of: &dyn Fn(usize) -> f64| -> f64 { forces.iter().map(|&(p, f)| f * of(p)).sum() };
-        let lengthened: Vec<f64> = (0..modes).map(|r| along(&|p| shape(p, r))).collect();
+        let along = |displacement: &dyn Fn(usize) -> f64| -> f64 {
+            forces.iter().map(|&(p, f)| f * displacement(p)).sum()
+        };
+        let elongations: Vec<f64> = (0..modes).map(|r| along(&|p| shape(p, r))).collect();
         let residual: Vec<f64> = (0..ports)
             .map(|port| along(&|p| self.residual[(port, p)]))
             .collect();
         let force = stiffness / (1.0 + stiffness * along(&|p| residual[p]));
         let square = |r: usize| {
-            r.checked_sub(held)
+            r.checked_sub(rigid_count)
                 .map_or(0.0, |elastic| self.omega[elastic].powi(2))
         };
         let modal = Matrix::from_fn(modes, modes, |r, s| {
-            let own = if r == s { square(r) } else { 0.0 };
-            own + force * lengthened[r] * lengthened[s]
+            let diagonal = if r == s { square(r) } else { 0.0 };
+            diagonal + force * elongations[r] * elongations[s]
         });
         let fail = |source| StructureError::Factorization {
             matrix: "the modes with a spring",
             source,
         };
         let (values, vectors) = modal.symmetric_eigen().map_err(fail)?;
-        let bent = Matrix::from_fn(ports, modes, |p, r| {
-            shape(p, r) - force * residual[p] * lengthened[r]
+        let corrected_shapes = Matrix::from_fn(ports, modes, |p, r| {
+            shape(p, r) - force * residual[p] * elongations[r]
         });
-        let shapes = bent.times(&vectors);
-        let strains_rigid = lengthened[..held]
+        let shapes = corrected_shapes.times(&vectors);
+        let constrains_rigid = elongations[..rigid_count]
             .iter()
             .any(|l| l.abs() > HELD / self.mass.sqrt());
-        let held = held - usize::from(strains_rigid);
-        // (1 − s R₀ d dᵀ) R₁ (1 − s d dᵀ R₀), with the parts d of the force.
+        let rigid_count = rigid_count - usize::from(constrains_rigid);
+        // The slope is (1 − s R₀ d dᵀ) R₁ (1 − s d dᵀ R₀), where d are the parts of the force and s is `force`.
         let slope: Vec<f64> = (0..ports)
             .map(|port| along(&|p| self.residual_slope[(port, p)]))
             .collect();
-        let twice = force * force * along(&|p| slope[p]);
+        let quadratic = force * force * along(&|p| slope[p]);
         let residual_slope = Matrix::from_fn(ports, ports, |a, b| {
             self.residual_slope[(a, b)] - force * (residual[a] * slope[b] + slope[a] * residual[b])
-                + twice * residual[a] * residual[b]
+                + quadratic * residual[a] * residual[b]
         });
         Ok(Reduced {
-            rigid: shapes.columns_of(0..held),
-            omega: values[held..].iter().map(|v| v.max(0.0).sqrt()).collect(),
-            shapes: shapes.columns_of(held..modes),
+            rigid: shapes.columns_of(0..rigid_count),
+            omega: values[rigid_count..]
+                .iter()
+                .map(|v| v.max(0.0).sqrt())
+                .collect(),
+            shapes: shapes.columns_of(rigid_count..modes),
             residual: Matrix::from_fn(ports, ports, |a, b| {
                 self.residual[(a, b)] - force * residual[a] * residual[b]
             }),
@@ -543,9 +569,9 @@ impl Reduced {
 /// Modes of the reduced structure with springs at its contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SprungModes {
-    /// Angular frequencies \[rad/s\], ascending; the first ones are the rigid modes, zero but for rounding.
+    /// Angular frequencies \[rad/s\], ascending. The rigid modes come first and are zero except for rounding.
     pub omega: Vec<f64>,
-    /// Orthonormal columns over (rigid, elastic) modes of the unsprung structure. A damping matrix for its modal coordinates that
-    /// gives each sprung mode the ratio ζ is V·diag(2ζω)·Vᵀ.
+    /// Orthonormal columns over the (rigid, elastic) modes of the structure without springs. In the coordinates of
+    /// these modes the damping matrix V·diag(2ζω)·Vᵀ gives each mode with springs the ratio ζ.
     pub vectors: Matrix,
 }

@@ -1,30 +1,32 @@
-//! Solid elements of other programs' meshes: hexahedra, wedges and tetrahedra, linear and quadratic, with the nodes in the order of Abaqus and CalculiX.
+//! Solid elements of imported meshes: hexahedra, wedges and tetrahedra, linear and quadratic. The nodes have the
+//! order of Abaqus and CalculiX.
 
 pub use crate::material::{Elastic, Material};
 use crate::structure::StructureError;
 use crate::structure::element::{self, CORNERS, Formulation, invert};
 
-/// A solid element.
+/// Type of a solid element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solid {
     /// Eight nodes.
     Hexahedron8(Formulation),
-    /// Twenty nodes: corners, then the middles of the edges below, above, and between. Stiffness by 27 points, or by 8 where `reduced`.
+    /// Twenty nodes: corners, then the midpoints of the edges below, above, and between. The stiffness has 27
+    /// integration points, or 8 if `reduced`.
     Hexahedron20 {
-        /// Stiffness by 8 points.
+        /// True if the stiffness has 8 integration points.
         reduced: bool,
     },
-    /// Six nodes: a triangle below, and one above.
+    /// Six nodes: a triangle below, then the triangle above.
     Wedge6,
-    /// Fifteen nodes: corners, then the middles of the edges below, above, and between.
+    /// Fifteen nodes: corners, then the midpoints of the edges below, above, and between.
     Wedge15,
     /// Four nodes.
     Tetrahedron4,
-    /// Ten nodes: corners, then the middles of the edges.
+    /// Ten nodes: corners, then the midpoints of the edges.
     Tetrahedron10,
 }
 
-/// Words of the programs for them.
+/// Names of the element types in Abaqus and CalculiX.
 pub const NAMES: [(&str, Solid); 8] = [
     ("C3D8", Solid::Hexahedron8(Formulation::Plain)),
     ("C3D8I", Solid::Hexahedron8(Formulation::IncompatibleModes)),
@@ -36,7 +38,7 @@ pub const NAMES: [(&str, Solid); 8] = [
     ("C3D10", Solid::Tetrahedron10),
 ];
 
-/// Ends of the edges of a hexahedron whose middles are nodes 9 to 20.
+/// Edges of a hexahedron, as pairs of corners. Their midpoints are nodes 9 to 20.
 const EDGES: [[usize; 2]; 12] = [
     [0, 1],
     [1, 2],
@@ -51,7 +53,7 @@ const EDGES: [[usize; 2]; 12] = [
     [2, 6],
     [3, 7],
 ];
-/// Ends of the edges of a wedge whose middles are nodes 7 to 15.
+/// Edges of a wedge, as pairs of corners. Their midpoints are nodes 7 to 15.
 const WEDGE_EDGES: [[usize; 2]; 9] = [
     [0, 1],
     [1, 2],
@@ -63,7 +65,7 @@ const WEDGE_EDGES: [[usize; 2]; 9] = [
     [1, 4],
     [2, 5],
 ];
-/// Ends of the edges of a tetrahedron whose middles are nodes 5 to 10.
+/// Edges of a tetrahedron, as pairs of corners. Their midpoints are nodes 5 to 10.
 const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// Corners of the faces S1 to S6 of a hexahedron.
 pub const FACES: [[usize; 4]; 6] = [
@@ -86,20 +88,20 @@ const WEDGE_FACES: [&[usize]; 5] = [
     &[2, 5, 3, 0],
 ];
 
-/// A point in natural coordinates, and its weight.
+/// Integration point in natural coordinates, and its weight.
 type Station = ([f64; 3], f64);
 
-/// Stiffness and mass of a solid.
+/// Stiffness and mass of a solid element.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SolidMatrices {
-    /// Force over displacement, 3·n + a being node n along axis a; row by row, symmetric.
+    /// Force over displacement, row by row, symmetric. Degree of freedom 3·n + a is node n along axis a.
     pub stiffness: Vec<f64>,
-    /// Mass between nodes, the same along each axis; row by row.
+    /// Consistent mass between nodes, equal along each axis, row by row.
     pub mass: Vec<f64>,
 }
 
 impl Solid {
-    /// Nodes of the element.
+    /// Returns the number of nodes.
     pub fn nodes(self) -> usize {
         match self {
             Solid::Hexahedron8(_) => 8,
@@ -111,7 +113,7 @@ impl Solid {
         }
     }
 
-    /// Corners of all faces, in their order around each.
+    /// Returns the corners of all faces, in order around each face.
     pub fn corners_of_faces(self) -> Vec<Vec<usize>> {
         match self {
             Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => {
@@ -126,7 +128,7 @@ impl Solid {
         }
     }
 
-    /// Natural coordinates of the corners.
+    /// Returns the natural coordinates of the corners.
     pub(super) fn natural_corners(self) -> Vec<[f64; 3]> {
         match self {
             Solid::Hexahedron8(_) | Solid::Hexahedron20 { .. } => CORNERS.to_vec(),
@@ -140,7 +142,7 @@ impl Solid {
         }
     }
 
-    /// Nodes of a face, S1 being number 0: its corners, and the middles of its edges.
+    /// Returns the nodes of a face: its corners, then the midpoints of its edges. Face S1 has number 0.
     pub fn face(self, number: usize) -> Option<Vec<usize>> {
         let mut nodes = self.corners_of_faces().into_iter().nth(number)?;
         let (edges, first) = match self {
@@ -156,14 +158,14 @@ impl Solid {
         Some(nodes)
     }
 
-    /// Stiffness and consistent mass of the element with these nodes, in the units of coordinates and material. `element` is its number,
-    /// for the error.
+    /// Computes the stiffness and consistent mass of the element with these nodes, in the units of coordinates and
+    /// material. The error reports the number `element`.
     ///
     /// # Errors
     /// [`StructureError::InvertedElement`] if the Jacobian is not positive at an integration point.
     ///
     /// # Panics
-    /// For another number of nodes.
+    /// If the number of nodes is wrong.
     pub fn matrices(
         self,
         nodes: &[[f64; 3]],
@@ -172,10 +174,10 @@ impl Solid {
     ) -> Result<SolidMatrices, StructureError> {
         if let Solid::Hexahedron8(formulation) = self {
             let nodes = nodes.try_into().expect("eight nodes");
-            let found = element::matrices(nodes, material, formulation, element)?;
+            let plain = element::matrices(nodes, material, formulation, element)?;
             return Ok(SolidMatrices {
-                stiffness: found.stiffness.concat(),
-                mass: found.mass.concat(),
+                stiffness: plain.stiffness.concat(),
+                mass: plain.mass.concat(),
             });
         }
         let count = self.nodes();
@@ -219,7 +221,7 @@ impl Solid {
         Ok(SolidMatrices { stiffness, mass })
     }
 
-    /// Shape functions at a natural point, and their derivatives by the natural coordinates.
+    /// Returns the shape functions at a natural point, and their derivatives with respect to the natural coordinates.
     pub(super) fn shape(self, point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
         match self {
             Solid::Hexahedron8(_) => (
@@ -248,7 +250,7 @@ impl Solid {
         }
     }
 
-    /// Where the stiffness is evaluated.
+    /// Returns the integration points of the stiffness.
     fn stations(self) -> Vec<Station> {
         match self {
             Solid::Hexahedron8(_) | Solid::Hexahedron20 { reduced: true } => cube(&GAUSS_2),
@@ -271,12 +273,12 @@ impl Solid {
         }
     }
 
-    /// Where the mass is: exactly for elements with straight edges.
+    /// Returns the integration points of the mass, which are exact for elements with straight edges.
     fn mass_stations(self) -> Vec<Station> {
         match self {
             Solid::Hexahedron8(_) => cube(&GAUSS_2),
             Solid::Hexahedron20 { .. } => cube(&GAUSS_3),
-            // The square collapsed to a triangle: exact for polynomials of the sixth degree.
+            // Integration over a square collapsed to a triangle, exact for polynomials of the sixth degree.
             Solid::Wedge6 | Solid::Wedge15 => {
                 let all = cube(&GAUSS_4).into_iter();
                 all.map(|([u, v, z], weight)| {
@@ -285,7 +287,7 @@ impl Solid {
                 })
                 .collect()
             }
-            // The cube collapsed to a tetrahedron: exact for polynomials of the fifth degree.
+            // Integration over a cube collapsed to a tetrahedron, exact for polynomials of the fifth degree.
             Solid::Tetrahedron4 | Solid::Tetrahedron10 => {
                 let all = cube(&GAUSS_4).into_iter();
                 all.map(|(point, weight)| {
@@ -300,7 +302,7 @@ impl Solid {
 }
 
 fn positive(determinant: f64, element: usize) -> Result<(), StructureError> {
-    // Not `determinant <= 0.0`: a node that is not a number must be refused too.
+    // This test also rejects NaN, which `determinant <= 0.0` would accept.
     match determinant > 0.0 {
         true => Ok(()),
         false => Err(StructureError::InvertedElement {
@@ -310,7 +312,7 @@ fn positive(determinant: f64, element: usize) -> Result<(), StructureError> {
     }
 }
 
-/// Determinant of ∂x/∂ξ, and its inverse.
+/// Returns the determinant and the inverse of ∂x/∂ξ.
 fn jacobian(nodes: &[[f64; 3]], derivatives: &[[f64; 3]]) -> (f64, [[f64; 3]; 3]) {
     let mut jacobian = [[0.0; 3]; 3];
     for (x, d) in nodes.iter().zip(derivatives) {
@@ -323,7 +325,8 @@ fn jacobian(nodes: &[[f64; 3]], derivatives: &[[f64; 3]]) -> (f64, [[f64; 3]; 3]
     invert(&jacobian)
 }
 
-/// Barycentric coordinates of a point of the tetrahedron with the corners 0, x, y, z, and their derivatives.
+/// Returns the barycentric coordinates of a point in the tetrahedron with the corners 0, x, y, z, and their
+/// derivatives.
 fn barycentric([x, y, z]: [f64; 3]) -> ([f64; 4], [[f64; 3]; 4]) {
     (
         [1.0 - x - y - z, x, y, z],
@@ -331,7 +334,7 @@ fn barycentric([x, y, z]: [f64; 3]) -> ([f64; 4], [[f64; 3]; 4]) {
     )
 }
 
-/// The hexahedron with nodes at the corners and the middles of the edges.
+/// Returns the shape functions and derivatives of the hexahedron with nodes at the corners and edge midpoints.
 fn serendipity(point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
     let corners = CORNERS.iter().map(|c| {
         let factor = [0, 1, 2].map(|m| 1.0 + c[m] * point[m]);
@@ -347,45 +350,50 @@ fn serendipity(point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
         let along = (0..3)
             .find(|&m| CORNERS[i][m] != CORNERS[j][m])
             .expect("an edge");
-        // Along its edge the function is a bubble, across it linear.
+        // The function is a bubble along its edge and linear across it.
         let factor = [0, 1, 2].map(|m| match m == along {
             true => 1.0 - point[m] * point[m],
             false => 1.0 + CORNERS[i][m] * point[m],
         });
         let slope = [0, 1, 2].map(|m| {
-            let own = if m == along {
+            let derivative = if m == along {
                 -2.0 * point[m]
             } else {
                 CORNERS[i][m]
             };
-            0.25 * own * product_of_others(factor, m)
+            0.25 * derivative * product_of_others(factor, m)
         });
         (0.25 * factor[0] * factor[1] * factor[2], slope)
     });
     corners.chain(middles).unzip()
 }
 
-/// The wedge over the triangle 0, x, y, from z = −1 to 1, with nodes at the corners, and at the middles of the edges if it `is_quadratic`.
+/// Returns the shape functions and derivatives of the wedge over the triangle 0, x, y, from z = −1 to 1. If
+/// `is_quadratic`, it also has nodes at the midpoints of the edges.
 fn wedge([x, y, z]: [f64; 3], is_quadratic: bool) -> (Vec<f64>, Vec<[f64; 3]>) {
     let l = [1.0 - x - y, x, y];
     const SLOPES: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
-    // A product of a function of the triangle and one of z, with their slopes.
+    // Product of a function on the triangle and a function of z, with its derivatives.
     let product =
         |(f, [fx, fy]): (f64, [f64; 2]), (g, gz): (f64, f64)| (f * g, [fx * g, fy * g, f * gz]);
-    let by = |n: usize, factor: f64| SLOPES[n].map(|s| factor * s);
+    let scaled_slope = |n: usize, factor: f64| SLOPES[n].map(|s| factor * s);
     let side = |sign: f64| (0.5 * (1.0 + sign * z), 0.5 * sign);
     let bubble = (1.0 - z * z, -2.0 * z);
     let corners = [-1.0, 1.0].into_iter().flat_map(|sign| {
         (0..3).map(move |n| {
-            let linear = product((l[n], by(n, 1.0)), side(sign));
+            let linear = product((l[n], scaled_slope(n, 1.0)), side(sign));
             if !is_quadratic {
                 return linear;
             }
-            // What the middles of its three edges have of it is taken away.
-            let square = (l[n] * (2.0 * l[n] - 1.0), by(n, 4.0 * l[n] - 1.0));
+            // The function must be zero at the midpoints of the three edges, so their share is subtracted.
+            let square = (l[n] * (2.0 * l[n] - 1.0), scaled_slope(n, 4.0 * l[n] - 1.0));
             let (value, slope) = product(square, side(sign));
-            let (taken, of) = product((0.5 * l[n], by(n, 0.5)), bubble);
-            (value - taken, [0, 1, 2].map(|m| slope[m] - of[m]))
+            let (midpoint_value, midpoint_slope) =
+                product((0.5 * l[n], scaled_slope(n, 0.5)), bubble);
+            (
+                value - midpoint_value,
+                [0, 1, 2].map(|m| slope[m] - midpoint_slope[m]),
+            )
         })
     });
     let corners: Vec<(f64, [f64; 3])> = corners.collect();
@@ -395,7 +403,7 @@ fn wedge([x, y, z]: [f64; 3], is_quadratic: bool) -> (Vec<f64>, Vec<[f64; 3]>) {
     let middles = WEDGE_EDGES.iter().map(|&[a, b]| {
         let (i, j) = (a % 3, b % 3);
         match i == j {
-            true => product((l[i], by(i, 1.0)), bubble),
+            true => product((l[i], scaled_slope(i, 1.0)), bubble),
             false => {
                 let slope = [0, 1].map(|m| 4.0 * (l[i] * SLOPES[j][m] + l[j] * SLOPES[i][m]));
                 product(
@@ -430,23 +438,23 @@ const GAUSS_4: [(f64, f64); 4] = [
     (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
 ];
 
-/// Points and weights on the triangle 0, x, y: exact for quadratic polynomials.
+/// Integration points and weights on the triangle 0, x, y, exact for quadratic polynomials.
 const TRIANGLE_3: [([f64; 2], f64); 3] = [
     ([1.0 / 6.0, 1.0 / 6.0], 1.0 / 6.0),
     ([2.0 / 3.0, 1.0 / 6.0], 1.0 / 6.0),
     ([1.0 / 6.0, 2.0 / 3.0], 1.0 / 6.0),
 ];
 
-/// The product of a rule on the triangle and one along z.
+/// Returns the product of a rule on the triangle and a rule along z.
 fn prism(triangle: &[([f64; 2], f64)], along: &[(f64, f64)]) -> Vec<Station> {
     let at = |&([x, y], weight): &([f64; 2], f64)| {
-        let each = along.iter().map(move |&(z, w)| ([x, y, z], weight * w));
-        each.collect::<Vec<Station>>()
+        let stations = along.iter().map(move |&(z, w)| ([x, y, z], weight * w));
+        stations.collect::<Vec<Station>>()
     };
     triangle.iter().flat_map(at).collect()
 }
 
-/// The product of a rule along three axes.
+/// Returns the product rule along three axes.
 fn cube(rule: &[(f64, f64)]) -> Vec<Station> {
     let mut points = Vec::with_capacity(rule.len().pow(3));
     for &(x, wx) in rule {

@@ -1,57 +1,61 @@
-//! What a structure does at its joint under loads that stay: the flexibility along the normal, and what its bodies are free to do.
+//! Static response of a structure at its joint: the flexibility along the normal, and the free motions of its bodies.
 //!
-//! Of all ports G = Σ φφᵀ/ω² + R₀ over the elastic modes φ: the displacement under unit forces, less the rigid motions of free bodies. Bodies
-//! that a load may set in motion against each other are held by the pressure p alone: Φ_jᵀ f_p + Φ_lᵀ f = 0 for each rigid mode Φ, with the forces
-//! f_p of the pressure at the joint and f of the load.
+//! The flexibility of all ports is G = Σ φφᵀ/ω² + R₀ over the elastic modes φ: the displacement under unit forces
+//! without the rigid motions of free bodies. If a load can move bodies against each other, only the pressure p
+//! balances it: Φ_jᵀ f_p + Φ_lᵀ f = 0 for each rigid mode Φ, with the forces f_p of the pressure at the joint and f
+//! of the load.
 //!
-//! What holds the bodies otherwise may be far softer than the contact, as a beam is that bends. So G is split: G = Q + V C Vᵀ, where V has the
-//! motions of the faces as rigid planes that are held and soft, C = (Vᵀ G⁻¹ V)⁻¹, and Q is positive without being soft along them.
+//! Other supports of the bodies may be much softer than the contact, for example a beam in bending. G is therefore
+//! split: G = Q + V C Vᵀ. V are the motions of the faces as rigid planes that the structure supports softly, C = (Vᵀ
+//! G⁻¹ V)⁻¹, and Q is positive and not soft along V.
 
 use super::StructureError;
 use super::reduction::Reduced;
 use crate::linalg::Matrix;
 
-/// Part of a rigid mode of unit mass from which on the faces of the joint move against each other in it; and part of the work of a load
-/// that nothing bears.
+/// The faces of the joint move against each other in a rigid mode if they move by more than this share of a motion of
+/// unit mass. A load is unbalanced if more than this share of its work is in a motion that nothing resists.
 const MOVES: f64 = 1e-6;
 
-/// Of the largest flexibility of a contact element: below it a flexibility is rounding.
+/// A flexibility below this share of the largest flexibility of a contact element is rounding.
 const ROUNDING: f64 = 1e-10;
 
-/// A force on a port \[N\].
+/// Force on a port \[N\], as the number of the port and the force.
 pub type PortForce = (usize, f64);
 
-/// The statics of a structure along the normal of its joint.
+/// Static response of a structure along the normal of its joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statics {
-    /// By how much each contact element opens under forces that press its faces apart, G \[m/N\], symmetric, element by element.
+    /// Opening of each contact element under unit forces that push the faces apart: G \[m/N\], symmetric, element by
+    /// element.
     pub flexibility: Matrix,
-    /// Motions along which the bodies are free, or the load of the pressure is given, independent of each other: the approach δ \[m\] and the rotations
-    /// θ_x, θ_y \[rad\], by which the faces come closer by δ + θ_x y − θ_y x.
+    /// Free motions of the bodies, linearly independent: the approach δ \[m\] and the rotations θ_x, θ_y \[rad\]. The
+    /// faces approach by δ + θ_x y − θ_y x. If the load is a given pressure, its motion counts as free.
     pub motions: Vec<[f64; 3]>,
-    /// Motions along which the structure holds its bodies softly; with nothing free, all three.
+    /// Motions that the structure supports softly. All three motions if no motion is free.
     pub held: Vec<[f64; 3]>,
-    /// C between these, row by row: opening under the resultants of the pressure along them \[m/N\].
+    /// Compliance C of the held motions, row by row: the opening under the resultants of the pressure along them
+    /// \[m/N\].
     pub held_compliance: Vec<f64>,
-    /// Q, the flexibility without that of the held motions \[m/N\].
+    /// Flexibility Q without the share of the held motions \[m/N\].
     pub stiff: Matrix,
-    /// What each load does.
+    /// Response to each load.
     pub loads: Vec<StaticLoad>,
 }
 
-/// What a load does at the joint.
+/// Response of the joint to one load.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StaticLoad {
-    /// By how much it opens each contact element, where no pressure answers it \[m\].
+    /// Opening of each contact element under the load without pressure \[m\].
     pub opening: Vec<f64>,
-    /// For each free motion the resultant Σ p (δ + θ_x y − θ_y x) dA of the pressure that bears it \[N m\].
+    /// Resultant Σ p (δ + θ_x y − θ_y x) dA of the pressure that balances the load, for each free motion \[N m\].
     pub resultants: Vec<f64>,
-    /// The displacement along it under each of the loads, where no pressure answers them: work \[N m\].
+    /// Work of this load in the displacement under each of the loads, without pressure \[N m\].
     pub work: Vec<f64>,
 }
 
 impl Reduced {
-    /// The static flexibility between two ports \[m/N\].
+    /// Returns the static flexibility between two ports \[m/N\].
     pub fn flexibility(&self, port: usize, other: usize) -> f64 {
         let modes = self.omega.iter().enumerate();
         let elastic = modes
@@ -59,12 +63,14 @@ impl Reduced {
         elastic.sum::<f64>() + self.residual[(port, other)]
     }
 
-    /// The statics under some `loads`, of contact elements with these `centres` \[m\]. If the load is that `of_pressure` whatever holds the bodies, they
-    /// are free to come closer, in exchange for the loads on their own faces.
+    /// Computes the static response to `loads` of contact elements with these `centres` \[m\].
+    ///
+    /// `of_pressure` is true if the preload is a given pressure, whatever supports the bodies. The bodies are then
+    /// free to approach, and only the loads on their faces count along this motion.
     ///
     /// # Errors
-    /// [`StructureError::Unborne`] for a load along a rigid motion that the pressure does not resist, [`StructureError::NotTwoBodies`] for faces
-    /// of which parts move against each other.
+    /// [`StructureError::Unborne`] for a load along a rigid motion that the pressure does not resist;
+    /// [`StructureError::NotTwoBodies`] if a face does not move as one rigid body.
     pub fn statics(
         &self,
         centres: &[[f64; 2]],
@@ -76,7 +82,7 @@ impl Reduced {
         let flexibility =
             Matrix::from_fn(count, count, |e, f| self.flexibility(normal(e), normal(f)));
         let mut planes = self.planes(centres, of_pressure)?;
-        let found = loads.iter().enumerate().map(|(number, forces)| {
+        let responses = loads.iter().enumerate().map(|(number, forces)| {
             let opening = (0..count)
                 .map(|e| {
                     let terms = forces.iter();
@@ -92,8 +98,8 @@ impl Reduced {
                 f * terms.sum::<f64>()
             };
             let work_of = |others: &Vec<PortForce>| {
-                let each = forces.iter().map(|&force| along_port(force, others));
-                each.sum()
+                let work_terms = forces.iter().map(|&force| along_port(force, others));
+                work_terms.sum()
             };
             Ok(StaticLoad {
                 work: loads.iter().map(work_of).collect(),
@@ -101,7 +107,7 @@ impl Reduced {
                 resultants: self.resultants(&planes, centres, number, forces)?,
             })
         });
-        let loads = found.collect::<Result<Vec<_>, _>>()?;
+        let loads = responses.collect::<Result<Vec<_>, _>>()?;
         let (held_compliance, stiff) = planes.split(centres, &flexibility)?;
         Ok(Statics {
             motions: planes.motions(&planes.free),
@@ -113,10 +119,10 @@ impl Reduced {
         })
     }
 
-    /// What the pressure must bear of a load along each free motion.
+    /// Returns the resultants of the pressure that balance a load, one for each free motion.
     fn resultants(
         &self,
-        planes: &Planes,
+        planes: &PlaneMotions,
         centres: &[[f64; 2]],
         number: usize,
         forces: &[PortForce],
@@ -129,7 +135,7 @@ impl Reduced {
         let along = planes.free.iter().map(|free| {
             let square: f64 = free.parts.iter().map(|a| a * a).sum();
             if square == 0.0 {
-                // No rigid motion: the load on the faces themselves.
+                // No rigid mode has this motion, so the load is the sum of the forces on the faces.
                 let on_faces = forces.iter().filter(|(port, _)| *port < 3 * centres.len());
                 let terms = on_faces.map(|(port, f)| -f * planes.along(free, centres[port / 3]));
                 return terms.sum();
@@ -141,23 +147,27 @@ impl Reduced {
             along / square
         });
         let along: Vec<f64> = along.collect();
-        let left = work.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
-        if left > MOVES * size {
+        let unbalanced = work.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
+        if unbalanced > MOVES * size {
             return Err(StructureError::Unborne {
                 load: number,
-                share: left / size,
+                share: unbalanced / size,
             });
         }
         Ok(planes.resultants(&along))
     }
 
-    /// How the faces move as rigid planes.
-    fn planes(&self, centres: &[[f64; 2]], of_pressure: bool) -> Result<Planes, StructureError> {
+    /// Finds the motions of the faces as rigid planes that are free or held.
+    fn planes(
+        &self,
+        centres: &[[f64; 2]],
+        of_pressure: bool,
+    ) -> Result<PlaneMotions, StructureError> {
         let modes = self.rigid.columns();
         let squares = centres.iter().map(|[x, y]| x * x + y * y);
         let lever = (squares.sum::<f64>() / centres.len() as f64).sqrt();
         let field = |at| fields(lever, at);
-        // Approach and rotations times the lever of each mode, by least squares over the contact elements.
+        // Approach, and rotations times the lever, of each rigid mode: a least-squares fit over the contact elements.
         let gram = Matrix::from_fn(3, 3, |a, b| {
             centres.iter().map(|&at| field(at)[a] * field(at)[b]).sum()
         });
@@ -174,29 +184,29 @@ impl Reduced {
         for r in 0..modes {
             let size = motion.column(r).iter().fold(unit, |m, v| m.max(v.abs()));
             for (e, &at) in centres.iter().enumerate() {
-                let closes: f64 = (0..3).map(|a| field(at)[a] * motion[(a, r)]).sum();
-                if (closes + self.rigid[(3 * e + 2, r)]).abs() > MOVES * size {
+                let approach: f64 = (0..3).map(|a| field(at)[a] * motion[(a, r)]).sum();
+                if (approach + self.rigid[(3 * e + 2, r)]).abs() > MOVES * size {
                     return Err(StructureError::NotTwoBodies { element: e });
                 }
             }
         }
         let squares = motion.times_transpose(&motion);
         let (values, vectors) = squares.symmetric_eigen().map_err(fail)?;
-        let mut planes = Planes {
+        let mut planes = PlaneMotions {
             lever,
             free: Vec::new(),
             held: Vec::new(),
         };
         for (k, value) in values.iter().enumerate() {
-            let of = [0, 1, 2].map(|a| vectors[(a, k)]);
-            let parts = (0..modes).map(|r| (0..3).map(|a| of[a] * motion[(a, r)]).sum());
+            let direction = [0, 1, 2].map(|a| vectors[(a, k)]);
+            let parts = (0..modes).map(|r| (0..3).map(|a| direction[a] * motion[(a, r)]).sum());
             match *value > (MOVES * unit).powi(2) {
-                true => planes.free.push(Plane {
-                    direction: clean(of),
+                true => planes.free.push(PlaneMotion {
+                    direction: clean(direction),
                     parts: parts.collect(),
                 }),
-                false => planes.held.push(Plane {
-                    direction: clean(of),
+                false => planes.held.push(PlaneMotion {
+                    direction: clean(direction),
                     parts: Vec::new(),
                 }),
             }
@@ -215,12 +225,12 @@ fn fail(source: crate::linalg::LinalgError) -> StructureError {
     }
 }
 
-/// Approach and rotations times a lever at a place: by how much each brings the faces closer there.
+/// Returns by how much the approach and each rotation times the lever close the gap at a place.
 fn fields(lever: f64, [x, y]: [f64; 2]) -> [f64; 3] {
     [1.0, y / lever, -x / lever]
 }
 
-/// A unit vector without what it has of others by rounding.
+/// Removes the rounding errors from a unit vector along the approach or in the plane of the rotations.
 fn clean(direction: [f64; 3]) -> [f64; 3] {
     match direction.map(|v| if v.abs() > MOVES { v } else { 0.0 }) {
         [_, 0.0, 0.0] => [1.0, 0.0, 0.0],
@@ -228,30 +238,31 @@ fn clean(direction: [f64; 3]) -> [f64; 3] {
     }
 }
 
-/// A motion of the faces as rigid planes.
-struct Plane {
-    /// Approach, and rotations times the lever; the directions of all are orthonormal.
+/// Motion of the faces as rigid planes.
+struct PlaneMotion {
+    /// Approach, and rotations times the lever. The directions of all motions are orthonormal.
     direction: [f64; 3],
-    /// By how much every rigid mode moves the bodies along it; of different planes orthogonal. All zero, or none, of one that no mode has.
+    /// Displacement along this motion in each rigid mode. The vectors of different motions are orthogonal. Empty or
+    /// zero if no rigid mode has the motion.
     parts: Vec<f64>,
 }
 
-/// All three of them.
-struct Planes {
-    /// Length by which rotations are counted as displacements \[m\].
+/// All three motions of the faces as rigid planes.
+struct PlaneMotions {
+    /// Length that converts rotations to displacements \[m\].
     lever: f64,
-    free: Vec<Plane>,
-    held: Vec<Plane>,
+    free: Vec<PlaneMotion>,
+    held: Vec<PlaneMotion>,
 }
 
-impl Planes {
-    /// By how much a motion brings the faces closer at a place.
-    fn along(&self, plane: &Plane, at: [f64; 2]) -> f64 {
+impl PlaneMotions {
+    /// Returns by how much a motion closes the gap at a place.
+    fn along(&self, plane: &PlaneMotion, at: [f64; 2]) -> f64 {
         let fields = fields(self.lever, at);
         (0..3).map(|a| plane.direction[a] * fields[a]).sum()
     }
 
-    /// Frees the part of the approach that is held.
+    /// Makes the held part of the approach a free motion.
     fn free_approach(&mut self) {
         let mut direction = [0.0; 3];
         for plane in &self.held {
@@ -262,39 +273,40 @@ impl Planes {
             return;
         }
         let freed = clean(direction.map(|d| d / length));
-        // What is left of the held ones without it, orthonormal again.
-        let mut left: Vec<[f64; 3]> = Vec::new();
+        // Remove the freed direction from the held motions, and make them orthonormal again.
+        let mut remaining: Vec<[f64; 3]> = Vec::new();
         for plane in self.held.drain(..) {
-            let mut of = plane.direction;
-            for other in left.iter().chain([&freed]) {
-                let along: f64 = (0..3).map(|a| of[a] * other[a]).sum();
-                (0..3).for_each(|a| of[a] -= along * other[a]);
+            let mut rest = plane.direction;
+            for other in remaining.iter().chain([&freed]) {
+                let along: f64 = (0..3).map(|a| rest[a] * other[a]).sum();
+                (0..3).for_each(|a| rest[a] -= along * other[a]);
             }
-            let length = of.iter().map(|d| d * d).sum::<f64>().sqrt();
+            let length = rest.iter().map(|d| d * d).sum::<f64>().sqrt();
             if length > MOVES.sqrt() {
-                left.push(of.map(|d| d / length));
+                remaining.push(rest.map(|d| d / length));
             }
         }
-        let plane = |direction| Plane {
+        let plane = |direction| PlaneMotion {
             direction,
             parts: Vec::new(),
         };
-        self.held = left.into_iter().map(plane).collect();
+        self.held = remaining.into_iter().map(plane).collect();
         self.free.push(plane(freed));
     }
 
-    /// Approach and rotations of some of them; one after the other where these are all.
-    fn motions(&self, of: &[Plane]) -> Vec<[f64; 3]> {
-        match of.len() {
+    /// Returns the approach and rotations of some motions. If there are three, returns the approach and the
+    /// rotations.
+    fn motions(&self, planes: &[PlaneMotion]) -> Vec<[f64; 3]> {
+        match planes.len() {
             3 => vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             _ => {
-                let turned = |[a, x, y]: [f64; 3]| [a, x / self.lever, y / self.lever];
-                of.iter().map(|plane| turned(plane.direction)).collect()
+                let scaled = |[a, x, y]: [f64; 3]| [a, x / self.lever, y / self.lever];
+                planes.iter().map(|plane| scaled(plane.direction)).collect()
             }
         }
     }
 
-    /// Resultants along the free motions, from those along their directions.
+    /// Converts resultants along the directions of the free motions to resultants along [`PlaneMotions::motions`].
     fn resultants(&self, along: &[f64]) -> Vec<f64> {
         if along.len() < 3 {
             return along.to_vec();
@@ -308,7 +320,8 @@ impl Planes {
             .collect()
     }
 
-    /// By how much the held motion `k` brings the faces closer at a place; where all three are held, those of [`Planes::motions`].
+    /// Returns by how much held motion `k` closes the gap at a place. If all three motions are held, they are those
+    /// of [`PlaneMotions::motions`].
     fn along_held(&self, k: usize, at: [f64; 2]) -> f64 {
         match self.held.len() {
             3 => [1.0, at[1], -at[0]][k],
@@ -316,8 +329,10 @@ impl Planes {
         }
     }
 
-    /// The compliance of the held motions, and the flexibility without it. Where bodies are free to come closer, only motions that are softer than a
-    /// contact element stay among those held: the flexibility keeps the other ones, with which the contact is solved at once.
+    /// Splits the flexibility into the compliance of the held motions and the rest.
+    ///
+    /// If some motion is free, only the motions that are softer than a contact element remain held. The flexibility
+    /// keeps the others, and the contact solver handles them directly.
     fn split(
         &mut self,
         centres: &[[f64; 2]],
@@ -340,10 +355,10 @@ impl Planes {
         let mut solved = Matrix::from_fn(count, all, |e, k| at(k, e));
         factor.solve_lower(&mut solved);
         let stiffness = solved.transpose_times(&solved);
-        // C of the first of all motions.
+        // Compliance C of the `first` motions.
         let compliance_of = |first: usize| -> Result<Matrix, StructureError> {
-            let own = Matrix::from_fn(first, first, |a, b| stiffness[(a, b)]);
-            let factor = own.cholesky().map_err(fail)?;
+            let motion_stiffness = Matrix::from_fn(first, first, |a, b| stiffness[(a, b)]);
+            let factor = motion_stiffness.cholesky().map_err(fail)?;
             let mut inverse = Matrix::from_fn(first, first, |a, b| f64::from(a == b));
             factor.solve_lower(&mut inverse);
             factor.solve_lower_transposed(&mut inverse);
@@ -356,25 +371,29 @@ impl Planes {
         };
         let mut compliance = compliance_of(held)?;
         if !self.free.is_empty() {
-            let of_all = compliance_of(all)?;
-            let own = (0..count).map(|e| flexibility[(e, e)] - soft(&at, &of_all, e, e));
-            let of_element = own.sum::<f64>() / count as f64;
+            let compliance_of_all = compliance_of(all)?;
+            let element_flexibilities =
+                (0..count).map(|e| flexibility[(e, e)] - soft(&at, &compliance_of_all, e, e));
+            let element_flexibility = element_flexibilities.sum::<f64>() / count as f64;
             let (values, vectors) = compliance.symmetric_eigen().map_err(fail)?;
-            let kept: Vec<usize> = (0..held).filter(|k| values[*k] > of_element).collect();
+            let soft_motions: Vec<usize> = (0..held)
+                .filter(|k| values[*k] > element_flexibility)
+                .collect();
             let plane = |k: &usize| {
                 let along = |a: usize| -> f64 {
-                    let each = self.held.iter().enumerate();
-                    each.map(|(m, plane)| vectors[(m, *k)] * plane.direction[a])
+                    let held_motions = self.held.iter().enumerate();
+                    held_motions
+                        .map(|(m, plane)| vectors[(m, *k)] * plane.direction[a])
                         .sum()
                 };
-                Plane {
+                PlaneMotion {
                     direction: [0, 1, 2].map(along),
                     parts: Vec::new(),
                 }
             };
-            self.held = kept.iter().map(plane).collect();
-            compliance = Matrix::from_fn(kept.len(), kept.len(), |a, b| {
-                if a == b { values[kept[a]] } else { 0.0 }
+            self.held = soft_motions.iter().map(plane).collect();
+            compliance = Matrix::from_fn(soft_motions.len(), soft_motions.len(), |a, b| {
+                if a == b { values[soft_motions[a]] } else { 0.0 }
             });
         }
         let held = self.held.len();

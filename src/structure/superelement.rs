@@ -1,35 +1,37 @@
-//! A reduced structure as stiffness and mass between the displacements of its ports and the amplitudes of its modes: what another program
-//! takes as a superelement.
+//! Export of a reduced structure as a superelement: stiffness and mass between the displacements of its ports and the
+//! amplitudes of its modes.
 //!
-//! Ports move by u = Φq + r, the modes and what is left, r = R₀ f. With u and q as coordinates the energies are ½ qᵀΩ²q + ½ rᵀR₀⁻¹r and
-//! ½ q̇ᵀq̇ + ½ ṙᵀR₀⁻¹R₁R₀⁻¹ṙ (Rubin, AIAA J. 13, 1975). With the modes eliminated the ports have the receptance
-//! Φ(Ω² − ω²)⁻¹Φᵀ + R₀(R₀ − ω²R₁)⁻¹R₀. Where R₀ is next to nothing, as of combinations of ports that only modes move, it is rounding: those follow
-//! the modes behind a spring as stiff as the least flexibility, without mass.
+//! The displacements of the ports are u = Φq + r, the modes and the residual r = R₀ f. In the coordinates u and q the
+//! energies are ½ qᵀΩ²q + ½ rᵀR₀⁻¹r and ½ q̇ᵀq̇ + ½ ṙᵀR₀⁻¹R₁R₀⁻¹ṙ (Rubin, AIAA J. 13, 1975). Elimination of the modes
+//! gives the receptance Φ(Ω² − ω²)⁻¹Φᵀ + R₀(R₀ − ω²R₁)⁻¹R₀.
+//!
+//! Combinations of ports that only modes move have a residual R₀ that is rounding. A spring as stiff as the least
+//! flexibility couples them to the modes, without mass.
 
 use crate::linalg::{LinalgError, Matrix, RowMatrix};
 use crate::structure::reduction::Reduced;
 
-/// The least flexibility of a combination of ports that is none of rounding, over the largest: what rigid modes leave in it is 1e-6.
+/// A flexibility of a combination of ports below this share of the largest is rounding. Rigid modes leave about 1e-6.
 const LEAST: f64 = 1e-5;
 
-/// Matrices of a reduced structure. Rows are its ports in their order, then the modes, rigid ones first.
+/// Matrices of a reduced structure. Their rows are the ports in order, then the modes, rigid ones first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Superelement {
-    /// \[N/m\] between ports, rad²/s² between modes of mass 1 kg.
+    /// Stiffness: \[N/m\] between ports, rad²/s² between modes of mass 1 kg.
     pub stiffness: Matrix,
-    /// \[kg\] between ports, 1 between modes.
+    /// Mass: \[kg\] between ports, 1 between modes.
     pub mass: Matrix,
-    /// \[N s/m\], of the modes alone; none where the structure has no damping of its own.
+    /// Viscous damping \[N s/m\] of the modes only. `None` without damping of the structure.
     pub damping: Option<Matrix>,
-    /// Hysteretic damping \[N/m\], of the modes alone; none where the structure has none.
+    /// Hysteretic damping \[N/m\] of the modes only. `None` without hysteretic damping of the structure.
     pub hysteretic: Option<Matrix>,
 }
 
 impl Superelement {
-    /// Of a reduced structure.
+    /// Computes the matrices of a reduced structure.
     ///
     /// # Errors
-    /// [`LinalgError`] for a residual flexibility that is not finite.
+    /// [`LinalgError`] if the residual flexibility is not finite.
     pub fn new(reduced: &Reduced) -> Result<Superelement, LinalgError> {
         let ports = reduced.ports.len();
         let mut shapes = reduced.rigid.clone();
@@ -47,37 +49,40 @@ impl Superelement {
         let inertia = without_rounding
             .times(&reduced.residual_slope)
             .times(&without_rounding);
-        let held = reduced.rigid.columns();
-        let mut stiffness = between(&inverse, &shapes);
-        let mut mass = between(&inertia, &shapes);
+        let rigid_count = reduced.rigid.columns();
+        let mut stiffness = quadratic_form(&inverse, &shapes);
+        let mut mass = quadratic_form(&inertia, &shapes);
         for mode in 0..shapes.columns() {
             let row = ports + mode;
             mass[(row, row)] += 1.0;
-            if mode >= held {
-                stiffness[(row, row)] += reduced.omega[mode - held].powi(2);
+            if mode >= rigid_count {
+                stiffness[(row, row)] += reduced.omega[mode - rigid_count].powi(2);
             }
         }
         let size = ports + shapes.columns();
-        let of_modes = |own: &Matrix| {
+        let extended = |modal_matrix: &Matrix| {
             Matrix::from_fn(size, size, |i, j| match (i.min(j)).checked_sub(ports) {
-                Some(_) => own[(i - ports, j - ports)],
+                Some(_) => modal_matrix[(i - ports, j - ports)],
                 None => 0.0,
             })
         };
         Ok(Superelement {
             stiffness,
             mass,
-            damping: reduced.damping.as_ref().map(of_modes),
-            hysteretic: reduced.hysteretic.as_ref().map(of_modes),
+            damping: reduced.damping.as_ref().map(extended),
+            hysteretic: reduced.hysteretic.as_ref().map(extended),
         })
     }
 }
 
-/// Stiffness, mass, and both dampings of `M q̈ + C q̇ + K q = Bᵀf`, `u = B q + R f` between the displacements of its ports and q: the ports follow B q behind
-/// R⁻¹, without mass and damping. Without R the ports are q, in another order. Of the first `contact` ports every third is reversed, so that it is positive where the joint opens.
+/// Computes stiffness, mass and both damping matrices of a model between the displacements of its ports and q.
+///
+/// The model is `M q̈ + C q̇ + K q = Bᵀf`, `u = B q + R f`. The ports are coupled to B q by R⁻¹, without mass or
+/// damping. Without R the ports are q in another order. The sign of every third of the first `contact` ports is
+/// reversed, so that it is positive where the joint opens.
 ///
 /// # Errors
-/// [`LinalgError`] for a residual flexibility that is not finite.
+/// [`LinalgError`] if the residual flexibility is not finite.
 pub fn of_model(
     matrices: [&RowMatrix; 4],
     basis: &RowMatrix,
@@ -90,34 +95,34 @@ pub fn of_model(
         false => 1.0,
     };
     let Some(residual) = residual else {
-        // Ports that are the coordinates themselves, as of a mass.
-        let own = |matrix: &RowMatrix| {
+        // The ports are the coordinates themselves, for example for a single mass.
+        let modal_matrix = |matrix: &RowMatrix| {
             let moved = basis.times(matrix).times(&basis.transposed());
             Matrix::from_fn(ports, ports, |i, j| sign(i) * sign(j) * moved.at(i, j))
         };
-        return Ok(matrices.map(own));
+        return Ok(matrices.map(modal_matrix));
     };
     let shapes = Matrix::from_fn(ports, modes, |i, j| sign(i) * basis.at(i, j));
     let flexibility = Matrix::from_fn(ports, ports, |i, j| sign(i) * sign(j) * residual.at(i, j));
     let (values, vectors) = flexibility.symmetric_eigen()?;
     let least = LEAST * values.iter().fold(0.0_f64, |most, r| most.max(*r));
     let weighted = Matrix::from_fn(ports, ports, |i, r| vectors[(i, r)] / values[r].max(least));
-    let mut behind = between(&weighted.times_transpose(&vectors), &shapes);
-    let of_modes = |own: &RowMatrix| {
+    let mut coupled = quadratic_form(&weighted.times_transpose(&vectors), &shapes);
+    let extended = |modal_matrix: &RowMatrix| {
         Matrix::from_fn(ports + modes, ports + modes, |i, j| {
             match i.min(j).checked_sub(ports) {
-                Some(_) => own.at(i - ports, j - ports),
+                Some(_) => modal_matrix.at(i - ports, j - ports),
                 None => 0.0,
             }
         })
     };
-    let [stiffness, mass, damping, hysteretic] = matrices.map(of_modes);
-    behind.add(1.0, &stiffness);
-    Ok([behind, mass, damping, hysteretic])
+    let [stiffness, mass, damping, hysteretic] = matrices.map(extended);
+    coupled.add(1.0, &stiffness);
+    Ok([coupled, mass, damping, hysteretic])
 }
 
-/// (u − Φq)ᵀA(u − Φq) as a matrix of u and q, symmetric to the last digit.
-fn between(a: &Matrix, shapes: &Matrix) -> Matrix {
+/// Returns (u − Φq)ᵀA(u − Φq) as an exactly symmetric matrix of u and q.
+fn quadratic_form(a: &Matrix, shapes: &Matrix) -> Matrix {
     let (ports, modes) = (a.rows(), shapes.columns());
     let across = a.times(shapes);
     let inner = shapes.transpose_times(&across);

@@ -947,7 +947,7 @@ fn a_node_that_no_mass_is_joined_to_is_not_held() {
         |_, _, _| (),
     );
     let said = found.expect_err("a fault").to_string();
-    assert!(said.contains("nothing with mass is joined to it"), "{said}");
+    assert!(said.contains("no mass is connected to it"), "{said}");
 }
 
 /// What does not fit is said, with what would.

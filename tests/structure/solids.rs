@@ -373,7 +373,7 @@ fn decks_that_are_not_assembled_are_refused() {
     for (card, parts) in [
         (
             "*ELGEN, ELSET=MORE\n1,2,1,1",
-            &["*ELGEN", "leave the keyword out"][..],
+            &["*ELGEN", "remove the keyword"][..],
         ),
         (
             "*NCOPY, CHANGE NUMBER=1000, OLD SET=FOOT, SHIFT\n0.,0.,9.",
@@ -616,7 +616,7 @@ fn a_body_that_does_not_turn_is_doubted() {
     let doubts = |matrices: &Matrices| {
         let all = suspicions(matrices);
         all.iter()
-            .filter(|text| text.contains("resists a turn"))
+            .filter(|text| text.contains("resists a rotation"))
             .count()
     };
     assert_eq!(doubts(&sound), 0);

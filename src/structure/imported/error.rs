@@ -1,41 +1,41 @@
-//! What cannot be made of matrices.
+//! Errors of structures from imported matrices.
 
 use crate::structure::StructureError;
 use crate::structure::inspection::FixedError;
 use crate::structure::interface::InterfaceError;
 use crate::structure::matrices::{Dof, Role};
 
-/// What cannot be made of matrices.
+/// Error for imported matrices that do not give a valid structure.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ImportError {
     /// A matrix is missing.
-    #[error("the files have no {}; a structure that vibrates has stiffness and mass", .0.name())]
+    #[error("the files have no {}; a vibrating structure needs stiffness and mass", .0.name())]
     Missing(Role),
-    /// No file says what the rows are.
+    /// No file describes the rows.
     #[error(
-        "no file says which node and direction the {rows} rows stand for{}; give structure.nodes, a table of the nodes in the order of the rows, or the program's list of freedoms beside the matrices", nodes_told(*.nodes)
+        "no file says which node and direction the {rows} rows have{}; give structure.nodes, a table of the nodes in the order of the rows, or put the program's list of freedoms beside the matrices", nodes_note(*.nodes)
     )]
     NoDofs {
-        /// Rows of the matrices.
+        /// Number of rows of the matrices.
         rows: usize,
-        /// Nodes in the table of nodes.
+        /// Number of nodes in the table of nodes.
         nodes: usize,
     },
     /// A matrix is not symmetric.
     #[error(
-        "the {} is not symmetric: {:.6e} in row {} and column {} against {:.6e}, {:.1e} of its largest entry", .role.name(), .values.0, .at.0, .at.1, .values.1, .share
+        "the {} is not symmetric: it has {:.6e} in row {} and column {}, but {:.6e} across the diagonal. The difference is {:.1e} of its largest entry", .role.name(), .values.0, .at.0, .at.1, .values.1, .share
     )]
     Unsymmetric {
-        /// Which.
+        /// Role of the matrix.
         role: Role,
-        /// Where, by what the rows stand for.
+        /// Degrees of freedom of the row and the column.
         at: (Dof, Dof),
-        /// Both values.
+        /// The two values.
         values: (f64, f64),
-        /// Their difference over the largest entry.
+        /// Difference of the values over the largest entry.
         share: f64,
     },
-    /// What the user holds is not there.
+    /// The user fixes a set, node or row that does not exist.
     #[error("structure.fixed: {0}")]
     Fixed(#[from] FixedError),
     /// A node of the joint, or of a point, has no position.
@@ -43,120 +43,120 @@ pub enum ImportError {
         "node {0} has no position; give structure.nodes, a table of node, x, y and z, or the deck of the model{1}"
     )]
     NoPosition(i64, String),
-    /// A node that the scene uses has displacements along other axes.
+    /// A node that the scene uses has displacements along local axes.
     #[error(
         "node {0}, which the joint, a force, the response or structure.fixed uses, has {1}; write the matrices along the global axes"
     )]
     LocalAxes(i64, String),
-    /// A node of the joint, or of a point, has no row.
+    /// A node of the joint or of a point has no row.
     #[error(
-        "node {node} has no displacement along {axis} in the matrices{}", if *.is_held { ": structure.fixed holds it" } else { ": the program has removed it, nothing with mass is joined to it, a tie or an equation of the deck makes it follow others, or there is no such node" }
+        "node {node} has no displacement along {axis} in the matrices{}", if *.is_held { ": structure.fixed fixes it" } else { ": the program has removed it, no mass is connected to it, a tie or an equation of the deck makes it dependent, or the node does not exist" }
     )]
     NoRow {
-        /// The node.
+        /// Number of the node.
         node: i64,
-        /// x, y or z.
+        /// Axis of the missing displacement: x, y or z.
         axis: &'static str,
-        /// The scene holds it.
+        /// True if the scene fixes the displacement.
         is_held: bool,
     },
-    /// There is no such set.
+    /// A set of nodes does not exist.
     #[error("{key}: there is no set of nodes \"{name}\"; the files have {known}")]
     NoSet {
-        /// The key.
+        /// Key of the scene.
         key: &'static str,
-        /// The name.
+        /// Name of the missing set.
         name: String,
-        /// Those there are.
+        /// Names of the sets in the files.
         known: String,
     },
-    /// A preload without a direction.
+    /// The direction of the preload is undefined.
     #[error(
-        "contact.preload: the centroids of head \"{}\" and nut \"{}\" are one point, so that the forces between them have no direction; they must be at both ends of the bolt",
+        "contact.preload: the centroids of head \"{}\" and nut \"{}\" coincide, so the preload has no direction; give the nodes at both ends of the bolt",
         .0[0], .0[1]
     )]
     PreloadNowhere([String; 2]),
-    /// A node twice.
+    /// A node occurs twice on a side of the joint.
     #[error("node {node} is in two pairs of the joint; each node of a body faces one of the other")]
     Twice {
-        /// The node.
+        /// Number of the node.
         node: i64,
     },
-    /// A node of a bonded joint that faces none.
+    /// A node of a bonded joint faces no other node.
     #[error(
-        "structure.interface: without [contact] the joint is bonded, and its faces must match node for node; no lower node of its own is where node {node} of the upper face is; tie the faces in the deck (*TIE) and leave structure.interface out, or give [contact]"
+        "structure.interface: without [contact] the joint is bonded, and its faces must match node for node, but node {node} of the upper face has no lower node of its own at the same place; tie the faces in the deck (*TIE) and leave structure.interface out, or give [contact]"
     )]
     NotNodeForNode {
-        /// The upper one.
+        /// Number of the upper node.
         node: i64,
     },
-    /// A node on both sides.
+    /// A node is on both sides of the joint.
     #[error("node {node} is on both sides of the joint: bodies that share nodes are bonded there")]
     Both {
-        /// The node.
+        /// Number of the node.
         node: i64,
     },
-    /// The joint cannot be found.
+    /// The joint was not found in the nodes.
     #[error("structure.interface: {0}")]
     Interface(#[from] InterfaceError),
-    /// A mass below zero.
+    /// A mass is negative.
     #[error("the mass of freedom {dof} is {mass:.6e} on its diagonal; a mass is zero or more")]
     NegativeMass {
-        /// Whose.
+        /// Degree of freedom of the mass.
         dof: Dof,
-        /// In the unit of the file.
+        /// The mass in the unit of the file.
         mass: f64,
     },
-    /// Hysteretic damping that feeds a motion.
+    /// A damping matrix feeds energy into a motion.
     #[error(
-        "the {kind} damping feeds some motion: between modes it has an eigenvalue of {share:.1e} of the largest below zero; it must be zero or more for every motion"
+        "the {kind} damping feeds some motion: its matrix between modes has a negative eigenvalue, {share:.1e} of the largest; the damping of every motion must be zero or more"
     )]
     NegativeDamping {
-        /// viscous or structural.
+        /// `"viscous"` or `"structural"`.
         kind: &'static str,
-        /// Size of the least eigenvalue, over the largest.
+        /// Magnitude of the least eigenvalue over the largest.
         share: f64,
     },
     /// The two nodes of a pair do not face each other.
     #[error(
-        "structure.interface: the nodes of the pair {upper}, {lower} are {off:.4} mm apart along the joint, whose rectangles have sides of {side:.4} mm; see the positions of the nodes, or give two sets of nodes instead of pairs"
+        "structure.interface: the nodes of the pair {upper}, {lower} are {off:.4} mm apart along the joint, whose rectangles have sides of {side:.4} mm; check the positions of the nodes, or give two sets of nodes instead of pairs"
     )]
     Askew {
-        /// Of the upper body.
+        /// Node of the upper body.
         upper: i64,
-        /// Of the lower body.
+        /// Node of the lower body.
         lower: i64,
-        /// How far apart, in the plane \[mm\].
+        /// Distance between the nodes in the plane of the joint \[mm\].
         off: f64,
         /// Shorter side of a contact element's rectangle \[mm\].
         side: f64,
     },
-    /// Nothing has mass.
-    #[error("{rows} of {all} rows belong to bodies without any mass; see structure.mass")]
+    /// Some bodies have no mass.
+    #[error("{rows} of {all} rows belong to bodies without any mass; check structure.mass")]
     Massless {
-        /// Rows without.
+        /// Number of rows of bodies without mass.
         rows: usize,
-        /// All rows.
+        /// Number of all rows.
         all: usize,
     },
-    /// Some motion of rows without mass is resisted by nothing.
+    /// A motion of massless rows has no stiffness.
     #[error(
-        "some motion of rows without mass is resisted by nothing; hold it with structure.fixed, or leave these rows out of the matrices"
+        "some motion of massless rows has no stiffness; fix it with structure.fixed, or remove these rows from the matrices"
     )]
     Loose,
-    /// The stiffness drives something away.
+    /// The stiffness has a negative eigenvalue.
     #[error(
-        "the stiffness is not positive: a mode has omega^2 = {0:.4e} s^-2, which grows by itself; the matrices are of an unstable state, or of different files"
+        "the stiffness is not positive: a mode has omega^2 = {0:.4e} s^-2, so its amplitude grows; the matrices are of an unstable state, or do not belong together"
     )]
     Unstable(f64),
-    /// It cannot be reduced.
+    /// The reduction failed.
     #[error(transparent)]
     Structure(#[from] StructureError),
 }
 
-fn nodes_told(nodes: usize) -> String {
+fn nodes_note(nodes: usize) -> String {
     match nodes {
         0 => String::new(),
-        nodes => format!(", and they are neither three nor six for each of the {nodes} nodes"),
+        nodes => format!(", which are neither three nor six for each of the {nodes} nodes"),
     }
 }

@@ -1,4 +1,4 @@
-//! A structure whose stiffness and mass come from another program: its rows in SI, its joint, and the small model at it.
+//! Structure from the stiffness and mass of another program: its rows in SI, its joint, and its reduced model.
 
 mod error;
 mod nodes;
@@ -23,22 +23,22 @@ use crate::linalg::vectors::{dot, minus};
 use nodes::{NodePoint, bond, check_pairs, ends_of_preload, neighbours, point, sides};
 use rows::{leave_out_massless, places};
 
-/// Entries may differ from their mirror images by this share of the largest: what the digits of a text leave.
+/// Tolerance of the symmetry of a matrix, as a share of its largest entry. It allows for the digits of a text file.
 const SYMMETRIC: f64 = 1e-6;
 
-/// Worth of the units of the files in SI.
+/// Units of the files, as multiples of the SI units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct UnitSystem {
-    /// Of length \[m\].
+    /// Unit of length \[m\].
     pub length: f64,
-    /// Of mass \[kg\].
+    /// Unit of mass \[kg\].
     pub mass: f64,
-    /// Of time \[s\].
+    /// Unit of time \[s\].
     pub time: f64,
 }
 
 impl UnitSystem {
-    /// The same but for rounding.
+    /// Returns true if the units are equal except for rounding.
     pub fn is_near(&self, other: &UnitSystem) -> bool {
         const ROUNDING: f64 = 1e-9;
         let pairs = [
@@ -63,13 +63,13 @@ impl Default for UnitSystem {
 /// Stiffness and mass of a structure in SI, its joint, and the points at which forces act.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
-    /// The joint; none where it is bonded.
+    /// The joint. `None` for a bonded structure.
     pub interface: Option<Interface>,
-    /// What the user should know of the files.
+    /// Notes for the user about the files.
     pub notes: Vec<String>,
-    /// What makes it doubtful that the files are what they should be.
+    /// Warnings that the files may be wrong.
     pub doubts: Vec<String>,
-    /// Rows of the matrices that are not held.
+    /// Number of rows that are not fixed or left out.
     pub rows: usize,
     /// Mass \[kg\].
     pub mass: f64,
@@ -77,65 +77,65 @@ pub struct Imported {
     inertia: Lower,
     damping: Option<Lower>,
     hysteretic: Option<Lower>,
-    /// Half a unit of the last digit of the stiffness's entries, over them.
+    /// Relative precision of the stiffness entries: half a unit of the last digit.
     precision: f64,
     row_of: HashMap<(i64, u32), usize>,
-    /// Where each row is, where that is known of all, in the unit of the files.
+    /// Position of each row in the unit of the files, if all positions are known.
     places: Option<Vec<[f64; 3]>>,
     sides: [Side; 2],
-    /// The nodes of both sides face each other one by one, in their order.
+    /// True if the nodes of both sides are paired in their order.
     is_paired: bool,
     points: Vec<NodePoint>,
-    /// The hexahedra of the files' elements, where they have such alone.
+    /// Formulation of the hexahedra, if all elements of the files are 8-node hexahedra of one formulation.
     pub hexahedra: Option<Formulation>,
-    /// The last two points, where a preload acts: their names and the direction from the first to the second.
+    /// Ends of a preload, which are the last two points.
     pub preload: Option<EndsOfPreload>,
-    /// Edges of the bodies: the places of the nodes of each, in the axes of the joint \[m\].
+    /// Edges of the bodies as nodes and their positions in the axes of the joint \[m\].
     outline: Vec<Vec<(i64, [f64; 3])>>,
 }
 
-/// Where a preload acts.
+/// Ends of a preload and its direction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EndsOfPreload {
-    /// Names of the points.
+    /// Names of the two points.
     pub points: [String; 2],
-    /// From the first to the second, along the axes of the model.
+    /// Unit vector from the first point to the second, in the axes of the model.
     pub direction: [f64; 3],
 }
 
-/// A lower triangle: rows, columns and values, sorted by column.
+/// Lower triangle as columns, rows and values, sorted by column.
 type Lower = Vec<(u32, u32, f64)>;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// What a user says of a structure beside its files.
+/// Options of the scene for an imported structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options<'a> {
     /// Units of the files.
     pub unit: UnitSystem,
-    /// Rows that are held, as [`inspection::fixed`] reads it.
+    /// Fixed rows, in the syntax of [`inspection::fixed`].
     pub fixed: Option<&'a str>,
-    /// The joint.
+    /// Nodes of both bodies at the joint.
     pub facing: &'a FacingNodes,
-    /// What the joint must be.
+    /// Requirements on the joint.
     pub wanted: &'a JointRequirements,
     /// Sides of the joint along x and y \[m\].
     pub size: [f64; 2],
-    /// Contact elements along x and y.
+    /// Numbers of contact elements along x and y.
     pub elements: Option<[usize; 2]>,
-    /// Facing nodes are one.
+    /// True if facing nodes are merged.
     pub is_bonded: bool,
-    /// Points: numbers of nodes, or names of sets, whose mean displacement is meant.
+    /// Points, each as nodes and sets of nodes. A point has the mean displacement of its nodes.
     pub points: &'a [String],
-    /// The nodes at both ends of a preload, by their numbers and names of sets.
+    /// Nodes and sets of nodes at both ends of a preload.
     pub preload: Option<&'a [String; 2]>,
 }
 
 impl Imported {
-    /// What `matrices` are with these options.
+    /// Builds a structure from matrices and options.
     ///
     /// # Errors
-    /// [`ImportError`] names what is missing, or what does not fit the scene.
+    /// [`ImportError`] for missing matrices, nodes or sets, and for a joint that does not match the scene.
     pub fn new(matrices: &Matrices, options: &Options<'_>) -> Result<Imported, ImportError> {
         let stiffness = required(matrices, Role::Stiffness)?;
         let mass = required(matrices, Role::Mass)?;
@@ -154,13 +154,13 @@ impl Imported {
             .into_iter()
             .filter_map(|(role, matrix)| Some((role, matrix?)))
         {
-            let off = matrix.asymmetry();
-            if off.share > SYMMETRIC {
+            let asymmetry = matrix.asymmetry();
+            if asymmetry.share > SYMMETRIC {
                 return Err(ImportError::Unsymmetric {
                     role,
-                    at: (dofs[off.at.0], dofs[off.at.1]),
-                    values: off.values,
-                    share: off.share,
+                    at: (dofs[asymmetry.at.0], dofs[asymmetry.at.1]),
+                    values: asymmetry.values,
+                    share: asymmetry.share,
                 });
             }
         }
@@ -174,16 +174,17 @@ impl Imported {
         let mut notes = matrices.notes.clone();
         notes.extend(inspection::inner_nodes_note(matrices));
         let mut doubts = inspection::suspicions(matrices);
-        let (mut is_held, found) = match options.fixed {
+        let (mut is_held, fixed_notes) = match options.fixed {
             Some(text) => inspection::fixed(matrices, text)?,
             None => (vec![false; matrices.size], Vec::new()),
         };
-        notes.extend(found);
+        notes.extend(fixed_notes);
         let held_rows = |is_held: &[bool]| -> HashSet<(i64, u32)> {
             let held = dofs.iter().zip(is_held).filter(|(_, held)| **held);
             held.map(|(dof, _)| (dof.node, dof.direction)).collect()
         };
-        let mut used: HashSet<i64> = held_rows(&is_held).into_iter().map(|row| row.0).collect();
+        let mut used_nodes: HashSet<i64> =
+            held_rows(&is_held).into_iter().map(|row| row.0).collect();
         for (row, held) in frequencies::held(matrices).into_iter().enumerate() {
             is_held[row] |= held;
         }
@@ -191,7 +192,7 @@ impl Imported {
         let left_out = leave_out_massless(matrices, [stiffness, mass], &mut is_held);
         if left_out > 0 {
             notes.push(format!(
-                "{left_out} rows that nothing with mass is joined to are left out"
+                "{left_out} rows without a connection to any mass are left out"
             ));
         }
         let unit = options.unit;
@@ -206,25 +207,31 @@ impl Imported {
         if options.is_bonded && !upper.nodes.is_empty() {
             rows = bond(dofs, options.facing, [&lower, &upper], &mut place)?;
             notes.push(format!(
-                "without [contact] the joint is bonded: {} pairs of nodes are one",
+                "without [contact] the joint is bonded: {} pairs of nodes are merged",
                 upper.nodes.len()
             ));
             [lower, upper] = Default::default();
         }
         let scaled = |matrix: &Triplets, worth: f64| -> Lower {
-            // A rotation is the displacement at a lever of one unit of length.
+            // A rotation is scaled to the displacement at a lever of one unit of length.
             let lever: Vec<f64> = (dofs.iter())
                 .map(|dof| if dof.is_rotation() { unit.length } else { 1.0 })
                 .collect();
-            let mut of_row = vec![1.0; rows];
+            let mut row_levers = vec![1.0; rows];
             for (row, place) in place.iter().enumerate() {
                 if let Some(place) = place {
-                    of_row[*place as usize] = lever[row];
+                    row_levers[*place as usize] = lever[row];
                 }
             }
             let lower = matrix.lower(&place).into_iter();
             lower
-                .map(|(i, j, v)| (i, j, v * worth * of_row[i as usize] * of_row[j as usize]))
+                .map(|(i, j, v)| {
+                    (
+                        i,
+                        j,
+                        v * worth * row_levers[i as usize] * row_levers[j as usize],
+                    )
+                })
                 .collect()
         };
         let mut row_of = HashMap::new();
@@ -253,26 +260,26 @@ impl Imported {
                     "no file has elements whose faces have all corners in contact.preload.head or nut: their nodes bear equal parts of the preload".to_owned(),
                 );
             }
-            let apart = minus(nut.1, head.1);
-            let length = dot(apart, apart).sqrt();
+            let head_to_nut = minus(nut.1, head.1);
+            let length = dot(head_to_nut, head_to_nut).sqrt();
             if length == 0.0 {
                 return Err(ImportError::PreloadNowhere(names.clone()));
             }
             preload = Some(EndsOfPreload {
                 points: [head.0.0.clone(), nut.0.0.clone()],
-                direction: apart.map(|d| d / length),
+                direction: head_to_nut.map(|d| d / length),
             });
             points.extend([head.0, nut.0]);
         }
-        used.extend(lower.nodes.iter().chain(&upper.nodes));
-        used.extend(
+        used_nodes.extend(lower.nodes.iter().chain(&upper.nodes));
+        used_nodes.extend(
             points
                 .iter()
                 .flat_map(|point| &point.1)
                 .map(|(node, _)| node),
         );
         for (why, nodes) in &matrices.local_axes {
-            if let Some(node) = nodes.iter().find(|node| used.contains(node)) {
+            if let Some(node) = nodes.iter().find(|node| used_nodes.contains(node)) {
                 return Err(ImportError::LocalAxes(*node, why.clone()));
             }
         }
@@ -280,8 +287,8 @@ impl Imported {
         for (&(node, _), &row) in &row_of {
             node_of[row] = node;
         }
-        let behind = neighbours([&lower, &upper], &stiffness_si, &node_of, &positions);
-        [lower.neighbours, upper.neighbours] = behind;
+        let neighbour_positions = neighbours([&lower, &upper], &stiffness_si, &node_of, &positions);
+        [lower.neighbours, upper.neighbours] = neighbour_positions;
         let mut all: Vec<i64> = matrices.positions.keys().copied().collect();
         all.sort_unstable();
         let all: Result<Vec<[f64; 3]>, ImportError> = all.into_iter().map(positions).collect();
@@ -295,7 +302,7 @@ impl Imported {
                 options.wanted,
             )?;
             doubts.extend(found.gap_note());
-            notes.extend(told_of_faces(&found, options.facing, [&lower, &upper])?);
+            notes.extend(face_notes(&found, options.facing, [&lower, &upper])?);
             interface = Some(found);
         }
         let at_joint = |node: &i64| {
@@ -337,10 +344,11 @@ impl Imported {
         Ok(imported)
     }
 
-    /// All that the small model depends on, part by part, to be hashed: entries, edges, nodes at the joint and at the points.
+    /// Passes all data that determine the reduced model to a hash: entries, edges, and nodes of the joint and the
+    /// points.
     pub fn hash_parts(&self, update: &mut dyn FnMut(&[u8])) {
-        let both = [&self.stiffness, &self.inertia];
-        for matrix in both
+        let required_matrices = [&self.stiffness, &self.inertia];
+        for matrix in required_matrices
             .into_iter()
             .chain(&self.damping)
             .chain(&self.hysteretic)
@@ -381,11 +389,11 @@ impl Imported {
         }
     }
 
-    /// Every node that a port needs has three displacements.
+    /// Checks that every node of a port has three displacements.
     fn check_rows(&self, held: &HashSet<(i64, u32)>) -> Result<(), ImportError> {
-        let of_joint = self.sides.iter().flat_map(|side| &side.nodes);
-        let of_points = self.points.iter().flat_map(|point| &point.1);
-        for &node in of_joint.chain(of_points.map(|(node, _)| node)) {
+        let joint_nodes = self.sides.iter().flat_map(|side| &side.nodes);
+        let point_nodes = self.points.iter().flat_map(|point| &point.1);
+        for &node in joint_nodes.chain(point_nodes.map(|(node, _)| node)) {
             for (axis, name) in AXES.into_iter().enumerate() {
                 let row = (node, axis as u32 + 1);
                 if !self.row_of.contains_key(&row) {
@@ -400,8 +408,10 @@ impl Imported {
         Ok(())
     }
 
-    /// Median stiffness of the nodes of the joint along its normal, each held alone, over the shorter side of a contact element \[Pa\]: near
-    /// Young's modulus, whatever the mesh; none of a bonded joint.
+    /// Returns the median normal stiffness of single nodes of the joint over the shorter side of a contact element
+    /// \[Pa\].
+    ///
+    /// It is near Young's modulus for any mesh. `None` for a bonded joint.
     pub fn apparent_modulus(&self) -> Option<f64> {
         let interface = self.interface.as_ref()?;
         let mut diagonal = vec![0.0; self.rows];
@@ -411,46 +421,47 @@ impl Imported {
             }
         }
         let normal = interface.axes[2];
-        let of_node = |node: &i64| -> f64 {
+        let normal_stiffness = |node: &i64| -> f64 {
             let rows = (0..3).map(|d| (normal[d], self.row_of.get(&(*node, d as u32 + 1))));
             rows.map(|(n, row)| row.map_or(0.0, |row| n * n * diagonal[*row]))
                 .sum()
         };
-        let mut each: Vec<f64> = self
+        let mut node_stiffnesses: Vec<f64> = self
             .sides
             .iter()
             .flat_map(|side| &side.nodes)
-            .map(of_node)
+            .map(normal_stiffness)
             .collect();
-        each.sort_by(f64::total_cmp);
+        node_stiffnesses.sort_by(f64::total_cmp);
         let sides = interface.array.sides();
-        Some(each[each.len() / 2] / sides[0].min(sides[1]))
+        Some(node_stiffnesses[node_stiffnesses.len() / 2] / sides[0].min(sides[1]))
     }
 
-    /// True where the files have a damping matrix.
+    /// Returns true if the files have a damping matrix.
     pub fn has_damping(&self) -> bool {
         self.damping.is_some() || self.hysteretic.is_some()
     }
 
-    /// True where the files have elements, whose edges can be drawn.
+    /// Returns true if the files have elements whose edges can be drawn.
     pub fn has_outline(&self) -> bool {
         !self.outline.is_empty()
     }
 
-    /// The ports: three for each contact element along the axes of the joint, then three for each point along those of the model.
+    /// Returns the ports: three for each contact element along the axes of the joint, then three for each point along
+    /// the axes of the model.
     ///
     /// # Errors
-    /// [`InterfaceError`] for a contact element that has no nodes around it.
+    /// [`InterfaceError`] for a contact element without nodes around it.
     pub fn ports(&self, at: ContactPorts) -> Result<Ports, InterfaceError> {
         let (mut combinations, mut contacts) = (Vec::new(), 0);
         if let Some(interface) = &self.interface {
             let [lower, upper] = &self.sides;
-            let above = interface.weights(upper, true, at)?;
-            let below = match self.is_paired {
-                true => above.clone(),
+            let upper_weights = interface.weights(upper, true, at)?;
+            let lower_weights = match self.is_paired {
+                true => upper_weights.clone(),
                 false => interface.weights(lower, false, at)?,
             };
-            let weights = [below, above];
+            let weights = [lower_weights, upper_weights];
             contacts = weights[0].len();
             for element in 0..contacts {
                 for axis in interface.axes {
@@ -483,8 +494,8 @@ impl Imported {
     }
 }
 
-/// What a user should know of the faces.
-fn told_of_faces(
+/// Checks paired nodes, and returns notes for the user about the faces of the joint.
+fn face_notes(
     interface: &Interface,
     facing: &FacingNodes,
     [lower, upper]: [&Side; 2],
@@ -494,7 +505,7 @@ fn told_of_faces(
         check_pairs(interface, lower, upper)?;
     } else if lower.nodes.len() != upper.nodes.len() {
         notes.push(format!(
-            "the faces of the joint have {} nodes above and {} below: contact is where the upper ones are",
+            "the faces of the joint have {} nodes above and {} below: the contact elements are at the upper nodes",
             upper.nodes.len(),
             lower.nodes.len()
         ));
@@ -502,7 +513,7 @@ fn told_of_faces(
     if !interface.is_regular && !interface.array.absent.is_empty() {
         let all = interface.array.counts[0] * interface.array.counts[1];
         notes.push(format!(
-            "{} of {all} rectangles of joint.elements are near no node and bear nothing: holes, or fewer elements are wanted",
+            "{} of {all} rectangles of joint.elements have no node nearby and carry no load: they are holes, or joint.elements is too fine",
             interface.array.absent.len()
         ));
     }

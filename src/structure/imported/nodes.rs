@@ -1,4 +1,4 @@
-//! Nodes of the joint, and of the points at which forces act.
+//! Nodes of the joint and of the points where forces act.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -7,26 +7,28 @@ use crate::linalg::vectors::{cross, dot, minus};
 use crate::structure::interface::{Interface, Side};
 use crate::structure::matrices::{Dof, Matrices};
 
-/// The nodes of a pair may be so far apart along the joint, in sides of a contact element: what other elements of curved meshes leave.
+/// Largest distance between the nodes of a pair along the joint, in sides of a contact element. Meshes of curved
+/// faces need some.
 const ASKEW: f64 = 0.05;
 
 /// Nodes of two bodies that face each other.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FacingNodes {
-    /// Pairs of nodes: of the upper body, of the lower one, and the area, in the unit of length squared; all have one or none.
+    /// Pairs of nodes: the upper node, the lower node, and the area in the squared unit of length. All pairs have an
+    /// area or none has.
     Pairs(Vec<(i64, i64, Option<f64>)>),
-    /// Sets of nodes by name.
+    /// Names of two sets of nodes.
     Sets {
-        /// Of the upper body.
+        /// Set of the upper body.
         upper: String,
-        /// Of the lower body.
+        /// Set of the lower body.
         lower: String,
     },
 }
 
 pub(super) type Position<'a> = dyn Fn(i64) -> Result<[f64; 3], ImportError> + 'a;
 
-/// Pairs of nodes face each other.
+/// Checks that the nodes of each pair face each other.
 pub(super) fn check_pairs(
     interface: &Interface,
     lower: &Side,
@@ -34,12 +36,12 @@ pub(super) fn check_pairs(
 ) -> Result<(), ImportError> {
     let sides = interface.array.sides();
     let side = sides[0].min(sides[1]);
-    let both = lower.positions.iter().zip(&upper.positions);
-    for (k, (below, above)) in both.enumerate() {
-        let apart = [0, 1, 2].map(|d| above[d] - below[d]);
+    let position_pairs = lower.positions.iter().zip(&upper.positions);
+    for (k, (below, above)) in position_pairs.enumerate() {
+        let offset = [0, 1, 2].map(|d| above[d] - below[d]);
         let along = [0, 1].map(|axis| {
             let direction = interface.axes[axis];
-            (0..3).map(|d| apart[d] * direction[d]).sum::<f64>()
+            (0..3).map(|d| offset[d] * direction[d]).sum::<f64>()
         });
         let off = along[0].hypot(along[1]);
         if off > ASKEW * side {
@@ -54,39 +56,39 @@ pub(super) fn check_pairs(
     Ok(())
 }
 
-/// Nodes of both bodies at the joint, the lower one first.
+/// Returns the nodes of both bodies at the joint, the lower body first.
 pub(super) fn sides(
     matrices: &Matrices,
     facing: &FacingNodes,
     unit: UnitSystem,
     positions: &Position<'_>,
 ) -> Result<[Side; 2], ImportError> {
-    let mut both = [Side::default(), Side::default()];
+    let mut sides = [Side::default(), Side::default()];
     match facing {
         FacingNodes::Pairs(pairs) => {
             for &(upper, lower, area) in pairs {
-                both[0].nodes.push(lower);
-                both[1].nodes.push(upper);
-                for side in &mut both {
+                sides[0].nodes.push(lower);
+                sides[1].nodes.push(upper);
+                for side in &mut sides {
                     side.areas
                         .extend(area.map(|area| area * unit.length * unit.length));
                 }
             }
         }
         FacingNodes::Sets { upper, lower } => {
-            let of = |key, name: &String| {
+            let set_nodes = |key, name: &String| {
                 let set = matrices.sets.get(&name.to_ascii_uppercase());
                 let mut set = set.cloned().ok_or_else(|| no_set(matrices, key, name))?;
                 set.sort_unstable();
                 set.dedup();
                 Ok::<_, ImportError>(set)
             };
-            both[0].nodes = of("structure.interface.lower", lower)?;
-            both[1].nodes = of("structure.interface.upper", upper)?;
+            sides[0].nodes = set_nodes("structure.interface.lower", lower)?;
+            sides[1].nodes = set_nodes("structure.interface.upper", upper)?;
         }
     }
     let mut seen = HashMap::new();
-    for (k, side) in both.iter_mut().enumerate() {
+    for (k, side) in sides.iter_mut().enumerate() {
         for &node in &side.nodes {
             match seen.insert(node, k) {
                 Some(other) if other == k => return Err(ImportError::Twice { node }),
@@ -100,7 +102,7 @@ pub(super) fn sides(
             .map(|node| positions(*node))
             .collect::<Result<_, _>>()?;
     }
-    Ok(both)
+    Ok(sides)
 }
 
 pub(super) fn no_set(matrices: &Matrices, key: &'static str, name: &str) -> ImportError {
@@ -111,10 +113,10 @@ pub(super) fn no_set(matrices: &Matrices, key: &'static str, name: &str) -> Impo
     }
 }
 
-/// A point: its name, and its nodes with their parts in its displacement, which sum to one.
+/// Point: its name, and its nodes with their weights, which sum to one.
 pub(super) type NodePoint = (String, Vec<(i64, f64)>);
 
-/// The mean over the nodes that a scene names.
+/// Returns the point with the mean displacement of the nodes that a scene names.
 pub(super) fn point(matrices: &Matrices, name: &str) -> Result<NodePoint, ImportError> {
     let nodes = nodes_of(matrices, "dynamics", name)?;
     let part = 1.0 / nodes.len() as f64;
@@ -124,16 +126,18 @@ pub(super) fn point(matrices: &Matrices, name: &str) -> Result<NodePoint, Import
     ))
 }
 
-/// An end of a preload, and its centroid \[m\].
+/// End of a preload, and its centroid \[m\].
 pub(super) type End = (NodePoint, [f64; 3]);
 
-/// What an end of a preload is called beside the point of the same nodes.
-fn end_of_preload(name: &str) -> String {
+/// Returns the name of an end of a preload. It differs from the name of the point with the same nodes.
+fn preload_end_name(name: &str) -> String {
     format!("{name} by area")
 }
 
-/// Both ends of a preload, each of its nodes with its part of the area, their centroids, and whether areas are known. A node has equal parts of
-/// the outer faces that it is a corner of, if all of their corners are among the nodes.
+/// Returns both ends of a preload and their centroids, and whether the areas of the nodes are known.
+///
+/// The nodes are weighted by area. An outer face counts if all of its corners are among the nodes, and gives each
+/// corner an equal part of its area.
 pub(super) fn ends_of_preload(
     matrices: &Matrices,
     names: &[String; 2],
@@ -142,18 +146,19 @@ pub(super) fn ends_of_preload(
     let mut are_areas_known = true;
     let mut end = |name: &String| -> Result<End, ImportError> {
         let nodes = nodes_of(matrices, "contact.preload", name)?;
-        let among: HashSet<i64> = nodes.iter().copied().collect();
+        let node_set: HashSet<i64> = nodes.iter().copied().collect();
         let mut parts: HashMap<i64, f64> = HashMap::new();
         for face in matrices
             .faces
             .iter()
-            .filter(|face| face.iter().all(|n| among.contains(n)))
+            .filter(|face| face.iter().all(|n| node_set.contains(n)))
         {
             let at = face
                 .iter()
                 .map(|n| positions(*n))
                 .collect::<Result<Vec<_>, _>>()?;
-            // Twice the area of a quadrangle is the product of its diagonals, of a triangle that of two sides.
+            // The product of the diagonals is twice the area of a quadrangle. For a triangle these are two of its
+            // sides.
             let at = |k: usize| at[k % at.len()];
             let normal = cross(minus(at(2), at(0)), minus(at(3), at(1)));
             let area = dot(normal, normal).sqrt() / face.len() as f64;
@@ -173,13 +178,13 @@ pub(super) fn ends_of_preload(
             let at = positions(*node)?;
             (0..3).for_each(|d| centroid[d] += *part * at[d]);
         }
-        Ok(((end_of_preload(name), parts), centroid))
+        Ok(((preload_end_name(name), parts), centroid))
     };
     let [first, second] = names;
     Ok(([end(first)?, end(second)?], are_areas_known))
 }
 
-/// Nodes by their numbers and by names of sets, with commas between.
+/// Returns the nodes of a list of node numbers and names of sets, separated by commas.
 fn nodes_of(matrices: &Matrices, key: &'static str, name: &str) -> Result<Vec<i64>, ImportError> {
     let mut nodes = Vec::new();
     for item in name.split(',').map(str::trim) {
@@ -194,13 +199,15 @@ fn nodes_of(matrices: &Matrices, key: &'static str, name: &str) -> Result<Vec<i6
     Ok(nodes)
 }
 
-/// Distance of two nodes that become one, over the side of the box around their face.
+/// Largest distance of two nodes that are merged, as a share of the longest side of the box around their face.
 const SAME_PLACE: f64 = 1e-4;
 
-/// Gives each upper node the rows of the lower one that it faces, those of a pair or at its place; how many rows there are then.
+/// Merges each upper node with the lower node that it faces: the other node of its pair, or the node at its place.
+/// Returns the new number of rows.
 ///
 /// # Errors
-/// [`ImportError::NotNodeForNode`] for a node that faces none, [`ImportError::NoRow`] for one without three displacements.
+/// [`ImportError::NotNodeForNode`] for a node that faces no other; [`ImportError::NoRow`] for a node that lacks a
+/// displacement.
 pub(super) fn bond(
     dofs: &[Dof],
     facing: &FacingNodes,
@@ -217,33 +224,35 @@ pub(super) fn bond(
         });
         most - least
     };
-    let within = SAME_PLACE * (0..3).map(spread).fold(0.0, f64::max);
-    let mut taken = HashSet::new();
+    let tolerance = SAME_PLACE * (0..3).map(spread).fold(0.0, f64::max);
+    let mut merged_nodes = HashSet::new();
     for (n, (node, at)) in upper.nodes.iter().zip(&upper.positions).enumerate() {
-        let apart = |other: &usize| {
+        let squared_distance = |other: &usize| {
             let between = minus(lower.positions[*other], *at);
             dot(between, between)
         };
-        let faced = match facing {
+        let lower_index = match facing {
             FacingNodes::Pairs(_) => Some(n),
             FacingNodes::Sets { .. } => (0..lower.nodes.len())
-                .min_by(|a, b| apart(a).total_cmp(&apart(b)))
-                .filter(|other| apart(other).sqrt() <= within && taken.insert(*other)),
+                .min_by(|a, b| squared_distance(a).total_cmp(&squared_distance(b)))
+                .filter(|other| {
+                    squared_distance(other).sqrt() <= tolerance && merged_nodes.insert(*other)
+                }),
         };
-        let Some(faced) = faced else {
+        let Some(lower_index) = lower_index else {
             return Err(ImportError::NotNodeForNode { node: *node });
         };
         for direction in 1..=6 {
-            let both = [lower.nodes[faced], *node];
-            match both.map(|n| row_of.get(&(n, direction)).copied()) {
+            let paired_nodes = [lower.nodes[lower_index], *node];
+            match paired_nodes.map(|n| row_of.get(&(n, direction)).copied()) {
                 [Some(below), Some(above)] => {
-                    // A support of one node holds both.
-                    let one = place[below].filter(|_| place[above].is_some());
-                    (place[below], place[above]) = (one, one);
+                    // A support of one node fixes both.
+                    let merged = place[below].filter(|_| place[above].is_some());
+                    (place[below], place[above]) = (merged, merged);
                 }
                 [below, above] if direction <= 3 && below.is_some() != above.is_some() => {
                     return Err(ImportError::NoRow {
-                        node: both[usize::from(below.is_some())],
+                        node: paired_nodes[usize::from(below.is_some())],
                         axis: AXES[direction as usize - 1],
                         is_held: false,
                     });
@@ -255,13 +264,13 @@ pub(super) fn bond(
     let mut used: Vec<u32> = place.iter().flatten().copied().collect();
     used.sort_unstable();
     used.dedup();
-    for own in place.iter_mut().flatten() {
-        *own = used.partition_point(|other| other < own) as u32;
+    for row_number in place.iter_mut().flatten() {
+        *row_number = used.partition_point(|other| other < row_number) as u32;
     }
     Ok(used.len())
 }
 
-/// Other nodes of the bodies that the stiffness joins with each side of the joint, those whose position is known.
+/// Returns the positions of the other nodes that the stiffness connects to each side of the joint, as far as known.
 pub(super) fn neighbours(
     sides: [&Side; 2],
     stiffness: &Lower,
@@ -271,17 +280,21 @@ pub(super) fn neighbours(
     let at_joint: HashMap<i64, usize> = (sides.iter().enumerate())
         .flat_map(|(k, side)| side.nodes.iter().map(move |node| (*node, k)))
         .collect();
-    let mut found = [BTreeSet::new(), BTreeSet::new()];
+    let mut neighbour_nodes = [BTreeSet::new(), BTreeSet::new()];
     for &(i, j, _) in stiffness {
-        let both = [i, j].map(|row| node_of[row as usize]);
-        for (node, other) in [(both[0], both[1]), (both[1], both[0])] {
+        let entry_nodes = [i, j].map(|row| node_of[row as usize]);
+        for (node, other) in [
+            (entry_nodes[0], entry_nodes[1]),
+            (entry_nodes[1], entry_nodes[0]),
+        ] {
             if let Some(&side) = at_joint.get(&node)
                 && !at_joint.contains_key(&other)
             {
-                found[side].insert(other);
+                neighbour_nodes[side].insert(other);
             }
         }
     }
-    let known = |nodes: BTreeSet<i64>| nodes.into_iter().filter_map(|node| positions(node).ok());
-    found.map(|nodes| known(nodes).collect())
+    let known_positions =
+        |nodes: BTreeSet<i64>| nodes.into_iter().filter_map(|node| positions(node).ok());
+    neighbour_nodes.map(|nodes| known_positions(nodes).collect())
 }

@@ -1,4 +1,4 @@
-//! The small model of a structure from matrices.
+//! Reduction of an imported structure.
 
 use super::{ImportError, Imported, Lower};
 use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric};
@@ -10,22 +10,22 @@ use crate::structure::order::elimination_order;
 use crate::structure::outline::Outline;
 use crate::structure::reduction::{ContactPorts, ModesAtPorts, Reduced, complete};
 
-/// Rigid modes of a body, which a block of vectors finds together.
+/// Block size of the Lanczos process: a free body has this many rigid modes.
 const BODY: usize = 6;
-/// The shift of a mesh suits where it is between these times the lowest elastic ω².
+/// Range of the usual shift of a mesh, as multiples of the lowest elastic ω², in which it is used.
 const USUAL: [f64; 2] = [1e-4, 100.0];
-/// Damping below zero by less than this part of the largest is rounding.
+/// A negative eigenvalue of a damping matrix below this share of the largest is rounding.
 const NEGATIVE: f64 = 1e-9;
-/// Elastic modes that are looked for to know the lowest.
+/// Number of elastic modes that are computed to find the lowest.
 const LOWEST: usize = 1;
 const AXES_OF_MODEL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl Imported {
-    /// The structure at its ports: its lowest `count` elastic modes, all that it has if it has fewer, and the residual of the others; and the edges
-    /// of its bodies in these modes, where its files have elements.
+    /// Reduces the structure to its ports: its lowest `count` elastic modes, or all if it has fewer, and the residual
+    /// of the others. Also returns the edges of the bodies in these modes, if the files have elements.
     ///
     /// # Errors
-    /// [`ImportError`] for matrices that are those of no structure, and for modes that are not found.
+    /// [`ImportError`] for matrices that are no valid structure, and for modes that do not converge.
     pub fn reduce(
         &self,
         count: usize,
@@ -65,7 +65,7 @@ impl Imported {
         };
         let shift = shift_near(first, &stiffness, &mass);
         let (order, last) = self.elimination(&stiffness.plus(shift, &mass), &ports.combinations)?;
-        let factored = |shift: f64| {
+        let factorize = |shift: f64| {
             SparseCholesky::new(&stiffness.plus(shift, &mass), &order).map_err(|source| {
                 StructureError::Factorization {
                     matrix: "the shifted stiffness",
@@ -73,13 +73,13 @@ impl Imported {
                 }
             })
         };
-        let factor = factored(shift)?;
-        let massive = mass.diagonal().iter().filter(|v| **v > 0.0).count();
-        let wanted = (rigid + count).min(massive);
+        let factor = factorize(shift)?;
+        let rows_with_mass = mass.diagonal().iter().filter(|v| **v > 0.0).count();
+        let wanted = (rigid + count).min(rows_with_mass);
         let (squares, shapes, residual) = if rows <= DENSE {
             let (squares, mut shapes) = dense(&mass, &stiffness.plus(shift, &mass), shift, wanted)?;
             for (mode, square) in squares.iter().enumerate() {
-                // φᵀ(K + sM)φ = 1 there.
+                // The dense solver scales to φᵀ(K + sM)φ = 1.
                 let scale = (square + shift).sqrt();
                 shapes.column_mut(mode).iter_mut().for_each(|v| *v *= scale);
             }
@@ -87,8 +87,8 @@ impl Imported {
         } else {
             let mut options = ModeOptions::new(wanted);
             options.block = BODY;
-            let none = Matrix::zeros(rows, 0);
-            let modes = lowest_of(&mass, &factor, shift, &none, &options, true)?;
+            let no_rigid_modes = Matrix::zeros(rows, 0);
+            let modes = lowest_of(&mass, &factor, shift, &no_rigid_modes, &options, true)?;
             let squares = modes.omega.iter().map(|omega| omega * omega).collect();
             let residual = modes.residuals.iter().copied().fold(0.0, f64::max);
             (squares, modes.shapes, residual)
@@ -101,26 +101,25 @@ impl Imported {
             }
             .into());
         }
-        let kept = shapes.columns_of(0..rigid + elastic);
-        let outline = self.outline_in(&kept);
+        let kept_shapes = shapes.columns_of(0..rigid + elastic);
+        let outline = self.outline_in(&kept_shapes);
         let in_modes = |matrix: &Option<Lower>| {
             matrix.as_ref().map(|matrix| {
                 let matrix = SparseSymmetric::from_sorted(rows, matrix);
-                kept.transpose_times(&matrix.times(&kept))
+                kept_shapes.transpose_times(&matrix.times(&kept_shapes))
             })
         };
         let (damping, hysteretic) = (in_modes(&self.damping), in_modes(&self.hysteretic));
-        for (kind, between) in [("viscous", &damping), ("structural", &hysteretic)] {
-            let Some(between) = between else {
+        for (kind, modal_damping) in [("viscous", &damping), ("structural", &hysteretic)] {
+            let Some(modal_damping) = modal_damping else {
                 continue;
             };
-            let (values, _) =
-                between
-                    .symmetric_eigen()
-                    .map_err(|source| StructureError::Factorization {
-                        matrix: "the damping between modes",
-                        source,
-                    })?;
+            let (values, _) = modal_damping.symmetric_eigen().map_err(|source| {
+                StructureError::Factorization {
+                    matrix: "the damping between modes",
+                    source,
+                }
+            })?;
             let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let least = values.iter().fold(0.0_f64, |m, v| m.min(*v));
             if least < -NEGATIVE * largest {
@@ -140,7 +139,7 @@ impl Imported {
             shapes: ports.displacements(&shapes.columns_of(rigid..rigid + elastic)),
             residual,
         };
-        let reduced = complete(ports, modes, self.mass, (factor, shift, last), factored)?;
+        let reduced = complete(ports, modes, self.mass, (factor, shift, last), factorize)?;
         let reduced = Reduced {
             damping,
             hysteretic,
@@ -149,10 +148,10 @@ impl Imported {
         Ok((reduced, outline))
     }
 
-    /// The order in which rows of a matrix are eliminated, those of the ports last, and how many these are.
+    /// Computes an elimination order of the rows that ends with the rows of the ports, and the number of these rows.
     ///
     /// # Errors
-    /// Those of [`elimination_order`].
+    /// As [`elimination_order`].
     fn elimination(
         &self,
         matrix: &SparseSymmetric,
@@ -165,10 +164,10 @@ impl Imported {
         Ok((order, last.len()))
     }
 
-    /// Entries of stiffness, mass and factor, and rows that ports hold.
+    /// Returns the numbers of entries of stiffness, mass and factor, and the number of rows that the ports use.
     ///
     /// # Errors
-    /// Where memory does not suffice for the places of the factor's entries.
+    /// [`StructureError`] if the memory does not suffice for the pattern of the factor.
     pub(in crate::structure) fn entries_to_reduce(
         &self,
         ports: &[Combination],
@@ -176,37 +175,37 @@ impl Imported {
         let [stiffness, mass] = [&self.stiffness, &self.inertia];
         let matrix = |entries| SparseSymmetric::from_sorted(self.rows, entries);
         let shifted = matrix(stiffness).plus(1.0, &matrix(mass));
-        let (order, held) = self.elimination(&shifted, ports)?;
+        let (order, port_rows) = self.elimination(&shifted, ports)?;
         let factor = SparseCholesky::entries_of(&shifted, &order).map_err(|source| {
             StructureError::Factorization {
                 matrix: "the shifted stiffness",
                 source,
             }
         })?;
-        Ok([stiffness.len(), mass.len(), factor, held])
+        Ok([stiffness.len(), mass.len(), factor, port_rows])
     }
 
-    /// The edges of the bodies in these modes, along the axes of the joint; none without elements.
+    /// Returns the edges of the bodies in these modes, along the axes of the joint. `None` without elements.
     fn outline_in(&self, modes: &Matrix) -> Option<Outline> {
         let points: Vec<&(i64, [f64; 3])> = self.outline.iter().flatten().collect();
         let joint = self.interface.as_ref();
         let axes = joint.map_or(AXES_OF_MODEL, |joint| joint.axes);
         let mut shapes = Matrix::zeros(3 * points.len(), modes.columns());
         for mode in 0..modes.columns() {
-            let of_rows = modes.column(mode);
+            let displacements = modes.column(mode);
             for (point, along) in points
                 .iter()
                 .zip(shapes.column_mut(mode).chunks_exact_mut(3))
             {
-                // What is held does not move.
+                // A fixed row does not move.
                 let at = |d: u32| {
                     self.row_of
                         .get(&(point.0, d))
-                        .map_or(0.0, |row| of_rows[*row])
+                        .map_or(0.0, |row| displacements[*row])
                 };
-                let moved = [at(1), at(2), at(3)];
+                let displacement = [at(1), at(2), at(3)];
                 for (along, axis) in along.iter_mut().zip(&axes) {
-                    *along = (0..3).map(|d| axis[d] * moved[d]).sum();
+                    *along = (0..3).map(|d| axis[d] * displacement[d]).sum();
                 }
             }
         }
@@ -222,14 +221,16 @@ impl Imported {
     }
 }
 
-/// φᵀKφ of columns φ, whose mass is one.
+/// Returns φᵀKφ of the columns φ, which have unit modal mass.
 fn rayleigh(stiffness: &SparseSymmetric, shapes: &Matrix) -> Vec<f64> {
     let energies = shapes.transpose_times(&stiffness.times(shapes));
     (0..shapes.columns()).map(|r| energies[(r, r)]).collect()
 }
 
-/// The shift of a mesh without rows that have no mass, where it is near the lowest elastic ω², so that the same structure has the same one
-/// whichever way it came; else that ω² itself.
+/// Returns the shift of an assembled mesh, if it is in the range [`USUAL`] around the lowest elastic ω², else that
+/// ω².
+///
+/// The usual shift makes the results of a structure independent of the way it is imported.
 fn shift_near(first: f64, stiffness: &SparseSymmetric, mass: &SparseSymmetric) -> f64 {
     let usual = shift_of(&stiffness.diagonal(), &mass.diagonal());
     match usual >= USUAL[0] * first && usual <= USUAL[1] * first {

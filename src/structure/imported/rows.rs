@@ -1,28 +1,30 @@
-//! The rows of matrices: what they stand for, and which take part.
+//! Rows of imported matrices: their degrees of freedom, and which rows are used.
 
 use super::ImportError;
 use crate::structure::frequencies::bodies;
 use crate::structure::matrices::{Dof, Matrices, Triplets};
 
-/// Says what the rows are of matrices whose files do not: x, y, z of each of these nodes in turn, and rotations about them where there are six.
+/// Assigns degrees of freedom to the rows if the files have not: x, y, z of each node in `order`, then the rotations
+/// about them if a node has six rows.
 ///
 /// # Errors
-/// [`ImportError::NoDofs`] where there are neither three nor six rows for each node.
+/// [`ImportError::NoDofs`] unless there are three or six rows for each node.
 pub fn name_rows(matrices: &mut Matrices, order: &[i64]) -> Result<(), ImportError> {
     if matrices.dofs.is_some() {
         return Ok(());
     }
     let (rows, nodes) = (matrices.size, order.len());
-    let each = [3, 6]
+    let rows_per_node = [3, 6]
         .into_iter()
-        .find(|each| nodes > 0 && rows == each * nodes);
-    let each = each.ok_or(ImportError::NoDofs { rows, nodes })?;
-    let of_node = |&node: &i64| (1..=each as u32).map(move |direction| Dof { node, direction });
-    matrices.dofs = Some(order.iter().flat_map(of_node).collect());
+        .find(|rows_per_node| nodes > 0 && rows == rows_per_node * nodes);
+    let rows_per_node = rows_per_node.ok_or(ImportError::NoDofs { rows, nodes })?;
+    let node_dofs =
+        |&node: &i64| (1..=rows_per_node as u32).map(move |direction| Dof { node, direction });
+    matrices.dofs = Some(order.iter().flat_map(node_dofs).collect());
     Ok(())
 }
 
-/// The number of each row that takes part, and how many do: those held and those without any entry do not.
+/// Numbers the rows that are used, and counts them. Fixed rows and rows without entries are not used.
 pub(super) fn places(
     matrices: &Matrices,
     both: [&Triplets; 2],
@@ -46,7 +48,7 @@ pub(super) fn places(
     (place, rows)
 }
 
-/// Takes rows that no stiffness joins to any mass for held: they move with nothing. How many there are.
+/// Marks rows as fixed if no entry connects them to a mass, and returns their number.
 pub(super) fn leave_out_massless(
     matrices: &Matrices,
     [stiffness, mass]: [&Triplets; 2],
@@ -63,7 +65,7 @@ pub(super) fn leave_out_massless(
     for &(i, _, value) in &m {
         has_mass[body[i as usize] as usize] |= value != 0.0;
     }
-    // A structure without any mass has an error of its own.
+    // [`ImportError::Massless`] reports a structure without any mass.
     if !has_mass.contains(&true) {
         return 0;
     }

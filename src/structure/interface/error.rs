@@ -1,143 +1,143 @@
-//! What can be wrong with a joint.
+//! Errors of a joint.
 
 use super::OTHER_SIZE;
 
-/// What is wrong with a joint.
+/// Error for a joint whose nodes are invalid or do not match the scene.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InterfaceError {
-    /// Fewer nodes than a plane needs.
+    /// A body has fewer nodes than a plane needs.
     #[error(
         "the {side} body has {count} nodes at the joint; a joint has at least 4, not all on one line"
     )]
     TooFew {
-        /// Which body.
+        /// `"lower"` or `"upper"` body.
         side: &'static str,
-        /// Its nodes.
+        /// Number of its nodes.
         count: usize,
     },
-    /// The nodes lie in no plane.
+    /// The nodes are not in one plane.
     #[error(
         "node {node} lies {off:.4} mm off the plane of the joint, which is {across:.4} mm across; the nodes of a joint lie in one plane"
     )]
     NotPlane {
-        /// The node farthest from it.
+        /// Node with the largest distance from the plane.
         node: i64,
-        /// How far \[mm\].
+        /// Distance from the plane \[mm\].
         off: f64,
-        /// Longest distance from the middle \[mm\].
+        /// Largest distance of a node from the middle of the joint \[mm\].
         across: f64,
     },
-    /// Nothing says which body is above.
+    /// The direction of the normal is unknown.
     #[error(
-        "nothing says which way the normal of the joint points: the bodies touch (or are joined there, by a *TIE or common nodes, which leaves no joint), and the positions of their other nodes are not known or lie on one side; give structure.normal, from the lower body into the upper one"
+        "the direction of the joint normal is unknown: the bodies touch, and the positions of their other nodes are unknown or on one side (bodies joined by a *TIE or common nodes have no joint); give structure.normal, from the lower body into the upper one"
     )]
     NoNormal,
-    /// The normal that was given is not that of the nodes.
+    /// The normal of the scene is not the normal of the nodes.
     #[error(
         "structure.normal is {angle:.1} degrees off the normal of the plane of the nodes, [{:.4}, {:.4}, {:.4}]", .found[0], .found[1], .found[2]
     )]
     OtherNormal {
-        /// Angle between both.
+        /// Angle between both normals \[degrees\].
         angle: f64,
-        /// That of the nodes.
+        /// Normal of the nodes.
         found: [f64; 3],
     },
-    /// The x axis that was given is the normal.
+    /// The x axis of the scene is along the normal.
     #[error("structure.along is the normal of the joint; its x axis lies in its plane")]
     AlongNormal,
-    /// The scene has another joint.
+    /// The size of the joint in the scene differs from that of the nodes.
     #[error(
         "joint.size is {:.5} x {:.5} mm, and the nodes of the joint span {:.5} x {:.5} mm{}", .given[0], .given[1], .found[0], .found[1], hint(.given, .found)
     )]
     OtherSize {
-        /// That of the scene \[mm\].
+        /// Size in the scene \[mm\].
         given: [f64; 2],
-        /// That of the nodes \[mm\].
+        /// Size of the nodes \[mm\].
         found: [f64; 2],
     },
-    /// The nodes are those of another array.
+    /// The number of contact elements in the scene differs from that of the nodes.
     #[error(
         "joint.elements is [{}, {}], and the nodes are the corners of [{}, {}] rectangles; leave joint.elements out", .given[0], .given[1], .found[0], .found[1]
     )]
     OtherCounts {
-        /// That of the scene.
+        /// Numbers in the scene.
         given: [usize; 2],
-        /// That of the nodes.
+        /// Numbers from the nodes.
         found: [usize; 2],
     },
-    /// The nodes form no array, and the scene gives none.
+    /// The nodes form no array, and the scene defines none.
     #[error(
         "the {nodes} nodes of the joint are not the corners of equal rectangles; give joint.elements, the contact elements along x and y, such as [{}, {}]", .about[0], .about[1]
     )]
     NoArray {
-        /// Nodes of the upper body.
+        /// Number of nodes of the upper body.
         nodes: usize,
-        /// About as many rectangles as nodes.
+        /// Suggested numbers of rectangles, about as many as nodes.
         about: [usize; 2],
     },
-    /// More contact elements than nodes.
+    /// The array has more grid points than a face has nodes.
     #[error(
-        "joint.elements has {wanted} places between its rectangles, and a face of the joint {nodes} nodes, which cannot move in more ways; make it smaller"
+        "joint.elements gives {wanted} grid points, but a face of the joint has only {nodes} nodes; give fewer contact elements"
     )]
     TooFine {
-        /// Places between the rectangles.
+        /// Number of grid points between the rectangles.
         wanted: usize,
-        /// Nodes of the face with fewer.
+        /// Number of nodes of the face that has fewer.
         nodes: usize,
     },
-    /// The normal that was given points the other way.
+    /// The normal of the scene points from the upper body into the lower one.
     #[error(
-        "structure.normal points from the upper body into the lower one, as the positions of their nodes have it; turn it, or exchange upper and lower in structure.interface"
+        "structure.normal points from the upper body into the lower one, according to the positions of their nodes; reverse it, or exchange upper and lower in structure.interface"
     )]
     AgainstPositions,
-    /// Both bodies are elsewhere.
+    /// The two bodies are at different places along the joint.
     #[error(
         "the nodes of the upper and the lower body do not face each other: the nearest node of the lower one is {off:.4} mm along the joint from the middle of the upper ones, which reach {across:.4} mm"
     )]
     Apart {
-        /// Distance of the nearest node from the middle, in the plane \[mm\].
+        /// Distance of the nearest lower node from the middle of the upper nodes, in the plane \[mm\].
         off: f64,
-        /// Longest distance from the middle \[mm\].
+        /// Largest distance of an upper node from the middle \[mm\].
         across: f64,
     },
-    /// The upper face is not over the lower one.
+    /// The upper face extends beyond the lower one.
     #[error(
         "the nodes of the upper body reach {by:.4} mm beyond those of the lower one along {along} of the joint: the lower face must reach under all upper nodes, because contact is computed there; shift the bodies, or exchange upper and lower in structure.interface"
     )]
     Overhang {
         /// Axis of the joint.
         along: &'static str,
-        /// How far \[mm\].
+        /// Length of the overhang \[mm\].
         by: f64,
     },
-    /// One body is far above the other.
+    /// The faces are far apart along the normal.
     #[error(
-        "the nodes of the upper and the lower body are {distance:.4} mm apart along the normal of the joint, which reaches {across:.4} mm from its middle; bodies that touch lie on each other: see the positions of the nodes"
+        "the nodes of the upper and the lower body are {distance:.4} mm apart along the normal of the joint, which reaches {across:.4} mm from its middle; faces in contact must lie on each other: check the positions of the nodes"
     )]
     Distant {
-        /// Distance of both planes \[mm\].
+        /// Distance between both planes \[mm\].
         distance: f64,
-        /// Longest distance from the middle \[mm\].
+        /// Largest distance of a node from the middle of the joint \[mm\].
         across: f64,
     },
-    /// A contact element has no nodes around it.
+    /// A contact element has too few nodes around it.
     #[error(
         "the contact element at ({:.4}, {:.4}) mm has too few nodes of the {side} body around it; make joint.elements smaller", .at[0], .at[1]
     )]
     NoNodes {
-        /// Which body.
+        /// `"lower"` or `"upper"` body.
         side: &'static str,
-        /// Where it is, from the middle of the joint \[mm\].
+        /// Centre of the contact element, from the middle of the joint \[mm\].
         at: [f64; 2],
     },
-    /// Areas that are not those of the joint.
+    /// The areas of the pairs differ from the areas of the contact elements.
     #[error(
-        "the areas of the pairs sum up to {given:.5} mm2, and those of the contact elements to {found:.5} mm2; see structure.unit, and whether all nodes of the joint are among the pairs"
+        "the areas of the pairs sum up to {given:.5} mm2, and those of the contact elements to {found:.5} mm2; check structure.unit, and that all nodes of the joint are among the pairs"
     )]
     OtherArea {
-        /// Those of the pairs \[mm²\].
+        /// Total area of the pairs \[mm²\].
         given: f64,
-        /// Those of the contact elements \[mm²\].
+        /// Total area of the contact elements \[mm²\].
         found: f64,
     },
 }

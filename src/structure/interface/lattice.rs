@@ -1,17 +1,17 @@
-//! Nodes that are the corners of equal rectangles, and rectangles that are near no node.
+//! Detection of nodes that are the corners of equal rectangles, and of rectangles without nodes nearby.
 
 use std::collections::HashSet;
 
 use super::OFF;
 use crate::structure::contact_array::{ContactArray, corners_of};
 
-/// A rectangle belongs to the joint if its centre is nearer to a node than this times the root of the area of that node: in an array of
-/// squares the corners of one are 0.71 of it from its centre.
+/// A rectangle belongs to the joint if its centre is nearer to a node than this times the square root of the node's
+/// area. In an array of squares, the distance from a corner to the centre is 0.71 of it.
 const COVERED: f64 = 0.75;
-/// Nodes next to one, in an array of squares.
+/// Number of neighbours of a node in an array of squares.
 const AROUND: usize = 4;
 
-/// Least and most of points along x and along y.
+/// Returns the minimum and maximum of the points along x and along y.
 pub(super) fn span(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     [0, 1].map(|d| {
         let values = || points.iter().map(|p| p[d]);
@@ -22,14 +22,14 @@ pub(super) fn span(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
     })
 }
 
-/// Nodes that are the corners of equal rectangles.
+/// Array of nodes that are the corners of equal rectangles.
 pub(super) struct Lattice {
     pub counts: [usize; 2],
     there: HashSet<[usize; 2]>,
 }
 
 impl Lattice {
-    /// `None` where they are not, or a node belongs to no rectangle.
+    /// Finds the array of the nodes. Returns `None` if they form none, or if a node belongs to no rectangle.
     pub fn of(points: &[[f64; 2]]) -> Option<Lattice> {
         let span = span(points);
         let mut counts = [0_usize; 2];
@@ -47,7 +47,7 @@ impl Lattice {
             }
             counts[d] = levels - 1;
         }
-        // An array has holes at most; nodes in disorder have about as many levels as there are nodes.
+        // An array with holes has fewer nodes than grid points. Unordered nodes have about as many levels as nodes.
         let places = (counts[0] + 1).checked_mul(counts[1] + 1)?;
         if counts.contains(&0) || places > 8 * points.len() {
             return None;
@@ -70,9 +70,9 @@ impl Lattice {
         (used.len() == lattice.there.len()).then_some(lattice)
     }
 
-    /// Rectangles with all four corners.
+    /// Returns the rectangles with all four corners.
     fn cells(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
-        self.all().filter(|cell| self.is_there(*cell))
+        self.all().filter(|cell| self.has_all_corners(*cell))
     }
 
     fn all(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
@@ -80,17 +80,19 @@ impl Lattice {
         (0..counts[0]).flat_map(move |i| (0..counts[1]).map(move |j| [i, j]))
     }
 
-    fn is_there(&self, cell: [usize; 2]) -> bool {
+    fn has_all_corners(&self, cell: [usize; 2]) -> bool {
         let corners = corners_of(cell);
         corners.iter().all(|corner| self.there.contains(corner))
     }
 
     pub fn absent(&self) -> Vec<[usize; 2]> {
-        self.all().filter(|cell| !self.is_there(*cell)).collect()
+        self.all()
+            .filter(|cell| !self.has_all_corners(*cell))
+            .collect()
     }
 }
 
-/// Rectangles whose centre is near no node. `centre` is the middle of the joint.
+/// Returns the rectangles whose centre is near no node. `centre` is the middle of the joint in the axes of `points`.
 pub(super) fn uncovered(
     array: &ContactArray,
     points: &[[f64; 2]],
@@ -98,13 +100,13 @@ pub(super) fn uncovered(
 ) -> Vec<[usize; 2]> {
     let distance =
         |a: [f64; 2], b: [f64; 2]| ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)).sqrt();
-    // The area of a node as a square as wide as the way to the last of those next to it.
+    // The area of a node is a square as wide as the distance to the fourth nearest node.
     let reach: Vec<f64> = (points.iter().enumerate())
         .map(|(n, p)| {
             let others = points.iter().enumerate().filter(|(m, _)| *m != n);
-            let mut ways: Vec<f64> = others.map(|(_, q)| distance(*p, *q)).collect();
-            ways.sort_by(f64::total_cmp);
-            COVERED * ways[AROUND.min(ways.len()) - 1]
+            let mut distances: Vec<f64> = others.map(|(_, q)| distance(*p, *q)).collect();
+            distances.sort_by(f64::total_cmp);
+            COVERED * distances[AROUND.min(distances.len()) - 1]
         })
         .collect();
     let sides = array.sides();
@@ -112,12 +114,12 @@ pub(super) fn uncovered(
     all.filter(|&cell| {
         let at = array.place(cell.map(|k| k as f64 + 0.5));
         let at = [at[0] + centre[0], at[1] + centre[1]];
-        // A rectangle coarser than the nodes is covered as far as half its side.
-        let own = 0.5 * sides[0].min(sides[1]);
+        // If the rectangles are coarser than the nodes, the reach is half a side of the rectangle.
+        let half_side = 0.5 * sides[0].min(sides[1]);
         !points
             .iter()
             .zip(&reach)
-            .any(|(p, reach)| distance(*p, at) <= reach.max(own))
+            .any(|(p, reach)| distance(*p, at) <= reach.max(half_side))
     })
     .collect()
 }

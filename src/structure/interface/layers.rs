@@ -1,4 +1,4 @@
-//! Layers of finite elements at a joint.
+//! Layers of finite elements at the joint.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -6,8 +6,8 @@ use super::OFF;
 use crate::linalg::vectors::{dot, minus};
 use crate::structure::contact_array::ContactArray;
 
-/// Thickness of the layers of nodes above and below the joint, as most columns of nodes have them; where there are no columns, the distance of
-/// the nearest nodes off the plane.
+/// Returns the thicknesses of the element layers above and below the joint, as in most columns of nodes. Without
+/// columns, returns the distance of the nearest nodes off the plane.
 pub(super) fn layers(
     array: &ContactArray,
     all: &[[f64; 3]],
@@ -17,7 +17,7 @@ pub(super) fn layers(
     let sides = array.sides();
     let least = OFF * sides[0].min(sides[1]);
     let inside = |d: usize, v: f64| v.abs() <= 0.5 * array.size[d] + least;
-    // Ordered, so that of columns that differ by rounding the same one stands for all on every machine.
+    // The map is ordered, so that every machine picks the same one of columns that differ by rounding.
     let mut columns: BTreeMap<[i64; 3], Vec<f64>> = BTreeMap::new();
     let mut nearest = [f64::INFINITY; 2];
     for p in all {
@@ -28,7 +28,8 @@ pub(super) fn layers(
         }
         let is_above = z > 0.0;
         nearest[usize::from(is_above)] = nearest[usize::from(is_above)].min(z.abs());
-        // A quarter of a step off whole ones: nodes of a column must not be told apart by rounding.
+        // The offset of a quarter step keeps the nodes of a column together: regular positions are not at a rounding
+        // limit.
         let step = |v: f64, d: usize| (v / (4.0 * OFF * sides[d]) + 0.25).round() as i64;
         let key = [step(x, 0), step(y, 1), i64::from(is_above)];
         columns.entry(key).or_default().push(z.abs());
@@ -54,22 +55,22 @@ pub(super) fn layers(
             None => kinds.push((depths, 1)),
         }
     }
-    // Those of most columns; of equally many the shorter ones, so that the order of a table does not matter.
-    let usual = kinds.into_iter().max_by(|a, b| {
+    // The layers of most columns. Ties go to the shorter list, so that the order of a table does not matter.
+    let most_common = kinds.into_iter().max_by(|a, b| {
         a.1.cmp(&b.1)
             .then(b.0.len().cmp(&a.0.len()))
             .then(b.0[0].total_cmp(&a.0[0]))
     });
-    match usual {
+    match most_common {
         Some((depths, _)) => {
             let above = std::iter::once(0.0).chain(depths.iter().copied());
             depths.iter().zip(above).map(|(z, last)| z - last).collect()
         }
         None => {
-            let found: Vec<f64> = nearest.into_iter().filter(|z| z.is_finite()).collect();
-            match found.is_empty() {
+            let distances: Vec<f64> = nearest.into_iter().filter(|z| z.is_finite()).collect();
+            match distances.is_empty() {
                 true => Vec::new(),
-                false => vec![found.iter().sum::<f64>() / found.len() as f64],
+                false => vec![distances.iter().sum::<f64>() / distances.len() as f64],
             }
         }
     }

@@ -1,10 +1,13 @@
-//! The joint of a finite-element model: nodes of two bodies that face each other, in a plane of any orientation.
+//! Joint of a finite-element model: facing nodes of two bodies in a plane of any orientation.
 //!
-//! Its own axes are x and y in the plane and z along the normal, from the lower body into the upper one; its middle is that of the
-//! rectangle around the nodes. Contact elements lie on an array of equal rectangles. Where the nodes are the corners of such an array,
-//! which may have holes and any outline, it is theirs, and a contact element at nodes is one node of each body. Else the array is given, and the
-//! displacement of a contact element is a mean over the nodes around it, whose weights reproduce every displacement that is linear over the joint: the nodes of
-//! the bodies need not face each other one by one, and forces keep their resultant and moments.
+//! The axes of the joint are x and y in the plane and z along the normal, from the lower body into the upper one. The
+//! origin is the middle of the rectangle around the upper nodes. Contact elements form an array of equal rectangles.
+//!
+//! If the nodes are the corners of such an array, the joint uses it. The array may have holes and any outline. A
+//! contact element at nodes is then one node of each body. Otherwise the scene gives the array, and the displacement
+//! of a contact element is a weighted mean over the nodes around it. The weights reproduce every displacement that is
+//! linear over the joint. The nodes of the bodies therefore need not match, and forces keep their resultant and
+//! moments.
 
 mod error;
 mod lattice;
@@ -24,91 +27,96 @@ use layers::layers;
 use plane::Plane;
 use weights::around;
 
-/// Nodes may be off their plane, and off a regular array, by this share of the array's side: what rounding and the digits of a deck leave.
+/// Tolerance of nodes from their plane and from a regular array, as a share of the size. It allows for rounding and
+/// for the digits of a deck.
 const OFF: f64 = 2e-3;
-/// The joint of a scene may differ from that of its nodes by this share, or by half a contact element.
+/// Tolerance of the size of the joint in the scene, as a share. Half a contact element is also allowed for an
+/// irregular mesh.
 const OTHER_SIZE: f64 = 0.01;
-/// The upper face may reach beyond the lower one by this share of a contact element; pairs of nodes may be as far apart.
+/// Largest overhang of the upper face beyond the lower one, in sides of a contact element.
 const OVERHANG: f64 = 0.05;
-/// The areas of all nodes may differ from that of all contact elements by this share.
+/// Tolerance of the total area of the nodes, as a share of the area of the contact elements.
 const OTHER_AREA: f64 = 0.25;
-/// The nodes around a contact element lie on a line if the smaller moment is below this share of the larger.
+/// The nodes around a contact element are on a line if the ratio of their second moments is below this.
 const LINE: f64 = 1e-3;
 const MM: f64 = 1e-3;
 const SIDES: [&str; 2] = ["lower", "upper"];
 
-/// The nodes of one body at the joint.
+/// Nodes of one body at the joint.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Side {
     /// Numbers of the nodes.
     pub nodes: Vec<i64>,
-    /// Where they are \[m\].
+    /// Positions of the nodes \[m\].
     pub positions: Vec<[f64; 3]>,
-    /// Their areas \[m²\]; empty where they are not known.
+    /// Areas of the nodes \[m²\]. Empty if unknown.
     pub areas: Vec<f64>,
-    /// Other nodes of the body: those that the stiffness joins with the nodes of the joint \[m\].
+    /// Positions of the body's other nodes that the stiffness connects to the joint \[m\].
     pub neighbours: Vec<[f64; 3]>,
 }
 
-/// What the user says of a joint.
+/// Requirements of the scene on the joint.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct JointRequirements {
-    /// Its normal, from the lower body into the upper one, in the axes of the model.
+    /// Normal from the lower body into the upper one, in the axes of the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
-    /// Its x axis, in those of the model.
+    /// Direction of the x axis, in the axes of the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub along: Option<[f64; 3]>,
-    /// Thickness of the finite elements at the joint \[m\].
+    /// Thickness of the element layer at the joint \[m\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layer: Option<f64>,
 }
 
-/// Where the joint is.
+/// Position, axes and contact elements of the joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Interface {
-    /// Its middle, in the axes of the model \[m\].
+    /// Middle of the joint, in the axes of the model \[m\].
     pub origin: [f64; 3],
-    /// Unit vectors of its x, y and z.
+    /// Unit vectors along x, y and z of the joint.
     pub axes: [[f64; 3]; 3],
-    /// Its contact elements.
+    /// Array of the contact elements.
     pub array: ContactArray,
-    /// The nodes are the corners of the array.
+    /// True if the nodes are the corners of the array.
     pub is_regular: bool,
-    /// Thickness of the layers of finite elements from the joint on \[m\]; empty where nothing says it.
+    /// Thicknesses of the element layers from the joint on \[m\]. Empty if unknown.
     pub layers: Vec<f64>,
-    /// Distance of both faces along the normal, apart or one in the other \[m\]; not kept.
+    /// Distance between both faces along the normal, as a gap or an overlap \[m\]. Not stored.
     #[serde(skip)]
     pub distance: f64,
 }
 
-/// Counts along both sides with no more places between rectangles than nodes, in about the same ratio.
-fn fewer(counts: [usize; 2], nodes: usize) -> [usize; 2] {
-    let mut fewer = counts;
-    while (fewer[0] + 1) * (fewer[1] + 1) > nodes && fewer != [1, 1] {
-        let longer = usize::from(fewer[1] * counts[0] > fewer[0] * counts[1]);
-        let longer = if fewer[longer] > 1 {
+/// Reduces the counts along both sides until there are no more grid points than nodes. The ratio stays about the
+/// same.
+fn coarser_counts(counts: [usize; 2], nodes: usize) -> [usize; 2] {
+    let mut coarser = counts;
+    while (coarser[0] + 1) * (coarser[1] + 1) > nodes && coarser != [1, 1] {
+        let longer = usize::from(coarser[1] * counts[0] > coarser[0] * counts[1]);
+        let longer = if coarser[longer] > 1 {
             longer
         } else {
             1 - longer
         };
-        fewer[longer] -= 1;
+        coarser[longer] -= 1;
     }
-    fewer
+    coarser
 }
 
 impl Interface {
-    /// A place of the model from the middle of the joint, along its axes \[m\].
+    /// Converts a position of the model to the origin and axes of the joint \[m\].
     pub fn place(&self, at: [f64; 3]) -> [f64; 3] {
         let from = minus(at, self.origin);
         self.axes.map(|axis| dot(from, axis))
     }
 
-    /// The joint of the lower and the upper body, as large as the scene says, with `elements` rectangles along x and y where the nodes
-    /// form no array themselves. `all` has the positions of all nodes of the model.
+    /// Finds the joint of the lower and the upper body.
+    ///
+    /// `size` is the size in the scene. `elements` are the numbers of rectangles along x and y, needed if the nodes
+    /// form no array. `all` are the positions of all nodes of the model.
     ///
     /// # Errors
-    /// [`InterfaceError`] for nodes that lie in no plane, and for a joint that is not that of the scene.
+    /// [`InterfaceError`] for nodes that are not in a plane, and for a joint that does not match the scene.
     pub fn find(
         [lower, upper]: [&Side; 2],
         all: &[[f64; 3]],
@@ -116,13 +124,13 @@ impl Interface {
         elements: Option<[usize; 2]>,
         wanted: &JointRequirements,
     ) -> Result<Interface, InterfaceError> {
-        let found = Plane::of([lower, upper], wanted)?;
-        let axes = found.axes_along(&upper.positions, wanted)?;
-        let flat = |p: &[f64; 3]| {
-            let d = minus(*p, found.middle);
+        let plane = Plane::of([lower, upper], wanted)?;
+        let axes = plane.axes_along(&upper.positions, wanted)?;
+        let project = |p: &[f64; 3]| {
+            let d = minus(*p, plane.middle);
             [dot(d, axes[0]), dot(d, axes[1])]
         };
-        let above: Vec<[f64; 2]> = upper.positions.iter().map(flat).collect();
+        let above: Vec<[f64; 2]> = upper.positions.iter().map(project).collect();
         let span = span(&above);
         let extent = span.map(|[least, most]| most - least);
         let lattice = Lattice::of(&above);
@@ -131,13 +139,13 @@ impl Interface {
             let side = (extent[0] * extent[1] / above.len() as f64).sqrt();
             return Err(InterfaceError::NoArray {
                 nodes: above.len(),
-                about: fewer(
+                about: coarser_counts(
                     extent.map(|length| ((length / side).round() as usize).max(1)),
                     above.len().min(lower.nodes.len()),
                 ),
             });
         };
-        let other = |d: usize| {
+        let is_other_size = |d: usize| {
             let element = if lattice.is_some() {
                 0.0
             } else {
@@ -152,7 +160,7 @@ impl Interface {
                 return Err(InterfaceError::TooFine { wanted, nodes });
             }
         }
-        if other(0) || other(1) {
+        if is_other_size(0) || is_other_size(1) {
             return Err(InterfaceError::OtherSize {
                 given: size.map(|l| l / MM),
                 found: extent.map(|l| l / MM),
@@ -166,10 +174,10 @@ impl Interface {
                 found: lattice.counts,
             });
         }
-        let below: Vec<[f64; 2]> = lower.positions.iter().map(flat).collect();
+        let below: Vec<[f64; 2]> = lower.positions.iter().map(project).collect();
         let below = lattice::span(&below);
         let overhang = |d: usize| (below[d][0] - span[d][0]).max(span[d][1] - below[d][1]);
-        // Without an array of its own a face is only near the other's outline.
+        // Without its own array, a face has only about the outline of the other.
         let share = if lattice.is_some() { OVERHANG } else { 0.5 };
         if let Some(d) = (0..2).find(|d| overhang(*d) > share * size[*d] / counts[*d] as f64) {
             return Err(InterfaceError::Overhang {
@@ -187,12 +195,12 @@ impl Interface {
         let is_regular = regular.is_some();
         array.absent = regular.unwrap_or_else(|| uncovered(&array, &above, centre));
         let origin =
-            [0, 1, 2].map(|k| found.middle[k] + centre[0] * axes[0][k] + centre[1] * axes[1][k]);
-        let given: f64 = upper.areas.iter().sum();
+            [0, 1, 2].map(|k| plane.middle[k] + centre[0] * axes[0][k] + centre[1] * axes[1][k]);
+        let given_area: f64 = upper.areas.iter().sum();
         let area = array.cells().len() as f64 * array.cell_area();
-        if !upper.areas.is_empty() && (given / area - 1.0).abs() > OTHER_AREA {
+        if !upper.areas.is_empty() && (given_area / area - 1.0).abs() > OTHER_AREA {
             return Err(InterfaceError::OtherArea {
-                given: given / MM / MM,
+                given: given_area / MM / MM,
                 found: area / MM / MM,
             });
         }
@@ -206,22 +214,22 @@ impl Interface {
             array,
             is_regular,
             layers,
-            distance: found.distance,
+            distance: plane.distance,
         })
     }
 
-    /// That both faces do not lie on each other, where they do not.
+    /// Returns a note for the user if the faces are apart or overlap.
     pub fn gap_note(&self) -> Option<String> {
-        let across = self.array.size.iter().copied().fold(0.0, f64::max);
-        (self.distance > OFF * across).then(|| {
+        let longest_side = self.array.size.iter().copied().fold(0.0, f64::max);
+        (self.distance > OFF * longest_side).then(|| {
             format!(
-                "the faces of the joint are {:.4} mm apart along its normal, or as far one in the other: they are taken to touch, and each force of friction acts on both at their own faces, with that distance as a lever",
+                "the faces of the joint are {:.4} mm apart along its normal, or overlap by as much. They are assumed to touch, and each friction force acts on both bodies at their own faces, with this distance as a lever",
                 self.distance / MM
             )
         })
     }
 
-    /// What people are told of it, behind what the structure is.
+    /// Returns a description for the user, which is appended to the description of the structure.
     pub fn describe(&self) -> String {
         let [x, y] = self.array.size.map(|side| side / MM);
         let [i, j] = self.array.counts;
@@ -249,17 +257,18 @@ impl Interface {
         )
     }
 
-    /// Weights of the nodes of a body in the displacement of each contact element, by their places in `side`.
+    /// Computes the weights of the nodes of a body in the displacement of each contact element. Nodes are indices
+    /// into `side`.
     ///
     /// # Errors
-    /// [`InterfaceError::NoNodes`] where there are too few around one.
+    /// [`InterfaceError::NoNodes`] for a contact element with too few nodes around it.
     pub fn weights(
         &self,
         side: &Side,
         is_upper: bool,
         at: ContactPorts,
     ) -> Result<Vec<Vec<(usize, f64)>>, InterfaceError> {
-        let flat: Vec<[f64; 2]> = (side.positions.iter())
+        let positions_in_plane: Vec<[f64; 2]> = (side.positions.iter())
             .map(|p| {
                 let d = minus(*p, self.origin);
                 [dot(d, self.axes[0]), dot(d, self.axes[1])]
@@ -270,18 +279,18 @@ impl Interface {
             ContactPorts::Nodes => self.array.nodes(),
         };
         let sides = self.array.sides();
-        // Nodes at the corners of the array stand for as much of it each.
+        // The nodes of a regular array have equal weights, so their areas are not used.
         let areas = if self.is_regular {
             &[][..]
         } else {
             &side.areas
         };
-        let each = places.into_iter().map(|(place, _)| {
-            around(place, sides, &flat, areas).ok_or(InterfaceError::NoNodes {
+        let node_weights = places.into_iter().map(|(place, _)| {
+            around(place, sides, &positions_in_plane, areas).ok_or(InterfaceError::NoNodes {
                 side: SIDES[usize::from(is_upper)],
                 at: place.map(|v| v / MM),
             })
         });
-        each.collect()
+        node_weights.collect()
     }
 }

@@ -1,18 +1,19 @@
-//! The plane of a joint, its normal and its axes.
+//! Plane of the joint, its normal and its axes.
 
 use super::lattice::Lattice;
 use super::{InterfaceError, JointRequirements, LINE, MM, OFF, SIDES, Side};
 use crate::linalg::Matrix;
 use crate::linalg::vectors::{cross, dot, mean, minus, unit};
 
-/// The faces may be so far apart along the normal, in the longest distance from the middle of the joint: middle planes of plates are.
+/// Largest distance of the faces along the normal, over the largest distance of a node from the middle of the joint.
+/// Faces may be the mid-planes of plates.
 const DISTANT: f64 = 0.5;
 
-/// The plane of a joint.
+/// Plane of a joint.
 pub(super) struct Plane {
     pub middle: [f64; 3],
     pub normal: [f64; 3],
-    /// Between the middles of the upper and the lower nodes, along the normal \[m\].
+    /// Distance between the middles of the upper and the lower nodes along the normal \[m\].
     pub distance: f64,
 }
 
@@ -37,10 +38,10 @@ impl Plane {
             .map(|p| minus(*p, middle))
             .map(|d| dot(d, d).sqrt())
             .fold(0.0, f64::max);
-        // The upper one first, whose plane it is.
+        // The upper side comes first, because it defines the plane.
         for (k, side) in sides.into_iter().enumerate().rev() {
-            let off = |p: &[f64; 3]| dot(minus(*p, middles[k]), normal).abs();
-            let each = side.positions.iter().map(off).zip(&side.nodes);
+            let offset = |p: &[f64; 3]| dot(minus(*p, middles[k]), normal).abs();
+            let each = side.positions.iter().map(offset).zip(&side.nodes);
             let farthest = each.max_by(|a, b| a.0.total_cmp(&b.0)).expect("four nodes");
             if farthest.0 > OFF * across {
                 return Err(InterfaceError::NotPlane {
@@ -50,33 +51,33 @@ impl Plane {
                 });
             }
         }
-        let apart = minus(middles[1], middles[0]);
-        let distance = dot(apart, normal);
+        let between_middles = minus(middles[1], middles[0]);
+        let distance = dot(between_middles, normal);
         if distance.abs() > DISTANT * across {
             return Err(InterfaceError::Distant {
                 distance: distance.abs() / MM,
                 across: across / MM,
             });
         }
-        // One face may be larger than the other; somewhere they face each other.
-        let sideways = |p: &[f64; 3]| {
+        // One face may be larger than the other, but some lower node must be under the upper face.
+        let distance_in_plane = |p: &[f64; 3]| {
             let d = minus(*p, middle);
             let out = dot(d, normal);
             let d = minus(d, normal.map(|v| v * out));
             dot(d, d).sqrt()
         };
-        let off = lower
+        let offset = lower
             .positions
             .iter()
-            .map(sideways)
+            .map(distance_in_plane)
             .fold(f64::INFINITY, f64::min);
-        if off > across {
+        if offset > across {
             return Err(InterfaceError::Apart {
-                off: off / MM,
+                off: offset / MM,
                 across: across / MM,
             });
         }
-        // Below zero: the normal found points from the upper body into the lower one.
+        // A negative value means that the normal points from the upper body into the lower one.
         let by_positions = if distance.abs() > OFF * across {
             Some(distance)
         } else {
@@ -90,15 +91,15 @@ impl Plane {
             is_known.then_some(above - below)
         };
         let direction = match wanted.normal.map(unit) {
-            Some(given) => {
-                let cosine = dot(given, normal);
+            Some(given_normal) => {
+                let cosine = dot(given_normal, normal);
                 if cosine.abs() < 1.0 - OFF {
                     return Err(InterfaceError::OtherNormal {
                         angle: cosine.abs().min(1.0).acos().to_degrees(),
                         found: normal,
                     });
                 }
-                if by_positions.is_some_and(|known| known * cosine < 0.0) {
+                if by_positions.is_some_and(|known_sign| known_sign * cosine < 0.0) {
                     return Err(InterfaceError::AgainstPositions);
                 }
                 cosine
@@ -108,10 +109,10 @@ impl Plane {
         if direction < 0.0 {
             normal = normal.map(|v| -v);
         }
-        // Digits that the eigenvectors do not have: an axis of the model is one.
-        let snapped = normal.map(|v: f64| if v.abs() > 1.0 - 1e-12 { v.signum() } else { v });
-        if let Some(axis) = (0..3).find(|&d| snapped[d].abs() == 1.0) {
-            normal = [0, 1, 2].map(|d| if d == axis { snapped[axis] } else { 0.0 });
+        // A normal along an axis of the model is made exact, because the eigenvectors have rounding errors.
+        let rounded = normal.map(|v: f64| if v.abs() > 1.0 - 1e-12 { v.signum() } else { v });
+        if let Some(axis) = (0..3).find(|&d| rounded[d].abs() == 1.0) {
+            normal = [0, 1, 2].map(|d| if d == axis { rounded[axis] } else { 0.0 });
         }
         Ok(Plane {
             middle,
@@ -120,7 +121,10 @@ impl Plane {
         })
     }
 
-    /// x, y and z: x as the scene says, else that of an array of the nodes, else the axis x of the model in the plane, or y where x is the normal.
+    /// Returns the unit vectors of x, y and z.
+    ///
+    /// x is along the direction that the scene gives. Otherwise it is along an array of the nodes, or along the x
+    /// axis of the model in the plane (the y axis if x is the normal).
     pub fn axes_along(
         &self,
         positions: &[[f64; 3]],
@@ -153,14 +157,19 @@ impl Plane {
         if is_array(usual) {
             return Ok(axes(usual));
         }
-        // Towards the nearest node, turned by quarters until it is closest to the usual axis.
+        // Try the direction to the nearest node, turned by quarters until it is closest to the usual axis.
         let from = positions[0];
         let nearest = (positions[1..].iter().map(|p| minus(*p, from)))
             .min_by(|a, b| dot(*a, *a).total_cmp(&dot(*b, *b)))
             .expect("four nodes");
-        let one = unit(in_plane(nearest));
-        let quarter = cross(self.normal, one);
-        let turned = [one, quarter, one.map(|v| -v), quarter.map(|v| -v)];
+        let towards_nearest = unit(in_plane(nearest));
+        let quarter = cross(self.normal, towards_nearest);
+        let turned = [
+            towards_nearest,
+            quarter,
+            towards_nearest.map(|v| -v),
+            quarter.map(|v| -v),
+        ];
         let best = turned
             .into_iter()
             .max_by(|a, b| dot(*a, usual).total_cmp(&dot(*b, usual)));
@@ -169,7 +178,7 @@ impl Plane {
     }
 }
 
-/// Principal directions of points, the one of least extent first.
+/// Returns the principal directions of points, the one of least extent first. `None` for points on a line.
 fn principal(points: &[[f64; 3]], middle: [f64; 3]) -> Option<Matrix> {
     let offsets: Vec<[f64; 3]> = points.iter().map(|p| minus(*p, middle)).collect();
     let moments = Matrix::from_fn(3, 3, |a, b| offsets.iter().map(|d| d[a] * d[b]).sum());

@@ -1,15 +1,16 @@
-//! Weights of nodes in the displacement of a contact element.
+//! Weights of the nodes in the displacement of a contact element.
 
 use super::{LINE, OFF};
 
-/// Reach of the weights around a contact element, in sides of the array: the first that has nodes enough.
+/// Radii of the weights around a contact element, in sides of the array. The first radius with enough nodes is used.
 const REACHES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.5];
-/// A weight below this share of the largest is that of rounding.
+/// A weight below this share of the largest is rounding.
 const NO_WEIGHT: f64 = 1e-9;
-/// A weight may be as far below zero as this share of the sum of all.
+/// Limit of the sum of the negative weights. All weights sum to one.
 const NEGATIVE: f64 = -0.5;
 
-/// Weights of the nodes around a place: a tent over the array's sides times the area of each, made to reproduce what is linear.
+/// Computes the weights of the nodes around a place: a tent function times the area of the node, corrected to
+/// reproduce linear functions.
 pub(super) fn around(
     place: [f64; 2],
     sides: [f64; 2],
@@ -32,35 +33,36 @@ pub(super) fn around(
         if tents.is_empty() {
             return None;
         }
-        // In sides of the array.
-        let off = |n: usize| [0, 1].map(|d| (points[n][d] - place[d]) / sides[d]);
-        let middle = [0, 1].map(|d| tents.iter().map(|&(n, w)| w * off(n)[d]).sum::<f64>() / sum);
-        if middle.iter().all(|m| m.abs() < OFF) {
+        // Offset from the place in sides of the array.
+        let offset = |n: usize| [0, 1].map(|d| (points[n][d] - place[d]) / sides[d]);
+        let centroid =
+            [0, 1].map(|d| tents.iter().map(|&(n, w)| w * offset(n)[d]).sum::<f64>() / sum);
+        if centroid.iter().all(|m| m.abs() < OFF) {
             return Some(tents.iter().map(|&(n, w)| (n, w / sum)).collect());
         }
         let moment = |a: usize, b: usize| {
             let each = tents.iter();
-            each.map(|&(n, w)| w * (off(n)[a] - middle[a]) * (off(n)[b] - middle[b]))
+            each.map(|&(n, w)| w * (offset(n)[a] - centroid[a]) * (offset(n)[b] - centroid[b]))
                 .sum::<f64>()
                 / sum
         };
         let (xx, xy, yy) = (moment(0, 0), moment(0, 1), moment(1, 1));
         let (trace, determinant) = (xx + yy, xx * yy - xy * xy);
-        // A single node has no moments.
+        // One node, or nodes on a line, cannot reproduce linear functions.
         if determinant <= LINE * trace * trace {
             return None;
         }
         let slope = [
-            (yy * middle[0] - xy * middle[1]) / determinant,
-            (xx * middle[1] - xy * middle[0]) / determinant,
+            (yy * centroid[0] - xy * centroid[1]) / determinant,
+            (xx * centroid[1] - xy * centroid[0]) / determinant,
         ];
         let weights: Vec<(usize, f64)> = (tents.iter())
             .map(|&(n, w)| {
-                let d = [0, 1].map(|k| off(n)[k] - middle[k]);
+                let d = [0, 1].map(|k| offset(n)[k] - centroid[k]);
                 (n, w / sum * (1.0 - slope[0] * d[0] - slope[1] * d[1]))
             })
             .collect();
-        let below: f64 = weights.iter().map(|w| w.1.min(0.0)).sum();
-        (below > NEGATIVE).then_some(weights)
+        let negative_sum: f64 = weights.iter().map(|w| w.1.min(0.0)).sum();
+        (negative_sum > NEGATIVE).then_some(weights)
     })
 }

@@ -1,4 +1,4 @@
-//! Abaqus: `*MATRIX OUTPUT` by labels (node, direction, node, direction, value) and the matrices of a substructure.
+//! Abaqus matrices: `*MATRIX OUTPUT` by labels (node, direction, node, direction, value), and substructures.
 
 use std::collections::HashMap;
 
@@ -88,7 +88,7 @@ pub(super) fn parse_labels(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     })
 }
 
-/// The value of an option of a keyword line, in capitals without blanks.
+/// Returns the value of an option of a keyword line in upper case, with single blanks.
 fn option(line: &str, name: &str) -> Option<String> {
     line.split(',').skip(1).find_map(|part| {
         let (key, value) = part.split_once('=')?;
@@ -111,12 +111,12 @@ pub(super) fn is_substructure(bytes: &[u8]) -> bool {
     text_of(bytes).lines().map(str::trim_start).any(is_matrix)
 }
 
-/// What is known of the element before its matrices.
+/// Description of the substructure that precedes its matrices.
 #[derive(Default)]
 struct Element {
     count: Option<usize>,
     nodes: Vec<i64>,
-    /// Where along the nodes a list of directions begins to hold, from 0.
+    /// Lists of directions, each with the index of the first node that it applies to, from 0.
     directions: Vec<(usize, Vec<u32>)>,
 }
 
@@ -170,7 +170,7 @@ impl Element {
     }
 }
 
-/// A matrix that is being read: a row after the other up to the diagonal.
+/// Matrix during reading: row by row up to the diagonal.
 struct Triangle {
     name: String,
     line: usize,
@@ -227,7 +227,7 @@ pub(super) fn parse_substructure(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     for (k, line) in text.lines().map(str::trim_start).enumerate() {
         let place = || format!("line {}", k + 1);
         if line.starts_with("**") {
-            // The comment goes on within the keyword's lines.
+            // The comment ELEMENT NODES may be between the data lines of *USER ELEMENT.
             let comment = line.trim_start_matches('*').trim();
             if comment.eq_ignore_ascii_case("ELEMENT NODES") {
                 section = In::NodesComment;

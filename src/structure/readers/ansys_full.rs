@@ -1,23 +1,25 @@
-//! ANSYS `.full`: records of 4-byte words, each between its length twice; after two headers the nodes in the order of the equations, then for
-//! each equation the numbers of the columns of its upper triangle, its own last, and their values. Equations of held freedoms stand there as
-//! unit rows.
+//! ANSYS `.full` files.
+//!
+//! The file is a sequence of records of 4-byte words. Each record has its length before and after it. Two headers are
+//! followed by the nodes in the order of the equations. Then each equation has the column numbers of its upper
+//! triangle, its own number last, and the values. Fixed degrees of freedom are unit rows.
 
 use super::error::ReadProblem;
 use super::{Named, Parsed, entries, rows};
 use crate::structure::matrices::{Dof, Role, Triplets};
 
-/// Bytes of a word.
+/// Size of a word in bytes.
 const WORD: usize = 4;
-/// What stands before a record of whole numbers; one of doubles has 0. Bits beside it are those of compressed records.
+/// Marker before a record of integers. Doubles have 0. Other bits mark compressed records.
 const WHOLE: u32 = 0x8000_0000;
-/// Words of each header.
+/// Number of words of each header.
 const HEADER: usize = 100;
-/// The number of this kind of file, the first word of the first header.
+/// File type: the first word of the first header.
 const FULL: i32 = 4;
-/// The sign of the first word of the second header where matrices are assembled.
+/// First word of the second header in files with assembled matrices.
 const ASSEMBLED: i32 = -4;
 
-/// Words of the second header, counted from 0.
+/// Indices of words in the second header, from 0.
 mod at {
     pub const KIND: usize = 0;
     pub const EQUATIONS: usize = 1;
@@ -34,7 +36,7 @@ mod at {
     pub const FREEDOMS: usize = 35;
 }
 
-/// What the first words of a file are, in its byte order.
+/// First words of a file in its byte order.
 const BEGIN: [i32; 3] = [HEADER as i32, WHOLE as i32, FULL];
 
 pub(super) fn is(bytes: &[u8]) -> bool {
@@ -79,7 +81,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             at::UNSYMMETRIC,
             header[at::UNSYMMETRIC] == 0,
             "unsymmetric matrices",
-            "leave out what makes them so (NROPT,FULL,,OFF; friction, gyroscopic terms)",
+            "remove the cause (NROPT,FULL,,OFF; friction, gyroscopic terms)",
         ),
         (
             at::CONSTRAINTS,
@@ -107,8 +109,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let counts = file.whole(&mut place, "the numbers of freedoms of the nodes")?;
     let kinds = file.whole(&mut place, "the kinds of the freedoms")?;
     let listed: i64 = counts.iter().map(|count| i64::from(*count)).sum();
-    let is_one = counts.len() == nodes.len() && counts.iter().all(|count| *count >= 0);
-    if !is_one || listed != equations as i64 || kinds.len() != equations {
+    let is_consistent = counts.len() == nodes.len() && counts.iter().all(|count| *count >= 0);
+    if !is_consistent || listed != equations as i64 || kinds.len() != equations {
         return Err(ReadProblem::malformed(
             "the lists of freedoms",
             format!(
@@ -123,19 +125,19 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             ),
         ));
     }
-    let of_node = nodes.iter().zip(&counts);
-    let node = of_node.flat_map(|(node, count)| vec![i64::from(*node); *count as usize]);
-    let all: Vec<Dof> = node
+    let node_counts = nodes.iter().zip(&counts);
+    let node = node_counts.flat_map(|(node, count)| vec![i64::from(*node); *count as usize]);
+    let all_dofs: Vec<Dof> = node
         .zip(&kinds)
         .map(|(node, kind)| Dof {
             node,
             direction: kind.unsigned_abs(),
         })
         .collect();
-    // A kind below zero is one that is held.
+    // A negative kind is a fixed degree of freedom.
     let mut free = Vec::with_capacity(equations);
     let mut dofs = Vec::new();
-    for (dof, kind) in all.iter().zip(&kinds) {
+    for (dof, kind) in all_dofs.iter().zip(&kinds) {
         free.push((*kind > 0).then_some(dofs.len() as u32));
         if *kind > 0 {
             dofs.push(*dof);
@@ -144,7 +146,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let mut parsed = Parsed::default();
     if dofs.len() < equations {
         parsed.notes.push(format!(
-            "{} of {equations} freedoms are held in the file, and are left out",
+            "{} of {equations} freedoms are fixed in the file, and are left out",
             equations - dofs.len()
         ));
     }
@@ -176,7 +178,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     Ok(parsed)
 }
 
-/// The matrix that begins at a word, of the equations that are `free`, and how many entries it has with those of the others.
+/// Reads the matrix that begins at word `begin`, and counts its entries. The matrix has the free rows only, the count
+/// all rows.
 fn triangle(
     file: &Words,
     begin: usize,
@@ -186,9 +189,9 @@ fn triangle(
 ) -> Result<(Triplets, usize), ReadProblem> {
     let mut matrix = Triplets::new(size);
     matrix.is_half = true;
-    let mut all = 0;
+    let mut entry_count = 0;
     let mut place = begin;
-    for (row, own) in free.iter().enumerate() {
+    for (row, own_row) in free.iter().enumerate() {
         let part = || format!("{name}, row {}", row + 1);
         let columns = file.whole(&mut place, &part())?;
         let values = file.doubles(&mut place, &part())?;
@@ -199,27 +202,27 @@ fn triangle(
                 "as many values as columns",
             ));
         }
-        all += columns.len();
+        entry_count += columns.len();
         for (column, value) in columns.into_iter().zip(values) {
-            let other = usize::try_from(column).ok().and_then(|c| c.checked_sub(1));
-            let other = other.and_then(|c| free.get(c).copied());
-            let Some(other) = other else {
+            let other_row = usize::try_from(column).ok().and_then(|c| c.checked_sub(1));
+            let other_row = other_row.and_then(|c| free.get(c).copied());
+            let Some(other_row) = other_row else {
                 return Err(ReadProblem::malformed(
                     part(),
                     format!("column {column}"),
                     format!("1 to {}", free.len()),
                 ));
             };
-            if let (Some(i), Some(j)) = (*own, other) {
+            if let (Some(i), Some(j)) = (*own_row, other_row) {
                 matrix.entries.push((i.max(j), i.min(j), value));
             }
         }
         entries(matrix.entries.len() as u64, file.bytes.len(), name)?;
     }
-    Ok((matrix, all))
+    Ok((matrix, entry_count))
 }
 
-/// A file of words.
+/// File as a sequence of words.
 struct Words<'a> {
     bytes: &'a [u8],
 }
@@ -231,13 +234,13 @@ impl Words<'_> {
         Some(i32::from_le_bytes(bytes.try_into().ok()?))
     }
 
-    /// The number that the header has in two words, the lower one first.
+    /// Returns a number that the header has in two words, the lower word first.
     fn pointer(&self, header: &[i32], at: [usize; 2]) -> usize {
         let [low, high] = at.map(|word| u64::from(header[word] as u32));
         usize::try_from(high << 32 | low).unwrap_or(usize::MAX)
     }
 
-    /// The bytes of the record at `place`, which is then that of the next one.
+    /// Returns the bytes of the record at `place`, and moves `place` to the next record.
     fn record(&self, place: &mut usize, kind: u32, part: &str) -> Result<&[u8], ReadProblem> {
         let truncated = || {
             ReadProblem::truncated(
@@ -249,13 +252,13 @@ impl Words<'_> {
         let length = self.word(*place).ok_or_else(truncated)?;
         let found = self.word(place.saturating_add(1)).ok_or_else(truncated)? as u32;
         if found != kind {
-            let both = [0, WHOLE];
+            let known_kinds = [0, WHOLE];
             let unsupported = |found: u32| ReadProblem::Unsupported {
                 found: format!("a record of the kind {found:#010x} ({part})"),
                 advice: "write the file without compression (/FCOMP,FULL,0), in double precision"
                     .into(),
             };
-            return Err(match both.contains(&found) {
+            return Err(match known_kinds.contains(&found) {
                 true => ReadProblem::malformed(
                     part,
                     format!("a record of the kind {found:#010x}"),

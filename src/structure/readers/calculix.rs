@@ -1,5 +1,5 @@
-//! CalculiX `SOLVER=MATRIXSTORAGE`: `.sti` and `.mas` with one triangle as `row column value`, `.dof` with `node.direction` a row. The
-//! coordinate form of Abaqus has the same lines, of both triangles.
+//! CalculiX matrices (`SOLVER=MATRIXSTORAGE`): `.sti` and `.mas` have lines `row column value` of one triangle, and
+//! `.dof` has a line `node.direction` per row. The coordinate format of Abaqus has the same lines for both triangles.
 
 use std::path::{Path, PathBuf};
 
@@ -8,21 +8,21 @@ use super::text::{Digits, last_number, real, shown, text_of, whole};
 use super::{Named, Parsed, rows};
 use crate::structure::matrices::{Dof, Triplets};
 
-/// The files of one computation.
+/// Extensions of the files of one analysis.
 const EXTENSIONS: [&str; 3] = ["sti", "mas", "dof"];
 
-/// The first lines that are neither empty nor comments.
+/// Returns up to three first lines that are neither empty nor comments.
 fn first_lines(bytes: &[u8]) -> Vec<String> {
     const ENOUGH: usize = 4096;
     let text = text_of(&bytes[..bytes.len().min(ENOUGH)]);
-    let cut = bytes.len() > ENOUGH;
+    let is_cut = bytes.len() > ENOUGH;
     let lines: Vec<&str> = text.lines().collect();
-    let whole = if cut {
+    let complete_lines = if is_cut {
         lines.len().saturating_sub(1)
     } else {
         lines.len()
     };
-    let content = lines[..whole]
+    let content = lines[..complete_lines]
         .iter()
         .filter(|line| !line.trim().is_empty() && !line.trim_start().starts_with("**"));
     content.take(3).map(|line| (*line).to_owned()).collect()
@@ -57,22 +57,22 @@ fn freedom(line: &str) -> Option<Dof> {
     })
 }
 
-/// Whether a file is one of those of a computation by its name.
+/// Returns true if a file belongs to an analysis by its extension.
 pub(super) fn is_own(path: &Path) -> bool {
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
     extension.is_some_and(|e| EXTENSIONS.iter().any(|own| e == *own))
 }
 
-/// The file, or all three of a computation that has this one.
+/// Returns the file and the existing other files of the same analysis.
 pub(super) fn together(path: &Path) -> Vec<PathBuf> {
     if !is_own(path) {
         return vec![path.to_owned()];
     }
     let mut all = vec![path.to_owned()];
     for other in EXTENSIONS {
-        let beside = path.with_extension(other);
-        if beside != path && beside.is_file() {
-            all.push(beside);
+        let sibling = path.with_extension(other);
+        if sibling != path && sibling.is_file() {
+            all.push(sibling);
         }
     }
     all

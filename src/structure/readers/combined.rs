@@ -1,4 +1,4 @@
-//! One structure from what several files have: which matrix is which, and on which rows.
+//! Combination of several files into one structure: assigns the roles and the rows of the matrices.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -7,11 +7,11 @@ use super::{CALCULIX_LIST, Named, ReadError, ReadProblem, Source, calculix};
 use super::{is_structural_damping, role_of_name};
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 
-/// Rows of a structure for each entry of its matrices, at most: a row without any entry is none of a structure but where it is held, and memory is
-/// bounded by what the files hold.
+/// Largest number of rows per entry. Only fixed rows have no entries, so more rows mean a wrong header. The limit
+/// also bounds the memory by the size of the files.
 const ROWS_PER_ENTRY: usize = 32;
 
-/// One structure from what all files have; `unread` says what was not read beside them.
+/// Combines the contents of all files into one structure. `unread` are the reasons why other files were not read.
 pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matrices, ReadError> {
     let mut matrices = Matrices {
         size: 0,
@@ -31,11 +31,11 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         hexahedra: None,
         formats: Vec::new(),
     };
-    // CalculiX writes its matrices along the global axes in spite of *TRANSFORM.
+    // CalculiX writes its matrices along the global axes even with *TRANSFORM.
     let is_calculix = (sources.iter())
         .any(|source| source.format == CALCULIX_LIST || calculix::is_own(&source.path));
-    let mut found: HashMap<Role, (PathBuf, Named)> = HashMap::new();
-    let mut list: Option<(PathBuf, Vec<Dof>)> = None;
+    let mut by_role: HashMap<Role, (PathBuf, Named)> = HashMap::new();
+    let mut dof_list: Option<(PathBuf, Vec<Dof>)> = None;
     let mut nameless = Vec::new();
     let last = sources
         .iter()
@@ -43,7 +43,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         .find(|s| s.is_given)
         .map(|s| s.path.clone())
         .unwrap_or_default();
-    let alone = sources
+    let has_one_file = sources
         .iter()
         .filter(|s| !s.parsed.matrices.is_empty())
         .count()
@@ -85,28 +85,32 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
                 .push(format!("{}: {reason}", path.display()));
         }
         if let Some(dofs) = parsed.dofs {
-            list = Some((path.clone(), dofs));
+            dof_list = Some((path.clone(), dofs));
         }
-        let only = parsed.matrices.len() == 1;
+        let is_single = parsed.matrices.len() == 1;
         for mut named in parsed.matrices {
-            let of_file = path
+            let file_name = path
                 .file_name()
                 .map(|n| n.to_string_lossy().into_owned())
                 .unwrap_or_default();
-            let by_name = if only { role_of_name(&of_file) } else { None };
-            let decided = role.filter(|_| only).or(named.role).or(by_name);
+            let by_name = if is_single {
+                role_of_name(&file_name)
+            } else {
+                None
+            };
+            let known_role = role.filter(|_| is_single).or(named.role).or(by_name);
             if named.name.is_empty() {
-                named.name = of_file;
+                named.name = file_name;
             }
-            match decided {
-                Some(role) => put(&mut found, role, path.clone(), named)?,
+            match known_role {
+                Some(role) => insert_matrix(&mut by_role, role, path.clone(), named)?,
                 None => nameless.push((path.clone(), named)),
             }
         }
     }
     for (path, named) in nameless {
         let mut free = Role::BY_PLACE.into_iter();
-        let Some(role) = free.find(|role| !found.contains_key(role)) else {
+        let Some(role) = free.find(|role| !by_role.contains_key(role)) else {
             return Err(ReadError {
                 path,
                 problem: ReadProblem::DoNotFit {
@@ -115,7 +119,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
                 },
             });
         };
-        let why = if alone {
+        let why = if has_one_file {
             "nothing says what it is"
         } else {
             "by its place: no name says what it is"
@@ -126,9 +130,9 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
             role.name(),
             role.name()
         ));
-        put(&mut found, role, path, named)?;
+        insert_matrix(&mut by_role, role, path, named)?;
     }
-    if found.is_empty() {
+    if by_role.is_empty() {
         return Err(ReadError {
             path: last,
             problem: ReadProblem::DoNotFit {
@@ -137,7 +141,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
             },
         });
     }
-    let mut parts: Vec<(Role, PathBuf, Named)> = found
+    let mut parts: Vec<(Role, PathBuf, Named)> = by_role
         .into_iter()
         .map(|(role, (path, named))| (role, path, named))
         .collect();
@@ -168,14 +172,14 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         });
     }
     if parts.iter().all(|part| part.2.dofs.is_some()) {
-        joined(&mut matrices, parts);
+        join_by_dofs(&mut matrices, parts);
     } else {
-        aligned(&mut matrices, parts, list)?;
+        join_by_rows(&mut matrices, parts, dof_list)?;
     }
     Ok(matrices)
 }
 
-fn put(
+fn insert_matrix(
     found: &mut HashMap<Role, (PathBuf, Named)>,
     role: Role,
     path: PathBuf,
@@ -206,8 +210,8 @@ fn put(
     Ok(())
 }
 
-/// Matrices whose files say what each row is: on the union of those.
-fn joined(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, Named)>) {
+/// Joins matrices with known degrees of freedom on the union of their rows.
+fn join_by_dofs(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, Named)>) {
     let mut dofs: Vec<Dof> = Vec::new();
     let mut place: HashMap<Dof, u32> = HashMap::new();
     for dof in parts.iter().flat_map(|part| part.2.dofs.iter().flatten()) {
@@ -218,28 +222,28 @@ fn joined(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, Named)>) {
     }
     for (role, _, named) in parts {
         let places: Vec<u32> = named.dofs.iter().flatten().map(|dof| place[dof]).collect();
-        set(matrices, role, named.matrix.renumbered(dofs.len(), &places));
+        store_matrix(matrices, role, named.matrix.renumbered(dofs.len(), &places));
     }
     matrices.size = dofs.len();
     matrices.dofs = Some(dofs);
 }
 
-/// Matrices whose rows are numbered, all alike.
-fn aligned(
+/// Joins matrices that are numbered by rows, which must be the same rows in all files.
+fn join_by_rows(
     matrices: &mut Matrices,
     parts: Vec<(Role, PathBuf, Named)>,
     list: Option<(PathBuf, Vec<Dof>)>,
 ) -> Result<(), ReadError> {
-    // A list of coordinates does not say how many rows there are: the largest, and the list of freedoms, do.
+    // A coordinate file does not have the number of rows. The largest matrix and the list of freedoms determine it.
     let most = parts
         .iter()
         .map(|part| part.2.matrix.size)
         .max()
         .unwrap_or(0);
-    let own = parts
+    let own_list = parts
         .iter()
         .find_map(|part| Some((part.1.clone(), part.2.dofs.clone()?)));
-    let list = own.or(list);
+    let list = own_list.or(list);
     let size = match &list {
         Some((_, dofs)) if dofs.len() >= most => dofs.len(),
         _ => most,
@@ -247,7 +251,7 @@ fn aligned(
     if let Some((path, dofs)) = &list
         && dofs.len() != size
     {
-        let (_, of, named) = parts
+        let (_, matrix_path, named) = parts
             .iter()
             .find(|part| part.2.matrix.size == most)
             .expect("the largest");
@@ -258,7 +262,7 @@ fn aligned(
                     "it lists {} freedoms, but {} of {} has {most} rows",
                     dofs.len(),
                     named.name,
-                    of.display()
+                    matrix_path.display()
                 ),
                 advice: "give files of one and the same computation".into(),
             },
@@ -288,14 +292,14 @@ fn aligned(
             });
         }
         named.matrix.size = size;
-        set(matrices, role, named.matrix);
+        store_matrix(matrices, role, named.matrix);
     }
     matrices.size = size;
     matrices.dofs = list.map(|list| list.1);
     Ok(())
 }
 
-fn set(matrices: &mut Matrices, role: Role, matrix: Triplets) {
+fn store_matrix(matrices: &mut Matrices, role: Role, matrix: Triplets) {
     match role {
         Role::Stiffness => matrices.stiffness = Some(matrix),
         Role::Mass => matrices.mass = Some(matrix),

@@ -1,4 +1,4 @@
-//! What an input deck of Abaqus or CalculiX says of the nodes: their positions and sets. Its mesh is read in `mesh_deck`.
+//! Nodes of an input deck of Abaqus or CalculiX: positions and sets. `mesh_deck` reads the elements.
 
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use super::text::{numbers, shown, text_of, whole};
 use super::{Parsed, is_global};
 use crate::structure::solids::NAMES;
 
-/// A set of nodes has at most so many, `GENERATE` included: more than a file of the longest length lists.
+/// Largest number of nodes in all sets, including `GENERATE`. It exceeds the lists of the longest file.
 const MOST_NODES: usize = 1 << 26;
 
 pub(super) fn is(bytes: &[u8]) -> bool {
@@ -17,15 +17,15 @@ pub(super) fn is(bytes: &[u8]) -> bool {
         .lines()
         .map(str::trim_start)
         .filter(|line| line.starts_with('*') && !line.starts_with("**"));
-    let known = ["*NODE", "*NSET", "*HEADING", "*INCLUDE"];
-    keywords.any(|line| known.contains(&keyword(line).as_str()))
+    let deck_keywords = ["*NODE", "*NSET", "*HEADING", "*INCLUDE"];
+    keywords.any(|line| deck_keywords.contains(&keyword(line).as_str()))
 }
 
-/// The keyword of a line of a deck, in capitals.
+/// Returns the keyword of a line of a deck, in upper case.
 pub(super) fn keyword(line: &str) -> String {
     let word = line.split(',').next().unwrap_or("").trim();
     match word.strip_prefix('*') {
-        // Blanks may follow the star.
+        // Blanks may follow the asterisk.
         Some(rest) if !rest.starts_with('*') => {
             format!("*{}", rest.trim_start()).to_ascii_uppercase()
         }
@@ -33,7 +33,8 @@ pub(super) fn keyword(line: &str) -> String {
     }
 }
 
-/// The decks that may belong to a file of matrices: the same name, without what Abaqus appends (`_STIF1`).
+/// Returns decks that may belong to a file of matrices: the same name, or the name without an Abaqus suffix
+/// (`_STIF1`).
 pub(super) fn beside(path: &Path) -> Vec<PathBuf> {
     let mut decks = vec![path.with_extension("inp")];
     let stem = path
@@ -47,7 +48,7 @@ pub(super) fn beside(path: &Path) -> Vec<PathBuf> {
     decks
 }
 
-/// The value of an option of a keyword's line; empty where it has none.
+/// Returns the value of an option of a keyword line. The value is empty if the option has none.
 pub(super) fn option<'a>(line: &'a str, name: &str) -> Option<&'a str> {
     line.split(',').skip(1).find_map(|part| {
         let (key, value) = part.split_once('=').unwrap_or((part, ""));
@@ -62,15 +63,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             name: String,
             generate: bool,
         },
-        /// Elements, their set, and how many nodes each has, where its type is known.
+        /// Elements: their set, and the number of nodes per element if the type is known.
         Elements(Option<String>, Option<usize>),
         ElementSet {
             name: String,
             generate: bool,
         },
-        /// A set, and whether its axes are rectangular.
+        /// Set of nodes with its own axes, and whether they are rectangular.
         Transform(String, bool),
-        /// A part, and whether its translation has been read.
+        /// Instance of a part, and whether the translation line has been read.
         Instance(String, bool),
         Other,
     }
@@ -79,12 +80,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let mut sets: HashMap<String, Vec<i64>> = HashMap::new();
     let mut room = MOST_NODES.min(64 * bytes.len());
     let mut section = In::Other;
-    // Nodes of elements, where a set of nodes is that of a set of elements.
+    // Nodes of elements, needed only if a set of nodes is defined by a set of elements.
     let mut elements = has_sets_of_elements(&text).then(Elements::default);
-    // The part that is read, and the nodes of each.
+    // Name of the current part, and the nodes of each part.
     let (mut part, mut parts) = (None, HashMap::<String, Vec<i64>>::new());
-    // Lines that turn the axes of a set.
-    let mut turned: BTreeMap<String, usize> = BTreeMap::new();
+    // Sets with rotated axes, and the line that rotates them.
+    let mut rotated_sets: BTreeMap<String, usize> = BTreeMap::new();
     for (k, line) in text.lines().map(str::trim_start).enumerate() {
         if line.trim().is_empty() || line.starts_with("**") {
             continue;
@@ -121,13 +122,13 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 }
             }
             if word == "*INCLUDE" {
-                let told = format!("{}, {}, is not followed", place(), shown(line));
-                parsed.unread.push(told);
+                let reason = format!("{}, {}, is not followed", place(), shown(line));
+                parsed.unread.push(reason);
             }
-            let moved = ["SYSTEM", "INPUT"]
+            let moved_option = ["SYSTEM", "INPUT"]
                 .iter()
                 .find(|name| option(line, name).is_some());
-            if word == "*SYSTEM" || word == "*NMAP" || (word == "*NODE" && moved.is_some()) {
+            if word == "*SYSTEM" || word == "*NMAP" || (word == "*NODE" && moved_option.is_some()) {
                 return Err(ReadProblem::Unsupported {
                     found: format!("{} of line {}", shown(line), k + 1),
                     advice:
@@ -143,8 +144,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 },
                 ("*ELEMENT", _) if elements.is_some() => {
                     let kind = name("TYPE").unwrap_or_default();
-                    let solid = NAMES.iter().find(|of| of.0 == kind);
-                    In::Elements(name("ELSET"), solid.map(|of| of.1.nodes()))
+                    let solid = NAMES.iter().find(|name| name.0 == kind);
+                    In::Elements(name("ELSET"), solid.map(|name| name.1.nodes()))
                 }
                 ("*ELSET", _) if elements.is_some() => In::ElementSet {
                     name: name("ELSET").unwrap_or_default(),
@@ -213,7 +214,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 for field in fields.iter().filter(|f| !f.is_empty()) {
                     match field.parse::<i64>() {
                         Ok(node) => sets.entry(name.clone()).or_default().push(node),
-                        // A set within the set.
+                        // The field is the name of another set.
                         Err(_) => {
                             let other = sets.get(&field.trim_matches('"').to_ascii_uppercase());
                             let other = other.cloned().ok_or_else(|| {
@@ -231,25 +232,25 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             In::Transform(set, is_rectangular) => {
                 let [a, b, c, d, e, f] = numbers(&fields, place)?;
                 if !*is_rectangular || !is_global([[a, b, c], [d, e, f]], [0, 1]) {
-                    turned.insert(set.clone(), k + 1);
+                    rotated_sets.insert(set.clone(), k + 1);
                 }
             }
-            // A translation, then two points of an axis and the angle about it.
+            // The first line is a translation; the second is two points of an axis and the angle of a rotation.
             In::Instance(part, is_turn) => {
                 let numbers: [f64; 7] = numbers(&fields, place)?;
-                let is_same = match *is_turn {
+                let is_identity = match *is_turn {
                     false => numbers == [0.0; 7],
                     true => numbers[6] == 0.0,
                 };
                 *is_turn = true;
-                if is_same {
+                if is_identity {
                     continue;
                 }
-                let told = format!(
+                let reason = format!(
                     "positions in the part {part} are not read, because *INSTANCE moves or turns it ({})",
                     place()
                 );
-                parsed.unread.push(told);
+                parsed.unread.push(reason);
                 match parts.get_mut(part) {
                     Some(nodes) => nodes.drain(..).for_each(|node| {
                         parsed.positions.remove(&node);
@@ -260,12 +261,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             In::Other => {}
         }
     }
-    for (set, line) in turned {
+    for (set, line) in rotated_sets {
         let why = format!(
             "displacements along the axes of *TRANSFORM (line {line}), which are not the global ones"
         );
         let Some(nodes) = sets.get(&set) else {
-            // It may have any node.
+            // The set is unknown, so any node may be in it.
             let all = parsed.positions.keys().copied().collect();
             parsed.local_axes.push((why, all));
             break;
@@ -276,7 +277,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     Ok(parsed)
 }
 
-/// The numbers from a first one to a last one by a step.
+/// Returns the numbers from a first to a last by a step.
 pub(super) fn generated(
     fields: &[&str],
     room: &mut usize,
@@ -310,7 +311,7 @@ fn too_many(place: String) -> ReadProblem {
     )
 }
 
-/// True of a deck that has a set of nodes which is that of a set of elements.
+/// Returns true if the deck defines a set of nodes by a set of elements.
 fn has_sets_of_elements(text: &str) -> bool {
     let mut keywords = text
         .lines()
@@ -318,17 +319,18 @@ fn has_sets_of_elements(text: &str) -> bool {
     keywords.any(|line| keyword(line) == "*NSET" && option(line, "ELSET").is_some())
 }
 
-/// Elements of a deck as far as sets of nodes need them: their nodes and sets.
+/// Elements of a deck, as far as sets of nodes need them: their nodes and sets.
 #[derive(Default)]
 struct Elements {
     nodes: HashMap<i64, Vec<i64>>,
     sets: HashMap<String, Vec<i64>>,
-    /// The numbers of an element whose nodes go on in the next line.
+    /// Numbers of an element whose nodes continue on the next line.
     open: Vec<i64>,
 }
 
 impl Elements {
-    /// Reads a line of data. An element goes on after a comma at the end, or until it has its nodes, where it is known how many these are.
+    /// Reads a line of data. If the number of nodes is known, the element ends when it has them. Otherwise it
+    /// continues after a line with a comma at the end.
     fn add(
         &mut self,
         fields: &[&str],
@@ -340,11 +342,11 @@ impl Elements {
             let expected = "the numbers of an element and its nodes";
             self.open.push(whole(field, expected, place)?);
         }
-        let goes_on = match nodes {
+        let continues = match nodes {
             Some(nodes) => self.open.len() <= nodes,
             None => fields.last().is_some_and(|field| field.is_empty()),
         };
-        if goes_on || self.open.is_empty() {
+        if continues || self.open.is_empty() {
             return Ok(());
         }
         let nodes = self.open.split_off(1);
@@ -357,7 +359,7 @@ impl Elements {
         Ok(())
     }
 
-    /// Adds labels to a set, and those of fields, which are labels or other sets; how many.
+    /// Adds `labels`, and the elements or sets in `fields`, to a set. Returns the number of added labels.
     fn extend(&mut self, set: &str, mut labels: Vec<i64>, fields: &[&str]) -> usize {
         for field in fields.iter().filter(|f| !f.is_empty()) {
             match field.parse::<i64>() {
@@ -373,7 +375,8 @@ impl Elements {
         count
     }
 
-    /// The nodes of the elements of a set, in ascending order, each once; none where it has no element.
+    /// Returns the nodes of the elements of a set in ascending order, each once. `None` if the set has no known
+    /// element.
     fn nodes_of(&self, set: &str) -> Option<Vec<i64>> {
         let labels = self.sets.get(set)?.iter();
         let nodes = labels.filter_map(|label| self.nodes.get(label)).flatten();

@@ -1,9 +1,9 @@
-//! Formats that `fretwear-import` reads, by how their files begin.
+//! Formats that only `fretwear-import` reads, recognised by the beginning of the file.
 
 use super::error::ReadProblem;
 use super::text::text_of;
 
-/// Bytes that a format is recognised by.
+/// Number of bytes that are examined.
 const ENOUGH: usize = 1 << 16;
 
 struct Format {
@@ -42,17 +42,17 @@ const FORMATS: [Format; 6] = [
     },
 ];
 
-/// What to do with a file that begins like one of these.
+/// Returns an error with advice if the file begins like one of these formats.
 pub(super) fn advice_on(bytes: &[u8]) -> Option<ReadProblem> {
-    let first = &bytes[..bytes.len().min(ENOUGH)];
-    let format = FORMATS.iter().find(|format| (format.is)(first))?;
+    let beginning = &bytes[..bytes.len().min(ENOUGH)];
+    let format = FORMATS.iter().find(|format| (format.is)(beginning))?;
     Some(ReadProblem::Unsupported {
         found: format!("{}, as this seems to be,", format.name),
-        advice: "fretwear-import FILE -o FOLDER writes a folder that is read".to_owned(),
+        advice: "convert it with fretwear-import FILE -o FOLDER, and give the folder".to_owned(),
     })
 }
 
-/// Whether a line among the first few that are no comments is such.
+/// Returns true if `is` accepts one of the first nonempty lines.
 fn has_line(bytes: &[u8], is: fn(&str) -> bool) -> bool {
     const FEW: usize = 20;
     let text = text_of(bytes);
@@ -61,7 +61,8 @@ fn has_line(bytes: &[u8], is: fn(&str) -> bool) -> bool {
     first.chain(lines.take(FEW)).any(is)
 }
 
-/// A record of Fortran with the header of a matrix: six or seven words of four or eight bytes, four of them integers, in either byte order.
+/// Returns true for a Fortran record with the header of a matrix: six or seven words of four or eight bytes, in
+/// either byte order.
 fn is_binary_op4(bytes: &[u8]) -> bool {
     let Some(length) = bytes.first_chunk::<4>() else {
         return false;
@@ -73,7 +74,7 @@ fn is_binary_op4(bytes: &[u8]) -> bool {
     })
 }
 
-/// Four integers of eight columns (sixteen in long files), a name, and the format of the numbers.
+/// Returns true if the first line has four integers of eight columns (sixteen in long files) and a number format.
 fn is_text_op4(bytes: &[u8]) -> bool {
     let text = text_of(bytes);
     let first = text.lines().find(|line| !line.trim().is_empty());

@@ -1,94 +1,94 @@
-//! Why a file of matrices could not be read.
+//! Errors of reading files of matrices.
 
 use std::path::PathBuf;
 
-/// A file of matrices that could not be read.
+/// Error in a file of matrices.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct ReadError {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// Cause of the error.
     pub problem: ReadProblem,
 }
 
-/// What is wrong with a file of matrices.
+/// Cause of an error in a file of matrices.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadProblem {
-    /// The operating system refuses.
+    /// The operating system cannot read the file.
     #[error("cannot be read: {source}")]
     Io {
-        /// Its reason.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The content is that of no known format.
+    /// The content has no known format.
     #[error(
-        "its content, which begins with \"{found}\", is that of no format of matrices; read are {supported}"
+        "its content begins with \"{found}\" and has no known format of matrices; supported formats are {supported}"
     )]
     UnknownFormat {
-        /// The first characters.
+        /// First characters of the file.
         found: String,
-        /// The formats there are.
+        /// Names of the supported formats.
         supported: String,
     },
-    /// Something else than the format prescribes.
+    /// The content violates the format.
     #[error("{place}: found {found}; expected {expected}")]
     Malformed {
-        /// Where in the file.
+        /// Place in the file.
         place: String,
-        /// What is there.
+        /// Content at this place.
         found: String,
-        /// What would be right.
+        /// Valid content.
         expected: String,
     },
-    /// The file ends too early.
+    /// The file or a part of it is truncated.
     #[error(
         "{part} ends after {found}; expected {expected}: the file is cut off, or its header is wrong"
     )]
     Truncated {
-        /// Which part of the file.
+        /// Name of the part.
         part: String,
-        /// What there is.
+        /// Amount of data in the file.
         found: String,
-        /// What there should be.
+        /// Expected amount of data.
         expected: String,
     },
-    /// More rows or entries than a file of this length, or any structure, has.
+    /// The announced number of rows or entries is too large for the file or for any structure.
     #[error("{found}; {limit}")]
     TooMany {
-        /// What is announced.
+        /// Description of the number.
         found: String,
-        /// What would be the most.
+        /// Description of the limit.
         limit: String,
     },
-    /// A legal variant of the format that is not read.
+    /// A valid variant of the format is not supported.
     #[error("{found} is not supported; {advice}")]
     Unsupported {
-        /// The variant.
+        /// Description of the variant.
         found: String,
-        /// What the user can do.
+        /// Advice to the user.
         advice: String,
     },
-    /// Something is wrong in a deck that includes other files.
+    /// The error is in a deck that includes other files.
     #[error("{problem} ({told})")]
     Included {
-        /// What is wrong.
+        /// The error, with line numbers of the combined deck.
         problem: Box<ReadProblem>,
-        /// Which lines are those of which file.
+        /// Line numbers of the included files in the combined deck.
         told: String,
     },
-    /// Files that do not belong together.
+    /// Files or matrices contradict each other.
     #[error("{found}; {advice}")]
     DoNotFit {
-        /// What contradicts what.
+        /// Description of the contradiction.
         found: String,
-        /// What the user can do.
+        /// Advice to the user.
         advice: String,
     },
 }
 
 impl ReadProblem {
-    /// The same, with what is `told` of the count of lines.
+    /// Adds the line numbers of included files to the error, if there are any.
     pub(super) fn counted(self, told: Option<String>) -> Self {
         match told {
             Some(told) => ReadProblem::Included {
@@ -99,7 +99,7 @@ impl ReadProblem {
         }
     }
 
-    /// Something else than the format prescribes.
+    /// Returns [`ReadProblem::Malformed`] for content that violates the format.
     pub(super) fn malformed(
         place: impl ToString,
         found: impl ToString,
@@ -112,7 +112,7 @@ impl ReadProblem {
         }
     }
 
-    /// A part that ends too early.
+    /// Returns [`ReadProblem::Truncated`] for a part that ends too early.
     pub(super) fn truncated(
         part: impl ToString,
         found: impl ToString,

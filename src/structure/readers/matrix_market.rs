@@ -53,7 +53,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         .split_whitespace()
         .map(|word| whole(word, "a count", place))
         .collect::<Result<_, _>>()?;
-    let half = symmetry != "general";
+    let is_triangle = symmetry != "general";
     let (size, stored) = match (form, counts.as_slice()) {
         ("coordinate", &[m, n, nnz]) => {
             square(m, n, &place())?;
@@ -92,7 +92,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let mut matrix = Triplets::new(size);
     let mut digits = Digits::default();
     let mut count = 0;
-    // The next place of an array, column by column.
+    // Next place of an array, column by column.
     let (mut row, mut column) = (usize::from(symmetry == "skew-symmetric"), 0);
     for (line, text) in content {
         let place = || format!("line {line}");
@@ -136,7 +136,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         if symmetry == "skew-symmetric" {
             matrix.entries.push((i as u32, j as u32, value));
             matrix.entries.push((j as u32, i as u32, -value));
-        } else if half && i < j {
+        } else if is_triangle && i < j {
             return Err(ReadProblem::malformed(
                 place(),
                 format!("row {} of column {}", i + 1, j + 1),
@@ -158,7 +158,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let mut notes = Vec::new();
     let one_side =
         matrix.entries.iter().all(|e| e.0 >= e.1) || matrix.entries.iter().all(|e| e.0 <= e.1);
-    if !half && one_side && matrix.entries.iter().any(|e| e.0 != e.1) {
+    if !is_triangle && one_side && matrix.entries.iter().any(|e| e.0 != e.1) {
         notes.push("the first line of the Matrix Market file says general, but only one triangle has entries: if the matrix is symmetric, say symmetric there".to_owned());
     }
     Ok(Parsed {

@@ -1,4 +1,4 @@
-//! Stiffness and mass of the solids of an input deck.
+//! Assembly of the stiffness and mass of the solids of an input deck.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
 use crate::structure::outline;
 use crate::structure::solids::{Material, Solid, SolidMatrices};
 
-/// Stiffness and mass of the solids of a deck, without what it holds and what follows from other displacements, with its sets and positions.
+/// Assembles the solids of a deck. Fixed displacements and displacements that depend on others have no rows.
 pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     let mut parsed = deck::parse(bytes)?;
     let mut deck = mesh_deck::read(bytes, &parsed)?;
@@ -22,7 +22,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         set.or_insert_with(|| surface.nodes.clone());
     }
     let materials = deck.materials_of_elements()?;
-    // Before any element is computed, since tied nodes are moved.
+    // Ties come before the elements, because they move nodes.
     let mut constraints = std::mem::take(&mut deck.equations);
     for tie in &deck.ties {
         constraints.extend(mesh_constraints::tied(tie, &deck, &mut parsed)?);
@@ -49,15 +49,16 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             (None, None) => Vec::new(),
         }
     };
-    let half = || Triplets {
+    let new_triangle = || Triplets {
         is_half: true,
         ..Triplets::new(dofs.len())
     };
-    let (mut stiffness, mut mass, mut hysteretic) = (half(), half(), half());
+    let (mut stiffness, mut mass, mut hysteretic) =
+        (new_triangle(), new_triangle(), new_triangle());
     let is_damped = materials.iter().any(|material| material.1 > 0.0);
     for (k, element) in deck.elements.iter().enumerate() {
         let (material, structural) = &materials[k];
-        let found = matrices_of(element, material, &parsed)?;
+        let element_matrices = matrices_of(element, material, &parsed)?;
         let count = element.nodes.len();
         let rows: Vec<Vec<(u32, f64)>> = (element.nodes.iter())
             .flat_map(|&node| (1..=3).map(move |direction| Dof { node, direction }))
@@ -65,14 +66,14 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             .collect();
         for i in 0..3 * count {
             for j in 0..=i {
-                let stiffness_here = found.stiffness[i * 3 * count + j];
+                let stiffness_here = element_matrices.stiffness[i * 3 * count + j];
                 add(&mut stiffness, [&rows[i], &rows[j]], stiffness_here, i == j);
                 if is_damped {
                     let damped = structural * stiffness_here;
                     add(&mut hysteretic, [&rows[i], &rows[j]], damped, i == j);
                 }
                 if i % 3 == j % 3 {
-                    let mass_here = found.mass[i / 3 * count + j / 3];
+                    let mass_here = element_matrices.mass[i / 3 * count + j / 3];
                     add(&mut mass, [&rows[i], &rows[j]], mass_here, i == j);
                 }
             }
@@ -82,7 +83,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         return Err(ReadProblem::malformed(
             "the deck",
             "no free node",
-            "a solid that is not held everywhere",
+            "a solid with a free node",
         ));
     }
     for matrix in [&mut stiffness, &mut mass, &mut hysteretic] {
@@ -94,11 +95,11 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     parsed.outline = outline_of(faces.clone(), &nodes, &parsed.positions);
     let named = |(corners, _): outline::Face| corners.into_iter().map(|n| nodes[n]).collect();
     parsed.faces = outline::outer_faces(faces).into_iter().map(named).collect();
-    // A drawing has no motion of its own for a node that follows others.
-    let follows =
+    // A node with dependent displacements has no rows, so the outline omits it.
+    let is_dependent =
         |&node: &i64| (1..=3).any(|direction| dependents.contains_key(&Dof { node, direction }));
     for line in &mut parsed.outline {
-        line.retain(|node| !follows(node));
+        line.retain(|node| !is_dependent(node));
     }
     parsed.outline.retain(|line| line.len() > 1);
     parsed.notes.extend(deck.left_out());
@@ -108,11 +109,11 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         nodes.len(),
         match deck.held.len() {
             0 => String::new(),
-            held => format!("; {held} displacements are held by the deck"),
+            held => format!("; {held} displacements are fixed by the deck"),
         },
         match dependents.len() {
             0 => String::new(),
-            count => format!("; {count} follow from others"),
+            count => format!("; {count} depend on others"),
         }
     ));
     let named = |name: &str, role, matrix| Named {
@@ -133,14 +134,14 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     Ok(parsed)
 }
 
-/// Adds an entry of an element and the one across the diagonal, for two of its displacements that are weighted sums of rows.
+/// Adds an entry of an element matrix and its mirror image. Both displacements are weighted sums of rows.
 fn add(matrix: &mut Triplets, [first, second]: [&[(u32, f64)]; 2], value: f64, is_diagonal: bool) {
     for (p, &(row, share)) in first.iter().enumerate() {
-        // On the diagonal both sums are one, and each pair of its terms is met twice.
+        // For a diagonal entry both sums are the same, and each pair of terms would occur twice.
         let others = if is_diagonal { &second[..=p] } else { second };
         for &(column, other) in others {
-            // One triangle is kept: two entries of the whole that come together on the diagonal both count.
-            let times = if row == column && !is_diagonal {
+            // Only one triangle is stored. If an entry and its mirror image both fall on the diagonal, both count.
+            let multiplicity = if row == column && !is_diagonal {
                 2.0
             } else {
                 1.0
@@ -148,7 +149,7 @@ fn add(matrix: &mut Triplets, [first, second]: [&[(u32, f64)]; 2], value: f64, i
             let place = (row.max(column), row.min(column));
             matrix
                 .entries
-                .push((place.0, place.1, times * share * other * value));
+                .push((place.0, place.1, multiplicity * share * other * value));
         }
     }
 }
@@ -160,13 +161,13 @@ fn matrices_of(
 ) -> Result<SolidMatrices, ReadProblem> {
     let place = || format!("element {} of line {}", element.label, element.line);
     let nodes = element.nodes.iter();
-    let at = nodes.map(|node| parsed.positions.get(node).copied().ok_or(*node));
-    let at: Vec<[f64; 3]> = at.collect::<Result<_, _>>().map_err(|node| {
+    let positions = nodes.map(|node| parsed.positions.get(node).copied().ok_or(*node));
+    let positions: Vec<[f64; 3]> = positions.collect::<Result<_, _>>().map_err(|node| {
         ReadProblem::malformed(place(), format!("node {node}"), "nodes that the deck has")
     })?;
     let found = element
         .solid
-        .matrices(&at, material, element.label as usize);
+        .matrices(&positions, material, element.label as usize);
     found.map_err(|error| {
         let found = match error {
             StructureError::InvertedElement { jacobian, .. } => {
@@ -182,7 +183,7 @@ fn matrices_of(
     })
 }
 
-/// What all these elements are, if they are hexahedra of eight nodes.
+/// Returns the formulation if all elements are 8-node hexahedra of the same formulation.
 fn hexahedra_of(elements: &[Element]) -> Option<Formulation> {
     let mut kinds = elements.iter().map(|element| match element.solid {
         Solid::Hexahedron8(formulation) => Some(formulation),
@@ -192,7 +193,7 @@ fn hexahedra_of(elements: &[Element]) -> Option<Formulation> {
     kinds.all(|kind| kind == Some(first)).then_some(first)
 }
 
-/// The faces of all these elements by the places of their corners among `nodes`, which are sorted.
+/// Returns the faces of the elements. Corners are indices into the sorted `nodes`.
 fn faces_of(elements: &[Element], nodes: &[i64]) -> Vec<outline::Face> {
     let faces = elements.iter().flat_map(|element| {
         let corners = element.solid.corners_of_faces().into_iter();
@@ -204,7 +205,7 @@ fn faces_of(elements: &[Element], nodes: &[i64]) -> Vec<outline::Face> {
     faces.collect()
 }
 
-/// Edges of the bodies of elements with these `faces`.
+/// Returns the edges of the bodies whose elements have these `faces`.
 fn outline_of(
     faces: Vec<outline::Face>,
     nodes: &[i64],

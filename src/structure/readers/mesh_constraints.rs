@@ -1,4 +1,4 @@
-//! Displacements of an input deck that follow from others: nodes tied to faces (`*TIE`), and linear equations (`*EQUATION`).
+//! Dependent displacements of an input deck: nodes tied to faces (`*TIE`), and linear equations (`*EQUATION`).
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -10,54 +10,54 @@ use super::{MOST_ENTRIES, Parsed};
 use crate::structure::face;
 use crate::structure::matrices::Dof;
 
-/// Two surfaces that move together: each node of the slave as the nearest point of the master's faces.
+/// Tie of two surfaces. Each slave node moves with the nearest point of the master's faces.
 pub(super) struct Tie {
     pub(super) slave: String,
     pub(super) master: String,
-    /// Nodes further off are not tied, in the deck's unit of length.
+    /// Largest distance of a tied node from a face, in the deck's unit of length.
     pub(super) tolerance: Option<f64>,
-    /// Tied nodes are moved onto the faces before there is any strain.
+    /// True if tied nodes are moved onto the faces without strain.
     pub(super) is_adjusted: bool,
     pub(super) line: usize,
 }
 
-/// A displacement as a weighted sum of others.
+/// Displacement that is a weighted sum of others.
 pub(super) struct Constraint {
     pub(super) dependent: Dof,
     pub(super) sum: Vec<(Dof, f64)>,
-    /// The line that says it.
+    /// Line of the tie or equation in the deck.
     pub(super) line: usize,
 }
 
-/// What the line of a `*TIE` says.
+/// Options on the line of a `*TIE`.
 pub(super) struct TieOptions {
     tolerance: Option<f64>,
     is_adjusted: bool,
 }
 
-/// An equation Σ c u = 0 of which not all terms are read: the first displacement follows from the others.
+/// Equation Σ c u = 0 during reading. The first displacement depends on the others.
 #[derive(Default)]
 pub(super) struct OpenEquation {
     line: usize,
-    /// Terms that are to come; none between equations.
+    /// Number of terms still to be read. Zero between equations.
     left: usize,
     terms: Vec<(Dof, f64)>,
 }
 
-/// Displacements that follow from others, each as the weighted sum of those that are free.
+/// Dependent displacements, each as a weighted sum of free ones.
 pub(super) type Dependents = HashMap<Dof, Vec<(Dof, f64)>>;
 
-/// Where a tie has no `POSITION TOLERANCE`: a share of the longest side of the face that is nearest.
+/// Tolerance of a tie without `POSITION TOLERANCE`, as a share of the longest side of the face.
 const TOLERANCE: f64 = 0.05;
-/// Weights of a tied node below this are rounding: it lies on an edge or a corner of its face.
+/// A weight of a tied node below this is rounding. The node is then on an edge or a corner of the face.
 const NO_WEIGHT: f64 = 1e-9;
-/// Most pairs of a node and a face that a tie looks at: some seconds.
+/// Largest number of pairs of a node and a face in a tie. This number takes some seconds.
 const MOST_PAIRS: usize = 4_000_000_000;
 
 impl TieOptions {
     pub(super) fn of(line: &str, at: usize) -> Result<TieOptions, ReadProblem> {
         let place = || format!("line {at}");
-        let wrong = |key: &str, value: &str, expected: &str| {
+        let invalid_option = |key: &str, value: &str, expected: &str| {
             Err(ReadProblem::malformed(
                 place(),
                 shown(&format!("{key}={value}")),
@@ -81,7 +81,7 @@ impl TieOptions {
             .map(|text| number(text, place))
             .transpose()?;
         if let Some(value) = tolerance.filter(|value| *value < 0.0) {
-            return wrong(
+            return invalid_option(
                 "POSITION TOLERANCE",
                 &value.to_string(),
                 "a length, zero or more",
@@ -93,7 +93,7 @@ impl TieOptions {
         {
             None | Some("YES") => true,
             Some("NO") => false,
-            Some(other) => return wrong("ADJUST", other, "ADJUST=YES or ADJUST=NO"),
+            Some(other) => return invalid_option("ADJUST", other, "ADJUST=YES or ADJUST=NO"),
         };
         Ok(TieOptions {
             tolerance,
@@ -101,7 +101,7 @@ impl TieOptions {
         })
     }
 
-    /// The tie of a line of data: the surface of the slave, and that of the master.
+    /// Returns the tie of a data line with the slave surface and the master surface.
     pub(super) fn between(&self, fields: &[&str], line: usize) -> Result<Tie, ReadProblem> {
         let [slave, master] = match fields {
             [slave, master] | [slave, master, ""] if !slave.is_empty() && !master.is_empty() => {
@@ -126,7 +126,7 @@ impl TieOptions {
 }
 
 impl OpenEquation {
-    /// Reads a line of data; the equation, once it has all of its terms.
+    /// Reads a data line. Returns the equation when all of its terms are read.
     pub(super) fn add(
         &mut self,
         fields: &[&str],
@@ -205,7 +205,7 @@ impl OpenEquation {
         }))
     }
 
-    /// No term is missing where something else begins.
+    /// Checks that the last equation has all of its terms.
     pub(super) fn check_closed(&self) -> Result<(), ReadProblem> {
         match self.left {
             0 => Ok(()),
@@ -218,29 +218,31 @@ impl OpenEquation {
     }
 }
 
-/// The constraints of a tie. Nodes that are tied are moved in `parsed`, unless the tie says no.
+/// Computes the constraints of a tie. Moves tied nodes in `parsed` unless the tie has `ADJUST=NO`.
 pub(super) fn tied(
     tie: &Tie,
     deck: &Deck,
     parsed: &mut Parsed,
 ) -> Result<Vec<Constraint>, ReadProblem> {
     let place = || format!("line {}", tie.line);
-    let none = |name: &str, expected: &str| {
-        let mut known: Vec<&str> = deck.surfaces.keys().map(String::as_str).collect();
-        known.sort_unstable();
-        let expected = match known.is_empty() {
+    let invalid_surface = |name: &str, expected: &str| {
+        let mut surface_names: Vec<&str> = deck.surfaces.keys().map(String::as_str).collect();
+        surface_names.sort_unstable();
+        let expected = match surface_names.is_empty() {
             true => format!("{expected}; the deck has no surface"),
-            false => format!("{expected}; the deck has {}", known.join(", ")),
+            false => format!("{expected}; the deck has {}", surface_names.join(", ")),
         };
         ReadProblem::malformed(place(), format!("the surface {name}"), expected)
     };
     let surface = |name: &str| {
         let found = deck.surfaces.get(name);
-        found.ok_or_else(|| none(name, "the surface of the slave, then that of the master"))
+        found.ok_or_else(|| {
+            invalid_surface(name, "the surface of the slave, then that of the master")
+        })
     };
     let (slave, master) = (surface(&tie.slave)?, surface(&tie.master)?);
     if master.faces.is_empty() {
-        return Err(none(
+        return Err(invalid_surface(
             &tie.master,
             "faces of elements for the master, which comes second",
         ));
@@ -271,7 +273,7 @@ pub(super) fn tied(
     let (mut tied, mut apart, mut moved) = (0, 0, 0.0_f64);
     for &node in &slave.nodes {
         let at = parsed.positions.get(&node).copied();
-        let at = at.ok_or_else(|| unknown(node, tie.line))?;
+        let at = at.ok_or_else(|| unknown_node(node, tie.line))?;
         let mut nearest: Option<(face::NearestPoint, &Vec<i64>)> = None;
         for (face, nodes) in &faces {
             let reach = tie.tolerance.unwrap_or(TOLERANCE * face.longest_side());
@@ -293,7 +295,7 @@ pub(super) fn tied(
         let weights: Vec<(i64, f64)> = (nodes.iter().copied().zip(nearest.weights))
             .filter(|weight| weight.1.abs() > NO_WEIGHT)
             .collect();
-        // A node that both surfaces share is together with itself.
+        // A node that both surfaces share needs no constraint.
         if weights.iter().any(|weight| weight.0 == node) {
             continue;
         }
@@ -338,7 +340,7 @@ pub(super) fn tied(
     Ok(constraints)
 }
 
-fn unknown(node: i64, line: usize) -> ReadProblem {
+fn unknown_node(node: i64, line: usize) -> ReadProblem {
     ReadProblem::malformed(
         format!("line {line}"),
         format!("node {node}"),
@@ -346,23 +348,24 @@ fn unknown(node: i64, line: usize) -> ReadProblem {
     )
 }
 
-/// Every dependent displacement by those that are free: sums of sums are followed, and what is held adds nothing.
+/// Expresses every dependent displacement by free ones. Chains of dependences are resolved, and fixed displacements
+/// are zero.
 ///
 /// # Errors
-/// A node that the deck does not have: what hangs on it would be free. A displacement that two lines make dependent, that is held as well, or
-/// that depends on itself.
+/// [`ReadProblem`] for a node that the deck does not have, which would be free. Also for a displacement that is
+/// dependent twice, that is fixed as well, or that depends on itself.
 pub(super) fn resolved(
     constraints: Vec<Constraint>,
     held: &HashSet<Dof>,
     positions: &HashMap<i64, [f64; 3]>,
 ) -> Result<Dependents, ReadProblem> {
-    let told = |dof: Dof| {
+    let displacement_name = |dof: Dof| {
         format!(
             "the displacement of node {} in direction {}",
             dof.node, dof.direction
         )
     };
-    let mut waiting = HashMap::new();
+    let mut pending = HashMap::new();
     let mut order = Vec::with_capacity(constraints.len());
     for constraint in constraints {
         let Constraint {
@@ -370,56 +373,58 @@ pub(super) fn resolved(
         } = constraint;
         let mut nodes = (constraint.sum.iter().map(|term| term.0.node)).chain([dependent.node]);
         if let Some(node) = nodes.find(|node| !positions.contains_key(node)) {
-            return Err(unknown(node, line));
+            return Err(unknown_node(node, line));
         }
-        let wrong = |why: String, expected: &str| {
+        let invalid_dependent = |why: String, expected: &str| {
             Err(ReadProblem::malformed(
                 format!("line {line}"),
-                format!("{}, {why}", told(dependent)),
+                format!("{}, {why}", displacement_name(dependent)),
                 expected,
             ))
         };
         if held.contains(&dependent) {
-            return wrong(
+            return invalid_dependent(
                 "which *BOUNDARY holds".to_owned(),
-                "dependent nodes that nothing holds: leave them out of the slave, or hold them by the master alone",
+                "dependent nodes without a support: leave them out of the slave, or support the master only",
             );
         }
-        if let Some(other) = waiting.get(&dependent) {
+        if let Some(other) = pending.get(&dependent) {
             let Constraint { line: before, .. } = other;
-            return wrong(
-                format!("which follows by line {before} already"),
+            return invalid_dependent(
+                format!("which line {before} already makes dependent"),
                 "each displacement dependent once",
             );
         }
         order.push(dependent);
-        waiting.insert(dependent, constraint);
+        pending.insert(dependent, constraint);
     }
-    let mut done: Dependents = HashMap::with_capacity(order.len());
+    let mut resolved_sums: Dependents = HashMap::with_capacity(order.len());
     let mut entries = 0;
     for &first in &order {
-        if done.contains_key(&first) {
+        if resolved_sums.contains_key(&first) {
             continue;
         }
-        // A stack, not recursion: chains may be as long as a file. With each displacement the terms of it that are looked at.
+        // A stack replaces recursion, because a chain may be as long as the file. Each entry has the number of
+        // checked terms.
         let mut stack = vec![(first, 0)];
-        let mut open = HashSet::from([first]);
-        while let Some((dof, seen)) = stack.last_mut() {
+        let mut open_dofs = HashSet::from([first]);
+        while let Some((dof, checked_terms)) = stack.last_mut() {
             let dof = *dof;
-            let constraint = &waiting[&dof];
-            let waits = |other: &Dof| waiting.contains_key(other) && !done.contains_key(other);
+            let constraint = &pending[&dof];
+            let is_pending =
+                |other: &Dof| pending.contains_key(other) && !resolved_sums.contains_key(other);
             while constraint
                 .sum
-                .get(*seen)
-                .is_some_and(|term| !waits(&term.0))
+                .get(*checked_terms)
+                .is_some_and(|term| !is_pending(&term.0))
             {
-                *seen += 1;
+                *checked_terms += 1;
             }
-            if let Some(&(next, _)) = constraint.sum.get(*seen) {
-                if !open.insert(next) {
+            if let Some(&(next, _)) = constraint.sum.get(*checked_terms) {
+                if !open_dofs.insert(next) {
                     return Err(ReadProblem::malformed(
                         format!("line {}", constraint.line),
-                        format!("{}, which depends on itself", told(next)),
+                        format!("{}, which depends on itself", displacement_name(next)),
                         "masters that are no slaves of their own slaves",
                     ));
                 }
@@ -428,7 +433,7 @@ pub(super) fn resolved(
             }
             let mut sum: BTreeMap<Dof, f64> = BTreeMap::new();
             for &(other, weight) in &constraint.sum {
-                match done.get(&other) {
+                match resolved_sums.get(&other) {
                     Some(terms) => terms
                         .iter()
                         .for_each(|&(free, share)| *sum.entry(free).or_default() += weight * share),
@@ -443,10 +448,10 @@ pub(super) fn resolved(
                     limit: format!("at most {MOST_ENTRIES} terms once they are resolved"),
                 });
             }
-            done.insert(dof, sum.into_iter().collect());
-            open.remove(&dof);
+            resolved_sums.insert(dof, sum.into_iter().collect());
+            open_dofs.remove(&dof);
             stack.pop();
         }
     }
-    Ok(done)
+    Ok(resolved_sums)
 }

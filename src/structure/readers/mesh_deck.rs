@@ -1,5 +1,5 @@
-//! The mesh of an input deck of Abaqus or CalculiX, and the stiffness and mass of its solids: nodes, elements, sets, surfaces, isotropic
-//! materials, sections, and what is held. Flat decks: parts, instances and included files are not followed.
+//! Mesh of an input deck of Abaqus or CalculiX: elements, sets, surfaces, isotropic materials, sections and supports.
+//! Only flat decks are supported, without parts, instances and included files.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,7 +12,7 @@ use super::text::{number, shown, text_of, whole};
 use crate::structure::matrices::Dof;
 use crate::structure::solids::{Elastic, Material, NAMES, Solid};
 
-/// Words for what is held, and the last of the directions from 1 on.
+/// Words for supports, each with the last fixed direction. All directions from 1 are fixed.
 const HELD: [(&str, u32); 2] = [("ENCASTRE", 6), ("PINNED", 3)];
 
 pub(super) struct Element {
@@ -24,23 +24,23 @@ pub(super) struct Element {
 
 #[derive(Default)]
 pub(super) struct Surface {
-    /// In ascending order, each once.
+    /// Nodes in ascending order, each once.
     pub(super) nodes: Vec<i64>,
-    /// Place of an element, and number of its face, S1 being 0; none of a surface of nodes.
+    /// Indices of elements, and numbers of their faces, where S1 is 0. Empty for a surface of nodes.
     pub(super) faces: Vec<(usize, usize)>,
 }
 
 #[derive(Default)]
 pub(super) struct Deck {
     pub(super) elements: Vec<Element>,
-    /// Places of elements by their sets.
+    /// Indices of the elements of each set.
     sets: HashMap<String, Vec<usize>>,
     place_of: HashMap<i64, usize>,
-    /// Types of the elements that are no solids, and of those in a set.
+    /// Type of each element that is no solid. The next field has the sets with such an element.
     skipped: HashMap<i64, String>,
     sets_of_skipped: HashMap<String, String>,
     materials: HashMap<String, MaterialLines>,
-    /// Set of elements, material, line.
+    /// Sections: the set of elements, the material, and the line in the deck.
     sections: Vec<(String, String, usize)>,
     pub(super) held: HashSet<Dof>,
     pub(super) surfaces: HashMap<String, Surface>,
@@ -52,11 +52,11 @@ pub(super) struct Deck {
 struct MaterialLines {
     elastic: Option<[f64; 2]>,
     density: Option<f64>,
-    /// The imaginary part of the stiffness over the real one.
+    /// Loss factor: the imaginary part of the stiffness over the real part.
     structural: Option<f64>,
 }
 
-/// True of a deck that has elements, or may have them in an included file.
+/// Returns true if the deck has elements, or may have them in an included file.
 pub(super) fn has_mesh(bytes: &[u8]) -> bool {
     text_of(bytes)
         .lines()
@@ -68,18 +68,21 @@ fn solid_of(line: &str) -> Option<Solid> {
     NAMES.iter().find(|name| name.0 == kind).map(|name| name.1)
 }
 
-/// Types of surfaces and lines, which a mesh may have beside its solids as the names of faces and edges: by how they begin.
+/// Prefixes of the types of surface and line elements. Meshes often have them to name faces and edges, beside the
+/// solids.
 const FACES_AND_LINES: [&str; 14] = [
     "CPS", "CPE", "CAX", "SFM3D", "STRI", "S3", "S4", "S6", "S8", "M3D", "T2D", "T3D", "B2", "B3",
 ];
 
 fn is_of_face_or_line(kind: &str) -> bool {
-    FACES_AND_LINES.iter().any(|begin| kind.starts_with(begin))
+    FACES_AND_LINES
+        .iter()
+        .any(|prefix| kind.starts_with(prefix))
 }
 
 enum In {
     Elements(Solid, Option<String>),
-    /// Elements of a type of surfaces or lines, and their set.
+    /// Type of surface or line elements, and their set.
     Skipped(String, Option<String>),
     ElementSet {
         name: String,
@@ -104,8 +107,8 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
     let mut steps = Steps::default();
     let mut material = String::new();
     let mut room = super::MOST_ENTRIES.min(64 * bytes.len());
-    // An element of many nodes goes on in the next line, after a comma.
-    let mut open: Vec<i64> = Vec::new();
+    // Numbers of an element whose nodes continue on the next line.
+    let mut open_element: Vec<i64> = Vec::new();
     let mut open_equation = OpenEquation::default();
     for (k, line) in text.lines().map(str::trim_start).enumerate() {
         if line.trim().is_empty() || line.starts_with("**") {
@@ -113,7 +116,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
         }
         let place = || format!("line {}", k + 1);
         if line.starts_with('*') {
-            if !open.is_empty() {
+            if !open_element.is_empty() {
                 return Err(ReadProblem::malformed(
                     place(),
                     shown(line),
@@ -124,36 +127,36 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
             if steps.pass(line, k + 1)? {
                 deck.held.clear();
             }
-            section = begin(line, &mut material, &mut deck, k + 1)?;
+            section = begin_section(line, &mut material, &mut deck, k + 1)?;
             continue;
         }
         let fields: Vec<&str> = line.split(',').map(str::trim).collect();
         match &section {
             In::Elements(solid, set) => {
                 for field in fields.iter().filter(|f| !f.is_empty()) {
-                    open.push(whole(
+                    open_element.push(whole(
                         field,
                         "the numbers of an element and its nodes",
                         place,
                     )?);
                 }
-                if open.len() <= solid.nodes() {
+                if open_element.len() <= solid.nodes() {
                     continue;
                 }
-                if open.len() > solid.nodes() + 1 {
+                if open_element.len() > solid.nodes() + 1 {
                     return Err(ReadProblem::malformed(
                         place(),
-                        format!("{} nodes", open.len() - 1),
+                        format!("{} nodes", open_element.len() - 1),
                         format!("{} nodes of an element", solid.nodes()),
                     ));
                 }
                 let element = Element {
-                    label: open[0],
+                    label: open_element[0],
                     solid: *solid,
-                    nodes: open[1..].to_vec(),
+                    nodes: open_element[1..].to_vec(),
                     line: k + 1,
                 };
-                open.clear();
+                open_element.clear();
                 if deck
                     .place_of
                     .insert(element.label, deck.elements.len())
@@ -172,7 +175,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                 deck.elements.push(element);
             }
             In::Skipped(kind, set) => {
-                // What goes on in a second line has more nodes than these have.
+                // A continuation line belongs to an element with more nodes than these types have.
                 let label = whole(fields[0], "the number of an element", place)?;
                 deck.skipped.insert(label, kind.clone());
                 if let Some(set) = set {
@@ -259,7 +262,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                     ));
                 }
             }
-            In::Boundary => hold(&fields, parsed, &mut deck.held, &place)?,
+            In::Boundary => read_boundary(&fields, parsed, &mut deck.held, &place)?,
             In::Tie(options) => deck.ties.push(options.between(&fields, k + 1)?),
             In::Equation => {
                 if let Some(equation) = open_equation.add(&fields, k + 1)? {
@@ -279,9 +282,9 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
     Ok(deck)
 }
 
-/// Keywords that are read as parts of a material.
+/// Keywords that define properties of a material.
 const OF_MATERIAL: [&str; 3] = ["*DAMPING", "*DENSITY", "*ELASTIC"];
-/// Keywords that may stand between those of one material.
+/// Keywords that may be between the properties of one material.
 const IN_MATERIAL: [&str; 9] = [
     "*CONDUCTIVITY",
     "*CYCLIC HARDENING",
@@ -294,8 +297,13 @@ const IN_MATERIAL: [&str; 9] = [
     "*SPECIFIC HEAT",
 ];
 
-/// What the lines after a keyword are.
-fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Result<In, ReadProblem> {
+/// Returns the section that a keyword line begins, and stores the options of the line.
+fn begin_section(
+    line: &str,
+    material: &mut String,
+    deck: &mut Deck,
+    at: usize,
+) -> Result<In, ReadProblem> {
     let place = || format!("line {at}");
     let word = keyword(line);
     let unsupported = |advice: &str| {
@@ -306,7 +314,7 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
     };
     let name =
         |key: &str| option(line, key).map(|name| name.trim_matches('"').to_ascii_uppercase());
-    let needed = |key: &str| {
+    let required_option = |key: &str| {
         name(key).ok_or_else(|| ReadProblem::malformed(place(), shown(line), format!("{key}=…")))
     };
     if OF_MATERIAL.contains(&word.as_str()) {
@@ -321,10 +329,10 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
             let kind = name("TYPE").unwrap_or_default();
             let Some(solid) = solid_of(line) else {
                 if !is_of_face_or_line(&kind) {
-                    let known: Vec<&str> = NAMES.iter().map(|name| name.0).collect();
+                    let type_names: Vec<&str> = NAMES.iter().map(|name| name.0).collect();
                     let expected = match kind.as_str() {
-                        "C3D8R" => "C3D8I: what stiffens a reduced hexahedron against its hourglass modes differs from program to program".to_owned(),
-                        _ => format!("solids of the types {}", known.join(", ")),
+                        "C3D8R" => "C3D8I: the stiffness of C3D8R against hourglass modes differs from program to program".to_owned(),
+                        _ => format!("solids of the types {}", type_names.join(", ")),
                     };
                     let found = option(line, "TYPE").unwrap_or("no TYPE");
                     return Err(ReadProblem::malformed(place(), shown(found), expected));
@@ -334,15 +342,15 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
             In::Elements(solid, name("ELSET"))
         }
         "*ELSET" => In::ElementSet {
-            name: needed("ELSET")?,
+            name: required_option("ELSET")?,
             generate: option(line, "GENERATE").is_some(),
         },
         "*SURFACE" => In::Surface {
-            name: needed("NAME")?,
+            name: required_option("NAME")?,
             of_nodes: name("TYPE").is_some_and(|kind| kind == "NODE"),
         },
         "*MATERIAL" => {
-            *material = needed("NAME")?;
+            *material = required_option("NAME")?;
             In::Other
         }
         "*ELASTIC" => match name("TYPE").as_deref() {
@@ -360,7 +368,7 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
                     advice: "STRUCTURAL=… of a material is read; leave it out, and give dynamics.rayleigh in the scene for damping by mass and stiffness".to_owned(),
                 });
             }
-            let factor = number(&needed("STRUCTURAL")?, place)?;
+            let factor = number(&required_option("STRUCTURAL")?, place)?;
             if factor < 0.0 {
                 return Err(ReadProblem::malformed(
                     place(),
@@ -374,7 +382,7 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
         }
         "*SOLID SECTION" => {
             deck.sections
-                .push((needed("ELSET")?, needed("MATERIAL")?, at));
+                .push((required_option("ELSET")?, required_option("MATERIAL")?, at));
             In::Other
         }
         "*BOUNDARY" => In::Boundary,
@@ -385,14 +393,14 @@ fn begin(line: &str, material: &mut String, deck: &mut Deck, at: usize) -> Resul
 }
 
 impl Deck {
-    /// Notes that a set has an element which is no solid, if this is one.
+    /// Marks a set if the element with this label is no solid.
     fn mark_skipped(&mut self, set: &str, label: i64) {
         if let Some(kind) = self.skipped.get(&label) {
             self.sets_of_skipped.insert(set.to_owned(), kind.clone());
         }
     }
 
-    /// The same for the elements of a set, or the one with this number.
+    /// Marks a set if another set, or the element with this number, has an element that is no solid.
     fn mark_skipped_of(&mut self, set: &str, name: &str) {
         match name.parse::<i64>() {
             Ok(label) => self.mark_skipped(set, label),
@@ -405,7 +413,7 @@ impl Deck {
         }
     }
 
-    /// What was left out, in words.
+    /// Returns a note for the user about elements that were left out.
     pub(super) fn left_out(&self) -> Option<String> {
         let mut kinds: Vec<&str> = self.skipped.values().map(String::as_str).collect();
         kinds.sort_unstable();
@@ -419,7 +427,7 @@ impl Deck {
         })
     }
 
-    /// Places of the elements of a set, or of the one with this number.
+    /// Returns the indices of the elements of a set, or of the element with this number.
     fn places(&self, name: &str) -> Vec<usize> {
         match name.parse::<i64>() {
             Ok(label) => self.place_of.get(&label).copied().into_iter().collect(),
@@ -430,12 +438,12 @@ impl Deck {
         }
     }
 
-    /// The material of each element, and its factor of structural damping.
+    /// Returns the material of each element, and its factor of structural damping.
     pub(super) fn materials_of_elements(&self) -> Result<Vec<(Material, f64)>, ReadProblem> {
-        let mut found: Vec<Option<(Material, f64)>> = vec![None; self.elements.len()];
+        let mut assigned: Vec<Option<(Material, f64)>> = vec![None; self.elements.len()];
         for (set, name, line) in &self.sections {
             let place = || format!("line {line}");
-            let known = || {
+            let material_names = || {
                 let mut names: Vec<&str> = self.materials.keys().map(String::as_str).collect();
                 names.sort_unstable();
                 names.join(", ")
@@ -447,7 +455,10 @@ impl Deck {
                 return Err(ReadProblem::malformed(
                     place(),
                     format!("the material {name}"),
-                    format!("one with *ELASTIC and *DENSITY; the deck has {}", known()),
+                    format!(
+                        "one with *ELASTIC and *DENSITY; the deck has {}",
+                        material_names()
+                    ),
                 ));
             };
             let material = Material {
@@ -457,8 +468,8 @@ impl Deck {
                 },
                 density,
             };
-            let sound = crate::structure::element::check(&material);
-            sound.map_err(|error| {
+            let checked = crate::structure::element::check(&material);
+            checked.map_err(|error| {
                 ReadProblem::malformed(place(), error, "constants of an elastic solid")
             })?;
             if let Some(kind) = self.sets_of_skipped.get(set) {
@@ -477,10 +488,10 @@ impl Deck {
                 ));
             }
             for at in places {
-                found[at] = Some((material, structural));
+                assigned[at] = Some((material, structural));
             }
         }
-        let each = found
+        let materials = assigned
             .into_iter()
             .zip(&self.elements)
             .map(|(material, element)| {
@@ -492,11 +503,11 @@ impl Deck {
                     )
                 })
             });
-        each.collect()
+        materials.collect()
     }
 }
 
-/// Nodes of a set, or the one with this number.
+/// Returns the nodes of a set, or the node with this number.
 fn nodes_of(name: &str, parsed: &Parsed) -> Vec<i64> {
     match name.parse::<i64>() {
         Ok(node) => vec![node],
@@ -507,19 +518,19 @@ fn nodes_of(name: &str, parsed: &Parsed) -> Vec<i64> {
     }
 }
 
-/// A line of `*BOUNDARY`: a set or a node, the first and the last direction, and a displacement, which is zero.
-fn hold(
+/// Reads a line of `*BOUNDARY`: a set or node, the first and last direction, and a displacement, which must be zero.
+fn read_boundary(
     fields: &[&str],
     parsed: &Parsed,
     held: &mut HashSet<Dof>,
     place: &dyn Fn() -> String,
 ) -> Result<(), ReadProblem> {
     let nodes = nodes_of(fields[0], parsed);
-    let unknown = nodes
+    let missing_node = nodes
         .iter()
         .find(|node| !parsed.positions.contains_key(node));
-    if nodes.is_empty() || unknown.is_some() {
-        let unknown = unknown.map_or(String::new(), |node| format!(" with the node {node}"));
+    if nodes.is_empty() || missing_node.is_some() {
+        let unknown = missing_node.map_or(String::new(), |node| format!(" with the node {node}"));
         return Err(ReadProblem::malformed(
             place(),
             format!("{}{unknown}", shown(fields[0])),
@@ -546,7 +557,7 @@ fn hold(
                 return Err(ReadProblem::malformed(
                     place(),
                     shown(value),
-                    "no displacement: what is held is held at zero",
+                    "a displacement of zero: supports with other displacements are not read",
                 ));
             }
             first..=last

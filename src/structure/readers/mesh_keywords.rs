@@ -1,9 +1,9 @@
-//! Which keywords of an input deck leave the structure as it is, and which make another one of it.
+//! Keywords of an input deck, classified by their effect on the structure.
 
 use super::deck::{keyword, option};
 use super::error::ReadProblem;
 
-/// Keywords that are read.
+/// Keywords that are supported.
 const READ: [&str; 14] = [
     "*BOUNDARY",
     "*DAMPING",
@@ -20,8 +20,8 @@ const READ: [&str; 14] = [
     "*SURFACE",
     "*TIE",
 ];
-/// Keywords that say nothing of a linear structure at rest: steps and loads, output, other physics, properties of contacts and of what is
-/// beyond the elastic limit.
+/// Keywords that do not change a linear structure at rest: steps, loads, output, other physics, contact properties
+/// and plasticity.
 const HARMLESS: [&str; 76] = [
     "*AMPLITUDE",
     "*BUCKLE",
@@ -102,7 +102,7 @@ const HARMLESS: [&str; 76] = [
 ];
 /// Keywords of decks that are not flat.
 const NOT_FLAT: [&str; 3] = ["*INCLUDE", "*INSTANCE", "*PART"];
-/// Options of keywords that are read, and what they would change: nodes and elements elsewhere, or other stiffness.
+/// Unsupported options of supported keywords, with advice. They would add nodes or elements, or change the stiffness.
 const OPTIONS: [(&str, &str, &str); 4] = [
     ("*NODE", "INPUT", "write the nodes into the deck"),
     ("*ELEMENT", "INPUT", "write the elements into the deck"),
@@ -114,26 +114,26 @@ const OPTIONS: [(&str, &str, &str); 4] = [
     (
         "*BOUNDARY",
         "FIXED",
-        "say what is held in the data of the model, at zero",
+        "define the supports in the model data, with zero displacement",
     ),
 ];
 
-/// Where in a deck a keyword stands.
+/// State of the steps while a deck is read.
 #[derive(Default)]
 pub(super) struct Steps {
-    /// Steps begun so far.
+    /// Number of steps begun so far.
     pub(super) count: usize,
     is_new: bool,
 }
 
 impl Steps {
-    /// Looks at a line with a keyword. True where it says that nothing is held any more of what was said before the step.
+    /// Checks a keyword line. Returns true if the line removes all supports that were defined before the step.
     ///
     /// # Errors
-    /// [`ReadProblem::Unsupported`] for a keyword or an option that would make another structure of it, or may.
+    /// [`ReadProblem::Unsupported`] for a keyword or an option that changes the structure, or may change it.
     pub(super) fn pass(&mut self, line: &str, at: usize) -> Result<bool, ReadProblem> {
         let word = keyword(line);
-        let refused = |advice: &str| {
+        let reject = |advice: &str| {
             Err(ReadProblem::Unsupported {
                 found: format!("{word} of line {at}"),
                 advice: advice.to_owned(),
@@ -141,45 +141,46 @@ impl Steps {
         };
         let word = word.as_str();
         if NOT_FLAT.contains(&word) {
-            return refused(match word {
-                "*INCLUDE" => "its file is not found from here: give the deck as a file",
+            return reject(match word {
+                "*INCLUDE" => "an included file cannot be found from here: give the deck as a file",
                 _ => {
                     "only flat decks are read: fretwear-import writes one from a deck with parts and instances"
                 }
             });
         }
         if !READ.contains(&word) && !HARMLESS.contains(&word) {
-            return refused(
-                "a mesh of solids alone is assembled here, and this keyword changes the model: leave the keyword out, or let your program write the matrices and use structure.kind = \"matrices\"",
+            return reject(
+                "only a mesh of solids is assembled here, and this keyword changes the model: remove the keyword, or let your program write the matrices and use structure.kind = \"matrices\"",
             );
         }
-        let given =
+        let option_value =
             |name: &str| option(line, name).filter(|value| !value.eq_ignore_ascii_case("NO"));
         if let Some((_, name, advice)) =
-            (OPTIONS.iter()).find(|(of, name, _)| *of == word && given(name).is_some())
+            (OPTIONS.iter()).find(|(of, name, _)| *of == word && option_value(name).is_some())
         {
-            return refused(&format!("{name} is not followed here: {advice}"));
+            return reject(&format!("the option {name} is not supported: {advice}"));
         }
         match word {
             "*STEP" => {
                 (self.count, self.is_new) = (self.count + 1, false);
-                if given("NLGEOM").is_some() {
-                    return refused(
-                        "NLGEOM makes the stiffness that of a loaded structure, and the unloaded one is assembled here: leave it out, or let your program write the matrices",
+                if option_value("NLGEOM").is_some() {
+                    return reject(
+                        "NLGEOM requests the stiffness of the loaded structure, but the unloaded structure is assembled here: remove NLGEOM, or let your program write the matrices",
                     );
                 }
             }
             "*BOUNDARY" if self.count > 1 => {
-                return refused(
-                    "what a second step holds may be another structure: keep one step, or say what is held before it",
+                return reject(
+                    "a second step may define another structure by its supports: keep one step, or define the supports before it",
                 );
             }
             "*BOUNDARY" => {
                 let is_new = option(line, "OP").is_some_and(|op| op.eq_ignore_ascii_case("NEW"));
-                // The lines of one step take away once what was before them.
-                let takes_away = is_new && !self.is_new;
+                // The first line with OP=NEW in a step removes the earlier supports. Further lines of the step only
+                // add supports.
+                let removes_supports = is_new && !self.is_new;
                 self.is_new |= is_new;
-                return Ok(takes_away);
+                return Ok(removes_supports);
             }
             _ => {}
         }

@@ -1,7 +1,8 @@
-//! Matrices that finite-element programs write: bytes in, [`Matrices`] out.
+//! Readers for matrices from finite-element programs. They convert bytes to [`Matrices`].
 //!
-//! A format is one module with a function from bytes to what the file has, and one row in `FORMATS`; nothing else knows which formats
-//! there are. Readers allocate for what is in a file, never for what its header announces.
+//! A format is one module with a function from bytes to its content, and one row in `FORMATS`. No other code depends
+//! on the list of formats. Readers allocate memory for the data in a file, never for the size that its header
+//! announces.
 
 mod abaqus;
 mod ansys_full;
@@ -29,25 +30,25 @@ pub use error::{ReadError, ReadProblem};
 use super::element::Formulation;
 use super::matrices::{Dof, Matrices, Role, Triplets, Unit};
 
-/// Bytes of the longest file. A stiffness of 10^6 freedoms with 10^8 entries is about as long as text.
+/// Largest file size in bytes. A stiffness of 10^6 degrees of freedom with 10^8 entries is about as long as text.
 const LONGEST_FILE: u64 = 4 << 30;
 
-/// Most entries of a matrix: some 4 GB.
+/// Largest number of entries of a matrix, some 4 GB.
 const MOST_ENTRIES: usize = 1 << 28;
 
-/// Most rows of a matrix.
+/// Largest number of rows of a matrix.
 const MOST_ROWS: usize = 1 << 26;
 
-/// A file given by the user, and what its matrix is where the user says so.
+/// File of the user, with an optional role of its matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Input {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What the matrix in it is; otherwise what the file, its name or its place says.
+    /// Role of the matrix. `None` if the content, the name or the order of the files determines it.
     pub role: Option<Role>,
 }
 
-/// A file format: what it is called, the word for it, how it is recognised, who reads it.
+/// File format: its name, the words for it, the test of a file's content, and the parser.
 struct Format {
     name: &'static str,
     words: &'static [&'static str],
@@ -112,7 +113,7 @@ const FORMATS: [Format; 9] = [
     },
 ];
 
-/// The words by which a user names a format, each once.
+/// Returns the words by which a user names a format, each once.
 pub fn words() -> Vec<&'static str> {
     let mut words: Vec<_> = FORMATS
         .iter()
@@ -124,11 +125,11 @@ pub fn words() -> Vec<&'static str> {
     words
 }
 
-/// What one file has.
+/// Content of one file.
 #[derive(Default)]
 struct Parsed {
     matrices: Vec<Named>,
-    /// What the rows of the matrices stand for, where the file says it for all of them, or for those of another file.
+    /// Degrees of freedom of the rows, for all matrices of the file or for the matrices of another file.
     dofs: Option<Vec<Dof>>,
     sets: HashMap<String, Vec<i64>>,
     positions: HashMap<i64, [f64; 3]>,
@@ -136,41 +137,43 @@ struct Parsed {
     faces: Vec<Vec<i64>>,
     hexahedra: Option<Formulation>,
     local_axes: Vec<(String, Vec<i64>)>,
-    /// The units of a neutral folder, which may not say them.
+    /// Units of a neutral folder. The inner value is `None` if the folder does not specify them.
     units: Option<Option<Unit>>,
     unread: Vec<String>,
     notes: Vec<String>,
 }
 
-/// A matrix under the name that the file gives it.
+/// Matrix with its name in the file.
 struct Named {
     name: String,
     role: Option<Role>,
     matrix: Triplets,
     dofs: Option<Vec<Dof>>,
-    /// The file does not say how many rows there are, only which have entries.
+    /// True if the file does not have the number of rows, only rows with entries.
     is_open: bool,
 }
 
-/// A file after reading.
+/// File after reading.
 struct Source {
     path: PathBuf,
     role: Option<Role>,
     format: &'static str,
-    /// The user named it; otherwise it was found beside one.
+    /// True if the user named the file. Otherwise it was found next to another file.
     is_given: bool,
     parsed: Parsed,
 }
 
-/// Reads the matrices of a structure from one file or several. `word` names the format (of [`words`]) where the content is not to
-/// decide. Of CalculiX one file is enough: the others are found beside it; so is the deck with the sets of nodes. A folder
-/// is one of `fretwear-import`.
+/// Reads the matrices of a structure from one or several files.
+///
+/// `word` selects a format (one of [`words`]); otherwise the content determines it. For CalculiX one file is enough,
+/// because the others are found next to it, as is the deck with the sets of nodes. A folder is an output of
+/// `fretwear-import`.
 ///
 /// # Errors
-/// [`ReadError`] names the file, what was found, and what would be right.
+/// [`ReadError`] with the file, the invalid content and the expected content.
 pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError> {
     let (mut sources, mut unread) = (Vec::new(), Vec::new());
-    let mut not_read = |error: ReadError| {
+    let mut note_unread = |error: ReadError| {
         let path = error.path.display();
         unread.push(format!("{path} beside it is not read: {}", error.problem));
     };
@@ -194,7 +197,7 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
         for path in deck::beside(&input.path) {
             let wanted = !has(|p| !p.positions.is_empty() || !p.sets.is_empty(), &sources);
             if wanted && path.is_file() && seen.insert(path.clone()) {
-                sources.extend(opened(path, None, None, false).map_err(&mut not_read));
+                sources.extend(opened(path, None, None, false).map_err(&mut note_unread));
             }
         }
     }
@@ -207,23 +210,23 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
             path: source.path.clone(),
             problem,
         };
-        let (bytes, told) = included::read(&source.path)?;
-        let found = assembled(&bytes).map_err(|problem| fail(problem.counted(told)));
-        if let Some(assembled) = found? {
+        let (bytes, line_note) = included::read(&source.path)?;
+        let mesh = assembled(&bytes).map_err(|problem| fail(problem.counted(line_note)));
+        if let Some(assembled) = mesh? {
             (source.format, source.parsed) = (MESH, assembled);
         }
     }
     combined(sources, unread)
 }
 
-/// What a deck of nodes is called.
+/// Name of the format of an input deck.
 pub const DECK: &str = "Abaqus input deck";
-/// What CalculiX's list of the rows of its matrices is called.
+/// Name of the format of CalculiX's list of matrix rows.
 pub const CALCULIX_LIST: &str = "CalculiX list of freedoms";
-/// What a file is called whose mesh was assembled.
+/// Name of the format of a mesh that was assembled.
 const MESH: &str = "mesh of an Abaqus input deck";
 
-/// The matrices of the mesh of a deck; none of another file.
+/// Assembles the mesh of a deck. Returns `None` for any other file.
 fn assembled(bytes: &[u8]) -> Result<Option<Parsed>, ReadProblem> {
     let is_mesh = deck::is(bytes) && mesh_deck::has_mesh(bytes);
     is_mesh.then(|| mesh_assembly::assemble(bytes)).transpose()
@@ -239,8 +242,9 @@ fn opened(
         path: path.clone(),
         problem,
     };
-    let (bytes, told) = included::read(&path)?;
-    let (format, parsed) = parsed(&bytes, word).map_err(|problem| fail(problem.counted(told)))?;
+    let (bytes, line_note) = included::read(&path)?;
+    let (format, parsed) =
+        parsed(&bytes, word).map_err(|problem| fail(problem.counted(line_note)))?;
     Ok(Source {
         path,
         role,
@@ -250,10 +254,10 @@ fn opened(
     })
 }
 
-/// What stands in the bytes of one file, with nothing from beside it: for who has no file system.
+/// Reads the bytes of one file without any file system. Other files are not searched.
 ///
 /// # Errors
-/// As [`read`]; `path` is only named.
+/// As [`read`]. `path` only appears in the errors.
 pub fn parse(path: &Path, bytes: &[u8], word: Option<&str>) -> Result<Matrices, ReadError> {
     let fail = |problem| ReadError {
         path: path.to_owned(),
@@ -298,8 +302,8 @@ fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), Re
     };
     let parsed = (format.parse)(bytes)?;
     for named in &parsed.matrices {
-        let bad = named.matrix.entries.iter().find(|e| !e.2.is_finite());
-        if let Some(&(i, j, v)) = bad {
+        let invalid = named.matrix.entries.iter().find(|e| !e.2.is_finite());
+        if let Some(&(i, j, v)) = invalid {
             let place = format!("{} row {}, column {}", named.name, i + 1, j + 1);
             return Err(ReadProblem::malformed(place.trim(), v, "a finite number"));
         }
@@ -312,7 +316,8 @@ fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), Re
     Ok((format.name, parsed))
 }
 
-/// What a name of a file or matrix says of it: words as `stif`, or a letter alone or before a Nastran set (`KAA`, `K2GG`).
+/// Returns the role of a file or matrix by its name. The name has a word such as `stif`, or is a letter, alone or
+/// before a Nastran set (`KAA`, `K2GG`).
 fn role_of_name(name: &str) -> Option<Role> {
     let name = name.to_ascii_lowercase();
     if is_structural_damping(&name) {
@@ -344,7 +349,7 @@ fn role_of_name(name: &str) -> Option<Role> {
     })
 }
 
-/// Whether a matrix is structural damping by its name in small letters, as Abaqus' `DMPS1` and Nastran's `K4AA`.
+/// Returns true if a lower-case name means structural damping, for example `DMPS1` of Abaqus or `K4AA` of Nastran.
 fn is_structural_damping(name: &str) -> bool {
     let mut words = name.split(|c: char| !c.is_ascii_alphanumeric());
     let is_word = |word: &str| {
@@ -357,10 +362,11 @@ fn is_structural_damping(name: &str) -> bool {
     (name.contains("structural") && name.contains("damp")) || words.any(is_word)
 }
 
-/// Axes may be off the global ones by this angle: what the digits of a file leave.
+/// Largest angle between an axis and the global one. It allows for the digits of a file.
 const PARALLEL: f64 = 1e-6;
 
-/// Whether axes are parallel to the global ones, where `axis` is along axis k and `in_plane` in the plane of k and l, on the side of l.
+/// Returns true if axes are parallel to the global ones. `axis` must be along axis k, and `in_plane` in the plane of
+/// k and l, on the side of l.
 fn is_global([axis, in_plane]: [[f64; 3]; 2], [k, l]: [usize; 2]) -> bool {
     let other = 3 - k - l;
     axis[k] > 0.0
@@ -369,8 +375,8 @@ fn is_global([axis, in_plane]: [[f64; 3]; 2], [k, l]: [usize; 2]) -> bool {
         && in_plane[other].abs() <= PARALLEL * in_plane[l]
 }
 
-/// The number of rows that a header announces, before anything of that size is allocated. A row without any entry is none of a
-/// structure, and an entry has at least a byte.
+/// Checks the number of rows in a header before memory is allocated. A row has at least one entry, and an entry has
+/// at least one byte.
 fn rows(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem> {
     let most = bytes.min(MOST_ROWS);
     usize::try_from(announced)
@@ -382,8 +388,9 @@ fn rows(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem>
         })
 }
 
-/// The number of rows that a header announces of a matrix that may have entries in few of them, as a damping matrix has. Nothing of that size is
-/// allocated before [`combined`] has looked at all matrices.
+/// Checks the number of rows in a header of a matrix with many empty rows, such as a damping matrix.
+///
+/// [`combined`] checks the number again with all matrices before memory of this size is allocated.
 fn rows_of_few(announced: u64, place: &str) -> Result<usize, ReadProblem> {
     usize::try_from(announced)
         .ok()
@@ -394,7 +401,7 @@ fn rows_of_few(announced: u64, place: &str) -> Result<usize, ReadProblem> {
         })
 }
 
-/// The number of entries that a header announces, before anything of that size is allocated. An entry has at least a byte.
+/// Checks the number of entries in a header before memory is allocated. An entry has at least one byte.
 fn entries(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem> {
     let most = bytes.min(MOST_ENTRIES);
     usize::try_from(announced)
@@ -406,7 +413,7 @@ fn entries(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProbl
         })
 }
 
-/// A matrix that is not square is none of a structure.
+/// Rejects a matrix that is not square.
 fn square(rows: u64, columns: u64, name: &str) -> Result<(), ReadProblem> {
     if rows == columns && rows > 0 {
         return Ok(());
@@ -418,7 +425,7 @@ fn square(rows: u64, columns: u64, name: &str) -> Result<(), ReadProblem> {
     ))
 }
 
-/// Of the matrices of a file that names them: those whose names say what they are, if any do.
+/// Drops the matrices without a role if any matrix has one. Otherwise drops the 1×1 matrices.
 fn chosen(parsed: &mut Parsed) {
     if parsed.matrices.iter().any(|named| named.role.is_some()) {
         for named in parsed.matrices.iter().filter(|named| named.role.is_none()) {

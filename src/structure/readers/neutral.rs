@@ -1,4 +1,5 @@
-//! The neutral folder of `fretwear-import`: `structure.json`, and matrices with tables of their rows, nodes and sets, or a flat deck.
+//! Neutral folder of `fretwear-import`: `structure.json`, and matrices with tables of rows, nodes and sets, or a flat
+//! deck.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,14 +12,14 @@ use crate::files;
 use crate::structure::matrices::{Role, Unit};
 use crate::structure::node_tables::{self, NodeTableError};
 
-/// What a neutral folder is called.
+/// Name of the format of a neutral folder.
 const NAME: &str = "folder of fretwear-import";
-/// The newest version that is read.
+/// Newest supported version.
 const VERSION: u32 = 1;
-/// Bytes of the longest table: some ten million nodes.
+/// Largest size of a table in bytes, for some ten million nodes.
 const LONGEST_TABLE: u64 = 1 << 30;
 
-/// `structure.json`, as far as it is read.
+/// The fields of `structure.json` that are used.
 #[derive(Deserialize)]
 struct Described {
     layout: String,
@@ -28,7 +29,7 @@ struct Described {
     unit: Option<Unit>,
     #[serde(default)]
     left_out: Vec<String>,
-    /// SHA-256 of the files of the folder.
+    /// SHA-256 hashes of the files in the folder.
     #[serde(default)]
     contents: BTreeMap<String, String>,
 }
@@ -40,7 +41,7 @@ enum Kind {
     Mesh,
 }
 
-/// The parts of a folder.
+/// Reads the files of a folder.
 pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
     let path = folder.join("structure.json");
     let fail = |problem| ReadError {
@@ -57,7 +58,7 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
         let expected = format!("fretwear-structure, version {VERSION} at most");
         return Err(fail(ReadProblem::malformed("the folder", found, expected)));
     }
-    let mut own = Parsed {
+    let mut folder_data = Parsed {
         notes: described.left_out.clone(),
         unread: described.left_out,
         units: Some(described.unit),
@@ -71,9 +72,9 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
         })?;
         let is_same = format!("{:x}", Sha256::digest(&bytes)) == *hash;
         if !is_same {
-            let told = format!("{name} is not as fretwear-import wrote it");
-            own.notes.push(told.clone());
-            own.unread.push(told);
+            let note = format!("{name} is not as fretwear-import wrote it");
+            folder_data.notes.push(note.clone());
+            folder_data.unread.push(note);
         }
     }
     let mut sources = Vec::new();
@@ -92,14 +93,14 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
                     sources.push(opened(file, Some(role), Some("numpy"), true)?);
                 }
             }
-            own.dofs = Some(table(folder.join("rows.csv"), node_tables::dofs)?);
+            folder_data.dofs = Some(table(folder.join("rows.csv"), node_tables::dofs)?);
             let nodes = folder.join("nodes.csv");
             if nodes.is_file() {
-                own.positions = table(nodes, node_tables::positions)?.of_node;
+                folder_data.positions = table(nodes, node_tables::positions)?.of_node;
             }
             let sets = folder.join("sets.csv");
             if sets.is_file() {
-                own.sets = table(sets, node_tables::sets)?;
+                folder_data.sets = table(sets, node_tables::sets)?;
             }
         }
     }
@@ -108,7 +109,7 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
         role: None,
         format: NAME,
         is_given: true,
-        parsed: own,
+        parsed: folder_data,
     });
     Ok(sources)
 }

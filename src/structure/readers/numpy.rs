@@ -1,4 +1,5 @@
-//! NumPy: a dense matrix as NPY; as NPZ a sparse one of `scipy.sparse.save_npz` (CSR, CSC, COO), or dense ones by name (`K`, `M`, `C`).
+//! NumPy files: dense matrices as NPY, sparse matrices of `scipy.sparse.save_npz` (CSR, CSC, COO) as NPZ, and named
+//! dense matrices (`K`, `M`, `C`) as NPZ.
 
 use std::io::{Cursor, Read};
 
@@ -11,13 +12,14 @@ use super::{
 };
 use crate::structure::matrices::Triplets;
 
-/// A header of numbers in two axes is some hundred bytes long.
+/// Largest length of a header in bytes. A header of a two-dimensional array has some hundred bytes.
 const LONGEST_HEADER: usize = 4096;
 
-/// A header is a dictionary with a tuple in it. Each level costs the library twice as long as the one above.
+/// Largest depth of brackets in a header, which is a dictionary with a tuple. Each level doubles the time of the
+/// library.
 const DEEPEST_HEADER: usize = 8;
 
-/// More members than a file of matrices has.
+/// Largest number of members in an archive.
 const MOST_MEMBERS: usize = 256;
 
 pub(super) fn is_npy(bytes: &[u8]) -> bool {
@@ -43,7 +45,7 @@ pub(super) fn parse_npy(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     })
 }
 
-/// Numbers of an array, or the text of one.
+/// Array of numbers.
 struct Array {
     shape: Vec<u64>,
     values: Vec<f64>,
@@ -51,7 +53,7 @@ struct Array {
     is_single: bool,
 }
 
-/// Where the data begin; the header is checked before the library sees it.
+/// Checks the header before the library reads it. Returns the position of the data.
 fn check_header(bytes: &[u8], name: &str) -> Result<usize, ReadProblem> {
     let at = |k: usize| usize::from(bytes.get(k).copied().unwrap_or(0));
     let (start, length) = match at(6) {
@@ -98,7 +100,7 @@ fn array(bytes: &[u8], name: &str) -> Result<Array, ReadProblem> {
         NpyFile::new(bytes).map_err(|e| ReadProblem::malformed(place(), e, "an NPY header"))?;
     let shape = file.shape().to_vec();
     let description = file.dtype().descr();
-    let unfit = || {
+    let unsupported_type = || {
         ReadProblem::malformed(
             place(),
             format!("the type {description}"),
@@ -106,7 +108,7 @@ fn array(bytes: &[u8], name: &str) -> Result<Array, ReadProblem> {
         )
     };
     let DType::Plain(kind) = file.dtype() else {
-        return Err(unfit());
+        return Err(unsupported_type());
     };
     let (kind, size) = (kind.type_char(), kind.size_field());
     let count = shape.iter().try_fold(1u64, |all, &n| all.checked_mul(n));
@@ -133,7 +135,7 @@ fn array(bytes: &[u8], name: &str) -> Result<Array, ReadProblem> {
         (TypeChar::Uint, 2) => numbers::<u16>(file, name, f64::from)?,
         (TypeChar::Uint, 4) => numbers::<u32>(file, name, f64::from)?,
         (TypeChar::Uint, 8) => numbers::<u64>(file, name, |v| v as f64)?,
-        _ => return Err(unfit()),
+        _ => return Err(unsupported_type()),
     };
     Ok(Array {
         shape,
@@ -163,18 +165,22 @@ impl Array {
         }
     }
 
-    /// Whole numbers that are indices.
+    /// Returns the values as indices, or an error if they are not whole numbers of 0 or more.
     fn indices(&self, name: &str) -> Result<Vec<u64>, ReadProblem> {
         let index = |(k, &v): (usize, &f64)| {
             let is_whole = v >= 0.0 && v.fract() == 0.0 && v <= u64::from(u32::MAX) as f64;
-            let wrong = || {
+            let invalid = || {
                 ReadProblem::malformed(
                     format!("{name}, number {}", k + 1),
                     v,
                     "a whole number of 0 or more",
                 )
             };
-            if is_whole { Ok(v as u64) } else { Err(wrong()) }
+            if is_whole {
+                Ok(v as u64)
+            } else {
+                Err(invalid())
+            }
         };
         self.values.iter().enumerate().map(index).collect()
     }
@@ -247,8 +253,8 @@ pub(super) fn parse_npz(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     for name in names.iter().filter(|name| name.ends_with(".npy")) {
         let short = name.trim_end_matches(".npy").escape_debug().to_string();
         let role = role_of_name(&short);
-        let found = array(&member(name)?, &short).and_then(|array| dense(&array, &short));
-        match found {
+        let matrix = array(&member(name)?, &short).and_then(|array| dense(&array, &short));
+        match matrix {
             Ok(matrix) => parsed.matrices.push(Named {
                 name: short,
                 role,
@@ -266,13 +272,13 @@ pub(super) fn parse_npz(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     Ok(parsed)
 }
 
-/// What `scipy.sparse.save_npz` leaves.
+/// Reads a sparse matrix of `scipy.sparse.save_npz`.
 fn sparse(
     member: &mut impl FnMut(&str) -> Result<Vec<u8>, ReadProblem>,
 ) -> Result<Triplets, ReadProblem> {
     let text = member("format.npy")?;
     let start = check_header(&text, "format")?;
-    // Bytes, or characters of four bytes each.
+    // The text is bytes, or characters of four bytes each.
     let word: String = text[start..]
         .iter()
         .filter(|b| **b != 0)
@@ -317,7 +323,7 @@ fn sparse(
         places.extend(row.indices("row")?.into_iter().zip(column.indices("col")?));
     } else {
         let (starts, indices) = (read("indptr")?, read("indices")?);
-        // So that the number of rows is one that the file has data for.
+        // This check limits the number of rows to the data in the file.
         if starts.values.len() as u64 != m + 1 {
             return Err(ReadProblem::malformed(
                 "indptr",

@@ -1,14 +1,14 @@
-//! Lines and numbers of the text formats.
+//! Parsing of lines and numbers in text formats.
 
 use super::super::matrices::DOUBLE;
 use super::error::ReadProblem;
 
-/// The text of a file; what is not UTF-8, in comments of old programs, is shown as a replacement character.
+/// Returns the text of a file. Bytes that are not UTF-8, as in old comments, become replacement characters.
 pub(super) fn text_of(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
     String::from_utf8_lossy(bytes)
 }
 
-/// What a message shows of a text.
+/// Returns a short, quoted form of a text for a message.
 pub(super) fn shown(text: &str) -> String {
     const MOST: usize = 48;
     let mut short: String = text.trim().chars().take(MOST).collect();
@@ -18,11 +18,11 @@ pub(super) fn shown(text: &str) -> String {
     format!("\"{}\"", short.escape_debug())
 }
 
-/// A real number as Fortran programs write it: exponents with D, or without a letter (`1.0-3`).
+/// Parses a real number as Fortran writes it: the exponent has D, E or no letter (`1.0-3`).
 pub(super) fn real(text: &str) -> Option<f64> {
     let text = text.trim();
     if let Ok(value) = text.parse::<f64>() {
-        // Words that the standard library takes for numbers are none here.
+        // The standard library also accepts words such as `inf`. They are no numbers here.
         return (value.is_finite()
             && text
                 .bytes()
@@ -32,33 +32,36 @@ pub(super) fn real(text: &str) -> Option<f64> {
     if text.len() > LONGEST_NUMBER || !text.is_ascii() {
         return None;
     }
-    let mut fixed = String::with_capacity(text.len() + 1);
+    let mut normalized = String::with_capacity(text.len() + 1);
     let bytes = text.as_bytes();
     for (k, &b) in bytes.iter().enumerate() {
         match b {
-            b'd' | b'D' => fixed.push('e'),
+            b'd' | b'D' => normalized.push('e'),
             b'+' | b'-' if k > 0 && (bytes[k - 1].is_ascii_digit() || bytes[k - 1] == b'.') => {
-                fixed.push('e');
-                fixed.push(char::from(b));
+                normalized.push('e');
+                normalized.push(char::from(b));
             }
-            _ => fixed.push(char::from(b)),
+            _ => normalized.push(char::from(b)),
         }
     }
-    let plain = fixed
+    let is_numeric = normalized
         .bytes()
         .all(|b| b.is_ascii_digit() || matches!(b, b'e' | b'E' | b'+' | b'-' | b'.'));
-    fixed.parse::<f64>().ok().filter(|v| plain && v.is_finite())
+    normalized
+        .parse::<f64>()
+        .ok()
+        .filter(|v| is_numeric && v.is_finite())
 }
 
-/// No program writes a number with more characters.
+/// Largest number of characters of a number. No program writes more.
 const LONGEST_NUMBER: usize = 64;
 
-/// The most digits that numbers of a file have, seen so far.
+/// Largest number of significant digits found in a file.
 #[derive(Default)]
 pub(super) struct Digits(u32);
 
 impl Digits {
-    /// Counts those of a number's mantissa.
+    /// Counts the digits of a number's mantissa.
     pub(super) fn see(&mut self, text: &str) {
         let mut digits = 0;
         let mut zeros = true;
@@ -77,34 +80,34 @@ impl Digits {
         self.0 = self.0.max(digits);
     }
 
-    /// Half a unit of the last of them, for numbers that begin with 1.
+    /// Returns the relative precision: half a unit of the last digit of a number that begins with 1.
     pub(super) fn precision(&self) -> f64 {
         match self.0 {
-            // Few digits are those of numbers that are meant exactly.
+            // Numbers with few digits are usually exact.
             0..5 | 17.. => DOUBLE,
             digits => (0.5 * 10f64.powi(1 - digits as i32)).max(DOUBLE),
         }
     }
 }
 
-/// A number of a text, or what is wrong with it.
+/// Parses a number, or returns an error with the text.
 pub(super) fn number(text: &str, place: impl Fn() -> String) -> Result<f64, ReadProblem> {
     real(text).ok_or_else(|| ReadProblem::malformed(place(), shown(text), "a finite number"))
 }
 
-/// The first numbers of a line; those that are blank or missing are zero.
+/// Parses the first numbers of a line. Blank or missing numbers are zero.
 pub(super) fn numbers<const N: usize>(
     fields: &[&str],
     place: impl Fn() -> String,
 ) -> Result<[f64; N], ReadProblem> {
-    let mut found = [0.0; N];
-    for (value, field) in found.iter_mut().zip(fields).filter(|(_, f)| !f.is_empty()) {
+    let mut values = [0.0; N];
+    for (value, field) in values.iter_mut().zip(fields).filter(|(_, f)| !f.is_empty()) {
         *value = number(field, &place)?;
     }
-    Ok(found)
+    Ok(values)
 }
 
-/// The number that ends a line, of which nothing else may follow; `line` is what the line holds.
+/// Parses the last number of a line, and rejects further words. `line` describes the content of the line.
 pub(super) fn last_number<'a>(
     mut words: impl Iterator<Item = &'a str>,
     digits: &mut Digits,
@@ -124,7 +127,7 @@ pub(super) fn last_number<'a>(
     }
 }
 
-/// A whole number of a text, or what is wrong with it.
+/// Parses a whole number, or returns an error with the text.
 pub(super) fn whole<T: std::str::FromStr>(
     text: &str,
     expected: &str,

@@ -1,4 +1,4 @@
-//! The mesh of the resonator: blocks of cells on a grid of lines, of which two bodies and a bolt take theirs.
+//! Mesh of the resonator: cells of one grid of lines, which belong to two bodies and a bolt.
 
 use std::collections::HashMap;
 
@@ -9,23 +9,23 @@ use crate::structure::mesh::{Hexahedron, Mesh, Point, corners};
 
 /// Part number of mass 1, the body below the contact plane.
 pub const MASS_1: usize = 0;
-/// Part number of mass 2, the body above it.
+/// Part number of mass 2, the body above the contact plane.
 pub const MASS_2: usize = 1;
 /// Part number of the bolt.
 pub const BOLT: usize = 2;
 
-/// Names of the ends of the bolt's shank.
+/// Names of the points at the ends of the bolt's shank.
 pub const BOLT_ABOVE: &str = "bolt_above";
 pub const BOLT_BELOW: &str = "bolt_below";
 
-/// Half width of the staircase hole in each row of cells, from its middle row outwards: rows of 5, 5 and 3 cells.
+/// Half widths of the staircase hole by rows of cells, from the middle row outwards: rows of 5, 5 and 3 cells.
 pub(super) const HOLE_HALF_WIDTHS: [usize; 3] = [2, 2, 1];
-/// Half width of the shank in cells: 3×3.
+/// Half width of the shank in cells. The shank has 3×3 cells.
 const SHANK_HALF_WIDTH: usize = 1;
-/// Half width of a bolt head in cells: 9×9.
+/// Half width of a bolt head in cells. The head has 9×9 cells.
 pub(super) const HEAD_HALF_WIDTH: usize = 4;
 
-/// One contact element: a facing pair of quadrilaterals.
+/// Contact element: a pair of facing quadrilaterals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FacingFaces {
     /// Cell of the lap, (i, j) along x and y.
@@ -39,21 +39,22 @@ pub struct FacingFaces {
 }
 
 impl FacingFaces {
-    /// Places of the four pairs of nodes in the lattice of the lap, (i, j) along x and y.
+    /// Returns the grid points of the four pairs of nodes in the lap, (i, j) along x and y.
     pub fn corners(&self) -> [[usize; 2]; 4] {
         corners_of(self.cell)
     }
 }
 
-/// The meshed resonator.
+/// Mesh of the resonator with its contact elements and points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResonatorMesh {
     /// Nodes and elements; parts are [`MASS_1`], [`MASS_2`] and [`BOLT`].
     pub mesh: Mesh,
-    /// The contact elements, i along x slow and j along y fast; none if the joint is tied.
+    /// Contact elements, i along x slow and j along y fast. Empty if the joint is tied.
     pub contacts: Vec<FacingFaces>,
-    /// `far_wall`, the middle of the outer face of mass 2's far wall, and `block`, the middle of mass 1's outer face; `bolt_above` and `bolt_below`, the
-    /// ends of the bolt's shank, unless the joint is tied.
+    /// Named points. `far_wall` is the centre of the outer face of mass 2's far wall, and `block` the centre of the
+    /// outer face of mass 1. `bolt_above` and `bolt_below` are the ends of the bolt's shank, unless the joint is
+    /// tied.
     pub points: Vec<Point>,
 }
 
@@ -69,7 +70,7 @@ impl Lines {
     fn to(mut self, end: f64, cells: usize) -> Self {
         let start = self.0[self.0.len() - 1];
         for c in 1..=cells {
-            // The end itself without rounding, so that planes of symmetry are planes.
+            // The last line is exactly at `end`, so that planes of symmetry are exact.
             self.0.push(if c == cells {
                 end
             } else {
@@ -81,10 +82,10 @@ impl Lines {
 }
 
 impl Resonator {
-    /// Meshes the resonator.
+    /// Makes the mesh of the resonator.
     ///
     /// # Errors
-    /// A dimension or a count that makes no resonator, by its name.
+    /// [`StructureError`] with the name of an invalid dimension or count.
     pub fn mesh(&self) -> Result<ResonatorMesh, StructureError> {
         self.check()?;
         let half_lap = 0.5 * self.lap_length;
@@ -121,7 +122,7 @@ impl Resonator {
         let mut builder = Builder {
             tied: self.tied,
             x: x.0,
-            // The rims are of another height at the block than at the frame; the two meet nowhere but at the arms.
+            // The rims of block and frame have different heights. Block and frame are connected at the arms only.
             y: [heights(self.block_height).0, heights(self.frame_height).0],
             z: z.0,
             outer: [self.head_cells, self.head_cells + 2 * self.half_depth_cells],
@@ -231,33 +232,34 @@ impl Resonator {
     }
 }
 
-/// True for the cells of the staircase hole about the cell `middle`.
+/// Returns true for the cells of the staircase hole around the cell `middle`.
 pub(super) fn in_staircase(cell: [usize; 2], middle: [usize; 2]) -> bool {
     let widths = HOLE_HALF_WIDTHS.get(cell[1].abs_diff(middle[1]));
     widths.is_some_and(|&w| cell[0].abs_diff(middle[0]) <= w)
 }
 
-/// A mesh under construction on a grid of lines.
+/// Builder of a mesh on a grid of lines.
 struct Builder {
     tied: bool,
     x: Vec<f64>,
-    /// Lines along y of mass 1, and of mass 2.
+    /// Positions of the lines along y, for mass 1 and for mass 2.
     y: [Vec<f64>; 2],
     z: Vec<f64>,
-    /// Lines along z of the two outer faces.
+    /// Indices of the lines along z at the two outer faces.
     outer: [usize; 2],
-    /// Line along z of the contact plane.
+    /// Index of the line along z at the contact plane.
     contact: usize,
-    /// Number of the node at a grid point, by the part that owns it.
+    /// Number of the node at a grid point, by the part that owns the node.
     numbers: HashMap<([usize; 3], usize), usize>,
     mesh: Mesh,
 }
 
 impl Builder {
-    /// The part whose node a part uses at a grid point. Parts that are apart have nodes of their own at the same place.
+    /// Returns the part that owns the node of `part` at a grid point. Separate parts have their own nodes at the same
+    /// place.
     fn owner(&self, at: [usize; 3], part: usize) -> usize {
         match part {
-            // Heads and shank end on the masses' outer faces with the masses' nodes.
+            // The heads and the shank share the nodes of the masses' outer faces.
             BOLT if at[2] == self.outer[0] => MASS_1,
             BOLT if at[2] == self.outer[1] => MASS_2,
             MASS_2 if self.tied && at[2] == self.contact => MASS_1,
@@ -285,7 +287,8 @@ impl Builder {
         });
     }
 
-    /// The end of the shank about the cell `middle`, at line `k` along z: its nodes, each by its part of the area.
+    /// Returns the end of the shank around the cell `middle`, at line `k` along z. The nodes are weighted by their
+    /// area.
     fn shank_end(&mut self, name: &str, middle: [usize; 2], k: usize) -> Point {
         let width = 2 * SHANK_HALF_WIDTH + 1;
         let part = |n: usize| if n == 0 || n == width { 0.5 } else { 1.0 } / width as f64;
@@ -307,7 +310,7 @@ impl Builder {
         }
     }
 
-    /// The contact element on a cell of the contact plane; `first` is the lap's first cell.
+    /// Returns the contact element at a cell of the contact plane. `first` is the first cell of the lap.
     fn facing(&mut self, cell: [usize; 2], first: [usize; 2]) -> FacingFaces {
         let [i, j] = cell;
         let (x, y) = ([self.x[i], self.x[i + 1]], [self.y[0][j], self.y[0][j + 1]]);

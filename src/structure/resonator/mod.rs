@@ -1,15 +1,16 @@
-//! The parametric single-lap-joint resonator: two masses joined by a bolted lap, the second an 'o'-shaped frame with a thin leaf.
+//! The parametric single-lap-joint resonator: two masses joined by a bolted lap. Mass 2 is an 'o'-shaped frame with a
+//! thin leaf.
 //!
-//! Axes: x along mass 1, lap, leaf, window, mass 2; y the height; z the depth and the axis of the bolt. The origin is the centre
-//! of the lap, the contact plane is z = 0, and everything is symmetric about y = 0. Along x:
+//! The axes are x along mass 1, lap, leaf, window and mass 2; y along the height; z along the depth and the bolt. The
+//! origin is the centre of the lap, the contact plane is z = 0, and the resonator is symmetric about y = 0. Along x:
 //!
 //! - the block of mass 1, of full depth and height;
-//! - its arm, of the lap's height: of full depth at first, then only below the contact plane across the gap and the lap;
-//! - the arm of mass 2, only above the contact plane on the lap and across the gap, then of full depth;
+//! - its arm, of the lap's height: of full depth first, then only below the contact plane across the gap and the lap;
+//! - the arm of mass 2: only above the contact plane on the lap and across the gap, then of full depth;
 //! - the leaf, the two rims of the window, and the far wall.
 //!
-//! The bolt hole is a staircase in the lap's mesh. The bolt's shank stands free in it; its heads share nodes with both outer
-//! faces. The two bodies touch on the lap only, where each has nodes of its own.
+//! The bolt hole is a staircase in the mesh of the lap. The shank of the bolt does not touch the hole, and its heads
+//! share nodes with both outer faces. The two bodies touch on the lap only, where each body has its own nodes.
 
 mod mesh;
 
@@ -25,18 +26,18 @@ use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
 pub use mesh::{BOLT, BOLT_ABOVE, BOLT_BELOW, FacingFaces, MASS_1, MASS_2, ResonatorMesh};
 use mesh::{HEAD_HALF_WIDTH, HOLE_HALF_WIDTHS, in_staircase};
 
-/// Dimensions \[m\], element counts and materials of the resonator. [`Resonator::default`] has the shipped set.
+/// Dimensions \[m\], numbers of cells and materials of the resonator. [`Resonator::default`] is the standard design.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Resonator {
     /// Length of the lap along x.
     pub lap_length: f64,
-    /// Height of the arms, and of the lap, along y.
+    /// Height of the arms and of the lap along y.
     pub arm_height: f64,
-    /// Depth of everything along z; the contact plane is in its middle.
+    /// Depth of all parts along z. The contact plane is in the middle.
     pub depth: f64,
-    /// Length of the arms' part of full depth.
+    /// Length of the part of an arm that has full depth.
     pub stub_length: f64,
-    /// Clearance between an arm's end and the other body's full depth.
+    /// Clearance between the end of an arm and the full-depth part of the other body.
     pub gap_length: f64,
     /// Length of mass 1.
     pub block_length: f64,
@@ -54,11 +55,12 @@ pub struct Resonator {
     pub wall_thickness: f64,
     /// Thickness of a bolt head along z.
     pub head_thickness: f64,
-    /// Modulus of the whole bolt over that of the masses: corrects the staircase shank's area to the bolt's stress area.
+    /// Young's modulus of the bolt over that of the masses. It corrects the area of the staircase shank to the stress
+    /// area.
     pub bolt_modulus_factor: f64,
-    /// Material of everything.
+    /// Material of the masses. The bolt differs by `bolt_modulus_factor`.
     pub material: Material,
-    /// Cells of the lap along x and along y; odd, as the hole has a middle cell.
+    /// Cells of the lap along x and along y. An odd number, because the hole has a middle cell.
     pub lap_cells: usize,
     /// Cells through half the depth.
     pub half_depth_cells: usize,
@@ -74,13 +76,13 @@ pub struct Resonator {
     pub window_cells: usize,
     /// Cells through the far wall.
     pub wall_cells: usize,
-    /// Cells from the arm to the window's edge along y, on each side.
+    /// Cells from the arm to the edge of the window along y, on each side.
     pub inner_cells: usize,
     /// Cells through a rim along y.
     pub rim_cells: usize,
     /// Cells through a bolt head.
     pub head_cells: usize,
-    /// The contact nodes of both bodies are one: a bonded joint, for verification. It has no contact elements.
+    /// True if both bodies share their contact nodes, for verification. The bonded joint has no contact elements.
     pub tied: bool,
 }
 
@@ -126,7 +128,7 @@ impl Default for Resonator {
 }
 
 impl Resonator {
-    /// Length of all, from the free end of mass 1 to that of mass 2 \[m\].
+    /// Returns the approximate length from the free end of mass 1 to that of mass 2, with one stub and one gap \[m\].
     pub fn length(&self) -> f64 {
         self.block_length
             + self.stub_length
@@ -137,13 +139,13 @@ impl Resonator {
             + self.wall_thickness
     }
 
-    /// First frequency of a bar as long, along its axis \[Hz\].
+    /// Returns the first axial frequency of a bar of the same length \[Hz\].
     pub fn bar_frequency(&self) -> f64 {
         let speed = (self.material.elastic.youngs_modulus / self.material.density).sqrt();
         speed / (2.0 * self.length())
     }
 
-    /// Its mass \[kg\] as if the frame were full and the lap one arm: some percent too much.
+    /// Estimates the mass \[kg\] to some percent. The arms are one stub, one gap and the lap, at full depth.
     pub fn rough_mass(&self) -> f64 {
         let frame = (self.leaf_thickness + self.window_length + self.wall_thickness)
             * self.frame_height
@@ -155,7 +157,7 @@ impl Resonator {
 }
 
 impl Resonator {
-    /// The contact elements.
+    /// Returns the array of contact elements.
     pub fn contact_array(&self) -> ContactArray {
         let middle = [self.lap_cells / 2; 2];
         let all = (0..self.lap_cells).flat_map(|i| (0..self.lap_cells).map(move |j| [i, j]));
@@ -166,15 +168,15 @@ impl Resonator {
         }
     }
 
-    /// Thickness of the layers of cells from the contact on, on either side \[m\].
+    /// Returns the thicknesses of the layers of cells on either side of the contact plane, from the contact on \[m\].
     pub fn layers(&self) -> Vec<f64> {
         vec![0.5 * self.depth / self.half_depth_cells as f64; self.half_depth_cells]
     }
 
-    /// Meshes the resonator and reduces it to its lowest `modes` elastic modes and the residual of the others.
+    /// Makes the mesh and reduces it to its lowest `modes` elastic modes and the residual of the others.
     ///
     /// # Errors
-    /// [`StructureError`] for dimensions that make no mesh, and what the reduction fails of.
+    /// [`StructureError`] for invalid dimensions, and errors of the reduction.
     pub fn reduce(
         &self,
         modes: usize,
@@ -203,10 +205,10 @@ impl Resonator {
         Ok((reduced, outline))
     }
 
-    /// The outline of the mesh without the hole and the shank in it: within the lap they are small and many.
+    /// Returns the outline of the mesh without the many small lines of the hole and the shank.
     fn outline(&self, mesh: &Mesh) -> Vec<Line> {
         let [x, y] = self.contact_array().sides();
-        // Half the width of the hole, and half a cell for rounding.
+        // Half the width of the hole in cells (2.5), plus half a cell for rounding.
         let reach = HOLE_HALF_WIDTHS[0] as f64 + 1.0;
         let in_hole = |&node: &usize| {
             let [at_x, at_y, _] = mesh.nodes[node];
@@ -217,10 +219,10 @@ impl Resonator {
         lines
     }
 
-    /// Whether it can be meshed.
+    /// Checks whether the resonator can be meshed.
     ///
     /// # Errors
-    /// The first dimension or count that makes no resonator, by the name of its field.
+    /// [`StructureError`] with the name of the first invalid dimension or count.
     pub fn check(&self) -> Result<(), StructureError> {
         element::check(&self.material)?;
         for (name, value) in [
@@ -290,7 +292,7 @@ impl Resonator {
         Ok(())
     }
 
-    /// Cells of the box around the mesh: at least as many as the mesh has, known without meshing.
+    /// Returns the number of cells of the box around the mesh, an upper bound of the cells of the mesh.
     pub fn box_cells(&self) -> f64 {
         let along_x = self.block_cells
             + 2 * (self.stub_cells + self.gap_cells)
@@ -304,7 +306,7 @@ impl Resonator {
     }
 }
 
-/// What a part of the mesh is called.
+/// Returns the name of a part of the mesh.
 fn name_of_part(part: usize) -> &'static str {
     match part {
         MASS_1 => "mass_1",
