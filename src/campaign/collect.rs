@@ -1,7 +1,8 @@
-//! `collected/shard-NNNNN.parquet`: the histories of many runs, appended as runs end.
+//! Shards of collected histories (`collected/shard-NNNNN.parquet`), appended as runs end.
 //!
-//! A row of a shard is an iteration of a run, with the index of the run and its keys. Shards are sorted by index and iteration. One is
-//! written aside and renamed, so that whoever reads `collected/*.parquet` sees it whole or not at all; none is ever changed.
+//! Each row of a shard is one iteration of one run, with the index and the keys of the run. Rows are sorted by index
+//! and iteration. A shard is written under another name and then renamed, so a reader of `collected/*.parquet` never
+//! sees a partial shard. A shard never changes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -20,45 +21,45 @@ use crate::tables::{
 };
 
 const NAME: &str = "collected";
-/// Column of a row's index in the campaign.
+/// Column with the index of the row in the campaign.
 pub(super) const INDEX: &str = "index";
-/// Column of the iteration.
+/// Column with the number of the wear iteration.
 pub(super) const WEAR_ITERATION: &str = "wear_iteration";
-/// Rows after which a shard is full: some hundred columns of it fit into a hundred megabytes.
+/// Number of rows at which a shard is written. About a hundred columns of this length fit into 100 MB.
 const ROWS_OF_A_SHARD: usize = 1 << 17;
-/// Rows of a shard at most: a single run may be longer.
+/// Largest number of rows that is read from a shard. It exceeds [`ROWS_OF_A_SHARD`] because a single run may be longer.
 const MOST_ROWS: i64 = 1 << 26;
-/// Bytes of the history of a run at most.
+/// Largest size of the history of a run \[B\].
 const LONGEST_HISTORY: u64 = 1 << 30;
-/// Histories that a thread reads at a time.
+/// Number of histories that one thread reads per group.
 const AT_ONCE: usize = 64;
 
-/// What a collection did.
+/// Result of a collection.
 #[derive(Debug, Default)]
 pub struct CollectionSummary {
-    /// Runs that were collected now.
+    /// Number of runs that this collection added.
     pub runs: usize,
-    /// Runs that are in shards, with these.
+    /// Number of runs in all shards, old and new.
     pub all: usize,
-    /// Shards that were written now.
+    /// Shards that this collection wrote.
     pub shards: Vec<PathBuf>,
-    /// Histories that are not as they were written, each with what is wrong.
+    /// Damaged histories, each with the damage.
     pub damaged: Vec<(PathBuf, String)>,
-    /// Why histories could not be read, which says nothing of their content.
+    /// Errors of histories that could not be read. Their content may be intact.
     pub unread: Vec<CampaignError>,
 }
 
-/// What stands in the metadata of a shard.
+/// Entry in the metadata of a shard.
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry {
     schema: String,
-    /// Ranges of indices, both ends in them.
+    /// Ranges of row indices, including both ends.
     runs: Vec<[usize; 2]>,
     /// Hash of the content keys of these rows.
     content: String,
 }
 
-/// The shards of a campaign.
+/// Lists the shards of a campaign.
 fn shards(folder: &Folder) -> Result<Vec<PathBuf>, CampaignError> {
     let names = folder.list(COLLECTED)?;
     let is_shard = |name: &String| name.starts_with("shard-") && name.ends_with(".parquet");
@@ -68,44 +69,44 @@ fn shards(folder: &Folder) -> Result<Vec<PathBuf>, CampaignError> {
         .collect())
 }
 
-fn unreadable(path: &Path, reason: impl ToString) -> CampaignError {
+fn shard_error(path: &Path, reason: impl ToString) -> CampaignError {
     CampaignError::Damaged {
         path: path.to_owned(),
         reason: format!(
-            "{}; move it away and collect again, as long as the files in `ended` are there",
+            "{}; move it away and collect again while the files in `ended` still exist",
             reason.to_string()
         ),
     }
 }
 
-/// The indices of the runs that a shard of these bytes holds.
-fn runs_of(
+/// Returns the ranges of row indices in a shard, and checks that they belong to this campaign.
+fn shard_ranges(
     bytes: &[u8],
     shard: &Path,
     campaign: &Campaign,
 ) -> Result<Vec<[usize; 2]>, CampaignError> {
-    let text = entry_of(bytes, NAME).map_err(|error| unreadable(shard, error))?;
+    let text = entry_of(bytes, NAME).map_err(|error| shard_error(shard, error))?;
     let entry: Option<Entry> = text.and_then(|text| serde_json::from_str(&text).ok());
     let Some(entry) = entry.filter(|entry| entry.schema == NAME) else {
-        return Err(unreadable(shard, "it is no shard of a campaign"));
+        return Err(shard_error(shard, "it is not a shard of a campaign"));
     };
     let rows = campaign.rows.len();
     let ascends = |pair: &[[usize; 2]]| pair[0][1] < pair[1][0];
     if !entry.runs.windows(2).all(ascends) {
-        return Err(unreadable(shard, "its ranges of rows overlap"));
+        return Err(shard_error(shard, "its ranges of rows overlap"));
     }
-    let is_known = entry
+    let is_in_campaign = entry
         .runs
         .iter()
         .all(|[first, last]| first <= last && *last < rows);
     let all = || entry.runs.iter().flat_map(|[first, last]| *first..=*last);
-    if !is_known || campaign.content(all()) != entry.content {
-        return Err(unreadable(shard, "it holds runs of another campaign"));
+    if !is_in_campaign || campaign.content(all()) != entry.content {
+        return Err(shard_error(shard, "it holds runs of another campaign"));
     }
     Ok(entry.runs)
 }
 
-/// Ascending numbers as ranges.
+/// Joins ascending indices into ranges.
 fn ranges(indices: &[usize]) -> Vec<[usize; 2]> {
     let mut ranges: Vec<[usize; 2]> = Vec::new();
     for &index in indices {
@@ -117,51 +118,51 @@ fn ranges(indices: &[usize]) -> Vec<[usize; 2]> {
     ranges
 }
 
-/// Rows that grow run by run; what a run lacks is null.
+/// Rows of the next shard, appended run by run. A column that a run lacks is null in its rows.
 #[derive(Default)]
 struct Gathered {
     index: Vec<Option<i64>>,
     wear_iteration: Vec<Option<i64>>,
     columns: BTreeMap<String, (ColumnSchema, Nullable)>,
-    /// The row of the campaign of every row.
+    /// Campaign row of every row of the shard.
     of: Vec<usize>,
     runs: Vec<usize>,
 }
 
 impl Gathered {
     fn add(&mut self, index: usize, history: &History) {
-        let (before, rows) = (self.index.len(), history.len());
-        self.index.resize(before + rows, Some(index as i64));
+        let (rows_before, rows) = (self.index.len(), history.len());
+        self.index.resize(rows_before + rows, Some(index as i64));
         self.wear_iteration.extend((0..rows as i64).map(Some));
-        self.of.resize(before + rows, index);
+        self.of.resize(rows_before + rows, index);
         self.runs.push(index);
         for (column, values) in history.columns() {
             let name = column.name.clone();
-            let own = self.columns.entry(name);
-            let (_, own) = own.or_insert_with(|| {
-                let empty = Nullable::absent(column.kind, before);
+            let collected_values = self.columns.entry(name);
+            let (_, collected_values) = collected_values.or_insert_with(|| {
+                let empty = Nullable::absent(column.kind, rows_before);
                 (column, empty)
             });
-            own.append(values);
+            collected_values.append(values);
         }
         for (_, values) in self.columns.values_mut() {
-            values.resize(before + rows);
+            values.resize(rows_before + rows);
         }
     }
 
     fn to_bytes(&self, campaign: &Campaign) -> Result<Vec<u8>, crate::tables::TableError> {
         let plain = |name| ColumnSchema::plain(name, ColumnType::I64, "1");
-        let mut own = vec![
+        let mut row_columns = vec![
             (plain(INDEX), Nullable::I64(self.index.clone())),
             (
                 plain(WEAR_ITERATION),
                 Nullable::I64(self.wear_iteration.clone()),
             ),
         ];
-        own.splice(1..1, campaign.key_columns(&self.of));
-        // No key has the name of a figure; should one, the key says less.
-        own.retain(|(column, _)| !self.columns.contains_key(&column.name));
-        let all: Vec<Described> = own
+        row_columns.splice(1..1, campaign.key_columns(&self.of));
+        // If a key had the name of a history column, the history column would win.
+        row_columns.retain(|(column, _)| !self.columns.contains_key(&column.name));
+        let all: Vec<Described> = row_columns
             .iter()
             .chain(self.columns.values())
             .map(|(column, values)| (column, values))
@@ -203,7 +204,7 @@ fn history(folder: &Folder, path: &Path, content_key: &str) -> Result<History, C
     }
 }
 
-/// Histories in the order of their paths, read by some threads.
+/// Reads histories with several threads. The result has the order of `ended`.
 fn histories(
     folder: &Folder,
     campaign: &Campaign,
@@ -215,10 +216,10 @@ fn histories(
         let parts = ended.chunks(part).map(|part| {
             scope.spawn(move || {
                 let key = |index: usize| &campaign.rows[index].content_key;
-                let read = part
+                let results = part
                     .iter()
                     .map(|(index, path)| history(folder, path, key(*index)));
-                read.collect::<Vec<_>>()
+                results.collect::<Vec<_>>()
             })
         });
         let parts: Vec<_> = parts.collect();
@@ -230,30 +231,30 @@ fn histories(
 }
 
 impl Folder {
-    /// The indices of the runs that are in shards.
+    /// Returns the indices of the runs that are in shards.
     ///
     /// # Errors
     /// [`CampaignError::Damaged`], [`CampaignError::Io`].
     pub fn collected(&self, campaign: &Campaign) -> Result<BTreeSet<usize>, CampaignError> {
-        let mut found = BTreeSet::new();
+        let mut collected_rows = BTreeSet::new();
         for shard in shards(self)? {
             let bytes = match self.read(&shard, LONGEST_TABLE) {
                 Err(CampaignError::Io { source, .. }) if !is_unread(&source) => {
-                    return Err(unreadable(&shard, source));
+                    return Err(shard_error(&shard, source));
                 }
                 bytes => bytes?,
             };
-            for run in runs_of(&bytes, &shard, campaign)?
+            for run in shard_ranges(&bytes, &shard, campaign)?
                 .into_iter()
                 .flat_map(|[first, last]| first..=last)
             {
-                if !found.insert(run) {
-                    let reason = format!("it holds row {run}, which another shard has too");
-                    return Err(unreadable(&shard, reason));
+                if !collected_rows.insert(run) {
+                    let reason = format!("it holds row {run}, which another shard also holds");
+                    return Err(shard_error(&shard, reason));
                 }
             }
         }
-        Ok(found)
+        Ok(collected_rows)
     }
 
     /// Appends the runs that have ended since the last collection.
@@ -325,7 +326,7 @@ impl Folder {
         Ok(())
     }
 
-    /// The wanted columns of all shards below each other; those that no shard has are left out.
+    /// Concatenates the wanted columns of all shards. Columns that no shard has are missing from the result.
     ///
     /// # Errors
     /// [`CampaignError::Damaged`], [`CampaignError::Io`].
@@ -338,23 +339,23 @@ impl Folder {
         let mut rows = 0;
         for shard in shards(self)? {
             let bytes = self.read(&shard, LONGEST_TABLE)?;
-            runs_of(&bytes, &shard, campaign)?;
-            let found = columns_from_parquet(&bytes, NAME, MOST_ROWS, wanted)
-                .map_err(|error| unreadable(&shard, error))?;
-            let more = found.first().map_or(0, |(_, values)| values.len());
-            for (name, values) in found {
+            shard_ranges(&bytes, &shard, campaign)?;
+            let shard_columns = columns_from_parquet(&bytes, NAME, MOST_ROWS, wanted)
+                .map_err(|error| shard_error(&shard, error))?;
+            let shard_rows = shard_columns.first().map_or(0, |(_, values)| values.len());
+            for (name, values) in shard_columns {
                 match all.get_mut(&name) {
-                    Some(own) => own.append(&values),
+                    Some(column) => column.append(&values),
                     None => {
-                        let mut own = values.clone();
-                        own.resize(0);
-                        own.resize(rows);
-                        own.append(&values);
-                        all.insert(name, own);
+                        let mut column = values.clone();
+                        column.resize(0);
+                        column.resize(rows);
+                        column.append(&values);
+                        all.insert(name, column);
                     }
                 }
             }
-            rows += more;
+            rows += shard_rows;
             all.values_mut().for_each(|values| values.resize(rows));
         }
         Ok(all)

@@ -1,21 +1,22 @@
-//! What a campaign file says: a scene, and which of its keys vary in which way.
+//! Campaign files: a scene, and the keys that vary.
 //!
 //! ```toml
 //! scene = "prescribed_fretting.toml"      # relative to this file
-//! [set]                                   # for all rows
+//! [set]                                   # the same in all rows
 //! wear.cycles = 1e6
-//! [grid]                                  # every value with every other; the last key varies fastest
+//! [grid]                                  # all combinations; the last key varies fastest
 //! surface.rq = ["1 um", "5 um"]
 //! surface.seed = { from = 1, to = 16 }
-//! [list]                                  # row by row
-//! [random]                                # draws
+//! [list]                                  # one value per row
+//! [random]                                # random draws
 //! n = 200
 //! seed = 1
 //! contact.friction_coefficient = { distribution = "normal", mean = 0.6, sd = 0.05, low = 0.1 }
 //! ```
 //!
-//! Sections that stand together are multiplied: `[grid]` varies slowest, then `[list]`, then `[random]`, whose draws are the same at every
-//! point of the others, so that differences between points are not those of chance.
+//! The rows are all combinations of the points of `[grid]`, `[list]` and `[random]`. `[grid]` varies slowest and
+//! `[random]` fastest. The draws of `[random]` are the same at every point of the other sections, so differences
+//! between points are not due to chance.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -30,37 +31,37 @@ use super::folder::{KeepRuns, Section};
 use super::table::Resolved;
 use crate::files;
 
-/// A campaign file has some lines; one of more bytes is none.
+/// Largest size of a campaign file \[B\].
 const LONGEST: u64 = 16 << 20;
-/// Rows of a campaign: as many as a task array of an engine has.
+/// Largest number of rows of a campaign: the largest task array of a workload manager.
 pub const MOST_ROWS: usize = 1_000_000;
-/// Points of the Sobol sequence, and its dimensions: those of its library.
+/// Largest number of points of the Sobol sequence, a limit of `sobol_burley`.
 const MOST_SOBOL: usize = 1 << 16;
-/// See [`MOST_SOBOL`].
+/// Largest number of dimensions of the Sobol sequence, a limit of `sobol_burley`.
 const SOBOL_KEYS: usize = sobol_burley::NUM_DIMENSIONS as usize;
-/// Half of the spacing of the library's numbers: none is 0.
+/// Half the spacing of the numbers of `sobol_burley`. The program adds it so that no number is 0.
 const HALF_STEP: f64 = 1.0 / (1_u64 << 25) as f64;
 
 /// A key and its value in a row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// The key of a scene.
+    /// Key of the scene.
     pub key: String,
-    /// Its value.
+    /// Value of the key.
     pub value: Value,
 }
 
 impl Setting {
-    /// As after `--set`.
+    /// Returns the setting as an argument of `--set`.
     pub fn text(&self) -> String {
         match &self.value {
-            // As people write it: 1e-17 rather than all of its zeros.
+            // Debug format: it writes 1e-17, where Display writes all zeros.
             Value::Float(number) => format!("{}={number:?}", self.key),
             value => format!("{}={value}", self.key),
         }
     }
 
-    /// The value as it was given.
+    /// Returns the value as the campaign file has it.
     pub fn given(&self) -> Resolved {
         match &self.value {
             Value::Integer(whole) => Resolved::Whole(*whole),
@@ -70,7 +71,7 @@ impl Setting {
         }
     }
 
-    /// True for a number, with a unit or without.
+    /// Returns true if the value is a number, with or without a unit.
     pub fn is_number(&self) -> bool {
         match &self.value {
             Value::Integer(_) | Value::Float(_) => true,
@@ -83,7 +84,7 @@ impl Setting {
     }
 }
 
-/// How points are drawn.
+/// Sequence of the random draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sequence {
     Sobol,
@@ -98,38 +99,38 @@ struct Random {
     keys: Vec<(String, Distribution)>,
 }
 
-/// A key and its values.
+/// A key and the values that it takes.
 type Values = (String, Vec<Value>);
 
 /// A campaign file.
 #[derive(Debug, Clone)]
 pub struct Definition {
-    /// What its user calls it.
+    /// Title, if the file has one.
     pub title: Option<String>,
-    /// The file of the scene.
+    /// Path of the scene file.
     pub scene: PathBuf,
-    /// What is kept of a run that has ended.
+    /// Which files of a completed run are kept.
     pub keep: KeepRuns,
-    /// What is set in all rows.
+    /// Settings that are the same in all rows.
     pub fixed: Vec<Setting>,
-    /// As it was written.
+    /// Text of the file.
     pub text: String,
     grid: Vec<Values>,
     list: Vec<Values>,
     random: Option<Random>,
 }
 
-/// Names in a campaign file.
+/// Top-level keys of a campaign file.
 const NAMES: [&str; 7] = ["title", "scene", "keep", "set", "grid", "list", "random"];
 
-/// What reads a file, for its errors.
+/// Context of reading a campaign file: its path for errors, and which keys hold paths.
 struct Reader<'a> {
     path: &'a Path,
     is_path: &'a dyn Fn(&str) -> bool,
 }
 
 impl Reader<'_> {
-    fn wrong(&self, key: &str, value: &Value, instead: impl Into<String>) -> CampaignError {
+    fn value_error(&self, key: &str, value: &Value, instead: impl Into<String>) -> CampaignError {
         CampaignError::Value {
             path: self.path.to_owned(),
             key: key.to_owned(),
@@ -138,49 +139,51 @@ impl Reader<'_> {
         }
     }
 
-    fn missing(&self, what: impl Into<String>) -> CampaignError {
+    fn missing_error(&self, what: impl Into<String>) -> CampaignError {
         CampaignError::Missing {
             path: self.path.to_owned(),
             what: what.into(),
         }
     }
 
-    /// Keys below a section, dotted; a table that has `leaf` is a value, as is an empty one.
+    /// Returns the dotted keys below a section with their values. A table that has the key `leaf` is a value, and so is
+    /// an empty table.
     fn leaves(&self, table: &Table, leaf: Option<&str>) -> Vec<(String, Value)> {
-        let mut found = Vec::new();
+        let mut leaves = Vec::new();
         for (name, value) in table {
             match value {
-                Value::Table(below)
-                    if !below.is_empty() && leaf.is_none_or(|leaf| !below.contains_key(leaf)) =>
+                Value::Table(subtable)
+                    if !subtable.is_empty()
+                        && leaf.is_none_or(|leaf| !subtable.contains_key(leaf)) =>
                 {
-                    let below = self.leaves(below, leaf);
-                    found.extend(
-                        below
+                    let subtable = self.leaves(subtable, leaf);
+                    leaves.extend(
+                        subtable
                             .into_iter()
                             .map(|(key, v)| (format!("{name}.{key}"), v)),
                     );
                 }
-                value => found.push((name.clone(), value.clone())),
+                value => leaves.push((name.clone(), value.clone())),
             }
         }
-        found
+        leaves
     }
 
-    /// A value with the path of a file made absolute.
+    /// Makes a value absolute if its key holds a path.
     fn resolved(&self, key: &str, value: Value) -> Value {
         match value {
             Value::String(text) if (self.is_path)(key) && !text.is_empty() => {
                 let folder = self.path.parent().unwrap_or(Path::new(""));
                 let path = folder.join(&text);
                 let path = std::path::absolute(&path).unwrap_or(path);
-                // A path that is no text stays as it was, and is refused with its file.
+                // A path that is not UTF-8 stays relative; reading its file then reports an error.
                 Value::String(path.to_str().map_or(text, str::to_owned))
             }
             value => value,
         }
     }
 
-    /// The keys of `[grid]` or `[list]` with their values.
+    /// Returns the keys of `[grid]` or `[list]` with their values.
     fn varied(&self, section: &str, table: &Table) -> Result<Vec<Values>, CampaignError> {
         let mut all = Vec::new();
         for (key, value) in self.leaves(table, Some("from")) {
@@ -189,12 +192,12 @@ impl Reader<'_> {
                 Value::Array(values) if !values.is_empty() => values.clone(),
                 Value::Array(_) => {
                     let instead = "give at least one value, or leave the key out";
-                    return Err(self.wrong(&name, &value, instead));
+                    return Err(self.value_error(&name, &value, instead));
                 }
                 Value::Table(range) if range.contains_key("from") => self.range(&name, range)?,
                 value => {
-                    let instead = "give a list of values, as in [1, 2], or { from = 1, to = 16 }; what is the same in all rows belongs to [set]";
-                    return Err(self.wrong(&name, value, instead));
+                    let instead = "give a list of values, as in [1, 2], or { from = 1, to = 16 }; put a value that is the same in all rows into [set]";
+                    return Err(self.value_error(&name, value, instead));
                 }
             };
             let values = values.into_iter().map(|value| self.resolved(&key, value));
@@ -205,7 +208,7 @@ impl Reader<'_> {
             let what = format!(
                 "[{section}] names no key; give a list of values, as in surface.seed = [1, 2]"
             );
-            return Err(self.missing(what));
+            return Err(self.missing_error(what));
         }
         Ok(all)
     }
@@ -215,15 +218,17 @@ impl Reader<'_> {
         let bound = |key: &str| range.get(key).and_then(Value::as_integer);
         let (Some(from), Some(to), 2) = (bound("from"), bound("to"), range.len()) else {
             let instead =
-                "a range has two whole numbers, as in { from = 1, to = 16 }, and both belong to it";
-            return Err(self.wrong(name, &shown, instead));
+                "write a range as two whole numbers, as in { from = 1, to = 16 }; it includes both";
+            return Err(self.value_error(name, &shown, instead));
         };
         let count = to.checked_sub(from);
         match count {
             Some(0..) if count < Some(MOST_ROWS as i64) => (),
             _ => {
-                let instead = format!("`to` must be `from` or above, by less than {MOST_ROWS}");
-                return Err(self.wrong(name, &shown, instead));
+                let instead = format!(
+                    "`to` must not be below `from`, and a range has at most {MOST_ROWS} values"
+                );
+                return Err(self.value_error(name, &shown, instead));
             }
         }
         Ok((from..=to).map(Value::Integer).collect())
@@ -234,13 +239,13 @@ impl Reader<'_> {
         let mut whole = |key: &str, most: i64| {
             let name = format!("[random] {key}");
             let Some(value) = table.remove(key) else {
-                return Err(self.missing(format!(
+                return Err(self.missing_error(format!(
                     "{name} is missing: a whole number, as in {key} = 64"
                 )));
             };
             let number = value.as_integer().filter(|n| (0..=most).contains(n));
             number.ok_or_else(|| {
-                self.wrong(
+                self.value_error(
                     &name,
                     &value,
                     format!("must be a whole number from 0 to {most}"),
@@ -250,7 +255,7 @@ impl Reader<'_> {
         let n = whole("n", MOST_ROWS as i64)? as usize;
         let seed = whole("seed", i64::from(u32::MAX))? as u32;
         if n == 0 {
-            return Err(self.wrong("[random] n", &Value::Integer(0), "must be 1 or more"));
+            return Err(self.value_error("[random] n", &Value::Integer(0), "must be 1 or more"));
         }
         let sequence = match table.remove("sequence") {
             None => Sequence::Sobol,
@@ -258,36 +263,36 @@ impl Reader<'_> {
             Some(Value::String(word)) if word == "random" => Sequence::Random,
             Some(value) => {
                 let instead = "must be \"sobol\" (evenly spread, the default) or \"random\"";
-                return Err(self.wrong("[random] sequence", &value, instead));
+                return Err(self.value_error("[random] sequence", &value, instead));
             }
         };
         let mut keys = Vec::new();
         for (key, value) in self.leaves(&table, Some("distribution")) {
             let name = format!("[random] {key}");
-            let Value::Table(given) = &value else {
-                let instead = "give a distribution, as in { distribution = \"uniform\", low = 0.4, high = 0.8 }; what is the same in all rows belongs to [set]";
-                return Err(self.wrong(&name, &value, instead));
+            let Value::Table(distribution_table) = &value else {
+                let instead = "give a distribution, as in { distribution = \"uniform\", low = 0.4, high = 0.8 }; put a value that is the same in all rows into [set]";
+                return Err(self.value_error(&name, &value, instead));
             };
-            let mut given = given.clone();
-            if let Some(Value::Array(values)) = given.get_mut("values") {
+            let mut distribution_table = distribution_table.clone();
+            if let Some(Value::Array(values)) = distribution_table.get_mut("values") {
                 for value in values {
                     *value = self.resolved(&key, value.clone());
                 }
             }
-            let distribution = Distribution::parse(&given);
+            let distribution = Distribution::parse(&distribution_table);
             keys.push((
                 key,
-                distribution.map_err(|instead| self.wrong(&name, &value, instead))?,
+                distribution.map_err(|instead| self.value_error(&name, &value, instead))?,
             ));
         }
         if keys.is_empty() {
-            return Err(self.missing("[random] draws no key; give a distribution, as in contact.friction_coefficient = { distribution = \"uniform\", low = 0.4, high = 0.8 }"));
+            return Err(self.missing_error("[random] draws no key; give a distribution, as in contact.friction_coefficient = { distribution = \"uniform\", low = 0.4, high = 0.8 }"));
         }
         if sequence == Sequence::Sobol && (n > MOST_SOBOL || keys.len() > SOBOL_KEYS) {
             let instead = format!(
-                "the Sobol sequence has {MOST_SOBOL} points of {SOBOL_KEYS} keys at most; give sequence = \"random\""
+                "the Sobol sequence is limited to {MOST_SOBOL} points and {SOBOL_KEYS} keys; give sequence = \"random\""
             );
-            return Err(self.wrong("[random] n", &Value::Integer(n as i64), instead));
+            return Err(self.value_error("[random] n", &Value::Integer(n as i64), instead));
         }
         Ok(Random {
             n,
@@ -299,10 +304,10 @@ impl Reader<'_> {
 }
 
 impl Definition {
-    /// Reads a campaign file; `is_path` says whose values are paths of files, which are relative to it.
+    /// Reads a campaign file. `is_path` returns true for keys that hold paths, which are relative to the campaign file.
     ///
     /// # Errors
-    /// [`CampaignError`] with the file, the key, its value and what would be right.
+    /// [`CampaignError`] names the file, the key, its value and the expected value.
     pub fn read(path: &Path, is_path: &dyn Fn(&str) -> bool) -> Result<Definition, CampaignError> {
         let text = files::read_text(path, LONGEST).map_err(|source| CampaignError::Io {
             action: "read",
@@ -317,31 +322,33 @@ impl Definition {
         let reader = Reader { path, is_path };
         if let Some((key, value)) = table.iter().find(|(key, _)| !NAMES.contains(&key.as_str())) {
             let instead = format!(
-                "there is no such key in a campaign; it has {}",
+                "a campaign file has no such key; its keys are {}",
                 NAMES.join(", ")
             );
-            return Err(reader.wrong(key, value, instead));
+            return Err(reader.value_error(key, value, instead));
         }
         let text_of = |key: &str| match table.get(key) {
             None => Ok(None),
             Some(Value::String(text)) if !text.is_empty() => Ok(Some(text.clone())),
-            Some(value) => Err(reader.wrong(key, value, "must be a text")),
+            Some(value) => Err(reader.value_error(key, value, "must be a text that is not empty")),
         };
         let Some(scene) = text_of("scene")? else {
-            return Err(reader.missing("scene is missing: the path of a scene, relative to this file, as in scene = \"joint.toml\""));
+            return Err(reader.missing_error("scene is missing: the path of a scene, relative to this file, as in scene = \"joint.toml\""));
         };
         let keep = match text_of("keep")?.as_deref() {
             None | Some("runs") => KeepRuns::All,
             Some("history") => KeepRuns::History,
             Some(_) => {
-                let instead = "must be \"runs\" (whole run folders, the default) or \"history\" (of each run its history alone)";
-                return Err(reader.wrong("keep", &table["keep"], instead));
+                let instead = "must be \"runs\" (whole run folders, the default) or \"history\" (only the history of each run)";
+                return Err(reader.value_error("keep", &table["keep"], instead));
             }
         };
         let section = |name: &str| match table.get(name) {
             None => Ok(None),
             Some(Value::Table(section)) => Ok(Some(section)),
-            Some(value) => Err(reader.wrong(name, value, format!("must be a section, [{name}]"))),
+            Some(value) => {
+                Err(reader.value_error(name, value, format!("must be a section, [{name}]")))
+            }
         };
         let varied = |name: &str| match section(name)? {
             None => Ok(Vec::new()),
@@ -370,22 +377,24 @@ impl Definition {
 
     fn check(&self, reader: &Reader) -> Result<(), CampaignError> {
         if self.grid.is_empty() && self.list.is_empty() && self.random.is_none() {
-            return Err(reader.missing("nothing varies: give a section [grid], [list] or [random]"));
+            return Err(
+                reader.missing_error("nothing varies: give a section [grid], [list] or [random]")
+            );
         }
         let mut seen = BTreeSet::new();
         let fixed = self.fixed.iter().map(|setting| &setting.key);
         for key in fixed.chain(self.keys()) {
             if !seen.insert(key) {
-                return Err(reader.missing(format!(
-                    "{key} stands in two of [set], [grid], [list], [random]; a key varies in one way"
+                return Err(reader.missing_error(format!(
+                    "{key} appears in two of [set], [grid], [list], [random]; put each key into one section"
                 )));
             }
         }
         if let Some((first, values)) = self.list.first()
             && let Some((key, others)) = self.list.iter().find(|(_, v)| v.len() != values.len())
         {
-            return Err(reader.missing(format!(
-                "[list] {key} has {} values and {first} has {}; a list is read row by row, so give as many (every value with every other is [grid])",
+            return Err(reader.missing_error(format!(
+                "[list] {key} has {} values and {first} has {}; [list] takes one value per row, so give both the same number ([grid] combines all values)",
                 others.len(),
                 values.len()
             )));
@@ -395,7 +404,9 @@ impl Definition {
         let rows = rows.try_fold(1_usize, |rows, n| rows.checked_mul(n));
         match rows.filter(|rows| *rows <= MOST_ROWS) {
             Some(_) => Ok(()),
-            None => Err(reader.missing(format!("more than {MOST_ROWS} rows; give fewer values"))),
+            None => {
+                Err(reader.missing_error(format!("more than {MOST_ROWS} rows; give fewer values")))
+            }
         }
     }
 
@@ -407,15 +418,15 @@ impl Definition {
         self.random.as_ref().map_or(1, |random| random.n)
     }
 
-    /// The keys that vary, in their order.
+    /// Returns the keys that vary, in the order of the sections.
     pub fn keys(&self) -> impl Iterator<Item = &String> {
         let drawn = self.random.iter().flat_map(|random| &random.keys);
-        let given = self.grid.iter().chain(&self.list).map(|(key, _)| key);
-        given.chain(drawn.map(|(key, _)| key))
+        let listed = self.grid.iter().chain(&self.list).map(|(key, _)| key);
+        listed.chain(drawn.map(|(key, _)| key))
     }
 
-    /// What varies by itself, the slowest first: each key of the grid, the list, the draws. The rows are their points, each with every one of
-    /// the others'.
+    /// Returns the sections that vary independently, the slowest first: each key of the grid, the list, the draws. The
+    /// rows are all combinations of their points.
     pub fn sections(&self) -> Vec<Section> {
         let grid = self.grid.iter().map(|(key, values)| Section {
             points: values.len(),
@@ -435,7 +446,7 @@ impl Definition {
         grid.chain(list).chain(drawn).collect()
     }
 
-    /// What each row sets of the keys that vary, in the order of the rows.
+    /// Returns the settings of the varying keys for each row, in the order of the rows.
     pub fn rows(&self) -> Vec<Vec<Setting>> {
         let setting = |(key, value): (&String, Value)| Setting {
             key: key.clone(),
@@ -447,7 +458,7 @@ impl Definition {
                 let points = random.points();
                 let draw = |point: &Vec<f64>| {
                     let keys = random.keys.iter().zip(point);
-                    keys.map(|((key, of), u)| setting((key, of.at(*u))))
+                    keys.map(|((key, distribution), u)| setting((key, distribution.at(*u))))
                         .collect()
                 };
                 points.iter().map(draw).collect()
@@ -455,11 +466,11 @@ impl Definition {
         };
         let grid: usize = self.grid.iter().map(|(_, values)| values.len()).product();
         let mut rows = Vec::with_capacity(grid * self.listed() * draws.len());
-        for mut at in 0..grid {
+        for mut grid_index in 0..grid {
             let mut point: Vec<Setting> = Vec::with_capacity(self.grid.len());
             for (key, values) in self.grid.iter().rev() {
-                point.push(setting((key, values[at % values.len()].clone())));
-                at /= values.len();
+                point.push(setting((key, values[grid_index % values.len()].clone())));
+                grid_index /= values.len();
             }
             point.reverse();
             for row in 0..self.listed() {
@@ -474,15 +485,19 @@ impl Definition {
 }
 
 impl Random {
-    /// A number in 0..1, both ends excluded, for each key of each draw. More draws begin with the same.
+    /// Returns one number between 0 and 1 (both excluded) per draw and key. A larger `n` keeps the earlier draws.
     fn points(&self) -> Vec<Vec<f64>> {
         let keys = self.keys.len() as u32;
         if self.sequence == Sequence::Sobol {
-            let at = |draw: u32, key| f64::from(sobol_burley::sample(draw, key, self.seed));
-            let point = |draw| (0..keys).map(|key| at(draw, key) + HALF_STEP).collect();
+            let coordinate = |draw: u32, key| f64::from(sobol_burley::sample(draw, key, self.seed));
+            let point = |draw| {
+                (0..keys)
+                    .map(|key| coordinate(draw, key) + HALF_STEP)
+                    .collect()
+            };
             return (0..self.n as u32).map(point).collect();
         }
-        // A key of its own rather than the library's expansion of a seed, which may change between versions.
+        // Build the generator's key here. The library's expansion of a seed may change between versions.
         let mut key = [0; 32];
         key[..4].copy_from_slice(&self.seed.to_le_bytes());
         let mut generator = ChaCha12Rng::from_seed(key);

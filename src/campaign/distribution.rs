@@ -1,17 +1,18 @@
-//! Distributions of a key: what a number in 0..1 becomes.
+//! Distributions of a key. Each maps a number between 0 and 1 to a value.
 //!
-//! All are drawn by the inverse of their distribution function, so that a point of a Sobol sequence keeps its place.
+//! Each distribution is sampled by its inverse distribution function, so the values keep the even spread of a Sobol
+//! sequence.
 
 use statrs::distribution::{ContinuousCDF, Normal, Triangular};
 use toml::{Table, Value};
 
 use crate::units::Amount;
 
-/// What a key is drawn from.
+/// Distribution of the values of a key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     kind: Kind,
-    /// Of the bounds and of what is drawn; empty for plain numbers.
+    /// Unit of the bounds and of the values; empty for plain numbers.
     unit: String,
 }
 
@@ -25,12 +26,12 @@ enum Kind {
         low: f64,
         high: f64,
     },
-    /// Between bounds, if there are any.
+    /// Normal distribution, truncated to `within` (infinite without bounds).
     Normal {
         normal: Normal,
         within: [f64; 2],
     },
-    /// Of the logarithm.
+    /// `normal` is the distribution of the logarithm; `within` bounds the value itself.
     LogNormal {
         normal: Normal,
         within: [f64; 2],
@@ -43,7 +44,7 @@ enum Kind {
     Choice(Vec<Value>),
 }
 
-/// The kinds, and what each needs and may have.
+/// Names of the kinds, each with its required and its optional keys.
 const KINDS: [(&str, &[&str], &[&str]); 7] = [
     ("uniform", &["low", "high"], &[]),
     ("log_uniform", &["low", "high"], &[]),
@@ -54,36 +55,36 @@ const KINDS: [(&str, &[&str], &[&str]); 7] = [
     ("choice", &["values"], &[]),
 ];
 
-/// Less of a distribution than this between its bounds is not drawn from: the inverse would have few digits.
+/// Smallest probability between the bounds. With less, the inverse would lose most digits.
 const LEAST_MASS: f64 = 1e-9;
 
 /// Whole numbers up to this are exact as floating-point values.
 const MOST_INTEGER: i64 = 1 << 53;
 
 impl Distribution {
-    /// Reads one from `{ distribution = "normal", mean = 0.6, sd = 0.1 }`. The error is what would be right.
+    /// Reads a distribution from `{ distribution = "normal", mean = 0.6, sd = 0.1 }`.
     ///
     /// # Errors
-    /// A sentence.
+    /// A sentence that says what would be right.
     pub fn parse(table: &Table) -> Result<Distribution, String> {
         let names = KINDS.map(|(name, ..)| name).join(", ");
         let word = table.get("distribution").and_then(Value::as_str);
-        let found = KINDS.iter().find(|(name, ..)| Some(*name) == word);
-        let Some((name, needed, may)) = found else {
+        let kind_entry = KINDS.iter().find(|(name, ..)| Some(*name) == word);
+        let Some((name, required, optional)) = kind_entry else {
             return Err(format!("distribution must be one of {names}"));
         };
-        let known = || needed.iter().chain(*may).copied();
+        let accepted = || required.iter().chain(*optional).copied();
         if let Some(key) = table
             .keys()
-            .find(|key| *key != "distribution" && !known().any(|name| name == *key))
+            .find(|key| *key != "distribution" && !accepted().any(|name| name == *key))
         {
-            let known = known().collect::<Vec<_>>().join(", ");
-            return Err(format!("{name} has no `{key}`; it has {known}"));
+            let accepted = accepted().collect::<Vec<_>>().join(", ");
+            return Err(format!("{name} has no `{key}`; it has {accepted}"));
         }
-        if let Some(key) = needed.iter().find(|key| !table.contains_key(**key)) {
+        if let Some(key) = required.iter().find(|key| !table.contains_key(**key)) {
             return Err(format!(
                 "{name} needs {}; `{key}` is missing",
-                needed.join(", ")
+                required.join(", ")
             ));
         }
         let kind = match *name {
@@ -115,7 +116,7 @@ impl Distribution {
         })
     }
 
-    /// What the key becomes at a number in 0..1, both ends excluded.
+    /// Returns the value at the probability `u`, between 0 and 1 (both excluded).
     pub fn at(&self, u: f64) -> Value {
         let number = match &self.kind {
             Kind::Uniform { low, high } => low + (high - low) * u,
@@ -140,7 +141,7 @@ impl Distribution {
     }
 }
 
-/// The part of a normal distribution between two bounds, at a number in 0..1.
+/// Returns the value of a normal distribution, truncated to two bounds, at the probability `u`.
 fn between(normal: &Normal, [low, high]: [f64; 2], u: f64) -> f64 {
     let (from, to) = (normal.cdf(low), normal.cdf(high));
     normal.inverse_cdf(from + (to - from) * u).clamp(low, high)
@@ -148,28 +149,33 @@ fn between(normal: &Normal, [low, high]: [f64; 2], u: f64) -> f64 {
 
 fn continuous(name: &str, table: &Table) -> Result<Distribution, String> {
     let amount = |key: &str| table.get(key).map(|value| amount(key, value)).transpose();
-    let needed = |key: &str| amount(key).map(|found| found.expect("it was looked for"));
-    let plain = |key: &str| {
-        let found = needed(key)?;
-        match found.unit.as_str() {
-            "" => Ok(found.number),
+    let required_amount =
+        |key: &str| amount(key).map(|parsed| parsed.expect("`parse` requires this key"));
+    let plain_number = |key: &str| {
+        let parsed = required_amount(key)?;
+        match parsed.unit.as_str() {
+            "" => Ok(parsed.number),
             _ => Err(format!("{key} must be a plain number")),
         }
     };
     let mut unit: Option<(String, String)> = None;
-    let mut of = |key: &str, found: Amount| match &unit {
-        Some((first, unit)) if *unit != found.unit => Err(format!(
+    let mut in_common_unit = |key: &str, parsed: Amount| match &unit {
+        Some((first, unit)) if *unit != parsed.unit => Err(format!(
             "{key} is in \"{}\" and {first} in \"{unit}\"; write both in the same unit",
-            found.unit
+            parsed.unit
         )),
         _ => {
-            unit.get_or_insert((key.to_owned(), found.unit));
-            Ok(found.number)
+            unit.get_or_insert((key.to_owned(), parsed.unit));
+            Ok(parsed.number)
         }
     };
     let mut bounds = |least: f64| -> Result<[f64; 2], String> {
-        let low = amount("low")?.map(|found| of("low", found)).transpose()?;
-        let high = amount("high")?.map(|found| of("high", found)).transpose()?;
+        let low = amount("low")?
+            .map(|parsed| in_common_unit("low", parsed))
+            .transpose()?;
+        let high = amount("high")?
+            .map(|parsed| in_common_unit("high", parsed))
+            .transpose()?;
         let [low, high] = [low.unwrap_or(least), high.unwrap_or(f64::INFINITY)];
         match low < high {
             true => Ok([low, high]),
@@ -190,25 +196,28 @@ fn continuous(name: &str, table: &Table) -> Result<Distribution, String> {
         }
         "triangular" => {
             let [low, high] = bounds(f64::NEG_INFINITY)?;
-            let mode = of("mode", needed("mode")?)?;
+            let mode = in_common_unit("mode", required_amount("mode")?)?;
             let triangular = Triangular::new(low, high, mode)
                 .map_err(|_| format!("mode = {mode} must lie from low = {low} to high = {high}"))?;
             Kind::Triangular(triangular)
         }
         "normal" => {
             let within = bounds(f64::NEG_INFINITY)?;
-            let (mean, sd) = (of("mean", needed("mean")?)?, of("sd", needed("sd")?)?);
+            let (mean, sd) = (
+                in_common_unit("mean", required_amount("mean")?)?,
+                in_common_unit("sd", required_amount("sd")?)?,
+            );
             let normal = Normal::new(mean, sd)
                 .ok()
                 .filter(|_| sd > 0.0)
                 .ok_or(format!("sd = {sd} must be above zero"))?;
-            let_enough(&normal, within)?;
+            check_mass(&normal, within)?;
             Kind::Normal { normal, within }
         }
         _ => {
             let within = bounds(0.0)?;
-            let median = of("median", needed("median")?)?;
-            let factor = plain("factor")?;
+            let median = in_common_unit("median", required_amount("median")?)?;
+            let factor = plain_number("factor")?;
             if median <= 0.0 || within[0] < 0.0 {
                 return Err(format!(
                     "median = {median} and low = {} must be above zero",
@@ -221,7 +230,7 @@ fn continuous(name: &str, table: &Table) -> Result<Distribution, String> {
                 ));
             }
             let normal = Normal::new(median.ln(), factor.ln()).map_err(|e| e.to_string())?;
-            let_enough(&normal, within.map(f64::ln))?;
+            check_mass(&normal, within.map(f64::ln))?;
             Kind::LogNormal { normal, within }
         }
     };
@@ -231,23 +240,23 @@ fn continuous(name: &str, table: &Table) -> Result<Distribution, String> {
     })
 }
 
-fn let_enough(normal: &Normal, [low, high]: [f64; 2]) -> Result<(), String> {
+fn check_mass(normal: &Normal, [low, high]: [f64; 2]) -> Result<(), String> {
     match normal.cdf(high) - normal.cdf(low) {
         mass if mass >= LEAST_MASS => Ok(()),
         mass => Err(format!(
-            "low and high leave {mass:.1e} of the distribution, and must leave {LEAST_MASS:.0e} at least"
+            "low and high contain {mass:.1e} of the distribution; they must contain at least {LEAST_MASS:.0e}"
         )),
     }
 }
 
-/// A number, or a text of a number and a unit.
+/// Reads a number, or a text with a number and a unit.
 fn amount(key: &str, value: &Value) -> Result<Amount, String> {
-    let wrong = || format!("{key} must be a finite number, or one with a unit as in \"5 um\"");
+    let error = || format!("{key} must be a finite number, or a number with a unit as in \"5 um\"");
     let text = match value {
         Value::Integer(number) => number.to_string(),
         Value::Float(number) => number.to_string(),
         Value::String(text) => text.clone(),
-        _ => return Err(wrong()),
+        _ => return Err(error()),
     };
-    Amount::parse(&text).ok_or_else(wrong)
+    Amount::parse(&text).ok_or_else(error)
 }

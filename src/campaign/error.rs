@@ -1,4 +1,4 @@
-//! What can be wrong with a campaign.
+//! Errors of campaigns.
 
 use std::io;
 use std::path::PathBuf;
@@ -7,17 +7,17 @@ use super::folder::KeepRuns;
 use crate::store::LAYOUT;
 use crate::tables::TableError;
 
-/// A campaign that cannot be planned, run or read.
+/// Error of planning, running or reading a campaign.
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
-    /// The file system refused.
+    /// The file system reported an error.
     #[error("cannot {action} {}: {source}{}", path.display(), advice(source))]
     Io {
-        /// What was asked of it.
+        /// Action that failed, as a verb.
         action: &'static str,
-        /// Where.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// Its answer.
+        /// Error of the system.
         source: io::Error,
     },
     /// The campaign file is not TOML.
@@ -25,10 +25,10 @@ pub enum CampaignError {
     Syntax {
         /// The file.
         path: PathBuf,
-        /// What the parser says.
+        /// Message of the parser.
         reason: String,
     },
-    /// Something in the campaign file.
+    /// A key in the campaign file has a wrong value.
     #[error("{}: {key} = {value}: {instead}", path.display())]
     Value {
         /// The file.
@@ -37,29 +37,29 @@ pub enum CampaignError {
         key: String,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// Advice: the expected value.
         instead: String,
     },
-    /// Something that the campaign file lacks.
+    /// The campaign file lacks something.
     #[error("{}: {what}", path.display())]
     Missing {
         /// The file.
         path: PathBuf,
-        /// What, and what would be right.
+        /// Message: the missing part, and the expected text.
         what: String,
     },
-    /// A link, or a file, where a campaign has one of its folders.
+    /// A link or a file is in the place of a folder of the campaign.
     #[error(
-        "{} is not a folder but {found}: rows could be written or removed outside of the campaign; link the whole campaign folder, or use --scratch",
+        "{} is {found}, not a folder: rows could be written or removed outside the campaign; link the whole campaign folder, or use --scratch",
         path.display()
     )]
     NotAFolder {
-        /// Where.
+        /// Path of the file or folder.
         path: PathBuf,
         /// The kind of the entry, with its article.
         found: &'static str,
     },
-    /// A folder that holds something else.
+    /// The folder holds something else.
     #[error(
         "{} is not a campaign: it has no campaign.json but holds `{found}`; give another --dir",
         path.display()
@@ -67,18 +67,18 @@ pub enum CampaignError {
     NotACampaign {
         /// The folder.
         path: PathBuf,
-        /// An entry of it.
+        /// An entry that does not belong to a campaign.
         found: String,
     },
-    /// A folder without a campaign.
-    #[error("there is no campaign in {}; `fretwear campaign plan CAMPAIGN.toml --dir DIR` makes one", path.display())]
+    /// The folder has no campaign.
+    #[error("there is no campaign in {}; create one with `fretwear campaign plan CAMPAIGN.toml --dir DIR`", path.display())]
     NoCampaign {
         /// The folder.
         path: PathBuf,
     },
-    /// A folder that holds another campaign.
+    /// The folder holds another campaign.
     #[error(
-        "{} holds another campaign: row {index} was {before}, and is {now}; give another --dir (rows may be added behind the last)",
+        "{} holds another campaign: row {index} was planned as {before} and is now {now}; give another --dir (only rows after the last may be added)",
         path.display()
     )]
     Changed {
@@ -86,25 +86,25 @@ pub enum CampaignError {
         path: PathBuf,
         /// The first row that differs.
         index: u64,
-        /// As planned before.
+        /// Earlier plan.
         before: String,
-        /// As it would be now.
+        /// Present plan.
         now: String,
     },
-    /// A folder whose runs are kept in another way.
+    /// The folder keeps its runs in another way.
     #[error(
-        "{} keeps {}, and would keep {}: existing tables would be removed or are missing; give another --dir",
-        path.display(), kept(*before), kept(*now)
+        "{} keeps {}, but the campaign file now says {}: existing tables would be removed or are missing; give another --dir",
+        path.display(), keep_description(*before), keep_description(*now)
     )]
     KeepChanged {
         /// The folder.
         path: PathBuf,
-        /// As planned before.
+        /// Earlier plan.
         before: KeepRuns,
-        /// As it would be now.
+        /// Present plan.
         now: KeepRuns,
     },
-    /// A folder of another layout.
+    /// The folder has another layout.
     #[error(
         "the campaign {} has layout {found} of fretwear {program_version}; this program reads only layout {LAYOUT}: use the program that planned it, or plan the campaign in another folder",
         path.display()
@@ -117,25 +117,25 @@ pub enum CampaignError {
         /// Version of the program that planned it.
         program_version: String,
     },
-    /// A file of a campaign that is not as it was written.
+    /// A file of a campaign is damaged.
     #[error("{}: {reason}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and what to do.
+        /// Message: the damage, and advice.
         reason: String,
     },
-    /// A row that there is not.
+    /// The campaign has no such row.
     #[error("--index {asked}: {} has the rows 0 to {last}", path.display())]
     NoRow {
         /// The folder.
         path: PathBuf,
-        /// As asked.
+        /// The argument of `--index`.
         asked: String,
         /// The last row.
         last: u64,
     },
-    /// Another process plans or collects.
+    /// Another process is planning or collecting.
     #[error("{} is being planned or collected by {}; wait for it or stop it", path.display(), process(*pid))]
     Locked {
         /// The folder.
@@ -143,30 +143,30 @@ pub enum CampaignError {
         /// The process, if known.
         pid: Option<u32>,
     },
-    /// Nothing to report.
-    #[error("{}: no run has been collected; `fretwear campaign collect --dir {}` collects those that have ended", path.display(), path.display())]
+    /// No run has been collected, so there is nothing to report.
+    #[error("{}: no run has been collected; collect the completed runs with `fretwear campaign collect --dir {}`", path.display(), path.display())]
     NothingCollected {
         /// The folder.
         path: PathBuf,
     },
-    /// A table that cannot be made.
-    #[error("cannot make {}: {source}", path.display())]
+    /// A table cannot be created.
+    #[error("cannot create {}: {source}", path.display())]
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Error of the table.
         source: Box<TableError>,
     },
 }
 
-fn kept(keep: KeepRuns) -> &'static str {
+fn keep_description(keep: KeepRuns) -> &'static str {
     match keep {
         KeepRuns::All => "whole runs (keep = \"runs\")",
-        KeepRuns::History => "histories alone (keep = \"history\")",
+        KeepRuns::History => "only histories (keep = \"history\")",
     }
 }
 
-/// Advice where the same call may succeed later.
+/// Returns "try again" for errors that may disappear by themselves.
 fn advice(source: &io::Error) -> &'static str {
     #[cfg(unix)]
     if let Some(number) = source.raw_os_error()
@@ -190,7 +190,7 @@ fn process(pid: Option<u32>) -> String {
 }
 
 impl CampaignError {
-    /// True for what its user wrote or asked.
+    /// Returns true for errors in the campaign file or in the arguments.
     pub fn is_usage(&self) -> bool {
         matches!(
             self,
@@ -203,7 +203,7 @@ impl CampaignError {
         )
     }
 
-    /// True for a folder that is not what it should be.
+    /// Returns true for damaged folders, and for folders that hold something else.
     pub fn is_damage_or_mismatch(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! What the collected runs of a campaign say together.
+//! Statistics of the collected runs of a campaign.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::statistics::{
 use super::table::Campaign;
 use crate::tables::{Nullable, Table, TableError, TableName};
 
-/// Columns of a summary that are reported, where runs have them.
+/// Columns that are reported if the runs have them.
 pub const FIGURES: [&str; 16] = [
     "wear_volume",
     "largest_depth",
@@ -33,60 +33,61 @@ pub const FIGURES: [&str; 16] = [
 ];
 
 const CYCLES: &str = "cycles";
-/// Points of a band over the cycles, beside 0: evenly spaced in their logarithm, as wear goes.
+/// Number of points of a band over the cycles, without the point at 0. The points are evenly spaced in the logarithm,
+/// as wear is.
 const POINTS: usize = 32;
-/// A band has a point where at least this part of the runs has come to.
+/// A band has a point if at least this share of the runs has reached it.
 const LEAST_PART: f64 = 0.5;
 
-/// A figure of the runs that have it.
+/// Statistics of a figure over the runs that have it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Column of the summary.
+    /// Name of the column.
     pub name: &'static str,
-    /// At the end of every run, by its place among the [`CollectedRuns::rows`]; none where it has no such figure.
+    /// Value at the end of every run, in the order of [`CollectedRuns::rows`]. `None` for a run without this figure.
     pub ends: Vec<Option<f64>>,
-    /// Of these.
+    /// Statistics of `ends`.
     pub spread: SampleStatistics,
-    /// Over the cycles.
+    /// Statistics at numbers of cycles: pairs of cycles and statistics.
     pub band: Vec<(f64, SampleStatistics)>,
 }
 
-/// How a figure depends on a key.
+/// Sensitivity of a figure to a key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
     /// The figure.
     pub figure: &'static str,
     /// The key.
     pub key: String,
-    /// Runs that have both, each draw counting once however many points of a grid it meets.
+    /// Number of samples. A draw counts once, even if it is repeated at several points of a grid.
     pub count: usize,
-    /// Spearman's rank correlation; none for a key that is no number.
+    /// Spearman's rank correlation. `None` if the key is not a number.
     pub rank: Option<f64>,
     /// First-order Sobol index.
     pub share: Option<f64>,
 }
 
-/// The runs that were collected.
+/// Collected runs of a campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CollectedRuns {
-    /// Their rows in the campaign, ascending.
+    /// Row indices in the campaign, ascending.
     pub rows: Vec<usize>,
-    /// Cycles at the end of each, where it wears.
+    /// Cycles at the end of each run. `None` without wear.
     pub cycles: Vec<Option<f64>>,
 }
 
-/// What is reported.
+/// Statistics and sensitivities of a campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Findings {
-    /// The runs.
+    /// Collected runs.
     pub runs: CollectedRuns,
-    /// The figures that there are.
+    /// Figures that the runs have.
     pub figures: Vec<Figure>,
-    /// Of every figure that varies to every key that does.
+    /// Sensitivity of every figure that varies to every key that varies.
     pub sensitivities: Vec<Sensitivity>,
 }
 
-/// The numbers of a column; of a flag 0 and 1.
+/// Returns the numbers of a column. A flag becomes 0 or 1, a text `None`.
 pub(super) fn numbers(values: &Nullable) -> Vec<Option<f64>> {
     match values {
         Nullable::F64(values) => values.clone(),
@@ -101,10 +102,10 @@ pub(super) fn numbers(values: &Nullable) -> Vec<Option<f64>> {
 }
 
 impl Findings {
-    /// Reads what is collected.
+    /// Reads the shards and computes the statistics.
     ///
     /// # Errors
-    /// [`CampaignError::NothingCollected`], and those of reading shards.
+    /// [`CampaignError::NothingCollected`], and the errors of reading shards.
     pub fn of(
         folder: &Folder,
         about: &About,
@@ -112,49 +113,53 @@ impl Findings {
     ) -> Result<Findings, CampaignError> {
         let wanted =
             |name: &str| FIGURES.contains(&name) || [INDEX, WEAR_ITERATION, CYCLES].contains(&name);
-        let found = folder.scan(campaign, &wanted)?;
+        let columns = folder.scan(campaign, &wanted)?;
         let nothing = || CampaignError::NothingCollected {
             path: folder.root.clone(),
         };
-        let Some(Nullable::I64(index)) = found.get(INDEX) else {
+        let Some(Nullable::I64(index)) = columns.get(INDEX) else {
             return Err(nothing());
         };
-        // Rows of a run stand together, in the order of their iterations.
-        let mut of_runs: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
+        // First and last table row of each run: the rows of a run are contiguous and sorted by iteration.
+        let mut row_spans: BTreeMap<usize, (usize, usize)> = BTreeMap::new();
         for (row, index) in index.iter().enumerate() {
             let Some(index) = index.and_then(|index| usize::try_from(index).ok()) else {
                 continue;
             };
             if index < campaign.rows.len() {
-                of_runs.entry(index).or_insert((row, row)).1 = row;
+                row_spans.entry(index).or_insert((row, row)).1 = row;
             }
         }
-        if of_runs.is_empty() {
+        if row_spans.is_empty() {
             return Err(nothing());
         }
-        let cycles = found.get(CYCLES).map(numbers).unwrap_or_default();
+        let cycles = columns.get(CYCLES).map(numbers).unwrap_or_default();
         let cycles_of = |row: usize| cycles.get(row).copied().flatten();
         let runs = CollectedRuns {
-            rows: of_runs.keys().copied().collect(),
-            cycles: of_runs.values().map(|(_, last)| cycles_of(*last)).collect(),
+            rows: row_spans.keys().copied().collect(),
+            cycles: row_spans
+                .values()
+                .map(|(_, last)| cycles_of(*last))
+                .collect(),
         };
         let grid = grid(
             &runs.cycles,
-            of_runs.values().filter_map(|(first, last)| {
+            row_spans.values().filter_map(|(first, last)| {
                 (*first < *last).then(|| cycles_of(first + 1)).flatten()
             }),
         );
         let mut figures = Vec::new();
         for name in FIGURES {
-            let Some(values) = found.get(name).map(numbers) else {
+            let Some(values) = columns.get(name).map(numbers) else {
                 continue;
             };
-            let ends: Vec<Option<f64>> = of_runs.values().map(|(_, last)| values[*last]).collect();
-            let known: Vec<f64> = ends.iter().copied().flatten().collect();
-            let Some(spread) = spread(&known) else {
+            let ends: Vec<Option<f64>> =
+                row_spans.values().map(|(_, last)| values[*last]).collect();
+            let end_values: Vec<f64> = ends.iter().copied().flatten().collect();
+            let Some(spread) = spread(&end_values) else {
                 continue;
             };
-            let courses: Vec<Vec<[f64; 2]>> = of_runs
+            let courses: Vec<Vec<[f64; 2]>> = row_spans
                 .values()
                 .map(|(first, last)| {
                     let rows = *first..=*last;
@@ -177,50 +182,60 @@ impl Findings {
         })
     }
 
-    /// The tables `campaign_figure`, `campaign_band` and `campaign_sensitivity`.
+    /// Builds the tables `campaign_figure`, `campaign_band` and `campaign_sensitivity`.
     ///
     /// # Errors
     /// [`TableError`]
     pub fn tables(&self) -> Result<[Table; 3], TableError> {
         let all = self.figures.iter();
-        let left = all.flat_map(|f| f.band.iter().map(|(_, s)| f.spread.count - s.count));
-        let left: Vec<i64> = left.map(|runs| runs as i64).collect();
-        let spreads = |name: TableName, of: &[(&'static str, Option<f64>, SampleStatistics)]| {
-            let all = |of_one: &dyn Fn(&SampleStatistics) -> f64| -> Vec<f64> {
-                of.iter().map(|(.., spread)| of_one(spread)).collect()
+        let ended_before = all.flat_map(|f| f.band.iter().map(|(_, s)| f.spread.count - s.count));
+        let ended_before: Vec<i64> = ended_before.map(|runs| runs as i64).collect();
+        let spreads =
+            |name: TableName, entries: &[(&'static str, Option<f64>, SampleStatistics)]| {
+                let all = |statistic: &dyn Fn(&SampleStatistics) -> f64| -> Vec<f64> {
+                    entries
+                        .iter()
+                        .map(|(.., spread)| statistic(spread))
+                        .collect()
+                };
+                let names: Vec<String> = entries
+                    .iter()
+                    .map(|(name, ..)| (*name).to_owned())
+                    .collect();
+                let mut table = Table::builder(name).column("figure", names);
+                let cycles: Vec<f64> = entries
+                    .iter()
+                    .filter_map(|(_, cycles, _)| *cycles)
+                    .collect();
+                if name == TableName::CampaignBand {
+                    table = table.column("cycles", cycles);
+                }
+                let counts: Vec<i64> = entries.iter().map(|(.., s)| s.count as i64).collect();
+                table = table.column("runs", counts);
+                if name == TableName::CampaignBand {
+                    table = table.column("ended_before", ended_before.clone());
+                }
+                table = table
+                    .column("mean", all(&|s| s.mean))
+                    .column("sd", all(&|s| s.sd))
+                    .column("least", all(&|s| s.least));
+                for (k, part) in statistics::QUANTILES.iter().enumerate() {
+                    let name = format!("q{:02}", (100.0 * part).round());
+                    table = table.column(&name, all(&|s| s.quantiles[k]));
+                }
+                table.column("most", all(&|s| s.most)).build()
             };
-            let names: Vec<String> = of.iter().map(|(name, ..)| (*name).to_owned()).collect();
-            let mut table = Table::builder(name).column("figure", names);
-            let cycles: Vec<f64> = of.iter().filter_map(|(_, cycles, _)| *cycles).collect();
-            if name == TableName::CampaignBand {
-                table = table.column("cycles", cycles);
-            }
-            let counts: Vec<i64> = of.iter().map(|(.., s)| s.count as i64).collect();
-            table = table.column("runs", counts);
-            if name == TableName::CampaignBand {
-                table = table.column("ended_before", left.clone());
-            }
-            table = table
-                .column("mean", all(&|s| s.mean))
-                .column("sd", all(&|s| s.sd))
-                .column("least", all(&|s| s.least));
-            for (k, part) in statistics::QUANTILES.iter().enumerate() {
-                let name = format!("q{:02}", (100.0 * part).round());
-                table = table.column(&name, all(&|s| s.quantiles[k]));
-            }
-            table.column("most", all(&|s| s.most)).build()
-        };
         let figures = self.figures.iter();
         let ends: Vec<_> = figures.clone().map(|f| (f.name, None, f.spread)).collect();
         let band = figures.flat_map(|f| f.band.iter().map(|(x, s)| (f.name, Some(*x), *s)));
         let band: Vec<_> = band.collect();
-        let of = |text: &dyn Fn(&Sensitivity) -> String| -> Vec<String> {
+        let texts = |text: &dyn Fn(&Sensitivity) -> String| -> Vec<String> {
             self.sensitivities.iter().map(text).collect()
         };
         let all = || self.sensitivities.iter();
         let sensitivity = Table::builder(TableName::CampaignSensitivity)
-            .column("figure", of(&|s| s.figure.to_owned()))
-            .column("key", of(&|s| s.key.clone()))
+            .column("figure", texts(&|s| s.figure.to_owned()))
+            .column("key", texts(&|s| s.key.clone()))
             .column("runs", all().map(|s| s.count as i64).collect::<Vec<i64>>())
             .column("rank", all().map(|s| s.rank).collect::<Vec<Option<f64>>>())
             .column(
@@ -236,7 +251,8 @@ impl Findings {
     }
 }
 
-/// Numbers of cycles at which bands are told: 0, and from the median of the first steps to the longest run; none without wear.
+/// Returns the numbers of cycles at which bands are computed: 0, then from the median of the first steps to the longest
+/// run. Empty without wear.
 fn grid(ends: &[Option<f64>], firsts: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut firsts: Vec<f64> = firsts.filter(|first| *first > 0.0).collect();
     firsts.sort_by(f64::total_cmp);
@@ -246,7 +262,7 @@ fn grid(ends: &[Option<f64>], firsts: impl Iterator<Item = f64>) -> Vec<f64> {
     };
     let step = (most / least).ln() / (POINTS - 1) as f64;
     let inner = (0..POINTS - 1).map(|k| least * (k as f64 * step).exp());
-    // The last is the very end, where rounding would leave most runs out.
+    // Use the exact end as the last point: a rounded value could lie beyond the end of the runs.
     [0.0].into_iter().chain(inner).chain([most]).collect()
 }
 
@@ -259,29 +275,29 @@ fn band(courses: &[Vec<[f64; 2]>], grid: &[f64], count: usize) -> Vec<(f64, Samp
     grid.iter().filter_map(point).collect()
 }
 
-/// A figure that varies by less than this part of its mean does so by rounding.
+/// A figure varies only by rounding if its range is less than this share of its mean.
 const VARIES: f64 = 1e-9;
-/// Of draws that cross a grid or a list, at least this part must have ended in every run.
+/// Smallest share of a crossing that must be complete for an estimate.
 const LEAST_WHOLE: f64 = 0.5;
 
-/// The rows of a campaign as points of one of its sections (p) and of others (q).
+/// Rows of a campaign, arranged by the points p of one section and the points q of the other sections.
 struct Crossing {
-    /// `rows[p][q]`: the rows there; more than one where q is a draw, and a third section is averaged over.
+    /// `rows[p][q]`: row indices. If q is a draw, it can hold several rows, and a third section is averaged.
     rows: Vec<Vec<Vec<usize>>>,
 }
 
-/// Values at the points of a [`Crossing`] that are whole.
+/// Values of the complete part of a [`Crossing`].
 struct Crossed {
-    /// A row of each p.
+    /// One row index for each p.
     rows: Vec<usize>,
     /// `y[p][q]`.
     y: Vec<Vec<f64>>,
-    /// Variance of all runs there.
+    /// Variance of all runs in this part.
     whole: f64,
 }
 
-/// Of so many lines those that have at least half as many runs as the one that has most.
-fn begun(lines: usize, runs: impl Fn(usize) -> usize) -> Vec<usize> {
+/// Returns the lines that have at least half as many runs as the line with the most runs.
+fn well_filled_lines(lines: usize, runs: impl Fn(usize) -> usize) -> Vec<usize> {
     let counts: Vec<usize> = (0..lines).map(runs).collect();
     let most = counts.iter().copied().max().unwrap_or(0);
     (0..lines)
@@ -289,14 +305,14 @@ fn begun(lines: usize, runs: impl Fn(usize) -> usize) -> Vec<usize> {
         .collect()
 }
 
-/// Place of a section's point in the index of a row.
+/// Returns the point of a section at a row index.
 pub(super) fn point(sections: &[Section], section: usize, row: usize) -> usize {
     let stride: usize = sections[section + 1..].iter().map(|s| s.points).product();
     row / stride % sections[section].points
 }
 
 impl Crossing {
-    /// Of a section with the others; none where there is none.
+    /// Crosses a section with the others. Returns `None` if no other section has more than one point.
     fn of(sections: &[Section], section: usize, rows: usize) -> Option<Crossing> {
         let others = || (0..sections.len()).filter(|other| *other != section);
         if others().all(|other| sections[other].points < 2) {
@@ -321,7 +337,7 @@ impl Crossing {
         Some(Crossing { rows: crossing })
     }
 
-    /// Where some runs lack the figure, draws of which any does are left out.
+    /// Returns the complete part of the crossing. If some runs lack the figure, the draws of these runs are left out.
     fn whole(&self, y: &BTreeMap<usize, f64>, is_random: bool) -> Option<Crossed> {
         let (points, columns) = (self.rows.len(), self.rows.first()?.len());
         let mean = |rows: &[usize]| -> Option<f64> {
@@ -330,41 +346,46 @@ impl Crossing {
             Some(values.iter().sum::<f64>() / values.len() as f64)
         };
         let all: Vec<Vec<Option<f64>>> = (self.rows.iter())
-            .map(|of_point| of_point.iter().map(|rows| mean(rows)).collect())
+            .map(|values_of_point| values_of_point.iter().map(|rows| mean(rows)).collect())
             .collect();
         let is_there = |p: usize, q: usize| all[p][q].is_some();
-        // Points that were hardly begun are no part of it, as the other roughnesses where one was run.
-        let begun_p = begun(points, |p| (0..columns).filter(|q| is_there(p, *q)).count());
-        let begun_q = begun(columns, |q| (0..points).filter(|p| is_there(*p, q)).count());
-        let begun = begun_p.len() * begun_q.len();
-        let (mut kept_p, mut kept_q) = (begun_p, begun_q);
+        // Ignore points with few runs, for example other roughnesses of which only one run was made.
+        let filled_p =
+            well_filled_lines(points, |p| (0..columns).filter(|q| is_there(p, *q)).count());
+        let filled_q =
+            well_filled_lines(columns, |q| (0..points).filter(|p| is_there(*p, q)).count());
+        let filled = filled_p.len() * filled_q.len();
+        let (mut selected_p, mut selected_q) = (filled_p, filled_q);
         match is_random {
-            true => kept_p.retain(|p| kept_q.iter().all(|q| is_there(*p, *q))),
-            false => kept_q.retain(|q| kept_p.iter().all(|p| is_there(*p, *q))),
+            true => selected_p.retain(|p| selected_q.iter().all(|q| is_there(*p, *q))),
+            false => selected_q.retain(|q| selected_p.iter().all(|p| is_there(*p, *q))),
         }
-        let kept = kept_p.len() * kept_q.len();
-        if kept == 0 || (kept as f64) < LEAST_WHOLE * begun as f64 {
+        let selected = selected_p.len() * selected_q.len();
+        if selected == 0 || (selected as f64) < LEAST_WHOLE * filled as f64 {
             return None;
         }
-        let of_point = |p: &usize| kept_q.iter().filter_map(|q| all[*p][*q]).collect();
+        let values_of_point = |p: &usize| selected_q.iter().filter_map(|q| all[*p][*q]).collect();
         let mut runs: Vec<f64> = Vec::new();
-        for (p, q) in kept_p
+        for (p, q) in selected_p
             .iter()
-            .flat_map(|p| kept_q.iter().map(move |q| (*p, *q)))
+            .flat_map(|p| selected_q.iter().map(move |q| (*p, *q)))
         {
             runs.extend(self.rows[p][q].iter().filter_map(|row| y.get(row)));
         }
         Some(Crossed {
-            rows: kept_p.iter().map(|p| self.rows[*p][kept_q[0]][0]).collect(),
-            y: kept_p.iter().map(of_point).collect(),
+            rows: selected_p
+                .iter()
+                .map(|p| self.rows[*p][selected_q[0]][0])
+                .collect(),
+            y: selected_p.iter().map(values_of_point).collect(),
             whole: variance(&runs),
         })
     }
 }
 
-/// A key at some rows: its numbers, if it is no name.
+/// Returns the numbers of a key at some rows. Returns `None` if a value is a text, or if the key is a seed.
 fn numbers_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Option<Vec<f64>> {
-    // The number of a seed is a name.
+    // A seed is a label: its size has no meaning.
     let is_name = campaign.keys[k].name.ends_with("seed");
     let x: Option<Vec<f64>> = (rows.iter())
         .map(|row| campaign.rows[*row].values[k].number())
@@ -372,7 +393,7 @@ fn numbers_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Option<Vec<f64>>
     x.filter(|_| !is_name)
 }
 
-/// A class for each value of a key.
+/// Assigns one class to each value of a key.
 fn classes_by_value(campaign: &Campaign, k: usize, rows: &[usize]) -> Vec<usize> {
     let texts: Vec<String> = (rows.iter())
         .map(|row| campaign.rows[*row].values[k].text())
@@ -384,7 +405,7 @@ fn classes_by_value(campaign: &Campaign, k: usize, rows: &[usize]) -> Vec<usize>
     texts.iter().map(place).collect()
 }
 
-/// Classes of a key that is drawn: of a number equally filled ones.
+/// Assigns classes to a key that is drawn. Numbers get classes of equal size.
 fn classes_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Vec<usize> {
     match numbers_at(campaign, k, rows) {
         Some(x) => classes(&x),
@@ -407,33 +428,34 @@ fn sensitivities(
     let crossings: Vec<Option<Crossing>> = (0..sections.len())
         .map(|section| Crossing::of(sections, section, about.rows))
         .collect();
-    let mut found = Vec::new();
+    let mut results = Vec::new();
     for figure in figures {
         if figure.spread.most - figure.spread.least <= VARIES * figure.spread.mean.abs() {
             continue;
         }
         let ends = rows.iter().zip(&figure.ends);
-        let known: BTreeMap<usize, f64> = ends
+        let value_of_row: BTreeMap<usize, f64> = ends
             .filter_map(|(row, end)| Some((*row, end.filter(|v| v.is_finite())?)))
             .collect();
-        let all: Vec<usize> = known.keys().copied().collect();
-        let y: Vec<f64> = known.values().copied().collect();
+        let value_rows: Vec<usize> = value_of_row.keys().copied().collect();
+        let y: Vec<f64> = value_of_row.values().copied().collect();
         for (k, key) in campaign.keys.iter().enumerate() {
             let section = section_of(&key.name);
             let crossing = section.and_then(|section| crossings[section].as_ref());
             let is_random = section.is_some_and(|section| sections[section].is_random);
             let (count, rank, share) = match crossing {
                 None => {
-                    let rank = numbers_at(campaign, k, &all).and_then(|x| rank_correlation(&x, &y));
+                    let rank =
+                        numbers_at(campaign, k, &value_rows).and_then(|x| rank_correlation(&x, &y));
                     (
-                        all.len(),
+                        value_rows.len(),
                         rank,
-                        variance_share(&classes_at(campaign, k, &all), &y),
+                        variance_share(&classes_at(campaign, k, &value_rows), &y),
                     )
                 }
-                Some(crossing) => match crossing.whole(&known, is_random) {
+                Some(crossing) => match crossing.whole(&value_of_row, is_random) {
                     None => (0, None, None),
-                    // A draw is one sample however often it is repeated.
+                    // A draw is one sample, however often it is repeated.
                     Some(Crossed { rows, y, whole }) if is_random => {
                         let means: Vec<f64> = (y.iter())
                             .map(|of_draw| of_draw.iter().sum::<f64>() / of_draw.len() as f64)
@@ -448,17 +470,17 @@ fn sensitivities(
                     }
                     Some(crossed) => {
                         let classes = classes_by_value(campaign, k, &crossed.rows);
-                        let rank =
-                            numbers_at(campaign, k, &all).and_then(|x| rank_correlation(&x, &y));
+                        let rank = numbers_at(campaign, k, &value_rows)
+                            .and_then(|x| rank_correlation(&x, &y));
                         (
-                            all.len(),
+                            value_rows.len(),
                             rank,
                             crossed_share(&classes, &crossed.y, crossed.whole),
                         )
                     }
                 },
             };
-            found.push(Sensitivity {
+            results.push(Sensitivity {
                 figure: figure.name,
                 key: key.name.clone(),
                 count,
@@ -467,5 +489,5 @@ fn sensitivities(
             });
         }
     }
-    found
+    results
 }

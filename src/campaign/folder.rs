@@ -1,4 +1,4 @@
-//! The folder of a campaign: what is planned in it.
+//! The folder of a campaign and its plan.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -11,69 +11,71 @@ use super::rows::{ENDED, FAILED, LOCKS, RUNS};
 use super::table::Campaign;
 use crate::store::{EntryKind, FileSystem, LAYOUT, LockAttempt, LockGuard};
 
-/// Bytes of `campaign.json` at most: it holds the text of a scene.
+/// Largest size of `campaign.json`, which holds the text of a scene \[B\].
 const LONGEST_ABOUT: u64 = 64 << 20;
-/// Bytes of a table at most.
+/// Largest size of a table \[B\].
 pub(super) const LONGEST_TABLE: u64 = 4 << 30;
 
 const ABOUT: &str = "campaign.json";
 const TABLE: &str = "campaign.parquet";
 const WRITTEN: &str = "campaign.toml";
 pub(super) const COLLECTED: &str = "collected";
-/// Behind the name of a file that is being written.
+/// Suffix of a file that is being written.
 pub(super) const DRAFT: &str = ".new";
 
-/// What is kept of a run that has ended.
+/// Which files of a completed run are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KeepRuns {
-    /// The folder of the run too.
+    /// The folder of the run and its history.
     All,
-    /// Its history alone: one file a run.
+    /// Only the history: one file per run.
     History,
 }
 
-/// What varies by itself in a campaign: a key of its grid, its list, its draws. Rows are its points, each with every one of the others'.
+/// Section of a campaign that varies independently: a key of its grid, its list, or its draws. The rows are all
+/// combinations of the points of the sections.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Section {
-    /// Points, each with every one of the other sections'.
+    /// Number of points.
     pub points: usize,
-    /// Keys that vary with them.
+    /// Keys that vary in this section.
     pub keys: Vec<String>,
-    /// Whether its points are drawn.
+    /// True if the points are drawn at random.
     pub is_random: bool,
 }
 
-/// What every layout of `campaign.json` says.
+/// Fields that `campaign.json` has in every layout.
 #[derive(Deserialize)]
 struct AnyLayout {
     format: u64,
     program_version: String,
 }
 
-/// What `campaign.json` says.
+/// Content of `campaign.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
     format: u32,
     /// Version of the program that planned it.
     pub program_version: String,
-    /// What its user calls it; else the name of the file.
+    /// Title, or else the name of the campaign file.
     pub title: String,
     /// Name of the scene.
     pub scene_name: String,
-    /// The scene that all rows change, as a text without a base and with absolute paths. It need not be complete.
+    /// Text of the scene that all rows modify, without a base and with absolute paths. It need not be complete.
     pub scene: String,
-    /// What is kept of a run that has ended.
+    /// Which files of a completed run are kept.
     pub keep: KeepRuns,
-    /// What varies by itself, the slowest first.
+    /// Sections, the slowest first.
     pub sections: Vec<Section>,
-    /// Rows that were planned, and the hash of their content keys: a table of other rows is not this campaign's.
+    /// Number of planned rows. With `content`, the hash of their content keys, it identifies the table of this
+    /// campaign.
     pub(super) rows: usize,
     content: String,
 }
 
 impl About {
-    /// Of a campaign that is planned now.
+    /// Describes a campaign that is planned with this version of the program.
     pub fn new(
         title: String,
         scene_name: String,
@@ -94,8 +96,8 @@ impl About {
         }
     }
 
-    /// Whether the first rows of a campaign are those that were planned, and the points of the sections as many.
-    fn is_of(&self, campaign: &Campaign) -> bool {
+    /// Returns true if the campaign begins with the planned rows, and the sections have as many points as planned.
+    fn matches_campaign(&self, campaign: &Campaign) -> bool {
         let mut points = self.sections.iter().map(|section| section.points);
         let points = points.try_fold(1_usize, |all, points| all.checked_mul(points));
         points == Some(self.rows)
@@ -107,7 +109,7 @@ impl About {
 /// The folder of a campaign.
 #[derive(Clone)]
 pub struct Folder {
-    /// Where it is.
+    /// Path of the folder.
     pub root: PathBuf,
     pub(super) files: Arc<dyn FileSystem>,
 }
@@ -124,7 +126,7 @@ pub(super) fn io<'a>(
 }
 
 impl Folder {
-    /// A folder, of which nothing is looked at yet.
+    /// Names a folder without accessing it.
     pub fn at(files: Arc<dyn FileSystem>, root: &Path) -> Folder {
         Folder {
             root: root.to_owned(),
@@ -132,12 +134,12 @@ impl Folder {
         }
     }
 
-    /// Rejects links in place of the folders whose content the program writes and removes. The campaign folder itself and the folder of a
-    /// single run may be links.
+    /// Rejects links in place of the folders whose content the program writes and removes. The campaign folder itself
+    /// and the folder of a single run may be links.
     pub(super) fn check_folders(&self) -> Result<(), CampaignError> {
         for name in [RUNS, ENDED, COLLECTED, FAILED, LOCKS] {
             let path = self.root.join(name);
-            let found = match self.files.metadata(&path).map_err(io("look at", &path))? {
+            let found = match self.files.metadata(&path).map_err(io("access", &path))? {
                 None => continue,
                 Some(found) => match found.kind {
                     EntryKind::Folder => continue,
@@ -151,7 +153,7 @@ impl Folder {
         Ok(())
     }
 
-    /// Nobody else plans or collects as long as the guard is held.
+    /// Locks the folder against other planners and collectors, until the guard is dropped.
     pub(super) fn lock(&self) -> Result<Box<dyn LockGuard>, CampaignError> {
         let path = self.root.join("lock");
         match self.files.try_lock(&path).map_err(io("lock", &path))? {
@@ -163,7 +165,7 @@ impl Folder {
         }
     }
 
-    /// Gives a file its content in one step, on the disk when this returns.
+    /// Replaces the content of a file atomically and syncs it to the disk.
     pub(super) fn replace(&self, path: &Path, bytes: &[u8]) -> Result<(), CampaignError> {
         let mut draft = path.as_os_str().to_owned();
         draft.push(DRAFT);
@@ -171,8 +173,8 @@ impl Folder {
         let folder = path.parent().unwrap_or(Path::new(""));
         self.files
             .create_dir_all(folder)
-            .map_err(io("make the folder", folder))?;
-        // Only one process writes it: the one that has the lock of the folder, or of the row.
+            .map_err(io("create the folder", folder))?;
+        // Only one process writes this file: it has the lock of the folder, or of the row.
         self.files
             .replace(&draft, path, bytes)
             .map_err(io("write", path))?;
@@ -201,7 +203,7 @@ impl Folder {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(io("read", &path)(error)),
         };
-        // Before all else, which other layouts have otherwise.
+        // Check the layout first: other layouts may differ in all other fields.
         if let Ok(AnyLayout {
             format,
             program_version,
@@ -237,40 +239,41 @@ impl Folder {
         }
     }
 
-    /// What the folder holds.
+    /// Opens the campaign of the folder.
     ///
     /// # Errors
-    /// [`CampaignError::NoCampaign`], [`CampaignError::NotACampaign`], [`CampaignError::NotAFolder`], [`CampaignError::Damaged`],
-    /// [`CampaignError::Io`].
+    /// [`CampaignError::NoCampaign`], [`CampaignError::NotACampaign`], [`CampaignError::NotAFolder`],
+    /// [`CampaignError::Damaged`], [`CampaignError::Io`].
     pub fn open(&self) -> Result<(About, Campaign), CampaignError> {
         self.check_folders()?;
         match (self.about()?, self.table()?) {
-            (Some(about), Some(campaign)) if about.is_of(&campaign) => Ok((about, campaign)),
+            (Some(about), Some(campaign)) if about.matches_campaign(&campaign) => Ok((about, campaign)),
             (Some(about), Some(campaign)) => Err(CampaignError::Damaged {
                 path: self.root.join(TABLE),
                 reason: match campaign.rows.len() < about.rows {
                     true => format!(
-                        "it has {} rows, and {} were planned: planning was interrupted; plan the campaign again in this folder",
+                        "it has {} rows instead of {}: planning was interrupted; plan the campaign again in this folder",
                         campaign.rows.len(),
                         about.rows
                     ),
-                    false => "its rows are not those that were planned in this folder; put back what belongs there, or give another --dir".to_owned(),
+                    false => "its rows differ from the rows planned in this folder; restore the original file, or give another --dir".to_owned(),
                 },
             }),
-            (None, _) => Err(self.other()?.unwrap_or(CampaignError::NoCampaign {
+            (None, _) => Err(self.foreign_entry()?.unwrap_or(CampaignError::NoCampaign {
                 path: self.root.clone(),
             })),
             (Some(_), None) => Err(CampaignError::Damaged {
                 path: self.root.join(TABLE),
-                reason: "it is not there, or was never finished; put it back, or plan the campaign again in this folder".to_owned(),
+                reason: "it is missing or incomplete; restore it, or plan the campaign again in this folder".to_owned(),
             }),
         }
     }
 
-    /// What is in the folder that no campaign has there; none if it is empty, or not there.
-    fn other(&self) -> Result<Option<CampaignError>, CampaignError> {
-        let own = [ABOUT, TABLE, WRITTEN, "lock"];
-        let is_own = |name: &String| own.iter().any(|own| name.starts_with(own));
+    /// Returns an error for an entry that does not belong to a campaign. Returns `None` if the folder is empty or
+    /// missing.
+    fn foreign_entry(&self) -> Result<Option<CampaignError>, CampaignError> {
+        let campaign_files = [ABOUT, TABLE, WRITTEN, "lock"];
+        let is_own = |name: &String| campaign_files.iter().any(|file| name.starts_with(file));
         let entries = self.list("")?;
         Ok(entries.into_iter().find(|name| !is_own(name)).map(|found| {
             let path = self.root.clone();
@@ -278,16 +281,16 @@ impl Folder {
         }))
     }
 
-    /// Refuses a folder that holds something else, before anything is computed.
+    /// Rejects a folder that holds something else, before anything is computed.
     ///
     /// # Errors
-    /// As for [`Folder::open`].
+    /// The errors of [`Folder::open`].
     pub fn check(&self) -> Result<(), CampaignError> {
         self.check_folders()?;
         match self.about() {
             Ok(Some(_)) => Ok(()),
-            Ok(None) => self.other()?.map_or(Ok(()), Err),
-            // The table still says what was planned.
+            Ok(None) => self.foreign_entry()?.map_or(Ok(()), Err),
+            // `campaign.json` is damaged, but the table still has the planned rows.
             Err(error @ CampaignError::Damaged { .. }) => {
                 self.table()?.map_or(Err(error), |_| Ok(()))
             }
@@ -295,7 +298,8 @@ impl Folder {
         }
     }
 
-    /// Keeps a campaign as it is planned; how many of its rows there were before. A folder that has one may get more rows behind the last.
+    /// Stores the plan of a campaign and returns the number of rows that the folder already had. New rows may only
+    /// follow the last planned row.
     ///
     /// # Errors
     /// [`CampaignError::NotACampaign`], [`CampaignError::Changed`], [`CampaignError::Locked`], [`CampaignError::Io`].
@@ -309,7 +313,7 @@ impl Folder {
         self.check()?;
         self.files
             .create_dir_all(root)
-            .map_err(io("make the folder", root))?;
+            .map_err(io("create the folder", root))?;
         let _guard = self.lock()?;
         let (planned, before) = match self.about() {
             Ok(None) => (None, None),
@@ -317,10 +321,10 @@ impl Folder {
             Err(CampaignError::Damaged { .. }) => (None, self.table()?),
             Err(error) => return Err(error),
         };
-        let kept = planned.as_ref().map(|planned| planned.keep);
-        let kept = match (kept, &before) {
+        let previous_keep = planned.as_ref().map(|planned| planned.keep);
+        let previous_keep = match (previous_keep, &before) {
             (None, Some(before)) => self.kept(before.rows.len())?,
-            (kept, _) => kept,
+            (previous_keep, _) => previous_keep,
         };
         let before = before.unwrap_or_default();
         let changed = |index: usize, before: String, now: String| CampaignError::Changed {
@@ -331,8 +335,8 @@ impl Folder {
         };
         for (index, old) in before.rows.iter().enumerate() {
             let Some(new) = campaign.rows.get(index) else {
-                let rest = "not there".to_owned();
-                return Err(changed(index, old.settings.join(", "), rest));
+                let missing_text = "missing".to_owned();
+                return Err(changed(index, old.settings.join(", "), missing_text));
             };
             if old.settings != new.settings {
                 return Err(changed(
@@ -342,24 +346,30 @@ impl Folder {
                 ));
             }
             if old.content_key != new.content_key {
-                let of = |row: &super::PlannedRun| {
-                    format!("{} of content {}", row.settings.join(", "), row.content_key)
+                let row_text = |row: &super::PlannedRun| {
+                    format!(
+                        "{} with content {}",
+                        row.settings.join(", "),
+                        row.content_key
+                    )
                 };
-                return Err(changed(index, of(old), of(new)));
+                return Err(changed(index, row_text(old), row_text(new)));
             }
         }
-        if let Some(kept) = kept.filter(|kept| *kept != about.keep) {
+        if let Some(previous_keep) =
+            previous_keep.filter(|previous_keep| *previous_keep != about.keep)
+        {
             return Err(CampaignError::KeepChanged {
                 path: root.clone(),
-                before: kept,
+                before: previous_keep,
                 now: about.keep,
             });
         }
         if let Some(planned) = planned {
-            // Also where the table is gone, since what rows have ended in is still there.
-            if !planned.is_of(campaign) {
-                let before = format!("one of {} others", planned.rows);
-                return Err(changed(0, before, "of another content".to_owned()));
+            // Check this also if the table is missing: the results of the rows may still exist.
+            if !planned.matches_campaign(campaign) {
+                let before = format!("one of {} rows with other content", planned.rows);
+                return Err(changed(0, before, "different".to_owned()));
             }
         }
         let about = About {
@@ -371,7 +381,7 @@ impl Folder {
         let path = root.join(ABOUT);
         self.replace(&path, &bytes.map_err(io("write", &path))?)?;
         self.replace(&root.join(WRITTEN), written.as_bytes())?;
-        // Last: a folder without it is no campaign yet.
+        // Write the table last: without it, the folder is not yet a campaign.
         let path = root.join(TABLE);
         let bytes = campaign.to_bytes().map_err(|source| CampaignError::Table {
             path: path.clone(),

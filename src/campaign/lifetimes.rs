@@ -1,4 +1,4 @@
-//! After how many cycles the runs of a campaign pass a milestone: of each point of its grid and of its list by itself.
+//! Cycles after which the runs of a campaign reach a milestone, for each point of its grid and its list.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,49 +15,50 @@ use crate::milestones::{Figure, Milestone, States};
 use crate::store::{Layout, RealFileSystem, RunReader};
 use crate::tables::Nullable;
 
-/// The runs of a campaign as far as they are known.
+/// Histories of the runs of a campaign, as far as they have been computed.
 pub struct Histories {
-    /// By the index of the row.
+    /// States of each run, by row index.
     runs: BTreeMap<usize, States>,
-    /// Rows that have ended and are not collected.
+    /// Rows that are complete but not collected.
     pub uncollected: Vec<usize>,
-    /// Rows that are begun and have no state of which anything is known.
+    /// Rows that have started but have no readable state.
     pub without: Vec<usize>,
 }
 
-/// What a milestone is in one point of the grid and of the list.
+/// Lifetimes to a milestone at one point of the grid and the list.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lifetimes {
-    /// The keys of the point, each with its value.
+    /// Keys of the point, each with its value.
     pub keys: Vec<(String, String)>,
-    /// Runs that were followed.
+    /// Number of runs that have this figure.
     pub runs: usize,
-    /// Those of them that pass, by the value.
+    /// Number of these runs that reach the milestone, by the nominal value.
     pub passed: usize,
-    /// Cycles to which the last of them was followed.
+    /// Largest number of cycles of these runs.
     pub end: f64,
-    /// Part of the runs that passes within them: with the bars late, by the value, and with the bars early.
+    /// Share of the runs that reach the milestone within `end` cycles: by the latest, the nominal and the earliest
+    /// crossing of the error bars.
     pub within: [f64; 3],
-    /// Quantiles of the earliest and of the latest cycles.
+    /// Quantiles of the earliest crossings. `latest` has the quantiles of the latest crossings.
     pub earliest: Vec<Quantile>,
     pub latest: Vec<Quantile>,
 }
 
 impl Histories {
-    /// Reads the shards, and the folders of runs that have failed or not ended.
+    /// Reads the shards, and the folders of runs that have failed or are not complete.
     ///
     /// # Errors
-    /// Those of reading shards.
+    /// The errors of reading shards.
     pub fn of(folder: &Folder, campaign: &Campaign) -> Result<Histories, CampaignError> {
         let wanted =
             |name: &str| States::COLUMNS.contains(&name) || [INDEX, WEAR_ITERATION].contains(&name);
-        let found = folder.scan(campaign, &wanted)?;
-        let columns: BTreeMap<&str, Vec<Option<f64>>> = found
+        let scanned_columns = folder.scan(campaign, &wanted)?;
+        let columns: BTreeMap<&str, Vec<Option<f64>>> = scanned_columns
             .iter()
             .map(|(name, values)| (name.as_str(), numbers(values)))
             .collect();
         let mut runs: BTreeMap<usize, States> = BTreeMap::new();
-        if let Some(Nullable::I64(index)) = found.get(INDEX) {
+        if let Some(Nullable::I64(index)) = scanned_columns.get(INDEX) {
             for (row, index) in index.iter().enumerate() {
                 let index = index.and_then(|index| usize::try_from(index).ok());
                 let index = index.filter(|index| *index < campaign.rows.len());
@@ -74,7 +75,7 @@ impl Histories {
             match state {
                 State::Waiting => {}
                 State::Done => uncollected.push(index),
-                State::Begun | State::Failed => match begun(folder, index) {
+                State::Begun | State::Failed => match incomplete_run_states(folder, index) {
                     Some(states) => drop(runs.insert(index, states)),
                     None => without.push(index),
                 },
@@ -87,17 +88,17 @@ impl Histories {
         })
     }
 
-    /// Number of runs.
+    /// Number of runs with a history.
     pub fn len(&self) -> usize {
         self.runs.len()
     }
 
-    /// True if no run is known.
+    /// True if no run has a history.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
-    /// What a milestone is in each point of the grid and of the list; a point whose runs have no such figure is left out.
+    /// Computes the lifetimes at each point of the grid and the list. Points whose runs lack the figure are left out.
     pub fn lifetimes(
         &self,
         about: &About,
@@ -110,40 +111,43 @@ impl Histories {
             .collect();
         let mut points: BTreeMap<Vec<usize>, Vec<usize>> = BTreeMap::new();
         for index in self.runs.keys() {
-            let of_row = fixed
+            let point_of_row = fixed
                 .iter()
                 .map(|section| point(sections, *section, *index));
-            points.entry(of_row.collect()).or_default().push(*index);
+            points
+                .entry(point_of_row.collect())
+                .or_default()
+                .push(*index);
         }
         let keys = |index: usize| -> Vec<(String, String)> {
             let names = fixed.iter().flat_map(|section| &sections[*section].keys);
-            let of = |name: &String| {
+            let key_with_value = |name: &String| {
                 let at = campaign.keys.iter().position(|key| key.name == *name)?;
                 Some((name.clone(), campaign.rows[index].values[at].text()))
             };
-            names.filter_map(of).collect()
+            names.filter_map(key_with_value).collect()
         };
         let all = points.into_values().filter_map(|rows| {
             let first = *rows.first()?;
             let runs = rows.iter().map(|row| &self.runs[row]);
-            of_runs(runs, milestone, keys(first))
+            lifetimes_of_point(runs, milestone, keys(first))
         });
         all.collect()
     }
 
-    /// True if any run has a figure.
+    /// Returns true if any run has the figure.
     pub fn has(&self, figure: Figure) -> bool {
         self.runs.values().any(|run| run.history(figure).is_ok())
     }
 }
 
-/// True of draws, and of seeds, which are names of draws.
+/// Returns true for draws, and for sections that vary only seeds.
 fn is_draw(section: &Section) -> bool {
     section.is_random || section.keys.iter().all(|key| key.ends_with("seed"))
 }
 
-/// What a run that has not ended has come to; none of one without a state that can be read.
-fn begun(folder: &Folder, index: usize) -> Option<States> {
+/// Reads the states of a run that is not complete. Returns `None` if no state can be read.
+fn incomplete_run_states(folder: &Folder, index: usize) -> Option<States> {
     let root = folder.run(index);
     if !Layout::at(&root).has_record() {
         return None;
@@ -153,7 +157,7 @@ fn begun(folder: &Folder, index: usize) -> Option<States> {
     states.cycles().map(|_| states)
 }
 
-fn of_runs<'a>(
+fn lifetimes_of_point<'a>(
     runs: impl Iterator<Item = &'a States>,
     milestone: &Milestone,
     keys: Vec<(String, String)>,
@@ -179,13 +183,13 @@ fn of_runs<'a>(
     if nominal.runs == 0 {
         return None;
     }
-    let quantiles = |of: &Survival| QUANTILES.map(|part| of.quantile(part)).to_vec();
+    let quantiles = |survival: &Survival| QUANTILES.map(|part| survival.quantile(part)).to_vec();
     Some(Lifetimes {
         keys,
         runs: nominal.runs,
         passed: lives[1].iter().filter(|life| life.passed).count(),
         end,
-        within: [&latest, &nominal, &earliest].map(|of| of.passed(end)),
+        within: [&latest, &nominal, &earliest].map(|survival| survival.passed(end)),
         earliest: quantiles(&earliest),
         latest: quantiles(&latest),
     })

@@ -1,23 +1,25 @@
-//! Campaigns: many runs of one scene of which some keys vary, as one table with a row a run.
+//! Campaigns: many runs of one scene with varying keys, as a table with one row per run.
 //!
 //! ```text
 //! DIR/
-//!   campaign.json campaign.toml   what it is: the scene as a text, what is kept of a run; the file as it was written, for people
-//!   campaign.parquet              a row a run: index from 0, keys as resolved, content key, expected cost
-//!   runs/000017/                  the run of a row, as `fretwear run` leaves it
-//!   ended/000017.parquet          its history, once it has ended: one file a run
-//!   failed/000017.json            why it failed, until it ends
-//!   collected/shard-00000.parquet the histories of many runs, every row with its index and keys
-//!   locks/000017                  held by who computes a row, and gone once it has ended
-//!   lock                          one planner or collector at a time
+//!   campaign.json campaign.toml   the plan: text of the scene, kept files; a copy of the campaign file
+//!   campaign.parquet              one row per run: index from 0, keys as resolved, content key, expected cost
+//!   runs/000017/                  the run folder of a row, as of `fretwear run`
+//!   ended/000017.parquet          the history of a completed run: one file per run
+//!   failed/000017.json            the reason of a failure, until the row completes
+//!   collected/shard-00000.parquet the histories of many runs; each row has its index and keys
+//!   locks/000017                  lock of the process that computes the row; removed when the row completes
+//!   lock                          lock of the single planner or collector
 //! ```
 //!
-//! A row is run from what the folder holds, so that a scene or a campaign file that is changed later changes no row. What became of a row
-//! is said by which of these files there is: nothing is opened to count them. Queues, retries and places are the business of whoever starts
-//! rows (a shell, Slurm, HyperQueue). Two that start the same row meet at its lock.
+//! A row runs from the content of the folder, so a later change of the scene or the campaign file changes no row. The
+//! names of the existing files give the state of a row; counting states opens no file. Queues, retries and placement
+//! are the task of the program that starts rows (a shell, Slurm, HyperQueue). The lock of a row keeps two processes
+//! from computing it at the same time.
 //!
-//! A [`Definition`] is read from a campaign file and says the settings of every row, [`Draws`](definition) among them; the command line
-//! resolves each to a scene; [`Folder`] keeps them; [`collect`](Folder::collect) and [`Findings`] read what came of them.
+//! [`Definition`] reads a campaign file and returns the settings of every row, including [random draws](definition).
+//! The command line resolves each row to a scene. [`Folder`] stores the rows; [`collect`](Folder::collect) and
+//! [`Findings`] read their results.
 
 mod collect;
 pub mod definition;

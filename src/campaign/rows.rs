@@ -1,4 +1,4 @@
-//! The rows of a campaign in its folder: which process has one, and what became of it.
+//! Rows of a campaign in its folder: their locks and their states.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -10,11 +10,11 @@ use super::error::CampaignError;
 use super::folder::{DRAFT, Folder, KeepRuns, io};
 use crate::store::{Layout, LockAttempt, LockGuard, LockHolder, RealFileSystem, date, remove_run};
 
-/// Bytes of a reason at most.
+/// Largest size of the file with the reason of a failure \[B\].
 const LONGEST_FAILURE: u64 = 1 << 20;
-/// Exit code of a process that failed for no reason that has a code of its own.
+/// Exit code of a failure that has no code of its own.
 const EXIT_FAILURE: u8 = 1;
-/// Digits of an index in names; a longer one has more.
+/// Smallest number of digits of an index in file names.
 const DIGITS: usize = 6;
 
 pub(super) const RUNS: &str = "runs";
@@ -22,34 +22,34 @@ pub(super) const ENDED: &str = "ended";
 pub(super) const FAILED: &str = "failed";
 pub(super) const LOCKS: &str = "locks";
 
-/// What became of a row, by what there is of it.
+/// State of a row, derived from the files that exist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// Nothing yet.
+    /// Not started.
     Waiting,
-    /// A run that has not ended: it goes on elsewhere, or was stopped.
+    /// Started but not complete: another process computes the row, or its run was stopped.
     Begun,
-    /// A run that failed.
+    /// The run failed.
     Failed,
-    /// A run that has ended.
+    /// The run is complete.
     Done,
 }
 
-/// Why a row failed.
+/// Failure of a row.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// When that was.
+    /// Date and time of the failure.
     pub when: String,
     /// The reason, as it was printed.
     pub message: String,
-    /// True if the next start tries it again: what failed was the machine, the disk, or a file that the scene names.
+    /// True if the next start tries the row again: the cause was the machine, the disk, or a file that the scene names.
     pub again: bool,
-    /// The exit code of its process.
+    /// Exit code of the process.
     pub code: u8,
 }
 
 impl Failure {
-    /// One of now.
+    /// Creates a failure with the present date and time.
     pub fn now(message: String, again: bool, code: u8) -> Failure {
         Failure {
             when: date::now(),
@@ -60,12 +60,12 @@ impl Failure {
     }
 }
 
-/// The name of a row in the folders.
+/// Returns the file name of a row, without an extension.
 fn name(index: usize) -> String {
     format!("{index:0DIGITS$}")
 }
 
-/// The row of a name.
+/// Returns the row index of a file name.
 fn index_of(name: &str, ending: &str) -> Option<usize> {
     let digits = name.strip_suffix(ending)?;
     let is_ours = digits.len() >= DIGITS && digits.bytes().all(|b| b.is_ascii_digit());
@@ -73,7 +73,7 @@ fn index_of(name: &str, ending: &str) -> Option<usize> {
 }
 
 impl Folder {
-    /// The folder of the run of a row.
+    /// Returns the run folder of a row.
     pub fn run(&self, index: usize) -> PathBuf {
         self.root.join(RUNS).join(name(index))
     }
@@ -87,11 +87,11 @@ impl Folder {
     }
 
     fn is_there(&self, path: &Path) -> Result<bool, CampaignError> {
-        let found = self.files.metadata(path).map_err(io("look at", path))?;
-        Ok(found.is_some())
+        let metadata = self.files.metadata(path).map_err(io("access", path))?;
+        Ok(metadata.is_some())
     }
 
-    /// What became of every row, by the names in the folder.
+    /// Returns the state of every row, derived from the file names in the folder.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -113,7 +113,7 @@ impl Folder {
         Ok(states)
     }
 
-    /// What is kept of runs that have ended, as far as the folder shows it.
+    /// Returns which files of completed runs are kept. Returns `None` if no run is complete.
     pub(super) fn kept(&self, rows: usize) -> Result<Option<KeepRuns>, CampaignError> {
         for index in 0..rows {
             if self.is_there(&self.ended(index))? {
@@ -127,7 +127,7 @@ impl Folder {
         Ok(None)
     }
 
-    /// What became of one row.
+    /// Returns the state of one row.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -136,7 +136,7 @@ impl Folder {
             (self.ended(index), State::Done),
             (self.failed(index), State::Failed),
             (self.run(index), State::Begun),
-            (self.claimed(index), State::Begun),
+            (self.row_lock(index), State::Begun),
         ];
         for (path, state) in places {
             if self.is_there(&path)? {
@@ -146,11 +146,12 @@ impl Folder {
         Ok(State::Waiting)
     }
 
-    fn claimed(&self, index: usize) -> PathBuf {
+    fn row_lock(&self, index: usize) -> PathBuf {
         self.root.join(LOCKS).join(name(index))
     }
 
-    /// Takes the lock of a row. What became of the row is to be looked at only then: another start may just have ended it.
+    /// Tries to take the lock of a row. Read the state of the row only after this: another process may just have
+    /// completed it.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -159,16 +160,17 @@ impl Folder {
         self.files
             .create_dir_all(&locks)
             .map_err(io("make the folder", &locks))?;
-        let lock = self.claimed(index);
+        let lock = self.row_lock(index);
         self.files.try_lock(&lock).map_err(io("lock", &lock))
     }
 
-    /// Gives the lock of a row back. Its file goes while it is held, so that whoever waits for it finds that it is gone.
+    /// Releases the lock of a row. The lock file is removed first, so a process that waits for the lock finds the file
+    /// missing.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
     pub fn release(&self, index: usize, claim: Box<dyn LockGuard>) -> Result<(), CampaignError> {
-        let lock = self.claimed(index);
+        let lock = self.row_lock(index);
         let removed = self.files.remove_file(&lock);
         drop(claim);
         match removed {
@@ -177,15 +179,16 @@ impl Folder {
         }
     }
 
-    /// Who computes a row at the moment; none if nobody does.
+    /// Returns the process that computes a row, if there is one.
     pub fn holder(&self, index: usize) -> Option<LockHolder> {
-        // Whoever may not look is told nothing. The run's own is held by who runs it without the campaign.
-        let locks = [self.claimed(index), Layout::at(&self.run(index)).lock()];
+        // Without permission to read a lock, report no holder. A run that was started without the campaign has its own
+        // lock.
+        let locks = [self.row_lock(index), Layout::at(&self.run(index)).lock()];
         let mut holders = locks.iter().map(|lock| RealFileSystem.lock_holder(lock));
         holders.find_map(|holder| holder.ok().flatten())
     }
 
-    /// Why a row failed. What cannot be read says so.
+    /// Reads the failure of a row. If its file cannot be read, the failure says so.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -203,7 +206,7 @@ impl Folder {
         }
     }
 
-    /// Keeps why a row failed.
+    /// Stores the failure of a row.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -211,7 +214,7 @@ impl Folder {
         self.replace(&self.failed(index), json!(failure).to_string().as_bytes())
     }
 
-    /// Takes away why a row failed, which is tried again.
+    /// Removes the failure of a row, which is then tried again.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -223,7 +226,7 @@ impl Folder {
         }
     }
 
-    /// Keeps the history of a run that has ended.
+    /// Stores the history of a completed run and removes an earlier failure.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -232,21 +235,22 @@ impl Folder {
         self.forget(index)
     }
 
-    /// Removes what a row that has ended does not keep, where an earlier start was killed in between: drafts, the reason of a failure, and
-    /// `run`, the folder of its run, if there is one that is not kept. Nothing is removed while another process holds the row.
+    /// Removes the files that a completed row does not keep, if a killed process left them: drafts, a failure, the
+    /// lock, and the run folder `run` if it is not kept. Nothing is removed while another process has the lock of the
+    /// row.
     pub fn tidy_ended(&self, index: usize, content_key: &str, run: Option<&Path>) {
         let drafts = [self.ended(index), self.failed(index)].map(|path| {
             let mut draft = path.into_os_string();
             draft.push(DRAFT);
             PathBuf::from(draft)
         });
-        let own = [self.failed(index), self.claimed(index)];
-        let left = drafts.iter().chain(&own).map(PathBuf::as_path).chain(run);
-        let is_left = |path: &Path| matches!(self.files.metadata(path), Ok(Some(_)));
-        if left.into_iter().any(is_left)
+        let own = [self.failed(index), self.row_lock(index)];
+        let leftovers = drafts.iter().chain(&own).map(PathBuf::as_path).chain(run);
+        let exists = |path: &Path| matches!(self.files.metadata(path), Ok(Some(_)));
+        if leftovers.into_iter().any(exists)
             && let Ok(LockAttempt::Taken(claim)) = self.claim(index)
         {
-            // A file that stays does no harm: the row has ended.
+            // Ignore errors: a leftover file does no harm to a completed row.
             for draft in &drafts {
                 drop(self.files.remove_file(draft));
             }
@@ -258,14 +262,14 @@ impl Folder {
         }
     }
 
-    /// The rows that have ended, in the order of their indices, with the files of their histories.
+    /// Returns the completed rows, sorted by index, with their history files.
     pub(super) fn all_ended(&self) -> Result<Vec<(usize, PathBuf)>, CampaignError> {
         let names = self.list(ENDED)?;
         let indices = names.iter().filter_map(|name| index_of(name, ".parquet"));
         Ok(indices.map(|index| (index, self.ended(index))).collect())
     }
 
-    /// The rows that failed, each with the reason.
+    /// Returns the failed rows with their failures.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -282,13 +286,14 @@ impl Folder {
     }
 }
 
-/// The rows that `N` or `A-B` names.
+/// Parses `N` or `A-B` into the first and last row index.
 ///
 /// # Errors
-/// A sentence.
+/// A sentence that says what would be right.
 pub fn indices(text: &str) -> Result<[usize; 2], String> {
-    let wrong = || format!("\"{text}\" is no index and no range; write N or A-B, as in 17 or 0-99");
-    let number = |text: &str| text.trim().parse::<usize>().map_err(|_| wrong());
+    let syntax_error =
+        || format!("\"{text}\" is neither an index nor a range; write N or A-B, as in 17 or 0-99");
+    let number = |text: &str| text.trim().parse::<usize>().map_err(|_| syntax_error());
     match text.split_once('-') {
         None => number(text).map(|index| [index, index]),
         Some((first, last)) => {

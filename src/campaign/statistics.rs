@@ -1,17 +1,17 @@
-//! Statistics of samples: quantiles, ranks, and which key moves a figure.
+//! Statistics of samples: quantiles, ranks, and the influence of a key on a figure.
 
 use statrs::statistics::{Data, OrderStatistics, RankTieBreaker};
 
-/// Of a sample.
+/// Statistics of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampleStatistics {
-    /// Values in it.
+    /// Number of values.
     pub count: usize,
     /// Mean.
     pub mean: f64,
-    /// Standard deviation, with one degree of freedom for the mean; 0 of a single value.
+    /// Standard deviation with divisor n - 1; 0 for a single value.
     pub sd: f64,
-    /// The values below which lie the parts [`QUANTILES`] of the sample.
+    /// Quantiles of the sample at the probabilities [`QUANTILES`].
     pub quantiles: [f64; QUANTILES.len()],
     /// Least value.
     pub least: f64,
@@ -19,10 +19,11 @@ pub struct SampleStatistics {
     pub most: f64,
 }
 
-/// The quantiles of a [`SampleStatistics`].
+/// Probabilities of the quantiles of a [`SampleStatistics`].
 pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// Of the values that are finite; none without any. Quantiles are those of Hyndman and Fan's eighth definition.
+/// Computes the statistics of the finite values. Returns `None` without a finite value. Quantiles follow Hyndman and
+/// Fan's eighth definition.
 pub fn spread(values: &[f64]) -> Option<SampleStatistics> {
     let mut values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -45,12 +46,12 @@ pub fn spread(values: &[f64]) -> Option<SampleStatistics> {
     })
 }
 
-/// Spearman's rank correlation, -1 to 1: by how much `y` rises with `x`, whatever the form; none where one of them does not vary. Equal
-/// values have the mean of their ranks.
+/// Computes Spearman's rank correlation, from -1 to 1. Equal values get the mean of their ranks. Returns `None` if `x`
+/// or `y` does not vary.
 pub fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
     let ranks = |values: &[f64]| Data::new(values.to_vec()).ranks(RankTieBreaker::Average);
     let (x, y) = (ranks(x), ranks(y));
-    // The mean of ranks is that of 1 to n.
+    // Mean of the ranks 1 to n.
     let mean = 0.5 * (x.len() as f64 + 1.0);
     let product = |a: &[f64], b: &[f64]| -> f64 {
         a.iter().zip(b).map(|(a, b)| (a - mean) * (b - mean)).sum()
@@ -59,14 +60,15 @@ pub fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
     (scale > 0.0).then(|| product(&x, &y) / scale)
 }
 
-/// Numbers below which a sample says nothing of its variance by classes.
+/// Smallest sample whose variance is divided among classes.
 const LEAST_SAMPLE: usize = 8;
 
-/// The first-order Sobol index of a key: the part of the variance of `y` that its value alone explains, 0 to 1.
+/// Estimates the first-order Sobol index of a key: the share of the variance of `y` that the key alone explains, from 0
+/// to 1.
 ///
-/// It is estimated from the sample itself: the variance of the means of the classes of the key over that of `y`, less what chance alone
-/// would give them, 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. None where classes are as many as
-/// values, or `y` does not vary.
+/// The estimate is 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. It is the variance
+/// between the class means over the variance of `y`, corrected for chance. Returns `None` if there are too few values
+/// for the number of classes, or if `y` does not vary.
 pub fn variance_share(classes: &[usize], y: &[f64]) -> Option<f64> {
     let n = y.len();
     let k = classes.iter().max().map_or(0, |most| most + 1);
@@ -76,9 +78,9 @@ pub fn variance_share(classes: &[usize], y: &[f64]) -> Option<f64> {
     let mean = y.iter().sum::<f64>() / n as f64;
     let mut sums = vec![(0.0, 0.0); k];
     for (class, y) in classes.iter().zip(y) {
-        // About the mean, so that nothing is lost of figures that vary little.
-        let own = &mut sums[*class];
-        *own = (own.0 + (y - mean), own.1 + 1.0);
+        // Subtract the mean first, so that figures that vary little keep their digits.
+        let sum = &mut sums[*class];
+        *sum = (sum.0 + (y - mean), sum.1 + 1.0);
     }
     let about = |class: usize| sums[class].0 / f64::max(sums[class].1, 1.0);
     let within: f64 = (classes.iter().zip(y))
@@ -93,18 +95,19 @@ pub fn variance_share(classes: &[usize], y: &[f64]) -> Option<f64> {
     Some(share.clamp(0.0, 1.0))
 }
 
-/// The population's variance: over the number of values.
+/// Computes the population variance (divisor n).
 pub fn variance(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     squares / values.len().max(1) as f64
 }
 
-/// The first-order Sobol index of a key of a grid or a list, of which each point p meets every point q of other keys: `y[p][q]`, the
-/// class of the key at each p, and the variance of all runs. All classes see the same points q; what these make of the classes'
-/// means by chance is the interaction, which is taken off.
+/// Estimates the first-order Sobol index of a key of a grid or a list. `y[p][q]` is the figure at the point p of this
+/// key's section and the point q of the other keys. `classes[p]` is the class of the key. `whole` is the variance of
+/// all runs. All classes have the same points q. The estimate subtracts the interaction, which changes the class means
+/// by chance.
 ///
-/// None of a single class, and where nothing varies.
+/// Returns `None` for a single class, for a single point q, or without variance.
 pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64> {
     let others = y.first()?.len();
     let k = classes.iter().max()? + 1;
@@ -148,8 +151,8 @@ pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f6
     Some(((between - chance) / whole).clamp(0.0, 1.0))
 }
 
-/// The first-order Sobol index of a key that is drawn, of which each draw p meets every point of a grid or a list: a draw is one sample,
-/// its mean over these points. `classes` and `y` as of [`crossed_share`].
+/// Estimates the first-order Sobol index of a key that is drawn. Each draw p is repeated at every point q of a grid or
+/// a list, and its mean over these points is one sample. The arguments are those of [`crossed_share`].
 pub fn drawn_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64> {
     let means: Vec<f64> = (y.iter())
         .map(|of_point| of_point.iter().sum::<f64>() / of_point.len().max(1) as f64)
@@ -158,17 +161,19 @@ pub fn drawn_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64>
     (whole > 0.0).then(|| (share * variance(&means) / whole).clamp(0.0, 1.0))
 }
 
-/// What ranks of so many independent samples agree by less than in 95 of 100.
+/// Returns the absolute rank correlation that `count` independent samples exceed in only 5 of 100 cases.
 pub fn rank_threshold(count: usize) -> f64 {
     1.96 / (count.max(2) as f64 - 1.0).sqrt()
 }
 
-/// What the share of a key without influence stays below in 95 of 100 samples: its deviation with k = √n classes is √(2k)/n.
+/// Returns the share that a key without influence exceeds in only 5 of 100 samples. With k = √n classes, the standard
+/// deviation of the share is √(2k)/n.
 pub fn share_threshold(count: usize) -> f64 {
     1.645 * 2.0_f64.sqrt() * (count.max(1) as f64).powf(-0.75)
 }
 
-/// Classes of a key that is a number: its values where they are few, else as many equally filled ones as there are numbers in one.
+/// Assigns classes to the values of a numerical key. Few distinct values become one class each; more are divided into
+/// √n classes of equally many distinct values.
 pub fn classes(x: &[f64]) -> Vec<usize> {
     let mut sorted = x.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -178,11 +183,11 @@ pub fn classes(x: &[f64]) -> Vec<usize> {
     if sorted.len() <= wanted {
         return x.iter().map(place).collect();
     }
-    // Equal values stay together, since what is divided is the list of values that differ.
+    // Divide the distinct values, so that equal values share a class.
     x.iter().map(|x| place(x) * wanted / sorted.len()).collect()
 }
 
-/// The value of a course at an abscissa between its points, of which the abscissae ascend; none outside of them.
+/// Interpolates a curve linearly at `x`. The abscissae ascend. Returns `None` outside of the curve.
 pub fn at(course: &[[f64; 2]], x: f64) -> Option<f64> {
     let after = course.partition_point(|point| point[0] < x);
     let &[x1, y1] = course.get(after)?;

@@ -1,62 +1,64 @@
-//! How long runs last of which some ended before: Kaplan and Meier's estimate [J. Am. Stat. Assoc. 53, 1958, 457], and its quantiles.
+//! Lifetimes of runs, some of which end before the milestone: the estimate of Kaplan and Meier [J. Am. Stat. Assoc. 53,
+//! 1958, 457], and its quantiles.
 
 use statrs::distribution::{Binomial, DiscreteCDF};
 
-/// How long a run lasted.
+/// Lifetime of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Life {
-    /// Cycles at which it passed the milestone, or at which it was left.
+    /// Cycles at which the run passed the milestone, or cycles at its end (a censored run).
     pub cycles: f64,
-    /// True if it passed; false if it was only followed so far.
+    /// True if the run passed the milestone; false if it ended before.
     pub passed: bool,
 }
 
-/// A quantile of the cycles at which runs pass; none beyond what they were followed to.
+/// A quantile of the cycles at which runs pass. Its cycles are `None` beyond the range of the runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantile {
-    /// Part of the runs that has passed by then.
+    /// Share of the runs that has passed.
     pub part: f64,
-    /// Cycles.
+    /// Cycles at which this share has passed.
     pub cycles: Option<f64>,
-    /// Between these the quantile of all such runs lies with 95 %, by the order statistics of those runs that were not left before. The lower one is 0 where too few are there to tell.
+    /// Lower bound of the 95 % confidence interval, from the order statistics of the runs that were not censored
+    /// before. It is 0 if there are too few runs. `high` is the upper bound, `None` if there are too few runs.
     pub low: Option<f64>,
     pub high: Option<f64>,
 }
 
-/// The part of the runs that passes over the cycles.
+/// Share of the runs that have passed, as a function of the cycles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Survival {
-    /// Runs that were followed.
+    /// Number of runs, including censored runs.
     pub runs: usize,
-    /// Cycles at which some pass, and the part that has passed then.
+    /// Cycles at which runs pass, each with the share of runs that have passed there.
     steps: Vec<(f64, f64)>,
-    /// Cycles at which runs are left, ascending.
+    /// Cycles at which runs are censored, ascending.
     left: Vec<f64>,
-    /// Cycles to which the last run was followed.
+    /// Largest number of cycles of all runs.
     pub end: f64,
 }
 
-/// Probability that a quantile is beyond either of its bounds.
+/// Probability that the quantile is below its lower bound, and also that it is above its upper bound.
 const BEYOND: f64 = 0.025;
-/// Parts that differ by less are the same.
+/// Tolerance of comparisons between shares.
 const ROUNDING: f64 = 1e-12;
 
 impl Survival {
-    /// Of some runs. Those that pass at the cycles at which others are left do so before.
+    /// Computes the estimate. A run that passes counts before a run that is censored at the same cycles.
     pub fn of(lives: &[Life]) -> Survival {
         let mut lives = lives.to_vec();
         lives.sort_by(|a, b| a.cycles.total_cmp(&b.cycles).then(b.passed.cmp(&a.passed)));
         let mut steps: Vec<(f64, f64)> = Vec::new();
-        let mut left = 1.0;
+        let mut survival = 1.0;
         for (before, life) in lives.iter().enumerate() {
             if !life.passed {
                 continue;
             }
             let at_risk = (lives.len() - before) as f64;
-            left *= 1.0 - 1.0 / at_risk;
+            survival *= 1.0 - 1.0 / at_risk;
             match steps.last_mut() {
-                Some(last) if last.0 == life.cycles => last.1 = 1.0 - left,
-                _ => steps.push((life.cycles, 1.0 - left)),
+                Some(last) if last.0 == life.cycles => last.1 = 1.0 - survival,
+                _ => steps.push((life.cycles, 1.0 - survival)),
             }
         }
         Survival {
@@ -71,13 +73,13 @@ impl Survival {
         }
     }
 
-    /// The part that has passed by then.
+    /// Returns the share of the runs that have passed at `cycles`.
     pub fn passed(&self, cycles: f64) -> f64 {
         let before = self.steps.iter().take_while(|step| step.0 <= cycles);
         before.last().map_or(0.0, |step| step.1)
     }
 
-    /// Cycles by which a part of the runs has passed; none where it is beyond what they were followed to.
+    /// Returns the cycles at which a share of the runs has passed. Returns `None` beyond the range of the runs.
     fn at(&self, part: f64) -> Option<f64> {
         let mut steps = self.steps.iter();
         steps
@@ -85,18 +87,18 @@ impl Survival {
             .map(|step| step.0)
     }
 
-    /// The cycles by which a part of the runs has passed, between bounds.
+    /// Returns the cycles at which a share of the runs has passed, with confidence bounds.
     pub fn quantile(&self, part: f64) -> Quantile {
         let cycles = self.at(part);
-        // Runs that were left before say nothing of it.
+        // A run that was censored before the quantile carries no information about it.
         let last = cycles
             .or(self.steps.last().map(|step| step.0))
             .unwrap_or(self.end);
-        let known = self.runs - self.left.iter().filter(|left| **left < last).count();
-        let [low, high] = ranks(known, part).map(|rank| {
+        let informative_runs = self.runs - self.left.iter().filter(|end| **end < last).count();
+        let [low, high] = ranks(informative_runs, part).map(|rank| {
             rank.map(|rank| match rank {
                 0 => Some(0.0),
-                rank => self.at(rank as f64 / known as f64),
+                rank => self.at(rank as f64 / informative_runs as f64),
             })
         });
         Quantile {
@@ -108,12 +110,13 @@ impl Survival {
     }
 }
 
-/// The order statistics of so many values between which a quantile of all lies with 95 %: 0 is before the first, none behind the last.
+/// Returns the ranks of the order statistics that bound the quantile with 95 % confidence. Rank 0 is below the first
+/// value; `None` is above the last value.
 fn ranks(count: usize, part: f64) -> [Option<usize>; 2] {
     let Ok(below) = Binomial::new(part, count as u64) else {
         return [Some(0), None];
     };
-    // So many values lie below the quantile at most.
+    // Probability that at most `rank` values lie below the quantile.
     let at_most = |rank: usize| below.cdf(rank as u64);
     let low = (0..count)
         .take_while(|rank| at_most(*rank) <= BEYOND)

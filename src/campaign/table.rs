@@ -1,4 +1,4 @@
-//! `campaign.parquet`: a row a run.
+//! The table of a campaign (`campaign.parquet`): one row per run.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ const GROUP: &str = "group";
 const SECONDS: &str = "expected_seconds";
 const MEMORY: &str = "memory";
 
-/// A value of a key as it was resolved, in SI units.
+/// Resolved value of a key, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Resolved {
     /// The scene has no such value.
@@ -27,12 +27,13 @@ pub enum Resolved {
     Whole(i64),
     /// A number.
     Number(f64),
-    /// A word, a list, or whatever else there is.
+    /// A word, a list, or any other value.
     Text(String),
 }
 
 impl Resolved {
-    /// Of a value of a scene as resolved. A list of equal numbers is one number, as it is written for a length along both axes.
+    /// Converts a value of a resolved scene. A list of equal numbers becomes one number, for example a length along
+    /// both axes.
     pub fn of(value: &Value) -> Resolved {
         match value {
             Value::Null => Resolved::Absent,
@@ -46,7 +47,7 @@ impl Resolved {
                 [first, others @ ..] if first.is_number() && others.iter().all(|o| o == first) => {
                     Resolved::of(first)
                 }
-                // A motion along one axis.
+                // A motion along one axis: the other components are 0.
                 [first, others @ ..]
                     if first.is_number() && others.iter().all(|o| o.as_f64() == Some(0.0)) =>
                 {
@@ -58,7 +59,7 @@ impl Resolved {
         }
     }
 
-    /// The number, if it is one.
+    /// Returns the number, if the value is a number.
     pub fn number(&self) -> Option<f64> {
         match self {
             Resolved::Whole(whole) => Some(*whole as f64),
@@ -67,7 +68,7 @@ impl Resolved {
         }
     }
 
-    /// As a text; empty where it is absent.
+    /// Returns the value as a text, which is empty for an absent value.
     pub fn text(&self) -> String {
         match self {
             Resolved::Absent => String::new(),
@@ -78,49 +79,50 @@ impl Resolved {
     }
 }
 
-/// A row: a run as it is planned.
+/// A planned run: one row of the campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedRun {
-    /// `key=value` each, as after `--set`.
+    /// Settings `key=value`, as arguments of `--set`.
     pub settings: Vec<String>,
-    /// Of the keys that vary, in the order of [`Campaign::keys`].
+    /// Values of the varying keys, in the order of [`Campaign::keys`].
     pub values: Vec<Resolved>,
-    /// Hash of the scene as resolved, with the content of its files: rows of one key are the same run.
+    /// Hash of the resolved scene and of the content of its files. Rows with the same hash are the same run.
     pub content_key: String,
-    /// Rows of one group cost about the same.
+    /// Group of rows with about the same cost.
     pub group: i64,
-    /// Time that the run takes on the machine that planned it, one thread, its structure aside \[s\]; none if it was not rehearsed.
+    /// Expected time on the planning machine with one thread, without the structure \[s\]. `None` if it was not
+    /// estimated by a rehearsal.
     pub seconds: Option<f64>,
-    /// Peak of memory, counted, with the structure in the cache \[B\].
+    /// Estimated peak memory, with the structure in the cache \[B\].
     pub memory: i64,
 }
 
 /// A key that varies.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeyColumn {
-    /// Its name, which is that of its column.
+    /// Name of the key and of its column.
     pub name: String,
 }
 
-/// All rows of a campaign, by index.
+/// Rows of a campaign, in the order of their indices.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Campaign {
-    /// The keys that vary.
+    /// Keys that vary.
     pub keys: Vec<KeyColumn>,
     /// The rows.
     pub rows: Vec<PlannedRun>,
 }
 
 impl Campaign {
-    /// The columns of the keys for some rows, each with its schema.
+    /// Returns the columns of the keys for some rows, each with its schema.
     pub(super) fn key_columns(&self, rows: &[usize]) -> Vec<(ColumnSchema, Nullable)> {
         let keys = self.keys.iter().enumerate();
         keys.map(|(k, key)| {
             let values = || rows.iter().map(|row| &self.rows[*row].values[k]);
-            let of_all = || self.rows.iter().map(|row| &row.values[k]);
-            // By all rows, so that every file of a campaign has the same types.
-            let is_text = of_all().any(|value| matches!(value, Resolved::Text(_)));
-            let is_whole = !of_all().any(|value| matches!(value, Resolved::Number(_)));
+            let values_of_all = || self.rows.iter().map(|row| &row.values[k]);
+            // The type follows from all rows, so that every file of a campaign has the same types.
+            let is_text = values_of_all().any(|value| matches!(value, Resolved::Text(_)));
+            let is_whole = !values_of_all().any(|value| matches!(value, Resolved::Number(_)));
             let whole = |value: &Resolved| match value {
                 Resolved::Whole(whole) => Some(*whole),
                 _ => None,
@@ -145,7 +147,7 @@ impl Campaign {
         .collect()
     }
 
-    /// The bytes of the file.
+    /// Returns the bytes of the file.
     pub(super) fn to_bytes(&self) -> Result<Vec<u8>, TableError> {
         let all: Vec<usize> = (0..self.rows.len()).collect();
         let plain = |name, kind, unit| ColumnSchema::plain(name, kind, unit);
@@ -194,7 +196,7 @@ impl Campaign {
         nullable_to_parquet(NAME, &described, entry.to_string())
     }
 
-    /// Hash of the content keys of some rows.
+    /// Returns the hash of the content keys of some rows.
     pub(super) fn content(&self, rows: impl Iterator<Item = usize>) -> String {
         let mut hasher = blake3::Hasher::new();
         for row in rows {
@@ -204,17 +206,17 @@ impl Campaign {
         hasher.finalize().to_hex().to_string()
     }
 
-    /// The rows in the bytes of the file.
+    /// Reads the rows from the bytes of the file.
     ///
     /// # Errors
-    /// What is wrong with it, as a sentence.
+    /// A sentence that says what is wrong with the file.
     pub(super) fn of_bytes(bytes: &[u8]) -> Result<Campaign, String> {
         let most = MOST_ROWS as i64;
-        let found = nullable_from_parquet(bytes, NAME, most).map_err(|e| e.to_string())?;
-        let names: Vec<String> = found.iter().map(|(name, _)| name.clone()).collect();
-        let mut columns: BTreeMap<String, Nullable> = found.into_iter().collect();
-        let own = [INDEX, CONTENT_KEY, SETTINGS, GROUP, SECONDS, MEMORY];
-        let taken = own.map(|name| columns.remove(name));
+        let file_columns = nullable_from_parquet(bytes, NAME, most).map_err(|e| e.to_string())?;
+        let names: Vec<String> = file_columns.iter().map(|(name, _)| name.clone()).collect();
+        let mut columns: BTreeMap<String, Nullable> = file_columns.into_iter().collect();
+        let row_index = [INDEX, CONTENT_KEY, SETTINGS, GROUP, SECONDS, MEMORY];
+        let fixed_columns = row_index.map(|name| columns.remove(name));
         let [
             Some(Nullable::I64(index)),
             Some(Nullable::Text(content_keys)),
@@ -222,9 +224,9 @@ impl Campaign {
             Some(Nullable::I64(groups)),
             Some(Nullable::F64(seconds)),
             Some(Nullable::I64(memory)),
-        ] = taken
+        ] = fixed_columns
         else {
-            return Err("it is no table of a campaign".to_owned());
+            return Err("it is not the table of a campaign".to_owned());
         };
         let keys: Vec<String> = names
             .into_iter()
@@ -236,17 +238,17 @@ impl Campaign {
         let mut rows = Vec::with_capacity(index.len());
         for k in 0..index.len() {
             let sets = settings[k].as_deref().map(serde_json::from_str);
-            let (Some(own), Some(content_key), Some(Ok(settings)), Some(group), Some(memory)) = (
+            let (Some(row_index), Some(content_key), Some(Ok(settings)), Some(group), Some(memory)) = (
                 index[k],
                 content_keys[k].clone(),
                 sets,
                 groups[k],
                 memory[k],
             ) else {
-                return Err(format!("row {k} is not whole"));
+                return Err(format!("row {k} is incomplete"));
             };
-            if own != k as i64 {
-                return Err(format!("row {k} is that of another index"));
+            if row_index != k as i64 {
+                return Err(format!("row {k} has another index"));
             }
             let value = |key: &String| match &columns[key] {
                 Nullable::I64(values) => values[k].map(Resolved::Whole),
@@ -261,7 +263,9 @@ impl Campaign {
             let numbers = keys.iter().zip(values.iter().map(Resolved::number));
             for (key, number) in numbers {
                 if let Some(number) = number.filter(|number| !number.is_finite()) {
-                    return Err(format!("{key} of row {k} is {number}, which no scene has"));
+                    return Err(format!(
+                        "{key} of row {k} is {number}; values must be finite"
+                    ));
                 }
             }
             rows.push(PlannedRun {

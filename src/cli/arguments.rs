@@ -1,4 +1,4 @@
-//! The arguments of every command: what `--help` says, and the limits that are known without a scene.
+//! Arguments of every command: their help, and the checks that need no scene.
 
 use std::path::PathBuf;
 
@@ -25,12 +25,13 @@ Exit codes:
 pub enum Command {
     /// Run a scene, or continue its run
     ///
-    /// The same command twice is right: a run continues from its last commit, and a finished one prints its summary again.
+    /// Repeating the command is safe: a run continues from its last commit, and a finished run prints its summary
+    /// again.
     Run(RunArguments),
     /// Show what a scene will compute, why, and what it costs
     ///
-    /// Counts memory, unknowns and disk per iteration. Estimates iterations, FFT pairs, time and total disk from a run of a few seconds on a
-    /// coarser grid. The plan does not change the results of the run.
+    /// Counts memory, unknowns and disk per iteration. Estimates iterations, FFT pairs, time and total disk from a run
+    /// of a few seconds on a coarser grid. The plan does not change the results of the run.
     Plan {
         #[command(flatten)]
         scene: SceneArguments,
@@ -46,33 +47,36 @@ pub enum Command {
     },
     /// Check scenes for errors and warnings
     ///
-    /// Each error has its file and line, the key, its value, and what would be right. Nothing is computed. Ends with 2 if a scene has an
-    /// error.
+    /// Each error names its file and line, the key, its value, and what would be right. Nothing is computed. Exits with
+    /// 2 if a scene has an error.
     Check {
         /// The scenes (TOML)
         #[arg(required = true, value_name = "SCENE")]
         scenes: Vec<PathBuf>,
-        /// Change a key in all of them, as in `--set wear.cycles=1e6`
+        /// Change a key in all scenes, as in `--set wear.cycles=1e6`
         #[arg(long = "set", value_name = "KEY=VALUE")]
         sets: Vec<String>,
-        /// Print one JSON object a scene
+        /// Print one JSON object per scene
         #[arg(long)]
         json: bool,
     },
     /// Compute a stage of a committed iteration again
     ///
-    /// Reads the run's tables and the files that its scene names, computes the stage, and reports whether its tables are bit-identical to the
-    /// stored ones. If a later stage overwrote a table, `stage` first recomputes that table. The run is not changed.
+    /// Reads the run's tables and the files that its scene names, computes the stage, and reports whether its tables
+    /// are bit-identical to the stored ones. If a later stage overwrote a table, `stage` first recomputes that table.
+    /// The run is not changed.
     Stage(StageArguments),
-    /// Frequency, damping ratio and amplitude of the resonance over the level of the force
+    /// Compute frequency, damping ratio and amplitude of the resonance over the force level
     ///
-    /// Of the unworn joint of a scene, which is computed in memory, or of the joint as it is worn at an iteration of a run, which is not
-    /// changed; of several in one table and one picture. Where friction cannot bound the amplitude any more, the curve ends and says so.
+    /// Follows the unworn joint of a scene, or the worn joint at an iteration of a run, which is not changed. Several
+    /// joints share one table and one picture. The curve ends, with a message, where friction can no longer bound the
+    /// amplitude.
     Backbone(backbone::BackboneArguments),
     /// Show the progress and the figures of a run, or list the runs of a folder
     ///
-    /// For a run it prints state, progress, remaining time, its figures with error bars (unworn and now), cost, warnings and the command that
-    /// continues it. For a folder of runs it prints one line per run. --json has all columns of the last summary, in SI units.
+    /// For a run it prints state, progress, remaining time, its figures with error bars (unworn and now), cost,
+    /// warnings and the command that continues it. For a folder of runs it prints one line per run. --json has all
+    /// columns of the last summary, in SI units.
     Status {
         /// Folder of one run, or of several runs
         #[arg(default_value = "runs")]
@@ -81,23 +85,23 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Tell after how many cycles a joint has lost preload, frequency or depth
+    /// Report after how many cycles a joint has lost preload, frequency or depth
     ///
-    /// Each milestone has an earliest, a most likely and a latest number of cycles, by the error bars of the run. A percentage is of the unworn
-    /// joint, a sign says a change. Ends with 75 where the run is not done.
+    /// Each milestone has an earliest, a most likely and a latest number of cycles, by the error bars of the run. A
+    /// percentage refers to the unworn joint; a sign means a change. Exits with 75 if the run is not done.
     When(when::WhenArguments),
     /// Write a commented scene of your own that runs
     ///
-    /// At a terminal, without --like and --set, it asks for what differs from joint to joint.
+    /// At a terminal, without --like and --set, it asks for the values that differ from joint to joint.
     #[command(after_help = new::examples())]
     New {
-        /// File to write; it must not be there yet
+        /// File to write; it must not exist yet
         #[arg(value_name = "FILE")]
         path: PathBuf,
-        /// The scene to begin from [default: prescribed_fretting]
+        /// Scene to start from [default: prescribed_fretting]
         #[arg(long, value_name = "NAME")]
         like: Option<String>,
-        /// Change a value of it, as in `--set contact.normal_load="20 kN"`; its comments stay
+        /// Change a value, as in `--set contact.normal_load="20 kN"`; the comments stay
         #[arg(long = "set", value_name = "KEY=VALUE")]
         sets: Vec<String>,
     },
@@ -108,9 +112,10 @@ pub enum Command {
     },
     /// Measure the cost of accuracy: run a scene's presets and single knobs
     ///
-    /// Every variant is a run of its own under the folder, against the preset `reference`. Of several scenes, or a folder of them, the
-    /// presets `fast` and `balanced` are held against `reference` by kind of motion. The same command goes on where it was stopped. Writes
-    /// trade.parquet, trade.md, trade.svg and trade.html, and prints the tables.
+    /// Each variant is a run in the folder and is compared with the preset `reference`. With several scenes, or a
+    /// folder of scenes, the presets `fast` and `balanced` are compared with `reference` for each kind of motion. The
+    /// same command continues after a stop. Writes trade.parquet, trade.md, trade.svg and trade.html, and prints the
+    /// tables.
     Trade(TradeArguments),
     /// Run one scene many times with keys that vary, on one machine or on a cluster
     Campaign {
@@ -119,19 +124,20 @@ pub enum Command {
     },
     /// Run the paper's study and check the paper's claims
     ///
-    /// The lap joint at four roughnesses, with a hardness limit, and with the dynamic model updated more often, less often, never:
-    /// 16 runs in the folder, their scenes in its `scenes`. The same command goes on where it was stopped. Writes claims.md and
-    /// claims.parquet, and prints the claims with what was measured.
+    /// Computes 16 runs of the lap joint: four roughnesses, with a hardness limit, and with the dynamic model updated
+    /// more often, less often, never. The same command continues after a stop. Writes the scenes to `scenes` in the
+    /// folder, and claims.md and claims.parquet. Prints the claims with the measured values.
     Reproduce(ReproduceArguments),
     /// Explain a key of a scene or a table of a run, or search for a word
     ///
-    /// Explains a key (`contact.normal_load`), a section (`contact`) or a table (`summary`). Searches for any other word in the names and
-    /// descriptions of keys and columns. The word `scene` prints all keys; without a word, `schema` prints all tables.
+    /// Explains a key (`contact.normal_load`), a section (`contact`) or a table (`summary`). Searches for any other
+    /// word in the names and descriptions of keys and columns. The word `scene` prints all keys; without a word,
+    /// `schema` prints all tables.
     Schema {
         /// A key, a section, a table, or a word to search for
         #[arg(value_name = "WORD")]
         word: Option<String>,
-        /// As Markdown, for a documentation
+        /// Print Markdown, for documentation
         #[arg(long)]
         markdown: bool,
         /// Print one JSON object
@@ -143,10 +149,11 @@ pub enum Command {
     },
     /// Check whether this machine can compute runs and keep them
     ///
-    /// Checks the folder (free space, commits, locks, tables), the processor, transforms and factorisations, the contact and vibration solvers
-    /// against closed forms, and the cache of structures. Removes its own files. Ends with 1 if a check fails.
+    /// Checks the folder (free space, commits, locks, tables), the processor, transforms and factorisations, the
+    /// contact and vibration solvers against closed forms, and the cache of structures. Removes its own files. Exits
+    /// with 1 if a check fails.
     Doctor {
-        /// Where runs go
+        /// Folder for runs
         #[arg(default_value = "runs")]
         dir: PathBuf,
         /// Print one JSON object
@@ -162,22 +169,24 @@ pub enum Command {
     },
     /// Write the resonator as an input deck of CalculiX and Abaqus, or as matrices
     ///
-    /// Its free vibration, in SI units: nodes, hexahedra with incompatible modes, materials, sets, and a frequency step.
+    /// The deck computes the free vibration in SI units: nodes, hexahedra with incompatible modes, materials, sets, and
+    /// a frequency step.
     Export(ExportArguments),
     /// Describe the matrices of a finite-element program
     ///
-    /// Prints masses, symmetry, likely units and natural frequencies. Reads Matrix Market, Abaqus (matrix output, substructures, decks), ANSYS (.full), CalculiX, NPY and NPZ, and folders of fretwear-import, by
-    /// content. What belongs to a file and lies beside it is found. Frequencies are in hertz where the file's unit of time is the second.
+    /// Prints masses, symmetry, likely units and natural frequencies. Reads Matrix Market, Abaqus (matrix output,
+    /// substructures, decks), ANSYS (.full), CalculiX, NPY and NPZ, and folders of fretwear-import, by content. Finds
+    /// companion files in the same folder. Frequencies are in hertz if the file's unit of time is the second.
     Inspect(inspect::InspectArguments),
     /// Put the figures of several runs into one table
     ///
-    /// Prints the last iteration of each run with error bars and the FFT pairs of the whole run, as wide as the terminal (or COLUMNS). The
-    /// files of --csv and --parquet hold columns of `summary` in SI units.
+    /// Prints the last iteration of each run with error bars and the FFT pairs of the whole run. The table is as wide
+    /// as the terminal (or COLUMNS). The files of --csv and --parquet hold columns of `summary` in SI units.
     Compare(CompareArguments),
     /// Write one HTML page on a run, or on several side by side
     ///
-    /// Figures with their numbers, results with error bars, what was computed and why, cost, and the scene: one file that needs no
-    /// other. Also of a run that goes on.
+    /// The page has figures with their numbers, results with error bars, decisions with reasons, cost, and the scene.
+    /// It needs no other file. The run may still be in progress.
     Report(ReportArguments),
 }
 
@@ -190,7 +199,7 @@ pub struct SceneArguments {
     pub sets: Vec<String>,
 }
 
-/// Accepts any arguments, of a command that needs Polars.
+/// Accepts any arguments, for a command that needs Polars in a build without it.
 #[cfg(not(feature = "polars"))]
 #[derive(Args)]
 pub struct Lacking {
@@ -205,23 +214,25 @@ pub type CompareArguments = Lacking;
 #[cfg(not(feature = "polars"))]
 pub type ReportArguments = Lacking;
 
-/// How runs are made.
+/// Time limit, threads and progress of runs.
 #[derive(Args)]
 pub struct Execution {
-    /// Stop after this time, as in `--max-wall "8 h"`: at the end of the iteration if it comes within 2 s, else within its stage
+    /// Stop after this time, as in `--max-wall "8 h"`: at the end of the iteration if that is within 2 s, else within
+    /// its stage
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub max_wall: Option<f64>,
-    /// Threads of a run; results do not depend on it [default: as many as the machine has cores, one for each of several runs at once]
+    /// Threads per run; results do not depend on it [default: as many as the machine has cores, or one if several runs
+    /// compute at once]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
-    /// No progress
+    /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,
 }
 
 #[derive(Args)]
 pub struct RunArguments {
-    /// The scene (TOML); without it, that of the run given by --run or --from
+    /// Scene (TOML) [default: the scene of the run given by --run or --from]
     #[arg(required_unless_present_any = ["run", "from"])]
     pub scene: Option<PathBuf>,
     /// Change a key, as in `--set wear.cycles=1e6` or `--set surface.rq="1 um"`
@@ -230,10 +241,10 @@ pub struct RunArguments {
     /// Folder of the run [default: runs/<name of the scene>]
     #[arg(long, value_name = "DIR")]
     pub run: Option<PathBuf>,
-    /// Begin from iteration N of another run, also with changed keys
+    /// Start from iteration N of another run; keys may be changed
     #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
     pub from: Option<fretwear::stages::Source>,
-    /// End after this stage, as in `--until static_contact`; a wrong one is refused with their list
+    /// End after this stage, as in `--until static_contact`; a wrong name prints the list of stages
     #[arg(long, value_name = "STAGE")]
     pub until: Option<fretwear::stages::Stage>,
     #[command(flatten)]
@@ -241,7 +252,7 @@ pub struct RunArguments {
     /// Print one JSON object: the last summary, and the seconds of each stage
     #[arg(long)]
     pub json: bool,
-    /// Print all columns of the last summary at the end, in SI units, too
+    /// Also print all columns of the last summary at the end, in SI units
     #[arg(long, short, conflicts_with = "json")]
     pub verbose: bool,
     /// Stop when the process that started this one ends
@@ -251,13 +262,13 @@ pub struct RunArguments {
 
 #[derive(Args)]
 pub struct StageArguments {
-    /// Name of the stage; a wrong one is refused with their list
+    /// Name of the stage; a wrong name prints the list of stages
     #[arg(value_name = "NAME")]
     pub name: fretwear::stages::Stage,
-    /// The run and the iteration
+    /// Run and iteration
     #[arg(long, value_name = "RUN@N", value_parser = run::parse_source)]
     pub run: fretwear::stages::Source,
-    /// Write the tables into this folder, outside of runs; no file is replaced
+    /// Write the tables into this folder, outside of runs; existing files are not replaced
     #[arg(long, short, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
     /// Threads; results do not depend on it [default: as many as the machine has cores]
@@ -270,32 +281,32 @@ pub struct StageArguments {
 
 #[derive(Args)]
 pub struct TradeArguments {
-    /// The scene (TOML); several, or a folder of them, to run the presets `fast`, `balanced` and `reference` on each
+    /// Scene (TOML); give several, or a folder of scenes, to run the presets `fast`, `balanced` and `reference` on each
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// Change a key, as in `--set wear.cycles=1e6`, in all scenes
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
-    /// Folder of the runs and of what is written [default: trade/<name of the scene>; of several, trade]
+    /// Folder of the runs and the results [default: trade/<name of the scene>; for several scenes, trade]
     #[arg(long, value_name = "DIR")]
     pub dir: Option<PathBuf>,
-    /// Turn this knob only, as in `--knob wear_tolerance`; may be repeated, and `--knob preset` is the presets [default: all]
+    /// Vary only this knob, as in `--knob wear_tolerance`; repeatable; `--knob preset` varies the preset [default: all]
     #[arg(long = "knob", value_name = "NAME")]
     pub knobs: Vec<String>,
-    /// The preset `paper` too, which is slow
+    /// Also run the preset `paper`, which is slow
     #[arg(long)]
     pub paper: bool,
-    /// Most cells along the longer side of a grid, up to 1024 [default: twice those of the scene]
+    /// Most cells along the longer side of a grid, up to 1024 [default: twice as many as in the scene]
     #[arg(long, value_name = "N")]
     pub largest_grid: Option<usize>,
     #[command(flatten)]
     pub execution: Execution,
-    /// Print one JSON object: the rows of the table, and what follows from them
+    /// Print one JSON object: the rows of the table, and the conclusions
     #[arg(long)]
     pub json: bool,
 }
 
-/// Laws of contact elements that the paper's study is computed with.
+/// Contact laws for the paper's study.
 #[cfg(feature = "polars")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum StudyLaw {
@@ -306,7 +317,7 @@ pub enum StudyLaw {
 
 #[cfg(feature = "polars")]
 impl StudyLaw {
-    /// One after the other.
+    /// Returns the laws, in the order of the runs.
     pub fn laws(self) -> &'static [fretwear::study::Law] {
         use fretwear::study::Law;
         match self {
@@ -320,67 +331,72 @@ impl StudyLaw {
 #[cfg(feature = "polars")]
 #[derive(Args)]
 pub struct ReproduceArguments {
-    /// Folder of the runs and of what is written
+    /// Folder of the runs and the results
     #[arg(long, value_name = "DIR", default_value = "runs/reproduce")]
     pub dir: PathBuf,
-    /// Every scene of this folder, in place of the paper's
+    /// Run every scene of this folder, instead of the paper's scenes
     #[arg(long, value_name = "FOLDER", conflicts_with = "law")]
     pub scenes: Option<PathBuf>,
-    /// Law of the contact elements: that of the paper, the sliders of this program, or one after the other
+    /// Law of the contact elements: the paper's law, the sliders of this program, or both in turn
     #[arg(long, value_name = "LAW", value_enum, default_value_t = StudyLaw::Paper)]
     pub law: StudyLaw,
     /// Change a key in all scenes of the joint, as in `--set dynamics.damping_ratio=0.01`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
-    /// Runs computed at a time
+    /// Number of runs at the same time
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = parse_threads)]
     pub jobs: usize,
     #[command(flatten)]
     pub execution: Execution,
-    /// Print one JSON object: the claims, and what was found
+    /// Print one JSON object: the claims and the measured values
     #[arg(long)]
     pub json: bool,
 }
 
 #[derive(Args)]
 pub struct ExportArguments {
-    /// The scene (TOML), with --vtu or --reduced a run, with --vtu also RUN@N for its iteration N; without it, the shipped resonator
+    /// Scene (TOML); with --vtu or --reduced a run; with --vtu also RUN@N for its iteration N [default: the shipped
+    /// resonator]
     #[arg(value_name = "SCENE|RUN")]
     pub scene: Option<PathBuf>,
     /// Change a key, as in `--set structure.leaf_thickness="12 mm"`
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "scene")]
     pub sets: Vec<String>,
-    /// Where the deck goes; with --contact a folder
+    /// File of the deck; with --contact, a folder
     #[arg(long, short, value_name = "FILE", required_unless_present_any = ["matrices", "reduced", "vtu"])]
     pub output: Option<PathBuf>,
-    /// Write stiffness and mass (Matrix Market), nodes and pairs of the joint (CSV) in SI to a folder, and with a scene the one that reads them
+    /// Write stiffness and mass (Matrix Market), nodes and pairs of the joint (CSV) in SI to a folder; with a scene,
+    /// also a scene that reads them
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "tied", "kt", "kn", "frequencies"])]
     pub matrices: Option<PathBuf>,
-    /// Write cells, contact elements and the edges of the structure of a run to a folder, as ParaView reads them (VTU, PVD), in SI
+    /// Write cells, contact elements and structure edges of a run to a folder for ParaView (VTU, PVD), in SI
     #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub vtu: Option<PathBuf>,
-    /// Write the reduced structure of a run to a folder: stiffness, mass and damping (Matrix Market, NPZ) and what their rows are (CSV), in SI
+    /// Write the reduced structure of a run to a folder: stiffness, mass and damping (Matrix Market, NPZ) and the list
+    /// of their rows (CSV), in SI
     #[arg(long, value_name = "FOLDER", requires = "scene", conflicts_with_all = ["output", "matrices", "vtu", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub reduced: Option<PathBuf>,
-    /// Write contact elements of RUN@N and structure to the folder of -o, as tables and matrices in SI; pyharm and nlvib add what reads them there
+    /// Write contact elements of RUN@N and structure to the folder of -o, as tables and matrices in SI; pyharm and
+    /// nlvib also write a script that reads them
     #[arg(long, value_name = "FORM", requires = "scene", requires = "output", conflicts_with_all = ["matrices", "vtu", "reduced", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub contact: Option<export_contact::ContactForm>,
-    /// One slider an element in place of a bank: strength and energy stay at this amplitude, the stuck stiffness does not
+    /// Use one slider per element, not a bank: strength and energy stay the same at this amplitude, the stuck stiffness
+    /// does not
     #[arg(long, requires = "contact")]
     pub one_slider: bool,
-    /// Both bodies share the nodes of the contact, as they do where there is no contact stiffness
+    /// Share the nodes of the contact between both bodies, as without a contact stiffness
     #[arg(long, conflicts_with = "kt")]
     pub tied: bool,
-    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`, in place of the scene's
+    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`, instead of the scene's
     #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kn")]
     pub kt: Option<f64>,
-    /// Normal stiffness of the whole joint, in place of the scene's
+    /// Normal stiffness of the whole joint, instead of the scene's
     #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kt")]
     pub kn: Option<f64>,
-    /// Elastic modes to ask for
+    /// Number of elastic modes
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub modes: usize,
-    /// Compute the same modes here too, and print one JSON object
+    /// Also compute the same modes here, and print one JSON object
     #[arg(long)]
     pub frequencies: bool,
 }
@@ -388,16 +404,16 @@ pub struct ExportArguments {
 #[cfg(feature = "polars")]
 #[derive(Args)]
 pub struct CompareArguments {
-    /// Folders of the runs; among several, what is no run is passed over
+    /// Folders of the runs; with several, folders that are not runs are skipped
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<PathBuf>,
-    /// One row for every iteration of every run
+    /// Print one row for every iteration of every run
     #[arg(long)]
     pub all: bool,
-    /// Write the table to a Parquet file too
+    /// Also write the table to a Parquet file
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,
-    /// Write the table to a CSV file too
+    /// Also write the table to a CSV file
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
 }
@@ -405,16 +421,16 @@ pub struct CompareArguments {
 #[cfg(feature = "polars")]
 #[derive(Args)]
 pub struct ReportArguments {
-    /// Folders of the runs; among several, what is no run is passed over
+    /// Folders of the runs; with several, folders that are not runs are skipped
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<PathBuf>,
-    /// Where the page goes [default: report.html in the run's folder; of several runs, here]
+    /// File of the page [default: report.html in the run's folder; for several runs, in the present folder]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Hold the paper's claims against the runs too, as `fretwear reproduce` does
+    /// Also check the paper's claims, as `fretwear reproduce` does
     #[arg(long)]
     pub claims: bool,
-    /// Write each figure to a file of its own in this folder too
+    /// Also write each figure to its own file in this folder
     #[arg(long, value_name = "DIR")]
     pub svg: Option<PathBuf>,
 }
@@ -427,13 +443,13 @@ fn parse_time(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Most threads; beyond a few hundred each has nothing to do.
+/// Largest number of threads. Beyond a few hundred, a thread has nothing to do.
 const MAX_THREADS: usize = 256;
 
-/// The threads that were asked for, else as many as the machine has cores for this program.
-pub fn threads_or_cores(asked: Option<usize>) -> usize {
+/// Returns the requested number of threads, or else the number of cores, up to [`MAX_THREADS`].
+pub fn threads_or_cores(requested: Option<usize>) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    asked.unwrap_or_else(|| cores().min(MAX_THREADS))
+    requested.unwrap_or_else(|| cores().min(MAX_THREADS))
 }
 
 pub fn parse_threads(text: &str) -> Result<usize, String> {

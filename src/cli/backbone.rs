@@ -24,36 +24,36 @@ use crate::terminal::Results;
 
 #[derive(Args)]
 pub struct BackboneArguments {
-    /// Scenes (TOML), of which the unworn joint is meant, and iterations of runs, as in `runs/lap@37`
+    /// Scenes (TOML), for the unworn joint, and iterations of runs, as in `runs/lap@37`
     #[arg(required = true, value_name = "SCENE|RUN@K", value_parser = State::parse)]
     states: Vec<State>,
     /// Change a key of the scenes, as in `--set contact.normal_load="20 kN"`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Follow the resonance over this key of the scenes in place of the force, from `--from` to `--to`, up or down, as in
-    /// `--over contact.normal_load --from "2 kN" --to "500 N"`
+    /// Follow the resonance over this key of the scenes instead of the force, from `--from` to `--to`, up or down, as
+    /// in `--over contact.normal_load --from "2 kN" --to "500 N"`
     #[arg(long, value_name = "KEY", requires = "from", requires = "to")]
     over: Option<String>,
-    /// Force to begin at, half range of the drive, as in `--from "1 N"` [default: a thousandth of that of the scene]; with `--over` a value of
-    /// its key
+    /// First force, half range of the drive, as in `--from "1 N"` [default: a thousandth of the scene's force]; with
+    /// `--over`, first value of the key
     #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount, allow_hyphen_values = true)]
     from: Option<Amount>,
-    /// Force or value to end at [default: twice the force of the scene]
+    /// Last force or value [default: twice the force of the scene]
     #[arg(long, value_name = "FORCE|VALUE", value_parser = parse_amount, allow_hyphen_values = true)]
     to: Option<Amount>,
-    /// Levels of equal ratio, both ends included, from 2 to 10 000 [default: where the curve needs them]
+    /// Number of levels at equal ratios, including both ends, from 2 to 10 000 [default: chosen by the curve]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=10_000))]
     levels: Option<u64>,
     /// Write the table to this Parquet file
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Draw all of them in one picture: frequency and damping ratio over amplitude, amplitude over force
+    /// Draw all joints in one picture: frequency and damping ratio over amplitude, amplitude over force
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Threads; results do not depend on it [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
-    /// No progress
+    /// Show no progress
     #[arg(long, short)]
     quiet: bool,
     /// Print one JSON object
@@ -61,7 +61,7 @@ pub struct BackboneArguments {
     json: bool,
 }
 
-/// What vibrates.
+/// Joint that vibrates: unworn, or worn at an iteration of a run.
 #[derive(Clone)]
 enum State {
     Scene(PathBuf),
@@ -69,12 +69,12 @@ enum State {
 }
 
 impl State {
-    /// `RUN@K`, unless there is a file of that name.
+    /// Parses `RUN@K`, unless a file has that name.
     fn parse(text: &str) -> Result<State, String> {
         match (parse_source(text), Path::new(text)) {
             (Ok(source), path) if !path.is_file() => Ok(State::Run(source)),
             (Err(_), path) if path.is_dir() => Err(format!(
-                "a folder: of a run say which iteration is meant, as in {text}@0 (`fretwear status {text}` tells the last)"
+                "it is a folder: give an iteration of its run, as in {text}@0 (`fretwear status {text}` shows the last)"
             )),
             _ => Ok(State::Scene(PathBuf::from(text))),
         }
@@ -89,17 +89,17 @@ impl State {
 }
 
 impl BackboneArguments {
-    /// Nothing that is written takes the place of a scene, or of what else is written.
+    /// Checks that no output overwrites a scene or another output.
     fn check_outputs(&self) -> Result<(), CliError> {
-        let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
-        let mut taken: Vec<PathBuf> = Vec::new();
-        taken.extend(self.states.iter().filter_map(|state| match state {
-            State::Scene(path) => Some(place(path)),
+        let canonical = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+        let mut used_paths: Vec<PathBuf> = Vec::new();
+        used_paths.extend(self.states.iter().filter_map(|state| match state {
+            State::Scene(path) => Some(canonical(path)),
             State::Run(_) => None,
         }));
         let outputs = self.output.iter().chain(&self.svg);
         for path in outputs {
-            if taken.contains(&place(path)) {
+            if used_paths.contains(&canonical(path)) {
                 return Err(CliError::OutputIsTaken { path: path.clone() });
             }
             let folder = path
@@ -112,39 +112,40 @@ impl BackboneArguments {
                     source: io::Error::new(io::ErrorKind::NotFound, reason),
                 });
             }
-            taken.push(place(path));
+            used_paths.push(canonical(path));
         }
         Ok(())
     }
 }
 
-/// Share of the way between two values, in ratios, that hardly leads from integers to an integer.
+/// Share of the logarithmic distance between two values for a trial. Between two integers, it hardly ever gives an
+/// integer.
 const BETWEEN: f64 = 0.382;
 
-/// True for a setting, `KEY=VALUE`, of a key.
-fn is_of(set: &str, key: &str) -> bool {
+/// Returns true if the setting `KEY=VALUE` sets this key.
+fn sets_key(set: &str, key: &str) -> bool {
     set.split_once('=')
         .is_some_and(|(name, _)| name.trim() == key)
 }
 
-/// A state with its backbone.
-struct Found {
+/// Backbone of a joint.
+struct StateBackbone {
     name: String,
     wear_iteration: u64,
     cycles: u64,
     scene_hash: String,
     backbone: Backbone,
     over: Option<LevelParameter>,
-    /// Why it ends where it is not for the resonance.
+    /// Error that ended the curve, other than a lost resonance.
     broken: Option<CliError>,
 }
 
-/// What varies in place of the force.
+/// Key that varies instead of the force.
 struct LevelParameter {
     key: String,
-    /// That of the levels.
+    /// Unit of the levels.
     unit: String,
-    /// Of each point, in SI units.
+    /// Value at each point, in SI units.
     values: Vec<f64>,
 }
 
@@ -155,17 +156,17 @@ fn parse_amount(text: &str) -> Result<Amount, String> {
         Some(amount) => Err(format!("must be more than 0 {}", amount.unit)
             .trim_end()
             .to_owned()),
-        None => Err("must be a number, or one with a unit as in \"20 kN\"".to_owned()),
+        None => Err("must be a number, or a number with a unit as in \"20 kN\"".to_owned()),
     }
 }
 
-/// A force, half range of the drive \[N\].
+/// Parses a force, half range of the drive \[N\].
 fn force(end: &'static str, amount: &Amount) -> Result<f64, CliError> {
-    let wrong = |reason| CliError::Level { end, reason };
+    let level_error = |reason| CliError::Level { end, reason };
     match units::parse(&amount.to_string(), Dimension::FORCE) {
         Ok(force) if units::SIZES.contains(&force) => Ok(force),
-        Ok(_) => Err(wrong("must be from 1e-60 N to 1e60 N".to_owned())),
-        Err(error) => Err(wrong(error.to_string())),
+        Ok(_) => Err(level_error("must be from 1e-60 N to 1e60 N".to_owned())),
+        Err(error) => Err(level_error(error.to_string())),
     }
 }
 
@@ -179,7 +180,7 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         return Err(CliError::OverOfARun { key, run });
     }
     if let Some(key) = &arguments.over
-        && let Some(set) = arguments.sets.iter().find(|set| is_of(set, key))
+        && let Some(set) = arguments.sets.iter().find(|set| sets_key(set, key))
     {
         let (key, set) = (key.clone(), set.clone());
         return Err(CliError::OverASet { key, set });
@@ -189,41 +190,55 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         return Err(CliError::NoPolars);
     }
     arguments.check_outputs()?;
-    let mut all: Vec<Found> = Vec::new();
-    let mut failed = None;
+    let mut backbones: Vec<StateBackbone> = Vec::new();
+    let mut failure = None;
     for state in &arguments.states {
-        let found = match (state, &arguments.over) {
-            (State::Scene(path), Some(key)) => over_key(arguments, path, key),
-            (State::Scene(path), None) => of_scene(arguments, path),
-            (State::Run(source), _) => of_run(arguments, source),
+        let state_backbone = match (state, &arguments.over) {
+            (State::Scene(path), Some(key)) => backbone_over_key(arguments, path, key),
+            (State::Scene(path), None) => scene_backbone(arguments, path),
+            (State::Run(source), _) => run_backbone(arguments, source),
         };
-        match found {
-            Ok(found) => all.push(Found {
+        match state_backbone {
+            Ok(state_backbone) => backbones.push(StateBackbone {
                 name: state.name(),
-                ..found
+                ..state_backbone
             }),
-            Err(error) if all.is_empty() => return Err(error),
-            Err(error) => failed = Some(error),
+            Err(error) if backbones.is_empty() => return Err(error),
+            Err(error) => failure = Some(error),
         }
-        if failed.is_some() || all.last().is_some_and(|found| found.broken.is_some()) {
+        if failure.is_some()
+            || backbones
+                .last()
+                .is_some_and(|state_backbone| state_backbone.broken.is_some())
+        {
             break;
         }
     }
     let mut table = typed::Backbone::default();
-    for found in &all {
-        let wear = (found.wear_iteration, found.cycles);
-        let over = found.over.as_ref();
+    for state_backbone in &backbones {
+        let wear = (state_backbone.wear_iteration, state_backbone.cycles);
+        let over = state_backbone.over.as_ref();
         let over = over.map(|over| (over.key.as_str(), over.values.as_slice()));
-        stages::add_backbone(&mut table, &found.name, wear, &found.backbone, over);
+        stages::add_backbone(
+            &mut table,
+            &state_backbone.name,
+            wear,
+            &state_backbone.backbone,
+            over,
+        );
     }
-    // What cannot be written is not lost either.
+    // Print before writing files, so that a failed write loses nothing.
     match arguments.json {
-        true => out.json(&json!({ "states": all.iter().map(object).collect::<Vec<_>>() })),
-        false => all.iter().for_each(|found| print(found, out)),
+        true => {
+            out.json(&json!({ "states": backbones.iter().map(json_object).collect::<Vec<_>>() }))
+        }
+        false => backbones
+            .iter()
+            .for_each(|state_backbone| print(state_backbone, out)),
     }
     if let Some(path) = &arguments.output {
         let provenance = Provenance {
-            scene_hash: all[0].scene_hash.clone(),
+            scene_hash: backbones[0].scene_hash.clone(),
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
         };
         let table = table.to_table().map_err(RunError::from)?;
@@ -235,12 +250,12 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         let svg = fretwear::report::backbone_svg(&table);
         write(path, svg.as_bytes())?;
     }
-    // What was found before an error is not lost with it.
-    let failed = failed.or_else(|| all.pop()?.broken);
-    failed.map_or(Ok(Exit::Done), Err)
+    // Report an error after the results, so that the results are not lost.
+    let failure = failure.or_else(|| backbones.pop()?.broken);
+    failure.map_or(Ok(Exit::Done), Err)
 }
 
-fn of_scene(arguments: &BackboneArguments, path: &Path) -> Result<Found, CliError> {
+fn scene_backbone(arguments: &BackboneArguments, path: &Path) -> Result<StateBackbone, CliError> {
     let inputs = Plan::of(&scene::load(path, &arguments.sets)?)?.inputs;
     let levels = levels(arguments, &inputs.recipe, path)?;
     let cache = cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder));
@@ -249,13 +264,18 @@ fn of_scene(arguments: &BackboneArguments, path: &Path) -> Result<Found, CliErro
     let threads = threads_or_cores(arguments.threads);
     let backbone = stages::backbone_of_scene(&inputs, cache, levels, threads, &watcher);
     watcher.finish();
-    Ok(found(&inputs, 0, 0, backbone?))
+    Ok(state_backbone(&inputs, 0, 0, backbone?))
 }
 
-/// The resonance of a scene over one of its keys.
-fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Found, CliError> {
-    let ends = [&arguments.from, &arguments.to].map(|end| end.clone().expect("--over wants both"));
-    let at = |value: &Amount, source: CliError| CliError::OverAt {
+/// Follows the resonance of a scene over one of its keys.
+fn backbone_over_key(
+    arguments: &BackboneArguments,
+    path: &Path,
+    key: &str,
+) -> Result<StateBackbone, CliError> {
+    let ends = [&arguments.from, &arguments.to]
+        .map(|end| end.clone().expect("--over requires --from and --to"));
+    let error_at = |value: &Amount, source: CliError| CliError::OverAt {
         key: key.to_owned(),
         value: value.to_string(),
         source: Box::new(source),
@@ -264,13 +284,13 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
         let mut sets = arguments.sets.clone();
         sets.push(format!("{key}={value}"));
         let plan = || -> Result<Plan, CliError> { Ok(Plan::of(&scene::load(path, &sets)?)?) };
-        Ok(plan().map_err(|error| at(value, error))?.inputs)
+        Ok(plan().map_err(|error| error_at(value, error))?.inputs)
     };
     let first = inputs_of(&ends[0])?;
     inputs_of(&ends[1])?;
     let in_si = |amount: &Amount| {
-        let found = units::parse_any(&amount.to_string());
-        found.map_err(|problem| CliError::Level {
+        let parsed = units::parse_any(&amount.to_string());
+        parsed.map_err(|problem| CliError::Level {
             end: "--over",
             reason: format!("\"{amount}\" {problem}"),
         })
@@ -288,22 +308,23 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
         return Err(CliError::OverLevels { key, from, to });
     };
     let Amount { number: from, unit } = from.clone();
-    // A value ends before a stop does: what it has cost is not lost.
-    let asked = ForwardedSignals::listen_once(i32::from(Exit::Stopped.code()))
+    // A request to stop takes effect after the present value, so that its result is not lost.
+    let signals = ForwardedSignals::listen_once(i32::from(Exit::Stopped.code()))
         .map_err(CliError::Signals)?;
-    let reached = Cell::new(from);
+    let last_number = Cell::new(from);
     let amount = |number: f64| Amount {
         number,
         unit: unit.clone(),
     };
     let inputs_at = |number: f64| {
-        reached.set(number);
-        match asked.is_asked() {
+        last_number.set(number);
+        match signals.is_asked() {
             true => Err(CliError::AskedToStop),
             false => inputs_of(&amount(number)),
         }
     };
-    // The curve takes any number between the ends: a key of integers is refused before anything is computed.
+    // The curve uses any number between the ends. Try one now, so that a key of integers is rejected before the
+    // computation.
     inputs_at(from * (to / from).powf(BETWEEN))?;
     drive_of(&first.recipe, path)?;
     let levels = LoadLevels {
@@ -316,24 +337,24 @@ fn over_key(arguments: &BackboneArguments, path: &Path, key: &str) -> Result<Fou
     let (cache, threads) = (cache.as_ref(), threads_or_cores(arguments.threads));
     let backbone = stages::resonance_of_scenes(inputs_at, cache, levels, threads, &watcher);
     watcher.finish();
-    let told = |error| match error {
+    let with_value = |error| match error {
         CliError::OverAt { .. } => error,
-        _ => at(&amount(reached.get()), error),
+        _ => error_at(&amount(last_number.get()), error),
     };
-    let (backbone, broken) = backbone.map_err(told)?;
-    let broken = broken.map(told);
+    let (backbone, broken) = backbone.map_err(with_value)?;
+    let broken = broken.map(with_value);
     let points = backbone.points.iter();
     let values = points.map(|point| Ok(in_si(&amount(point.level))?.0));
     let values = values.collect::<Result<_, CliError>>()?;
     let key = key.to_owned();
-    Ok(Found {
+    Ok(StateBackbone {
         over: Some(LevelParameter { key, unit, values }),
         broken,
-        ..found(&first, 0, 0, backbone)
+        ..state_backbone(&first, 0, 0, backbone)
     })
 }
 
-fn of_run(arguments: &BackboneArguments, source: &Source) -> Result<Found, CliError> {
+fn run_backbone(arguments: &BackboneArguments, source: &Source) -> Result<StateBackbone, CliError> {
     let (run, wear_iteration) = (&source.run, source.wear_iteration);
     let reader = RunReader::open(Arc::new(RealFileSystem), run)?;
     let Some(scene) = scene_of_run(run, &[])? else {
@@ -349,11 +370,16 @@ fn of_run(arguments: &BackboneArguments, source: &Source) -> Result<Found, CliEr
         stages::backbone_of_run(&reader, &inputs, wear_iteration, levels, threads, &watcher);
     watcher.finish();
     let cycles = summary.cycles.unwrap_or(0) as u64;
-    Ok(found(&inputs, wear_iteration, cycles, backbone?))
+    Ok(state_backbone(&inputs, wear_iteration, cycles, backbone?))
 }
 
-fn found(inputs: &Inputs, wear_iteration: u64, cycles: u64, backbone: Backbone) -> Found {
-    Found {
+fn state_backbone(
+    inputs: &Inputs,
+    wear_iteration: u64,
+    cycles: u64,
+    backbone: Backbone,
+) -> StateBackbone {
+    StateBackbone {
         name: String::new(),
         wear_iteration,
         cycles,
@@ -364,7 +390,8 @@ fn found(inputs: &Inputs, wear_iteration: u64, cycles: u64, backbone: Backbone) 
     }
 }
 
-/// Half range of the drive of a scene \[N\], which has a range for resonances.
+/// Returns the half range of the drive of a scene \[N\]. Reports an error if the scene has no drive, or no frequency
+/// range.
 fn drive_of(recipe: &Recipe, path: &Path) -> Result<f64, CliError> {
     let response = recipe.response.as_ref();
     let forces = response.map_or(&[][..], |response| &response.forces);
@@ -379,18 +406,18 @@ fn drive_of(recipe: &Recipe, path: &Path) -> Result<f64, CliError> {
     }
 }
 
-/// The levels asked for; what is not said follows from the drive of the scene.
+/// Returns the requested levels. Missing ends follow from the drive of the scene.
 fn levels(
     arguments: &BackboneArguments,
     recipe: &Recipe,
     path: &Path,
 ) -> Result<LoadLevels, CliError> {
     let drive = drive_of(recipe, path)?;
-    let given = |end, amount: &Option<Amount>| -> Result<Option<f64>, CliError> {
+    let force_of = |end, amount: &Option<Amount>| -> Result<Option<f64>, CliError> {
         amount.as_ref().map(|amount| force(end, amount)).transpose()
     };
-    let from = given("--from", &arguments.from)?.unwrap_or(drive / 1000.0);
-    let to = given("--to", &arguments.to)?.unwrap_or(2.0 * drive);
+    let from = force_of("--from", &arguments.from)?.unwrap_or(drive / 1000.0);
+    let to = force_of("--to", &arguments.to)?.unwrap_or(2.0 * drive);
     match from < to {
         true => Ok(LoadLevels {
             from,
@@ -410,8 +437,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
         })
 }
 
-impl Found {
-    /// A level in words.
+impl StateBackbone {
+    /// Describes a level.
     fn level(&self, level: f64) -> String {
         match &self.over {
             Some(over) => {
@@ -422,42 +449,42 @@ impl Found {
         }
     }
 
-    /// Where the backbone begins behind the first level, in words.
+    /// Describes where the backbone begins, if that is after the first level.
     fn begin(&self) -> Option<String> {
         let backbone = &self.backbone;
         let (point, error) = (backbone.points.first()?, backbone.begin.as_ref()?);
         Some(format!(
-            "it begins at {}: before, no phase resonance was found ({error})",
+            "it begins at {}: no phase resonance was found before ({error})",
             self.level(point.level)
         ))
     }
 
-    /// Where the backbone folds back, in words.
+    /// Describes where the backbone folds back.
     fn folds(&self) -> Option<String> {
         let folds = self.backbone.folds.iter();
         let folds: Vec<String> = folds.map(|level| self.level(*level)).collect();
         (!folds.is_empty()).then(|| {
             format!(
-                "it folds back at {} and leaps: what lies between the branches is not computed",
+                "it folds back at {} and jumps: the part between the branches is not computed",
                 folds.join(", at ")
             )
         })
     }
 
-    /// Where the backbone ends before the last level, in words.
+    /// Describes where and why the backbone ends, if that is before the last level.
     fn end(&self) -> Option<String> {
         match &self.backbone.end {
             BackboneEnd::Reached => None,
             BackboneEnd::Unbounded { level, growth } if self.over.is_some() => Some(format!(
-                "it ends before {}: the amplitude grows without bound (by {:.0} % a percent of {} at last), as friction at its limit or no \
-                 damping makes it",
+                "it ends before {}: the amplitude grows without bound (at last by {:.0} % per percent of {}), because friction is at its limit \
+                 or there is no damping",
                 self.level(*level),
                 growth.abs(),
                 self.over.as_ref().map_or("", |over| over.key.as_str())
             )),
             BackboneEnd::Unbounded { level, growth } => Some(format!(
-                "it ends below {}: friction at its limit bounds no amplitude above, and nothing else does (before, the amplitude has grown by \
-                 {growth:.0} % a percent of force); damping (dynamics.damping_ratio, structure.damping) would",
+                "it ends below {}: friction is at its limit and nothing else bounds the amplitude (it last grew by \
+                 {growth:.0} % per percent of force); add damping (dynamics.damping_ratio, structure.damping)",
                 self.level(*level)
             )),
             BackboneEnd::Ceased { level, source } => Some(format!(
@@ -465,29 +492,29 @@ impl Found {
                 self.level(*level)
             )),
             BackboneEnd::Broken { level } => Some(match &self.broken {
-                Some(error) => format!("an error ends it: {error}"),
+                Some(error) => format!("it ends with an error: {error}"),
                 None => format!("it ends before {}", self.level(*level)),
             }),
             BackboneEnd::OtherMode { level } => Some(format!(
-                "it ends before {}: the next phase resonance is that of another mode, more than 5 % away in frequency",
+                "it ends before {}: the next phase resonance belongs to another mode, more than 5 % away in frequency",
                 self.level(*level)
             )),
         }
     }
 }
 
-fn print(found: &Found, out: &mut Results) {
-    let Found { name, backbone, .. } = found;
-    let wear = match found.cycles {
+fn print(state_backbone: &StateBackbone, out: &mut Results) {
+    let StateBackbone { name, backbone, .. } = state_backbone;
+    let wear = match state_backbone.cycles {
         0 => "unworn".to_owned(),
         cycles => format!("after {} cycles", grouped(cycles)),
     };
     writeln!(out, "{name}, {wear}");
     let value = |text: &str| {
-        let of_key = found.over.as_ref();
-        of_key.map_or(String::new(), |_| format!("{text:>12} "))
+        let parameter = state_backbone.over.as_ref();
+        parameter.map_or(String::new(), |_| format!("{text:>12} "))
     };
-    if let Some(over) = &found.over {
+    if let Some(over) = &state_backbone.over {
         let unit = match over.unit.as_str() {
             "" => String::new(),
             unit => format!(" in {unit}"),
@@ -514,15 +541,15 @@ fn print(found: &Found, out: &mut Results) {
         "m",
         "Hz",
         "ratio",
-        "J a cycle",
-        "J a cycle",
+        "J per cycle",
+        "J per cycle",
         "%"
     );
     let mut branch = 0;
     for point in &backbone.points {
         if point.branch != branch {
             branch = point.branch;
-            writeln!(out, "{:>12}", "a leap");
+            writeln!(out, "{:>12}", "a jump");
         }
         writeln!(
             out,
@@ -537,20 +564,24 @@ fn print(found: &Found, out: &mut Results) {
             100.0 * point.sliding_fraction()
         );
     }
-    for remark in [found.begin(), found.folds(), found.end()]
-        .into_iter()
-        .flatten()
+    for remark in [
+        state_backbone.begin(),
+        state_backbone.folds(),
+        state_backbone.end(),
+    ]
+    .into_iter()
+    .flatten()
     {
         writeln!(out, "{remark}");
     }
 }
 
-fn object(found: &Found) -> Value {
-    let backbone = &found.backbone;
-    let of_key = |k: usize| found.over.as_ref().map(|over| over.values[k]);
+fn json_object(state_backbone: &StateBackbone) -> Value {
+    let backbone = &state_backbone.backbone;
+    let value_at = |k: usize| state_backbone.over.as_ref().map(|over| over.values[k]);
     let points = backbone.points.iter().enumerate().map(|(k, point)| {
         json!({
-            "value": of_key(k),
+            "value": value_at(k),
             "branch": point.branch,
             "force": point.force,
             "frequency": point.frequency,
@@ -566,13 +597,13 @@ fn object(found: &Found) -> Value {
         })
     });
     json!({
-        "state": found.name,
-        "wear_iteration": found.wear_iteration,
-        "cycles": found.cycles,
-        "over": found.over.as_ref().map(|over| over.key.as_str()),
-        "begin": found.begin(),
-        "folds": found.folds(),
-        "end": found.end(),
+        "state": state_backbone.name,
+        "wear_iteration": state_backbone.wear_iteration,
+        "cycles": state_backbone.cycles,
+        "over": state_backbone.over.as_ref().map(|over| over.key.as_str()),
+        "begin": state_backbone.begin(),
+        "folds": state_backbone.folds(),
+        "end": state_backbone.end(),
         "solves": backbone.solves,
         "iterations": backbone.iterations,
         "points": points.collect::<Vec<_>>(),

@@ -1,4 +1,4 @@
-//! `fretwear check`: all that is wrong with scenes, at once.
+//! `fretwear check`: errors and warnings of scenes.
 
 use std::path::Path;
 
@@ -9,17 +9,17 @@ use super::Exit;
 use super::cost::too_large;
 use crate::terminal::Results;
 
-/// What is said of a scene.
-struct Found {
-    /// What keeps it from running: each in words, and for programs.
+/// Errors, warnings and notes on a scene.
+struct SceneReport {
+    /// Errors that keep the scene from running: each as a text, and as JSON.
     errors: Vec<(String, Value)>,
-    /// What its user should look at.
+    /// Doubtful values, for the user to check.
     warnings: Vec<String>,
-    /// What is rare and may be meant.
+    /// Unusual values that may be intended.
     notes: Vec<String>,
 }
 
-/// Says of each scene what keeps it from running, and what is doubtful. Nothing is computed.
+/// Prints the errors, warnings and notes on each scene. Nothing is computed.
 pub fn check(
     scenes: &[impl AsRef<Path>],
     sets: &[String],
@@ -28,38 +28,38 @@ pub fn check(
 ) -> Exit {
     let mut exit = Exit::Done;
     for path in scenes.iter().map(AsRef::as_ref) {
-        let found = of_scene(path, sets);
-        if !found.errors.is_empty() {
+        let report = check_scene(path, sets);
+        if !report.errors.is_empty() {
             exit = Exit::Scene;
         }
         if as_json {
-            let errors = found.errors.into_iter().map(|(_, error)| error);
+            let errors = report.errors.into_iter().map(|(_, error)| error);
             out.json(&json!({
                 "scene": path.display().to_string(),
                 "errors": errors.collect::<Vec<Value>>(),
-                "warnings": found.warnings,
-                "notes": found.notes,
+                "warnings": report.warnings,
+                "notes": report.notes,
             }));
             continue;
         }
-        for (error, _) in &found.errors {
+        for (error, _) in &report.errors {
             writeln!(out, "error: {error}");
         }
-        if found.errors.len() >= MOST_FAULTS {
+        if report.errors.len() >= MOST_FAULTS {
             writeln!(
                 out,
                 "the first {MOST_FAULTS} errors are shown; there may be more"
             );
         }
-        for warning in &found.warnings {
+        for warning in &report.warnings {
             writeln!(out, "warning: {}: {warning}", path.display());
         }
-        for note in &found.notes {
+        for note in &report.notes {
             writeln!(out, "note: {}: {note}", path.display());
         }
-        let verdict = match (found.errors.len(), found.warnings.len()) {
+        let verdict = match (report.errors.len(), report.warnings.len()) {
             (0, 0) => "can be run".to_owned(),
-            (0, warnings) => format!("can be run; {warnings} to look at"),
+            (0, warnings) => format!("can be run; warnings to check: {warnings}"),
             (1, _) => "1 error".to_owned(),
             (errors, _) => format!("{errors} errors"),
         };
@@ -68,10 +68,10 @@ pub fn check(
     exit
 }
 
-fn of_scene(path: &Path, sets: &[String]) -> Found {
-    let alone = |text: String| {
+fn check_scene(path: &Path, sets: &[String]) -> SceneReport {
+    let single_error = |text: String| {
         let error = json!({ "file": null, "line": null, "set": null, "key": null, "value": null, "message": text });
-        Found {
+        SceneReport {
             errors: vec![(text, error)],
             warnings: Vec::new(),
             notes: Vec::new(),
@@ -80,10 +80,10 @@ fn of_scene(path: &Path, sets: &[String]) -> Found {
     let scene = match scene::load(path, sets) {
         Ok(scene) => scene,
         Err(error) => {
-            return Found {
+            return SceneReport {
                 errors: error
                     .into_each()
-                    .map(|e| (e.to_string(), told(&e)))
+                    .map(|e| (e.to_string(), error_json(&e)))
                     .collect(),
                 warnings: Vec::new(),
                 notes: Vec::new(),
@@ -94,18 +94,18 @@ fn of_scene(path: &Path, sets: &[String]) -> Found {
         Ok(mut plan) => {
             plan.warnings.extend(too_large(&plan.inputs));
             let remarks = plan.checks.iter().filter_map(|c| c.remark.clone());
-            Found {
+            SceneReport {
                 errors: Vec::new(),
                 notes: remarks.chain(plan.notices()).collect(),
                 warnings: plan.warnings,
             }
         }
-        Err(error) => alone(format!("{}: {error}", path.display())),
+        Err(error) => single_error(format!("{}: {error}", path.display())),
     }
 }
 
-/// A fault for programs.
-fn told(fault: &SceneError) -> Value {
+/// Converts a scene error to JSON.
+fn error_json(fault: &SceneError) -> Value {
     let (key, value) = fault.problem.key_and_value();
     let (file, line, set) = match &fault.place {
         Place::File { path, line } => (Some(path.display().to_string()), *line, None),

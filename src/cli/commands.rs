@@ -1,10 +1,10 @@
-//! The commands by task, and an example of each: their help is one screen.
+//! The commands by task with examples. Each help page fits on one screen.
 
 use clap::{Command, CommandFactory};
 
 use super::arguments::Cli;
 
-/// The commands of a task: the name of each, and an example.
+/// The commands of a task: the name of the task, then name and example of each command.
 pub type CollectedRuns = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// All commands by task. [`CAMPAIGN_COMMANDS`] has the examples of `campaign`.
@@ -64,7 +64,7 @@ pub const GROUPS: [CollectedRuns; 5] = [
     ),
 ];
 
-/// The commands of a campaign.
+/// The subcommands of `campaign`: name and example of each.
 pub const CAMPAIGN_COMMANDS: [(&str, &str); 5] = [
     ("plan", "fretwear campaign plan campaign.toml --dir study"),
     ("run", "fretwear campaign run --dir study --jobs 4"),
@@ -73,7 +73,7 @@ pub const CAMPAIGN_COMMANDS: [(&str, &str); 5] = [
     ("report", "fretwear campaign report --dir study"),
 ];
 
-/// The command line with its help: commands by task, and an example of each.
+/// Builds the command line. Its help lists the commands by task, and an example of each.
 pub fn command() -> Command {
     let mut listing = String::new();
     let cli = Cli::command();
@@ -105,11 +105,11 @@ fn example_of<'a>(
     mut examples: impl Iterator<Item = &'a (&'static str, &'static str)>,
     command: &Command,
 ) -> Option<&'static str> {
-    let found = examples.find(|(name, _)| *name == command.get_name());
-    found.map(|(_, example)| *example)
+    let entry = examples.find(|(name, _)| *name == command.get_name());
+    entry.map(|(_, example)| *example)
 }
 
-/// Makes `-h` and `--help` equal: the full text, one or two lines per option, and the example last.
+/// Makes `-h` and `--help` equal: both print the full text, one or two lines per option, and the example last.
 fn one_screen(command: Command, example: Option<&str>) -> Command {
     let long = command.get_long_about().cloned();
     let mut command = match long {
@@ -137,7 +137,7 @@ mod tests {
         names
     }
 
-    /// Hidden commands count too.
+    /// Hidden commands need a task too.
     #[test]
     fn each_command_has_one_task() {
         let cli = Cli::command();
@@ -167,8 +167,8 @@ mod tests {
     fn each_help_is_one_screen() {
         const LINES: usize = 40;
         const COLUMNS: usize = 100;
-        let mut all = vec![vec!["fretwear".to_owned()]];
-        while let Some(mut path) = all.pop() {
+        let mut paths = vec![vec!["fretwear".to_owned()]];
+        while let Some(mut path) = paths.pop() {
             let name = path.join(" ");
             path.push("--help".to_owned());
             let shown = command().try_get_matches_from(&path).expect_err("its help");
@@ -178,11 +178,11 @@ mod tests {
             let longest = text.lines().map(|line| line.chars().count()).max();
             assert!(longest <= Some(COLUMNS), "{name}: {longest:?}\n{text}");
             let cli = command();
-            let found = path[1..]
+            let subcommand = path[1..]
                 .iter()
-                .try_fold(&cli, |at, name| at.find_subcommand(name));
-            let inner = found.expect("a command").get_subcommands();
-            all.extend(inner.map(|inner| [&path[..], &[inner.get_name().to_owned()]].concat()));
+                .try_fold(&cli, |parent, name| parent.find_subcommand(name));
+            let inner = subcommand.expect("a command").get_subcommands();
+            paths.extend(inner.map(|inner| [&path[..], &[inner.get_name().to_owned()]].concat()));
             let examples = text.matches("Example:\n  fretwear").count();
             assert_eq!(examples, usize::from(path.len() > 1), "{name}: {text}");
         }

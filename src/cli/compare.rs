@@ -8,10 +8,10 @@ use super::{CliError, Exit};
 use crate::progress::grouped;
 use crate::terminal::{self, Results, say, wrapped};
 
-/// Width of the table where neither a terminal nor `COLUMNS` gives one.
+/// Width of the table if neither a terminal nor `COLUMNS` gives one.
 const WIDTH: usize = 80;
 
-/// Prints the runs as one table, and writes it where asked.
+/// Prints the runs as one table, and writes the requested files.
 pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, CliError> {
     let rows = if arguments.all { Rows::All } else { Rows::Last };
     let comparison = report::compare(&arguments.runs, rows)?;
@@ -35,10 +35,10 @@ pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, 
     Ok(exit)
 }
 
-/// Says what is passed over, and how the command ends for it.
+/// Reports the skipped folders and returns the exit code for them.
 pub fn notices(passed_over: &[SkippedFolder]) -> Exit {
-    for each in passed_over {
-        say(&one_line_name(&format!("note: {each}")));
+    for skipped in passed_over {
+        say(&one_line_name(&format!("note: {skipped}")));
     }
     if passed_over.iter().any(SkippedFolder::is_damage_or_mismatch) {
         Exit::Damaged
@@ -47,28 +47,28 @@ pub fn notices(passed_over: &[SkippedFolder]) -> Exit {
     }
 }
 
-/// A table in which each column has a figure of all states, to be fitted to the width of a terminal.
+/// A table with one column per figure and one cell per state. It is fitted to the width of a terminal.
 struct Columns {
-    /// What each row is of.
+    /// Name of the state of each row.
     labels: Vec<String>,
-    /// Title, unit, and a cell a label.
+    /// Title, unit, and one cell per label.
     columns: Vec<(String, &'static str, Vec<String>)>,
 }
 
-/// Least width that a table is fitted to.
+/// Smallest width to which a table is fitted.
 const LEAST_WIDTH: usize = 40;
-/// A label is wrapped where it takes more than this part of the width.
+/// A label is wrapped if it is wider than the table width divided by this number.
 const LABEL_PART: usize = 4;
 /// Spaces between columns.
 const GAP: usize = 2;
-/// What a state does not have.
+/// Cell of a figure that a state lacks.
 const NONE: &str = "–";
 
-/// Cells of several lines each, a row of the table after another; the first row is the heads.
+/// Rows of cells, and the lines of each cell. The first row has the titles.
 type Grid = Vec<Vec<Vec<String>>>;
 
 impl Columns {
-    /// The figures that any of the states has, each in one unit.
+    /// Collects the figures that any state has, each in one unit.
     fn of(comparison: &Comparison, rows: Rows) -> Columns {
         let compared = comparison.states();
         let iteration = |row: &ComparedRun| row.state.wear_iteration;
@@ -114,8 +114,9 @@ impl Columns {
         }
     }
 
-    /// The lines of the table, none longer than `width`: a line a figure where `turn` and all labels fit beside each other; else a line a label,
-    /// and the figures that do not fit beside each other in blocks below each other. Cells are never cut; labels and titles are wrapped.
+    /// Formats the table in lines of at most `width` characters. With `turn`, the table has one row per figure if all
+    /// labels fit side by side. Otherwise it has one row per label, and figures that do not fit follow in further
+    /// blocks. Labels and titles are wrapped; cells are never cut.
     fn lines(&self, width: usize, turn: bool) -> Vec<String> {
         let width = width.max(LEAST_WIDTH);
         let labels: Vec<Vec<String>> = self
@@ -123,18 +124,18 @@ impl Columns {
             .iter()
             .map(|label| folded(label, width / LABEL_PART))
             .collect();
-        let turned = self.turned(&labels);
-        let widths = widths(&turned);
-        let whole: usize = widths.iter().sum::<usize>() + GAP * (widths.len() - 1);
-        let grid = match turn && whole <= width {
-            true => turned,
-            false => self.upright(labels),
+        let figure_rows = self.grid_by_figure(&labels);
+        let widths = widths(&figure_rows);
+        let full_width: usize = widths.iter().sum::<usize>() + GAP * (widths.len() - 1);
+        let grid = match turn && full_width <= width {
+            true => figure_rows,
+            false => self.grid_by_label(labels),
         };
         in_blocks(&grid, width)
     }
 
-    /// A row a figure.
-    fn turned(&self, labels: &[Vec<String>]) -> Grid {
+    /// Grid with one row per figure.
+    fn grid_by_figure(&self, labels: &[Vec<String>]) -> Grid {
         let heads = [Vec::new()].into_iter().chain(labels.iter().cloned());
         let rows = self.columns.iter().map(|(title, unit, cells)| {
             let head = match *unit {
@@ -147,8 +148,8 @@ impl Columns {
         [heads.collect()].into_iter().chain(rows).collect()
     }
 
-    /// A row a label.
-    fn upright(&self, labels: Vec<Vec<String>>) -> Grid {
+    /// Grid with one row per label.
+    fn grid_by_label(&self, labels: Vec<Vec<String>>) -> Grid {
         let heads = self.columns.iter().map(|(title, unit, cells)| {
             let widest = cells.iter().map(|cell| cell.chars().count()).max();
             let mut head = wrapped(title, widest.unwrap_or(0));
@@ -167,25 +168,26 @@ impl Columns {
     }
 }
 
-/// The width of each column.
+/// Returns the width of each column.
 fn widths(grid: &Grid) -> Vec<usize> {
-    let of = |column: usize| {
+    let width_of = |column: usize| {
         let lines = grid.iter().flat_map(|row| &row[column]);
         lines.map(|line| line.chars().count()).max().unwrap_or(0)
     };
-    (0..grid[0].len()).map(of).collect()
+    (0..grid[0].len()).map(width_of).collect()
 }
 
-/// The lines of a grid: as many columns beside each other as fit, each block with the first column. Cells of a row end on the same line.
+/// Formats a grid in blocks of as many columns as fit. Each block repeats the first column. Cells of a row end on the
+/// same line.
 fn in_blocks(grid: &Grid, width: usize) -> Vec<String> {
     let widths = widths(grid);
     let mut lines = Vec::new();
     let mut next = 1;
     while next < widths.len() {
         let first = next;
-        let mut taken = widths[0];
-        while next < widths.len() && (next == first || taken + GAP + widths[next] <= width) {
-            taken += GAP + widths[next];
+        let mut used_width = widths[0];
+        while next < widths.len() && (next == first || used_width + GAP + widths[next] <= width) {
+            used_width += GAP + widths[next];
             next += 1;
         }
         if first > 1 {
@@ -213,22 +215,22 @@ fn in_blocks(grid: &Grid, width: usize) -> Vec<String> {
     lines
 }
 
-/// A name in lines of at most `width` characters, ended after a `/`, a space or an escaped character where there is one.
+/// Breaks a name into lines of at most `width` characters, after a `/`, a space or an escaped character if possible.
 fn folded(name: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
-    let mut taken = 0;
+    let mut line_length = 0;
     for part in name.split_inclusive(['/', ' ', '}']) {
-        if taken > 0 && taken + part.chars().count() > width {
+        if line_length > 0 && line_length + part.chars().count() > width {
             lines.push(String::new());
-            taken = 0;
+            line_length = 0;
         }
         for c in part.chars() {
-            if taken == width {
+            if line_length == width {
                 lines.push(String::new());
-                taken = 0;
+                line_length = 0;
             }
             lines.last_mut().expect("a line").push(c);
-            taken += 1;
+            line_length += 1;
         }
     }
     lines

@@ -1,4 +1,4 @@
-//! What a run will cost, and what it has cost.
+//! Expected cost of a run, and cost of a completed run.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::terminal::Results;
 
-/// Prints the cost of a scene.
+/// Prints the expected cost of a scene.
 pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
     let cost = &rehearsal.cost;
     let counted = &cost.counted;
@@ -37,10 +37,10 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
         );
     }
     let number = |value: f64| format!("{value:.0}");
-    if let Some(iterations) = cost.iterations.filter(|found| found.expected > 0.0) {
+    if let Some(iterations) = cost.iterations.filter(|estimate| estimate.expected > 0.0) {
         line("iterations", range(iterations, number));
     }
-    if let Some(pairs) = cost.fft_pairs.filter(|found| found.expected > 0.0) {
+    if let Some(pairs) = cost.fft_pairs.filter(|estimate| estimate.expected > 0.0) {
         line("FFT pairs", range(pairs, number));
     }
     if let Some(seconds) = rehearsal.seconds {
@@ -48,11 +48,11 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
         line("time", format!("{seconds}, one thread of this machine"));
     }
     if let Some(run) = cost.coarse_run {
-        let on = match run.cells {
+        let cells = match run.cells {
             [0, 0] => String::new(),
             [x, y] => format!(", on {x} x {y} cells"),
         };
-        line("rehearsal", format!("{:.1} s{on}", rehearsal.took));
+        line("rehearsal", format!("{:.1} s{cells}", rehearsal.took));
     }
 }
 
@@ -73,7 +73,7 @@ fn range(range: Range, text: impl Fn(f64) -> String) -> String {
     )
 }
 
-/// What a run has cost, in a few words.
+/// Describes the cost of a completed run in a few words.
 pub fn in_words(spent: &RunCost) -> String {
     let mut parts = Vec::new();
     if spent.wear_iterations > 0 {
@@ -87,12 +87,12 @@ pub fn in_words(spent: &RunCost) -> String {
     parts.join(", ")
 }
 
-/// The memory that this process has taken, where the system tells.
+/// Describes the peak memory of this process, if the system reports it.
 pub fn memory_in_words() -> Option<String> {
     Some(format!("{} of memory", megabytes(peak_memory()?)))
 }
 
-/// What a finished run has cost, for programs.
+/// Returns the cost of a finished run as JSON.
 pub fn spent(spent: &RunCost) -> Value {
     json!({
         "wear_iterations": spent.wear_iterations,
@@ -113,27 +113,27 @@ fn megabytes(bytes: u64) -> String {
     }
 }
 
-/// What to say of a run that takes more memory than this machine has.
+/// Returns a warning if a run needs more memory than this machine has.
 pub fn too_large(inputs: &Inputs) -> Option<String> {
     let least = Counted::least_memory(inputs);
-    let machine = told_by_system("/proc/meminfo", "MemTotal:")?;
+    let machine = read_system_memory("/proc/meminfo", "MemTotal:")?;
     (least > machine).then(|| {
         format!(
-            "joint.grid, structure: the run takes some {} of memory, and this machine has {}: fewer cells, or a larger machine",
+            "joint.grid, structure: the run needs about {} of memory, but this machine has {}: use fewer cells, or a larger machine",
             megabytes(least),
             megabytes(machine)
         )
     })
 }
 
-/// Memory that this process and those that it starts may still take \[B\]: what the machine has free, and what the group of processes that
-/// an engine has put this one into may have; none where the system does not tell.
+/// Returns the memory that this process and its children may still take \[B\]: the free memory of the machine, limited
+/// by the control group of this process. Returns `None` if the system does not report it.
 pub fn free_memory() -> Option<u64> {
-    let free = told_by_system("/proc/meminfo", "MemAvailable:")?;
+    let free = read_system_memory("/proc/meminfo", "MemAvailable:")?;
     Some(group_memory().map_or(free, |group| group.min(free)))
 }
 
-/// The limit of the control group of this process (version 2).
+/// Returns the memory limit of the control group of this process (version 2).
 fn group_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let group = text.lines().find_map(|line| line.strip_prefix("0::/"))?;
@@ -141,13 +141,13 @@ fn group_memory() -> Option<u64> {
     std::fs::read_to_string(path).ok()?.trim().parse().ok()
 }
 
-/// High-water mark of this process's memory \[B\], where the system tells.
+/// Returns the peak memory of this process \[B\], if the system reports it.
 fn peak_memory() -> Option<u64> {
-    told_by_system("/proc/self/status", "VmHWM:")
+    read_system_memory("/proc/self/status", "VmHWM:")
 }
 
-/// Memory that a file of the system tells under a name \[B\].
-fn told_by_system(path: &str, name: &str) -> Option<u64> {
+/// Reads the value of a name in a file of the system \[B\].
+fn read_system_memory(path: &str, name: &str) -> Option<u64> {
     let text = std::fs::read_to_string(path).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;

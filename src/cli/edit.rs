@@ -1,4 +1,4 @@
-//! Changes of a commented scene in its text: each value is replaced where it stands, and comments stay.
+//! Edits the text of a commented scene: each value is replaced in place, and comments stay.
 
 use std::io::{self, BufRead};
 
@@ -6,7 +6,7 @@ use fretwear::units::{self, Dimension};
 
 use crate::terminal::say;
 
-/// Keys that differ from joint to joint, in the order in which one would be asked for them, and what they are.
+/// Keys that differ from joint to joint, in the order of the questions, with their descriptions.
 const ASKED: [(&str, &str); 11] = [
     (
         "joint.size",
@@ -27,30 +27,31 @@ const ASKED: [(&str, &str); 11] = [
     ("wear.cycles", "cycles"),
 ];
 
-/// Where the value of a key stands in the text of a scene, which has a key a line.
-fn place_of(text: &str, key: &str) -> Option<std::ops::Range<usize>> {
-    let (wanted, name) = key.rsplit_once('.').unwrap_or(("", key));
-    let (mut section, mut at) = ("", 0);
+/// Finds the value of a key in the text of a scene, which has one key per line.
+fn value_range(text: &str, key: &str) -> Option<std::ops::Range<usize>> {
+    let (wanted_section, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let (mut section, mut offset) = ("", 0);
     for line in text.split_inclusive('\n') {
-        let begin = at;
-        at += line.len();
+        let line_start = offset;
+        offset += line.len();
         if let Some(rest) = line.strip_prefix('[') {
             section = rest.split(']').next().unwrap_or_default();
         }
         let Some((left, right)) = line.split_once('=') else {
             continue;
         };
-        if section == wanted && left.trim() == name {
-            // No text of a shipped scene has a `#` in it.
+        if section == wanted_section && left.trim() == name {
+            // No string of a shipped scene contains `#`.
             let value = right.split('#').next().unwrap_or(right);
-            let skipped = left.len() + 1 + value.len() - value.trim_start().len();
-            return Some(begin + skipped..begin + skipped + value.trim().len());
+            let value_start = left.len() + 1 + value.len() - value.trim_start().len();
+            return Some(line_start + value_start..line_start + value_start + value.trim().len());
         }
     }
     None
 }
 
-/// What a person means by a value: sides as `40 x 30 mm`, and no hole. None is meant by the empty text: the line is left out.
+/// Converts an answer to the value of a scene: sides as `40 x 30 mm`, and no hole. An empty result means that the line
+/// of the key is removed.
 pub fn meant(key: &str, value: &str) -> String {
     let value = value.trim();
     let bare = value.trim_matches(['"', '\'']);
@@ -64,9 +65,9 @@ pub fn meant(key: &str, value: &str) -> String {
             };
             match sides[..] {
                 [x, y] if !bare.starts_with('[') => {
-                    let of_y = unit(y);
+                    let unit_of_y = unit(y);
                     let x = match unit(x).is_empty() {
-                        true => format!("{x} {of_y}"),
+                        true => format!("{x} {unit_of_y}"),
                         false => x.to_owned(),
                     };
                     format!("[\"{x}\", \"{y}\"]")
@@ -78,12 +79,12 @@ pub fn meant(key: &str, value: &str) -> String {
     }
 }
 
-/// Answers by which a joint has no hole.
+/// Answers for a joint without a hole.
 const NO: [&str; 5] = ["no", "none", "no hole", "0", "-"];
 
-/// The text without the line of a key.
+/// Removes the line of a key from the text.
 pub fn without(text: &str, key: &str) -> String {
-    let Some(place) = place_of(text, key) else {
+    let Some(place) = value_range(text, key) else {
         return text.to_owned();
     };
     let begin = text[..place.start].rfind('\n').map_or(0, |at| at + 1);
@@ -93,22 +94,23 @@ pub fn without(text: &str, key: &str) -> String {
     format!("{}{}", &text[..begin], &text[end..])
 }
 
-/// Cells along x and y of a scene that is as fine over a correlation length as the `shipped` one; none where either has no such lengths.
+/// Returns the cells along x and y that resolve a correlation length as finely as the `shipped` scene. Returns `None`
+/// if a scene lacks the lengths.
 pub fn fitting_grid(shipped: &str, text: &str) -> Option<[u64; 2]> {
     let lengths = |text: &str, key: &str| -> Option<[f64; 2]> {
         let value = text
-            .get(place_of(text, key)?)?
+            .get(value_range(text, key)?)?
             .parse::<toml::Value>()
             .ok()?;
-        let each = match &value {
-            toml::Value::Array(each) => each.clone(),
-            one => vec![one.clone(); 2],
+        let values = match &value {
+            toml::Value::Array(values) => values.clone(),
+            value => vec![value.clone(); 2],
         };
-        let of = |at: usize| units::parse(each.get(at)?.as_str()?, Dimension::LENGTH).ok();
-        Some([of(0)?, of(1)?])
+        let length = |at: usize| units::parse(values.get(at)?.as_str()?, Dimension::LENGTH).ok();
+        Some([length(0)?, length(1)?])
     };
     let cells = shipped
-        .get(place_of(shipped, "joint.grid")?)?
+        .get(value_range(shipped, "joint.grid")?)?
         .parse::<toml::Value>()
         .ok()?;
     let ratios = |text: &str| -> Option<[f64; 2]> {
@@ -116,20 +118,20 @@ pub fn fitting_grid(shipped: &str, text: &str) -> Option<[u64; 2]> {
         let correlation = lengths(text, "surface.correlation_length")?;
         Some([0, 1].map(|axis| sides[axis] / correlation[axis]))
     };
-    let (own, of_shipped) = (ratios(text)?, ratios(shipped)?);
-    let fitting = |axis: usize| {
+    let (ratios_of_text, ratios_of_shipped) = (ratios(text)?, ratios(shipped)?);
+    let cells_along = |axis: usize| {
         let cells = cells.get(axis)?.as_integer()? as f64;
-        let fine = cells * own[axis] / of_shipped[axis];
-        Some(2 * (0.5 * fine).round().clamp(FEWEST, MOST) as u64)
+        let resolved_cells = cells * ratios_of_text[axis] / ratios_of_shipped[axis];
+        Some(2 * (0.5 * resolved_cells).round().clamp(FEWEST, MOST) as u64)
     };
-    Some([fitting(0)?, fitting(1)?])
+    Some([cells_along(0)?, cells_along(1)?])
 }
 
-/// Half of the fewest and of the most cells along a side that are chosen.
+/// Bounds of the chosen number of cells along a side, divided by 2.
 const FEWEST: f64 = 16.0;
 const MOST: f64 = 256.0;
 
-/// The text without the comment that it begins with, which is about the scene that is shipped.
+/// Removes the leading comment, which describes the shipped scene.
 pub fn without_head(text: &str) -> &str {
     let lines = text
         .split_inclusive('\n')
@@ -137,9 +139,9 @@ pub fn without_head(text: &str) -> &str {
     &text[lines.map(str::len).sum()..]
 }
 
-/// The text with another value of a key, as TOML; none where the key stands on no line of its own.
+/// Replaces the value of a key, as TOML. Returns `None` if the key has no line of its own.
 pub fn with(text: &str, key: &str, value: &str) -> Option<String> {
-    let place = place_of(text, key)?;
+    let place = value_range(text, key)?;
     let value = match value.parse::<toml::Value>() {
         Ok(_) => value.to_owned(),
         Err(_) => toml::Value::from(value).to_string(),
@@ -149,13 +151,13 @@ pub fn with(text: &str, key: &str, value: &str) -> Option<String> {
     Some(text)
 }
 
-/// Asks a person for what differs from joint to joint: `--set` of what is not as the scene has it. Where an answer has a `fault`, given
-/// those before it, it is asked for again.
+/// Asks for the values that differ from joint to joint. Returns the changed values as arguments of `--set`. If `fault`
+/// reports an error for the answers so far, the question is repeated.
 pub fn asked(text: &str, fault: impl Fn(&[String]) -> Option<String>) -> Vec<String> {
-    asked_of(text, io::stdin().lock().lines(), fault)
+    ask_from(text, io::stdin().lock().lines(), fault)
 }
 
-fn asked_of(
+fn ask_from(
     text: &str,
     mut answers: impl Iterator<Item = io::Result<String>>,
     fault: impl Fn(&[String]) -> Option<String>,
@@ -163,7 +165,7 @@ fn asked_of(
     say("An empty answer keeps the value in brackets.");
     let mut sets = Vec::new();
     for (key, about) in ASKED {
-        let Some(place) = place_of(text, key) else {
+        let Some(place) = value_range(text, key) else {
             continue;
         };
         loop {
@@ -188,7 +190,7 @@ fn asked_of(
 
 #[cfg(test)]
 mod tests {
-    use super::{asked_of, fitting_grid, meant, without, without_head};
+    use super::{ask_from, fitting_grid, meant, without, without_head};
 
     #[test]
     fn sides_and_no_hole_are_read_as_they_are_said() {
@@ -217,10 +219,10 @@ mod tests {
         let text = "[surface]\nrq = \"5 um\"\n[contact]\nnormal_load = \"30 kN\"\n";
         let answers = ["", "30 km", "20 kN"].map(|answer| Ok(answer.to_owned()));
         let fault = |sets: &[String]| sets.last()?.contains("km").then(|| "a length".to_owned());
-        let sets = asked_of(text, answers.into_iter(), fault);
+        let sets = ask_from(text, answers.into_iter(), fault);
         assert_eq!(sets, ["contact.normal_load=20 kN"]);
-        // Who goes away has answered what he has.
-        let none = asked_of(text, std::iter::empty(), |_| None);
+        // End of input keeps the answers so far.
+        let none = ask_from(text, std::iter::empty(), |_| None);
         assert!(none.is_empty());
     }
 }

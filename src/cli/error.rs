@@ -1,4 +1,4 @@
-//! What a command can fail with, and the exit code that goes with it.
+//! Errors of commands and their exit codes.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use fretwear::structure::StructureError;
 
 use super::Exit;
 
-/// What a command can fail with.
+/// Error of a command.
 #[derive(Debug, thiserror::Error)]
 pub enum CliError {
     #[error(transparent)]
@@ -20,27 +20,25 @@ pub enum CliError {
     #[error(transparent)]
     Input(#[from] InputError),
     #[error(
-        "{source}\n{} is not as the run wrote it: remove it, and the run continues with the scene stored in run.json",
+        "{source}\n{} was changed after the run wrote it: remove it, and the run continues with the scene stored in run.json",
         path.display()
     )]
     EditedScene { path: PathBuf, source: SceneError },
     #[cfg(feature = "polars")]
-    #[error(
-        "cannot start, or wait for, a process that computes a run: {0}; with --jobs 1 there is none"
-    )]
+    #[error("cannot start or wait for the process of a run: {0}; --jobs 1 needs no processes")]
     Processes(std::io::Error),
     #[error("{0}")]
     NoIteration(String),
-    #[error("there is no run at {}; name the scene to begin it with", path.display())]
+    #[error("there is no run at {}; give the scene that starts it", path.display())]
     NothingToRun { path: PathBuf },
     #[error("only scenes have a JSON Schema: run `fretwear schema scene --json-schema`")]
     NoJsonSchema,
     #[error("{0}; no table has that name either: `fretwear schema` lists the tables")]
     UnknownWord(fretwear::scene::explain::UnknownKey),
-    #[error("{like} is no scene to begin from; there are {known}")]
+    #[error("{like} is not a shipped scene; choose one of {known}")]
     UnknownExample { like: String, known: String },
     #[error(
-        "the bolt of the structure of {like} goes through its joint, which keeps its hole; give another diameter"
+        "the scene {like} needs its hole, because the bolt of its structure goes through the joint; give another diameter"
     )]
     HoleStays { like: String },
     #[error("cannot write {}: {source}", path.display())]
@@ -48,11 +46,9 @@ pub enum CliError {
         path: PathBuf,
         source: std::io::Error,
     },
-    #[error("{} is there already, and is not replaced: give another name, or remove it", path.display())]
+    #[error("{} exists already and is not replaced: give another name, or remove it", path.display())]
     SceneIsThere { path: PathBuf },
-    #[error(
-        "{key} stands on no line of its own in the scene {like}; change it in the file that is written"
-    )]
+    #[error("{key} has no line of its own in the scene {like}; change it in the written file")]
     NoLine { key: String, like: String },
     #[error("there is no run at {}, and no folder of runs: `fretwear run SCENE` writes its run to runs/NAME", path.display())]
     NoFolder { path: PathBuf },
@@ -68,23 +64,23 @@ pub enum CliError {
     #[error("{} has no [structure] of kind \"resonator\" to export", path.display())]
     NothingToExport { path: PathBuf },
     #[error(
-        "the stiffness of this joint follows from its surface, in a run; give --kt and --kn (a run's summary has them), or --tied"
+        "a run computes the stiffness of this joint from its surface; give --kt and --kn (from a run's summary), or --tied"
     )]
     UnknownStiffness,
-    #[error("{} is a file; files are written to a folder, which is made where it is not there", path.display())]
+    #[error("{} is a file; give a folder, which is created if it is missing", path.display())]
     NotAFolder { path: PathBuf },
     #[error("cannot write {}: {source}", path.display())]
     Export {
         path: PathBuf,
         source: std::io::Error,
     },
-    #[error("the run {} has no structure in finite elements, whose reduced model could be written", path.display())]
+    #[error("the run {} has no finite-element structure, so there is no reduced model to write", path.display())]
     NothingReduced { path: PathBuf },
     #[error(
-        "the residual flexibility of the reduced structure: {0}; two points of force and response may be one and the same place"
+        "cannot compute the residual flexibility of the reduced structure: {0}; two points of force and response may coincide"
     )]
     Residual(#[from] fretwear::linalg::LinalgError),
-    #[error("the run {} has no contact elements that vibrate, which could be written", path.display())]
+    #[error("the run {} has no vibrating contact elements to write", path.display())]
     NoElements { path: PathBuf },
     #[error("the run {} has neither a surface nor contact elements nor the edges of a structure to draw", path.display())]
     NothingToDraw { path: PathBuf },
@@ -96,7 +92,7 @@ pub enum CliError {
     Map(#[from] fretwear::surface::readers::ReadError),
     #[error("--fixed: {0}")]
     Fixed(#[from] fretwear::structure::inspection::FixedError),
-    #[error("the run {} has no [wear]: nothing of it changes with cycles", path.display())]
+    #[error("the run {} has no [wear]: nothing in it changes with cycles", path.display())]
     NothingWears { path: PathBuf },
     #[error("the run {} has no history of the {figure}: {reason}", path.display())]
     NoMilestone {
@@ -109,12 +105,12 @@ pub enum CliError {
     #[error("there is no scene (*.toml) in {}", path.display())]
     NoScenes { path: PathBuf },
     #[error(
-        "{} and {} have the same name {name}, and so the same folder of runs; give one of them another name",
+        "{} and {} have the same name {name} and would share a folder of runs; rename one of them",
         paths[0].display(), paths[1].display()
     )]
     SameName { name: String, paths: [PathBuf; 2] },
     #[error(
-        "{option} is for a single scene, and there are {scenes}: of several, the presets fast, balanced and reference are run"
+        "{option} needs a single scene, but {scenes} are given: several scenes are run only with the presets fast, balanced and reference"
     )]
     OfOneScene { option: &'static str, scenes: usize },
     #[error("{}: {source}", path.display())]
@@ -125,7 +121,7 @@ pub enum CliError {
     #[error("{} lies within the run {}; give a folder outside of it", path.display(), run.display())]
     WithinARun { path: PathBuf, run: PathBuf },
     #[error(
-        "{stage} of iteration {wear_iteration} is not the same: {tables}; the run was computed by another version or on another processor, or its end, or the responses asked for, were others then"
+        "{stage} of iteration {wear_iteration} is not the same: {tables}; the run was computed by another version, on another processor, or with another end or other requested responses"
     )]
     NotTheSame {
         stage: fretwear::stages::Stage,
@@ -133,23 +129,23 @@ pub enum CliError {
         tables: String,
     },
     #[error(
-        "{} has no harmonic force in [dynamics]: nothing vibrates whose backbone could be followed",
+        "{} has no harmonic force in [dynamics]: without a vibration there is no backbone to follow",
         path.display()
     )]
     NothingVibrates { path: PathBuf },
     #[error(
-        "{} gives dynamics.at without dynamics.frequency: give dynamics.frequency too, the range in which the resonances of the backbone are looked for",
+        "{} gives dynamics.at without dynamics.frequency: also give dynamics.frequency, the range in which the backbone searches for resonances",
         path.display()
     )]
     NoRange { path: PathBuf },
     #[error(
-        "the backbone is to begin at {from} N and to end at {to} N; --from must be less than --to (without them: a thousandth of the scene's force, and twice it)"
+        "the backbone cannot go from {from} N to {to} N; --from must be less than --to (defaults: a thousandth of the scene's force, and twice the scene's force)"
     )]
     Levels { from: f64, to: f64 },
     #[error("{end}: {reason}; with --over KEY it is a value of that key")]
     Level { end: &'static str, reason: String },
     #[error(
-        "{key} is to go from {from} to {to}: --from and --to must be two different numbers of its dimension"
+        "{key} cannot go from {from} to {to}: --from and --to must be two different values with the dimension of the key"
     )]
     OverLevels {
         key: String,
@@ -157,7 +153,7 @@ pub enum CliError {
         to: String,
     },
     #[error(
-        "--over {key} and --set {set} are of one key: leave --set out, for --from and --to have its values"
+        "--over {key} and --set {set} change the same key: leave --set out, because --from and --to give its values"
     )]
     OverASet { key: String, set: String },
     #[error("--over {key}, at {value}: {source}")]
@@ -167,16 +163,16 @@ pub enum CliError {
         source: Box<CliError>,
     },
     #[error(
-        "{} would be written over: it is a scene of this command, or its other output; name another file",
+        "{} would be overwritten: it is a scene or another output of this command; give another file",
         path.display()
     )]
     OutputIsTaken { path: PathBuf },
     #[error(
-        "--over {key} changes a key of scenes, and {run} is a run, which has its own: name its scene, or leave --over out for the backbone over the force"
+        "--over {key} changes a key of scenes, but {run} is a run, whose keys are fixed: give its scene, or leave --over out to follow the force"
     )]
     OverOfARun { key: String, run: String },
     #[error(
-        "--set changes the keys of scenes, and a run has its own: name a scene too, or begin a run with `fretwear run --from RUN@K --set …`"
+        "--set changes the keys of scenes, but the keys of a run are fixed: give a scene too, or start a run with `fretwear run --from RUN@K --set …`"
     )]
     SetOfARun,
     #[error(transparent)]
@@ -190,7 +186,7 @@ pub enum CliError {
     Row {
         index: usize,
         settings: String,
-        /// Rows that cannot be run either.
+        /// Number of other rows with an error.
         others: usize,
         source: Box<CliError>,
     },
@@ -205,7 +201,7 @@ pub enum CliError {
     #[error("row {index} failed: {reason}")]
     RowFailedNow { index: usize, reason: String },
     #[error(
-        "--scratch is for campaigns with keep = \"history\": of one that keeps whole runs, they belong into its folder"
+        "--scratch needs a campaign with keep = \"history\": whole runs are computed in the folder of their campaign"
     )]
     ScratchOfRuns,
     #[error("cannot start a process for row {index}: {source}")]
@@ -236,7 +232,7 @@ impl From<StoreError> for CliError {
 }
 
 impl CliError {
-    /// The exit code that goes with it.
+    /// Returns the exit code of the error.
     pub fn exit(&self) -> Exit {
         match self {
             CliError::Run(error) if error.is_scene() => Exit::Scene,

@@ -1,4 +1,5 @@
-//! `fretwear export`: the resonator for other programs, and as the matrices that they write; the reduced structure of a run; a run for ParaView.
+//! `fretwear export`: the resonator as an input deck or as matrices, the reduced structure and the contact of a run,
+//! and a run for ParaView.
 
 use std::io::{self, Cursor, Write};
 use std::path::Path;
@@ -18,7 +19,8 @@ use super::export_vtu::export_vtu;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Writes the resonator's input deck, and says on demand what its frequencies are here.
+/// Runs the requested export. By default, it writes the input deck of the resonator, and prints its frequencies on
+/// request.
 pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let (Some(folder), Some(run)) = (&arguments.vtu, &arguments.scene) {
         return export_vtu(run, folder, out);
@@ -47,13 +49,13 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
     }
     let contact = scene.and_then(|scene| scene.contact);
     let Some(output) = &arguments.output else {
-        unreachable!("the command line wants a file or a folder");
+        unreachable!("the command line requires a file or a folder");
     };
     let stiffness = match (arguments.kt.zip(arguments.kn), &contact) {
         _ if arguments.tied => None,
         (Some(stiffness), _) => Some(stiffness),
         (None, None) => None,
-        (None, Some(contact)) => Some(at_rest(contact).ok_or(CliError::UnknownStiffness)?),
+        (None, Some(contact)) => Some(rest_stiffness(contact).ok_or(CliError::UnknownStiffness)?),
     };
     let resonator = Resonator {
         tied: stiffness.is_none(),
@@ -68,7 +70,7 @@ pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, Cl
     )
 }
 
-/// The keys of a structure that is read from the files below.
+/// Keys of a structure that is read from the files of [`write_matrices`].
 const READ: [(&str, &str); 5] = [
     ("kind", "matrices"),
     ("stiffness", "stiffness.mtx"),
@@ -77,7 +79,7 @@ const READ: [(&str, &str); 5] = [
     ("interface", "pairs.csv"),
 ];
 
-/// The files of a resonator's matrices in a folder, with the scene that reads them.
+/// Writes the matrices of a resonator to a folder, and with `scene` also a scene that reads them.
 fn write_matrices(
     resonator: &Resonator,
     scene: Option<&Scene>,
@@ -101,7 +103,7 @@ fn write_matrices(
     Ok(Exit::Done)
 }
 
-/// Makes the folder that files are written to.
+/// Creates the folder for the files.
 pub(super) fn make_folder(folder: &Path) -> Result<(), CliError> {
     let path = folder.to_owned();
     if folder.is_file() {
@@ -116,14 +118,14 @@ pub(super) fn save(
     write: impl FnOnce(&mut Cursor<Vec<u8>>) -> io::Result<()>,
 ) -> Result<(), CliError> {
     let path = folder.join(name);
-    // In memory first: a library that writes hides why a disk refuses it.
+    // Write to memory first: a library that writes to a file hides why the disk rejects it.
     let mut bytes = Cursor::default();
     let written = write(&mut bytes).and_then(|()| output::replace(&path, bytes.get_ref()));
     written.map_err(|source| CliError::Export { path, source })
 }
 
-/// kt and kn \[N/m\] of a contact at rest, if the scene says them: a gap bears nothing.
-fn at_rest(contact: &Contact) -> Option<(f64, f64)> {
+/// Returns kt and kn \[N/m\] of a contact at rest, if the scene gives them. A gap has no stiffness.
+fn rest_stiffness(contact: &Contact) -> Option<(f64, f64)> {
     match contact.elements {
         ElementStiffness::Given { gap, .. } if gap > 0.0 => Some((0.0, 0.0)),
         ElementStiffness::Given { kn, kt, .. } => Some((kt, kn)),
@@ -131,7 +133,8 @@ fn at_rest(contact: &Contact) -> Option<(f64, f64)> {
     }
 }
 
-/// `stiffness`: kt and kn \[N/m\] of the whole joint, shared by area; `frequencies`: where they are printed.
+/// Writes the deck. `stiffness` is kt and kn \[N/m\] of the whole joint, shared by area. The frequencies are printed to
+/// `frequencies`.
 fn write(
     resonator: &Resonator,
     stiffness: Option<(f64, f64)>,
@@ -140,7 +143,7 @@ fn write(
     frequencies: Option<&mut Results>,
 ) -> Result<Exit, CliError> {
     let mesh = resonator.mesh()?;
-    // All cells of the lap have one area.
+    // All cells of the lap have the same area.
     let share = 1.0 / mesh.contacts.len() as f64;
     let (kt, kn) = stiffness.unwrap_or_default();
     let springs = vec![[kt * share, kt * share, kn * share]; mesh.contacts.len()];
@@ -150,11 +153,11 @@ fn write(
         source,
     })?;
     if let Some(out) = frequencies {
-        let found = deck.frequencies()?;
+        let spectrum = deck.frequencies()?;
         out.json(&json!({
-            "rigid_modes": found.rigid,
-            "elastic_frequencies": found.elastic,
-            "mass": found.mass,
+            "rigid_modes": spectrum.rigid,
+            "elastic_frequencies": spectrum.elastic,
+            "mass": spectrum.mass,
         }));
     }
     Ok(Exit::Done)

@@ -1,4 +1,5 @@
-//! `fretwear export RUN@K --contact csv -o FOLDER`: the contact elements of a run, and the structure that they move in.
+//! `fretwear export RUN@K --contact csv -o FOLDER`: the contact elements of a run, and the structure to which they
+//! belong.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ use super::{CliError, Exit};
 use crate::progress::Watcher;
 use crate::terminal::Results;
 
-/// The form of what is written: tables and matrices, and for the other two what reads them there.
+/// Format of the export: tables and matrices. `Pyharm` and `Nlvib` add a script that reads them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ContactForm {
     Csv,
@@ -31,23 +32,24 @@ pub enum ContactForm {
     Nlvib,
 }
 
-/// The module that reads the files into pyHarm.
+/// Module that reads the files into pyHarm.
 const PYHARM: &str = include_str!("templates/pyharm_joint.py");
 
-/// The function that reads the files into NLvib.
+/// Function that reads the files into NLvib.
 const NLVIB: &str = include_str!("templates/nlvib_joint.m");
 
 /// Axes of the ports of an element.
 const AXES: [&str; 3] = ["x", "y", "n"];
 
-/// Writes the contact elements as `contact.csv`, the matrices as K, M, C and Ks, and what their rows, loads and harmonics are as `vibration.json`.
+/// Writes the contact elements as `contact.csv`, the matrices K, M, C and Ks, their rows as `rows.csv`, the loads as
+/// `loads.csv`, and loads and harmonics as `vibration.json`.
 pub fn export_contact(
     run: &Path,
     folder: &Path,
     arguments: &ExportArguments,
     out: &mut Results,
 ) -> Result<Exit, CliError> {
-    let (root, iteration) = place(run)?;
+    let (root, iteration) = run_and_iteration(run)?;
     let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
     let recipe = reader.plan(StoredPlan::of)?.recipe;
     if recipe.elements().is_none() || recipe.response.is_none() {
@@ -79,10 +81,10 @@ pub fn export_contact(
         ("C", &exported.matrices[2]),
         ("Ks", &exported.matrices[3]),
     ];
-    let is_there = |matrix: &Matrix| matrix.as_slice().iter().any(|value| *value != 0.0);
+    let is_nonzero = |matrix: &Matrix| matrix.as_slice().iter().any(|value| *value != 0.0);
     let written: Vec<(&str, &Matrix)> = matrices
         .into_iter()
-        .filter(|(name, matrix)| ["K", "M"].contains(name) || is_there(matrix))
+        .filter(|(name, matrix)| ["K", "M"].contains(name) || is_nonzero(matrix))
         .collect();
     for (name, matrix) in &written {
         save(folder, &format!("{name}.mtx"), |to| {
@@ -107,25 +109,25 @@ pub fn export_contact(
     let (elements, sliders) = (table.count(), table.sliders.len());
     writeln!(
         out,
-        "{}: {elements} contact elements of {sliders} sliders, matrices of {} rows; iteration {wear_iteration}",
+        "{}: {elements} contact elements with {sliders} sliders, matrices with {} rows; iteration {wear_iteration}",
         folder.display(),
         exported.matrices[0].rows()
     );
-    let Moves { lift, close, vary } = moves(&exported);
+    let Moves { lift, close, vary } = count_moves(&exported);
     writeln!(
         out,
-        "  over the cycle of the response in force {lift} sliders lift off, {close} that are open at rest close, and the load of {vary} varies by more than 10 %"
+        "  over a cycle of the present response, {lift} sliders lift off, {close} sliders that are open at rest close, and the load of {vary} sliders varies by more than 10 %"
     );
     if arguments.one_slider {
-        let lost = lost(&exported, &table);
-        save(folder, "one_slider.csv", |to| write_lost(&lost, to))?;
-        write_whole(&lost, out);
+        let changes = one_slider_changes(&exported, &table);
+        save(folder, "one_slider.csv", |to| write_changes(&changes, to))?;
+        print_total_changes(&changes, out);
     }
     Ok(Exit::Done)
 }
 
-/// The run and the iteration of `RUN@N`; the last one of `RUN`.
-fn place(run: &Path) -> Result<(PathBuf, Option<u64>), CliError> {
+/// Parses `RUN@N` into run and iteration. For `RUN`, the iteration is `None`: the last one.
+fn run_and_iteration(run: &Path) -> Result<(PathBuf, Option<u64>), CliError> {
     let text = run.to_string_lossy();
     if !text.contains('@') || run.is_dir() {
         return Ok((run.to_owned(), None));
@@ -134,23 +136,23 @@ fn place(run: &Path) -> Result<(PathBuf, Option<u64>), CliError> {
     Ok((source.run, Some(source.wear_iteration)))
 }
 
-/// What a reader has to know of the table.
+/// Returns the comment lines at the head of the table.
 fn head(recipe: &Recipe, exported: &ExportedContact, one_slider: bool) -> Vec<String> {
     let law = recipe
         .elements()
         .map_or("", |elements| elements.friction_law.formula());
     let mut head = vec![
-        "# Contact elements of a run of fretwear, a row a slider; SI units.".to_owned(),
+        "# Contact elements of a fretwear run, one row per slider; SI units.".to_owned(),
         ports_line(exported.ports),
-        "# Sliders of an element are parallel: all see its displacement, upper body less lower, counted from rest.".to_owned(),
-        "# Normal displacement is positive where the joint opens. Load of a slider: max(0, normal_load - kn (u + gap)); forces on the structure are".to_owned(),
-        "# what it is less normal_load, the load at rest.".to_owned(),
-        format!("# Friction: {law} with the load of the instant; kt (u - w) with the slider at w. In rest w = 0, as it is without load w = u."),
-        "# Cycles begin at rest, go to the first sample in one step, and are marched to the steady one.".to_owned(),
-        "# damping_kn, damping_kt: springs with which damping in modes of the stuck joint is counted; the matrix C has it already.".to_owned(),
+        "# The sliders of an element are parallel: all have its displacement, upper body less lower, relative to rest.".to_owned(),
+        "# Normal displacement is positive where the joint opens. Load of a slider: max(0, normal_load - kn (u + gap)); the force on the structure is".to_owned(),
+        "# this load less normal_load, the load at rest.".to_owned(),
+        format!("# Friction: {law} with the instantaneous load; kt (u - w) with the slider at w. At rest w = 0; without load w = u."),
+        "# The motion starts at rest, goes to the first sample in one step, and is marched to the steady cycle.".to_owned(),
+        "# damping_kn, damping_kt: springs of the stuck joint whose modes define the damping; the matrix C already includes it.".to_owned(),
     ];
     if one_slider {
-        head.push("# One slider an element: strength and energy are kept at the amplitude of this response, the stuck stiffness is not.".to_owned());
+        head.push("# One slider per element: strength and energy stay the same at the amplitude of this response, the stuck stiffness does not.".to_owned());
     }
     head
 }
@@ -177,7 +179,7 @@ fn write_table(
     Ok(())
 }
 
-/// A line a row of the matrices, from 1.
+/// Writes one line per row of the matrices, numbered from 1.
 fn rows(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
     writeln!(to, "row,kind,element,point,axis,x,y")?;
     let mut row = 0;
@@ -197,7 +199,7 @@ fn rows(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// A line a load: its row, from 1, its harmonic, and the amplitudes of its cosine and sine.
+/// Writes one line per load: its row (from 1), its harmonic, and the amplitudes of its cosine and sine.
 fn loads(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
     writeln!(to, "row,harmonic,cosine,sine")?;
     for (row, harmonic, cosine, sine) in &exported.loads {
@@ -206,7 +208,7 @@ fn loads(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Loads, harmonics and range as an object.
+/// Returns loads, harmonics and frequency range as JSON.
 fn vibration(exported: &ExportedContact) -> String {
     let loads = exported.loads.iter().map(|(row, harmonic, cosine, sine)| {
         json!({ "row": row + 1, "harmonic": harmonic, "cosine": cosine, "sine": sine })
@@ -223,18 +225,18 @@ fn vibration(exported: &ExportedContact) -> String {
     text.unwrap_or_default() + "\n"
 }
 
-/// Sliders that change their contact over a cycle.
+/// Numbers of sliders whose contact changes over a cycle.
 struct Moves {
     lift: usize,
     close: usize,
     vary: usize,
 }
 
-/// Part of its load that a slider's varies by where it counts as varying.
+/// A slider counts as varying if its load changes by more than this share of the load at rest.
 const VARIES: f64 = 0.1;
 
-fn moves(exported: &ExportedContact) -> Moves {
-    let mut moves = Moves {
+fn count_moves(exported: &ExportedContact) -> Moves {
+    let mut counts = Moves {
         lift: 0,
         close: 0,
         vary: 0,
@@ -248,25 +250,26 @@ fn moves(exported: &ExportedContact) -> Moves {
             let load = |u: f64| slider.normal_load + slider.normal_stiffness * (u - slider.gap);
             let (low, high) = (load(least), load(most));
             let rest = slider.normal_load;
-            moves.lift += usize::from(rest > 0.0 && low <= 0.0);
-            moves.close += usize::from(rest == 0.0 && high > 0.0);
-            let away = (high - rest).max(rest - low);
-            moves.vary += usize::from(rest > 0.0 && low > 0.0 && away > VARIES * rest);
+            counts.lift += usize::from(rest > 0.0 && low <= 0.0);
+            counts.close += usize::from(rest == 0.0 && high > 0.0);
+            let deviation = (high - rest).max(rest - low);
+            counts.vary += usize::from(rest > 0.0 && low > 0.0 && deviation > VARIES * rest);
         }
     }
-    moves
+    counts
 }
 
-/// What one slider makes of an element: of the bank, and of the slider.
-struct Lost {
+/// Figures of an element with its bank of sliders and with one slider.
+struct OneSliderChange {
     element: usize,
-    /// kt, energy of a cycle, first harmonic of the force in the plane, and the half range of the normal force.
+    /// Tangential stiffness, energy per cycle, first harmonic of the tangential force, and half range of the normal
+    /// force.
     bank: [f64; 4],
     one: [f64; 4],
 }
 
-fn lost(exported: &ExportedContact, table: &ElementTable) -> Vec<Lost> {
-    let one_of = |e: usize| ContactElement {
+fn one_slider_changes(exported: &ExportedContact, table: &ElementTable) -> Vec<OneSliderChange> {
+    let one_slider_element = |e: usize| ContactElement {
         sliders: vec![fretwear::dynamics::Slider {
             normal_load: table.sliders[e][0],
             gap: table.sliders[e][1],
@@ -302,10 +305,10 @@ fn lost(exported: &ExportedContact, table: &ElementTable) -> Vec<Lost> {
     elements
         .map(|(e, element)| {
             let displacement = exported.over_cycle(e);
-            Lost {
+            OneSliderChange {
                 element: e,
                 bank: figures(element, &displacement),
-                one: figures(&one_of(e), &displacement),
+                one: figures(&one_slider_element(e), &displacement),
             }
         })
         .collect()
@@ -313,10 +316,10 @@ fn lost(exported: &ExportedContact, table: &ElementTable) -> Vec<Lost> {
 
 const LOST: [&str; 4] = ["kt", "energy", "first_harmonic", "normal_force"];
 
-fn write_lost(lost: &[Lost], to: &mut impl Write) -> io::Result<()> {
+fn write_changes(changes: &[OneSliderChange], to: &mut impl Write) -> io::Result<()> {
     let columns = LOST.map(|name| format!("{name}_bank,{name}_one"));
     writeln!(to, "element,{}", columns.join(","))?;
-    for row in lost {
+    for row in changes {
         let pairs = row
             .bank
             .iter()
@@ -332,10 +335,10 @@ fn write_lost(lost: &[Lost], to: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// What all elements together lose, and how far the force of one may be off.
-fn write_whole(lost: &[Lost], out: &mut Results) {
-    let sum = |of: fn(&Lost) -> [f64; 4], column: usize| {
-        lost.iter().map(|row| of(row)[column]).sum::<f64>()
+/// Prints the changes of the figures, summed over all elements.
+fn print_total_changes(changes: &[OneSliderChange], out: &mut Results) {
+    let sum = |figures: fn(&OneSliderChange) -> [f64; 4], column: usize| {
+        changes.iter().map(|row| figures(row)[column]).sum::<f64>()
     };
     let change = |column: usize| {
         let (bank, one) = (sum(|row| row.bank, column), sum(|row| row.one, column));

@@ -15,7 +15,8 @@ use super::export::{make_folder, save};
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Writes the matrices as `K.mtx`, `M.mtx`, `C.mtx` and `Ks.mtx`, all of them as `reduced.npz`, and what their rows are as `rows.csv`.
+/// Writes the matrices as `K.mtx`, `M.mtx`, `C.mtx` and `Ks.mtx`, all matrices as `reduced.npz`, and their rows as
+/// `rows.csv`.
 pub fn export_reduced(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), run)?;
     let Some(tables) = ReducedTables::of(&reader)? else {
@@ -52,7 +53,8 @@ pub fn export_reduced(run: &Path, folder: &Path, out: &mut Results) -> Result<Ex
     Ok(Exit::Done)
 }
 
-/// A line a row of the matrices: ports of contact elements (upper less lower body) and of points, then modes.
+/// Writes one line per row of the matrices: ports of contact elements (upper less lower body), ports of points, then
+/// modes.
 fn rows(
     port: &typed::StructurePort,
     mode: &typed::StructureMode,

@@ -15,20 +15,20 @@ use super::run::parse_source;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Writes the cells and the contact elements of the iterations that a run keeps, each with a collection over cycles, and the edges of the structure;
-/// of `RUN@N` those of iteration N.
+/// Writes the cells and the contact elements of the stored iterations of a run, each with a collection over cycles, and
+/// the edges of the structure. For `RUN@N`, it writes only iteration N.
 pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, CliError> {
     let text = run.to_string_lossy();
     let is_iteration = text.contains('@') && !run.is_dir();
     let source = is_iteration.then(|| parse_source(&text)).transpose();
     let source = source.map_err(CliError::NoIteration)?;
-    let (root, only) = match &source {
+    let (root, single_iteration) = match &source {
         Some(source) => (source.run.as_path(), Some(source.wear_iteration)),
         None => (run, None),
     };
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let recipe = reader.plan(StoredPlan::of)?.recipe;
-    let iterations: Vec<u64> = match only {
+    let iterations: Vec<u64> = match single_iteration {
         Some(iteration) => vec![iteration],
         None => reader.iterations().collect(),
     };
@@ -56,7 +56,7 @@ pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, 
     let once = |table: TableName| reader.read_once(table);
     let outline = once(TableName::StructureOutline)?.zip(once(TableName::StructureOutlineMode)?);
     if let Some((lines, modes)) = outline {
-        let grid = UnstructuredGrid::outline(&of_table(&lines)?, &of_table(&modes)?);
+        let grid = UnstructuredGrid::outline(&typed_table(&lines)?, &typed_table(&modes)?);
         save(folder, "structure.vtu", |to| grid.write("structure", to))?;
         written.push("structure.vtu".to_owned());
     }
@@ -69,7 +69,7 @@ pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, 
     Ok(Exit::Done)
 }
 
-/// What is drawn of an iteration, if it has that.
+/// Builds the grid of an iteration, if the run has it.
 type Grid = fn(&RunReader, &Recipe, u64) -> Result<Option<UnstructuredGrid>, CliError>;
 
 fn joint(
@@ -77,18 +77,18 @@ fn joint(
     recipe: &Recipe,
     iteration: u64,
 ) -> Result<Option<UnstructuredGrid>, CliError> {
-    let (Some(of_recipe), Some(surface)) =
+    let (Some(surface_recipe), Some(surface)) =
         (recipe.surface(), reader.read_once(TableName::Surface)?)
     else {
         return Ok(None);
     };
     let patch = Patch {
-        grid: of_recipe.grid(),
-        kept: of_table::<typed::Surface>(&surface)?.kept,
+        grid: surface_recipe.grid(),
+        kept: typed_table::<typed::Surface>(&surface)?.kept,
     };
     let mut tables = vec![surface];
     for table in [TableName::WearField, TableName::ContactField] {
-        tables.extend(maybe(reader, iteration, table)?);
+        tables.extend(read_optional(reader, iteration, table)?);
     }
     Ok(Some(UnstructuredGrid::joint(&patch, &tables)))
 }
@@ -98,20 +98,24 @@ fn contact_elements(
     _recipe: &Recipe,
     iteration: u64,
 ) -> Result<Option<UnstructuredGrid>, CliError> {
-    let Some(elements) = maybe(reader, iteration, TableName::ContactElement)? else {
+    let Some(elements) = read_optional(reader, iteration, TableName::ContactElement)? else {
         return Ok(None);
     };
-    let response = maybe(reader, iteration, TableName::Response)?;
-    let response = response.map(|table| of_table(&table)).transpose()?;
-    let elements = of_table(&elements)?;
+    let response = read_optional(reader, iteration, TableName::Response)?;
+    let response = response.map(|table| typed_table(&table)).transpose()?;
+    let elements = typed_table(&elements)?;
     Ok(Some(UnstructuredGrid::contact_elements(
         &elements,
         response.as_ref(),
     )))
 }
 
-/// A table of an iteration; none where that has none.
-fn maybe(reader: &RunReader, iteration: u64, table: TableName) -> Result<Option<Table>, CliError> {
+/// Reads a table of an iteration. Returns `None` if the iteration lacks it.
+fn read_optional(
+    reader: &RunReader,
+    iteration: u64,
+    table: TableName,
+) -> Result<Option<Table>, CliError> {
     match reader.read(iteration, table) {
         Ok(table) => Ok(Some(table)),
         Err(StoreError::NoTable { .. }) => Ok(None),
@@ -119,7 +123,7 @@ fn maybe(reader: &RunReader, iteration: u64, table: TableName) -> Result<Option<
     }
 }
 
-fn of_table<T: TypedTable>(table: &Table) -> Result<T, CliError> {
+fn typed_table<T: TypedTable>(table: &Table) -> Result<T, CliError> {
     T::of(table).map_err(|error| CliError::Run(error.into()))
 }
 

@@ -1,4 +1,4 @@
-//! The figures of a joint with their error bars, as the end of a run, `fretwear status` and `fretwear compare` print them.
+//! Figures of a joint with their error bars, for the end of a run, `fretwear status` and `fretwear compare`.
 
 use fretwear::report::quantity::{self, Unit, Units};
 use fretwear::report::{below, figure_with_bar};
@@ -8,7 +8,7 @@ use fretwear::tables::typed::Summary;
 use crate::progress::grouped;
 use crate::terminal::Results;
 
-/// Significant digits of a figure.
+/// Number of significant digits of a figure.
 pub const DIGITS: usize = 4;
 
 /// A figure of a joint: its title, its units, its value, and its relative error bar.
@@ -34,8 +34,8 @@ const fn figure(
 
 const FRICTION: &str = "friction of a cycle";
 
-/// All figures, in the order in which they are printed. Resonance and amplitude are those with the state's own contact elements where it
-/// has such a response, as in a report; else those of the vibration that drives the wear.
+/// All figures, in print order. Resonance and amplitude belong to the response with the state's own contact elements if
+/// there is one, as in a report. Otherwise they belong to the vibration that drives the wear.
 #[rustfmt::skip]
 pub const FIGURES: [Figure; 19] = [
     figure(("resonance", quantity::FREQUENCY), JointState::resonance, |s| s.error_resonance_frequency),
@@ -47,7 +47,7 @@ pub const FIGURES: [Figure; 19] = [
     figure(("depth of 1 %", quantity::LENGTH), |s| s.summary.depth_99, |s| s.error_depth_99),
     figure(("wear rate", quantity::VOLUME_RATE), |s| s.summary.wear_rate, |s| s.error_dissipated_energy),
     figure((FRICTION, quantity::ENERGY), |s| s.summary.dissipated_energy, |s| s.error_dissipated_energy),
-    // A load that stays is one of the scene.
+    // Skip a constant load, which is an input of the scene.
     figure(("bolt load", quantity::FORCE), |s| s.summary.error_normal_load.and(s.summary.normal_load), |s| s.error_normal_load),
     figure(("stiffness kn", quantity::STIFFNESS), |s| s.summary.kn, |s| s.error_kn),
     figure(("stiffness kt", quantity::STIFFNESS), |s| s.summary.kt, |s| s.error_kt),
@@ -61,17 +61,17 @@ pub const FIGURES: [Figure; 19] = [
 ];
 
 impl Figure {
-    /// Its value in a state, where the state has it.
+    /// Returns the value in a state, if the state has the figure.
     pub fn value(&self, state: &JointState) -> Option<f64> {
         (self.of)(state).filter(|value| value.is_finite())
     }
 
-    /// Its relative error bar in a state, 0 where it has none.
+    /// Returns the relative error bar in a state, 0 without a bar.
     fn bar(&self, state: &JointState) -> f64 {
         (self.bar)(&state.summary).unwrap_or(0.0)
     }
 
-    /// What it is below in a state in which it has come to zero.
+    /// Returns the upper bound of a figure whose value has fallen to zero in a state.
     fn limit(&self, state: &JointState) -> Option<f64> {
         let limit = match self.title {
             FRICTION => state.summary.error_dissipated_energy_absolute,
@@ -80,7 +80,7 @@ impl Figure {
         limit.filter(|limit| *limit > 0.0 && self.value(state) == Some(0.0))
     }
 
-    /// The unit in which all its values in some states, or what they are below, read well.
+    /// Returns a readable unit for the values, or upper bounds, in some states.
     pub fn unit<'a>(&self, states: impl IntoIterator<Item = &'a JointState>) -> Unit {
         let size = |state: &JointState| {
             let value = self.value(state)?;
@@ -95,7 +95,8 @@ impl Figure {
         quantity::unit_of(self.units, quantity::largest(&sizes))
     }
 
-    /// Its value in a state with its error bar, or what it is below, as `number` writes a value; `None` where the state lacks it.
+    /// Formats the value with its error bar, or its upper bound, with `number`. Returns `None` if the state lacks the
+    /// figure.
     pub fn text(&self, state: &JointState, number: impl Fn(f64) -> String) -> Option<String> {
         let value = self.value(state)?;
         Some(match self.limit(state) {
@@ -105,13 +106,13 @@ impl Figure {
     }
 }
 
-/// A value with its unit.
+/// Formats a value with its unit.
 pub fn in_unit(value: f64, unit: Unit) -> String {
     let number = unit.rounded(value, DIGITS);
     format!("{number} {}", unit.symbol).trim_end().to_owned()
 }
 
-/// The worn volume of a state in words, with its bar \[m³, and relative\].
+/// Describes the worn volume \[m³\] of a state with its relative error bar.
 pub fn worn(volume: f64, bar: Option<f64>) -> String {
     let unit = quantity::unit_of(quantity::VOLUME, volume);
     let number = |volume| in_unit(volume, unit);
@@ -121,7 +122,7 @@ pub fn worn(volume: f64, bar: Option<f64>) -> String {
     )
 }
 
-/// Prints the figures, unworn and now, with the error bars of what is now.
+/// Prints the figures of the unworn joint and of the present joint, with the error bars of the present joint.
 pub fn write_figures(out: &mut Results, ends: &RunEnds) {
     let RunEnds { unworn, now } = ends;
     let states = || unworn.iter().chain([now]);
@@ -165,6 +166,6 @@ pub fn write_figures(out: &mut Results, ends: &RunEnds) {
             Some("with the contact elements of the last update".to_owned()),
         ];
         let driving: Vec<String> = driving.into_iter().flatten().collect();
-        out.item("what drives the wear", &driving.join(", "));
+        out.item("wear-driving vibration", &driving.join(", "));
     }
 }

@@ -1,4 +1,4 @@
-//! `fretwear inspect`: what files of matrices say of their structure, or the file of a map of its surface.
+//! `fretwear inspect`: describes a structure from its matrix files, or a surface from its map file.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,25 +20,27 @@ use super::inspect_map::inspect_map;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// What is said to be unsymmetric: more than rounding and the digits of a text leave.
+/// Smallest asymmetry that is reported: more than rounding and the digits of a text file cause.
 const UNSYMMETRIC: f64 = 1e-8;
-/// Rows that are named one by one; of more their number is enough.
+/// Largest number of rows that are listed; otherwise only their number is printed.
 const NAMED: usize = 20;
-/// Masses along the axes may differ by so much: more is said.
+/// Relative difference between the masses along the axes above which a warning is printed.
 const SAME_MASS: f64 = 1e-6;
 
 #[derive(Args)]
 pub struct InspectArguments {
-    /// Files of the matrices, as `stiffness.mtx mass.mtx`, a folder of fretwear-import, or the map of a surface; what neither a file nor its name says, as in `mass=b.mtx`
+    /// Matrix files, as `stiffness.mtx mass.mtx`, a folder of fretwear-import, or the map of a surface; give the role
+    /// of a file that does not state it, as in `mass=b.mtx`
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
-    /// Hold nodes or a set before the frequencies are computed, as in `--fixed CLAMP,12-20,31.123`, `row:1-6`, `boundary`
+    /// Fix nodes or a set before the frequencies are computed, as in `--fixed CLAMP,12-20,31.123`, `row:1-6`,
+    /// `boundary`
     #[arg(long, value_name = "SET|NODES", allow_hyphen_values = true)]
     pub fixed: Option<String>,
-    /// Natural frequencies to compute; none with 0
+    /// Number of natural frequencies; 0 computes none
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = parse_modes)]
     pub modes: usize,
-    /// The format, where the content of the files is not to decide
+    /// Format of the files, instead of the format found from their content
     #[arg(long, value_name = "FORMAT", value_parser = clap::builder::PossibleValuesParser::new(readers::words()))]
     pub format: Option<String>,
     /// Unit of the heights of a map whose file states none, as in `--unit um`
@@ -56,7 +58,7 @@ fn parse_length_unit(text: &str) -> Result<f64, String> {
     units::parse_unit(text, Dimension::LENGTH).map_err(|error| error.to_string())
 }
 
-/// Each mode is a vector of all rows; more than this are no inspection.
+/// Largest number of modes. Each mode is a vector of all rows, so more modes would take too much memory.
 const MOST_MODES: usize = 500;
 
 fn parse_modes(text: &str) -> Result<usize, String> {
@@ -69,13 +71,13 @@ fn parse_modes(text: &str) -> Result<usize, String> {
     Ok(modes)
 }
 
-/// All that is said.
-struct Told {
+/// Results of the inspection of a structure.
+struct Inspection {
     matrices: Matrices,
-    /// How far the matrices are from symmetric.
+    /// Asymmetry of each matrix.
     off: Vec<(Role, Asymmetry)>,
     frequencies: Option<Frequencies>,
-    /// With everything held that is no modal coordinate.
+    /// Frequencies with all rows fixed except the modal coordinates.
     of_modal: Option<Frequencies>,
     modal: usize,
     units: Option<Units>,
@@ -83,7 +85,7 @@ struct Told {
     failure: Option<StructureError>,
 }
 
-/// Reads the files and says what they are.
+/// Reads the files and prints their description.
 pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let [file] = &arguments.files[..]
         && arguments.format.is_none()
@@ -108,7 +110,7 @@ pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, 
     let mut failure = None;
     let mut computed =
         |is_fixed: &[bool]| match lowest_frequencies(&matrices, is_fixed, arguments.modes) {
-            Ok(found) => found,
+            Ok(frequencies) => frequencies,
             Err(error) => {
                 failure.get_or_insert(error);
                 None
@@ -126,7 +128,7 @@ pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, 
     let off: Vec<(Role, Asymmetry)> = (Role::ALL.into_iter())
         .filter_map(|role| Some((role, matrices.get(role)?.asymmetry())))
         .collect();
-    let told = Told {
+    let inspection = Inspection {
         warnings: warnings(&matrices, &off, frequencies.as_ref(), failure.as_ref()),
         off,
         units: units(&matrices),
@@ -137,16 +139,16 @@ pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, 
         failure,
     };
     if arguments.json {
-        out.json(&told.json(&arguments.files));
+        out.json(&inspection.json(&arguments.files));
     } else {
-        told.write(out);
+        inspection.write(out);
     }
-    Ok(told
+    Ok(inspection
         .failure
         .map_or(Exit::Done, |error| CliError::from(error).exit()))
 }
 
-/// `FILE`, or `ROLE=FILE` unless a file has that very name.
+/// Parses `FILE`, or `ROLE=FILE` unless a file has that very name.
 fn input(text: &str) -> Input {
     let named = text.split_once('=').and_then(|(word, path)| {
         let role = Role::ALL.into_iter().find(|role| role.name() == word)?;
@@ -205,19 +207,19 @@ fn warnings(
         .find(|role| matrices.get(*role).is_none())
     {
         warnings.push(format!(
-            "there is no {}: nothing is said of frequencies",
+            "there is no {}: frequencies cannot be computed",
             missing.name()
         ));
     }
-    if let Some(found) = frequencies {
-        if let Some(square) = found.unstable.first() {
+    if let Some(frequencies) = frequencies {
+        if let Some(square) = frequencies.unstable.first() {
             warnings.push(format!(
-                "the stiffness drives {} modes away (omega^2 = {square:e}): stiffness and mass may be exchanged, or not of one structure",
-                found.unstable.len()
+                "the stiffness makes {} modes unstable (omega^2 = {square:e}): stiffness and mass may be exchanged, or belong to different structures",
+                frequencies.unstable.len()
             ));
         }
-        if found.is_steadied {
-            warnings.push("rows without mass have no stiffness either in some direction: a trace of stiffness was added there".to_owned());
+        if frequencies.is_steadied {
+            warnings.push("rows without mass also lack stiffness in some direction: a very small stiffness was added there".to_owned());
         }
     }
     let masses: Vec<f64> = mass_by_direction(matrices).into_iter().flatten().collect();
@@ -227,7 +229,7 @@ fn warnings(
     );
     if !masses.is_empty() && most - least > SAME_MASS * most {
         warnings.push(
-            "the masses along the axes differ: freedoms were removed or condensed, or nodes have axes of their own".to_owned(),
+            "the masses along the axes differ: degrees of freedom were removed or condensed, or nodes have local axes".to_owned(),
         );
     }
     warnings.extend(suspicions(matrices));
@@ -237,7 +239,7 @@ fn warnings(
     warnings
 }
 
-/// Node and direction, or the number of the row from 1.
+/// Returns node and direction of a row, or its number from 1.
 fn row_name(matrices: &Matrices, row: usize) -> String {
     match &matrices.dofs {
         Some(dofs) => dofs[row].to_string(),
@@ -245,7 +247,7 @@ fn row_name(matrices: &Matrices, row: usize) -> String {
     }
 }
 
-impl Told {
+impl Inspection {
     fn matrix(&self, role: Role) -> Option<(&Triplets, Asymmetry)> {
         let off = self.off.iter().find(|off| off.0 == role)?;
         Some((self.matrices.get(role)?, off.1))
@@ -259,7 +261,7 @@ impl Told {
     }
 
     fn json(&self, files: &[String]) -> Value {
-        let of = |role: Role| -> Option<Value> {
+        let matrix_json = |role: Role| -> Option<Value> {
             let (matrix, off) = self.matrix(role)?;
             Some(json!({
                 "stored_entries": matrix.entries.len(),
@@ -274,28 +276,28 @@ impl Told {
         };
         let [x, y, z] = mass_by_direction(&self.matrices);
         let zero_mass = self.zero_mass();
-        let found = self.frequencies.as_ref();
+        let frequencies = self.frequencies.as_ref();
         json!({
             "files": files,
             "formats": self.matrices.formats,
             "nodes": self.matrices.dofs.as_ref().map(|_| self.matrices.nodes()),
             "dofs": self.matrices.size,
-            "stiffness": of(Role::Stiffness),
-            "mass": of(Role::Mass),
-            "damping": of(Role::Damping),
-            "structural_damping": of(Role::Hysteretic),
+            "stiffness": matrix_json(Role::Stiffness),
+            "mass": matrix_json(Role::Mass),
+            "damping": matrix_json(Role::Damping),
+            "structural_damping": matrix_json(Role::Hysteretic),
             "mass_by_direction": { "x": x, "y": y, "z": z },
             "zero_mass_diagonals": zero_mass.len(),
             "zero_mass_rows": zero_mass.iter().take(NAMED).map(|&row| row_name(&self.matrices, row)).collect::<Vec<_>>(),
             "modal_coordinates": self.modal,
-            "fixed": found.map(|f| f.fixed),
-            "held_by_penalty": found.map(|f| f.held),
-            "empty_rows": found.map(|f| f.empty),
-            "rows_of_bodies_without_mass": found.map(|f| f.massless),
-            "is_stiffness_singular": found.map(|f| f.is_singular),
-            "rigid_modes": found.map(|f| f.rigid.len()),
-            "rigid_frequencies": found.map(|f| &f.rigid),
-            "frequencies": found.map(|f| &f.elastic),
+            "fixed": frequencies.map(|f| f.fixed),
+            "held_by_penalty": frequencies.map(|f| f.held),
+            "empty_rows": frequencies.map(|f| f.empty),
+            "rows_of_bodies_without_mass": frequencies.map(|f| f.massless),
+            "is_stiffness_singular": frequencies.map(|f| f.is_singular),
+            "rigid_modes": frequencies.map(|f| f.rigid.len()),
+            "rigid_frequencies": frequencies.map(|f| &f.rigid),
+            "frequencies": frequencies.map(|f| &f.elastic),
             "boundary_held_frequencies": self.of_modal.as_ref().map(|f| &f.elastic),
             "units": self.units.as_ref().map(|u| json!({ "likely": u.likely, "why": u.why })),
             "bodies": bodies(&self.matrices).iter().map(|body| json!({
@@ -331,7 +333,7 @@ impl Told {
             ),
             None => writeln!(
                 out,
-                "{:<20}{}; no file says which node each belongs to",
+                "{:<20}{}; no file assigns them to nodes",
                 "freedoms", matrices.size
             ),
         }
@@ -364,7 +366,7 @@ impl Told {
             .filter_map(|(axis, mass)| Some(format!("{:.10e} along {axis}", mass?)))
             .collect();
         if !axes.is_empty() {
-            writeln!(out, "{:<20}{}", "mass in all", axes.join(", "));
+            writeln!(out, "{:<20}{}", "total mass", axes.join(", "));
         }
         let bodies = bodies(matrices);
         for body in bodies.iter().take(NAMED) {
@@ -400,43 +402,43 @@ impl Told {
         if self.modal > 0 {
             writeln!(out, "{:<20}{}", "modal coordinates", self.modal);
         }
-        if let Some(found) = &self.frequencies {
+        if let Some(frequencies) = &self.frequencies {
             for (what, count) in [
-                ("held by --fixed", found.fixed),
-                ("held by a penalty", found.held),
-                ("empty rows", found.empty),
-                ("rows of no mass", found.massless),
+                ("fixed by --fixed", frequencies.fixed),
+                ("fixed by a penalty", frequencies.held),
+                ("empty rows", frequencies.empty),
+                ("rows without mass", frequencies.massless),
             ] {
                 if count > 0 {
                     writeln!(out, "{what:<20}{count}");
                 }
             }
-            if !found.rigid.is_empty() {
-                let most = found.rigid.iter().copied().fold(0.0, f64::max);
+            if !frequencies.rigid.is_empty() {
+                let most = frequencies.rigid.iter().copied().fold(0.0, f64::max);
                 writeln!(
                     out,
-                    "{:<20}{} (rounding leaves up to {most:.1e} Hz)",
+                    "{:<20}{} (up to {most:.1e} Hz by rounding)",
                     "rigid modes",
-                    found.rigid.len()
+                    frequencies.rigid.len()
                 );
             }
-            let singular = if found.is_singular {
+            let singular = if frequencies.is_singular {
                 "singular"
             } else {
                 "regular"
             };
             writeln!(out, "{:<20}{singular}", "stiffness is");
-            write_frequencies("frequencies", found, out);
+            write_frequencies("frequencies", frequencies, out);
         }
-        if let Some(found) = &self.of_modal {
-            write_frequencies("with boundary held", found, out);
+        if let Some(frequencies) = &self.of_modal {
+            write_frequencies("with fixed boundary", frequencies, out);
         }
-        if let Some(given) = &matrices.unit {
-            let told = match given {
+        if let Some(unit) = &matrices.unit {
+            let units_text = match unit {
                 Some(unit) => format!("{}, {}, {}", unit.length, unit.mass, unit.time),
-                None => "not given: structure.unit of the scene must say them".to_owned(),
+                None => "not given: give structure.unit in the scene".to_owned(),
             };
-            writeln!(out, "{:<20}{told}", "units, given");
+            writeln!(out, "{:<20}{units_text}", "units, given");
         }
         if let Some(units) = &self.units {
             writeln!(
@@ -464,9 +466,9 @@ impl Told {
     }
 }
 
-/// In hertz, if the unit of time is the second.
-fn write_frequencies(what: &str, found: &Frequencies, out: &mut Results) {
-    for (mode, hertz) in found.elastic.iter().enumerate() {
+/// Prints elastic frequencies, in hertz if the unit of time is the second.
+fn write_frequencies(what: &str, frequencies: &Frequencies, out: &mut Results) {
+    for (mode, hertz) in frequencies.elastic.iter().enumerate() {
         let what = if mode == 0 { what } else { "" };
         writeln!(out, "{what:<20}{:>3}  {hertz:.6} Hz", mode + 1);
     }

@@ -1,4 +1,4 @@
-//! `fretwear inspect MAP`: what the file of a measured surface says.
+//! `fretwear inspect MAP`: describes the file of a measured surface.
 
 use std::path::Path;
 
@@ -13,22 +13,22 @@ use serde_json::{Value, json};
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Points along a side of the part of a map whose autocorrelation is computed: the middle, of a larger map.
+/// Largest number of points along a side for the autocorrelation. A larger map is cropped to its middle.
 const MOST_CORRELATED: usize = 2048;
 
-/// All that is said of a map.
+/// Figures of a map.
 struct MapFigures {
     reading: Reading,
-    /// The unit of the heights is known \[m\].
+    /// True if the unit of the heights is known; they are then in m.
     is_unit_known: bool,
     form: Option<Form>,
-    /// Of the measured points, less their plane.
+    /// Roughness of the measured points, without their plane.
     roughness: Option<Roughness>,
-    /// Along x and y \[m\], or in points where the file has no spacing.
+    /// Correlation lengths along x and y \[m\], or in points if the file has no spacing.
     correlation_length: [Option<f64>; 2],
 }
 
-/// Reads a map and prints what it is.
+/// Reads a map and prints its description.
 pub fn inspect_map(
     path: &Path,
     options: &ReadOptions,
@@ -65,9 +65,9 @@ impl MapFigures {
         };
         let [dx, dy] = map.spacing.unwrap_or([1.0; 2]);
         let shape = [map.nx, map.ny].map(|count| count.min(MOST_CORRELATED));
-        let first = [(map.nx - shape[0]) / 2, (map.ny - shape[1]) / 2];
+        let corner = [(map.nx - shape[0]) / 2, (map.ny - shape[1]) / 2];
         let middle: Vec<f64> = (0..shape[0] * shape[1])
-            .map(|k| level[(first[0] + k / shape[1]) * map.ny + first[1] + k % shape[1]])
+            .map(|k| level[(corner[0] + k / shape[1]) * map.ny + corner[1] + k % shape[1]])
             .collect();
         let [nx, ny] = shape;
         let correlated = Patch {
@@ -83,10 +83,11 @@ impl MapFigures {
                 dy,
             },
         };
-        let found = autocorrelation(&correlated, &middle).ok();
+        let correlation = autocorrelation(&correlated, &middle).ok();
         Ok(MapFigures {
             roughness: roughness(&whole, &level).ok(),
-            correlation_length: found.map_or([None; 2], |found| found.correlation_length()),
+            correlation_length: correlation
+                .map_or([None; 2], |correlation| correlation.correlation_length()),
             form,
             is_unit_known,
             reading,
@@ -107,9 +108,9 @@ impl MapFigures {
             "stated_unit": self.reading.stated_unit,
             "is_unit_known": self.is_unit_known,
             "holes": map.holes(),
-            "rq": shape.and_then(|found| length(found.rq)),
-            "sk": shape.map(|found| found.sk),
-            "ku": shape.map(|found| found.ku),
+            "rq": shape.and_then(|roughness| length(roughness.rq)),
+            "sk": shape.map(|roughness| roughness.sk),
+            "ku": shape.map(|roughness| roughness.ku),
             "correlation_length": has_spacing.then_some(self.correlation_length),
             "correlation_length_in_points": self.in_points(),
             "rise": self.form.as_ref().and_then(|form| self.is_unit_known.then_some(form.rise)),
@@ -119,7 +120,7 @@ impl MapFigures {
         })
     }
 
-    /// Sizes and heights that no instrument has.
+    /// Warns of sizes and heights beyond the range of instruments.
     fn warnings(&self) -> Vec<String> {
         let map = &self.reading.topography;
         let mut warnings = Vec::new();
@@ -129,7 +130,7 @@ impl MapFigures {
                 "a side of {side:e} m is outside of 1 um to 1 m; surface.correct.spacing overrides the file"
             ));
         }
-        let rq = self.roughness.map_or(0.0, |found| found.rq);
+        let rq = self.roughness.map_or(0.0, |roughness| roughness.rq);
         if self.is_unit_known && rq > 0.0 && beyond(rq, HEIGHTS) {
             warnings.push(format!(
                 "an Rq of {rq:e} m is outside of 1 nm to 1 mm; surface.correct.unit overrides the file"
@@ -150,20 +151,20 @@ impl MapFigures {
         line("points", format!("{} along x, {} along y", map.nx, map.ny));
         match map.spacing.zip(map.size()) {
             Some((spacing, size)) => {
-                line("spacing", both(spacing, quantity::LENGTH));
-                line("size", both(size, quantity::LENGTH));
+                line("spacing", along_axes(spacing, quantity::LENGTH));
+                line("size", along_axes(size, quantity::LENGTH));
             }
             None => line(
                 "spacing",
-                "not in the file: surface.spacing says it, or the map is taken to cover the joint"
+                "not in the file: give surface.spacing, or the map is assumed to cover the joint"
                     .to_owned(),
             ),
         }
         let unit = match (self.reading.stated_unit, self.is_unit_known) {
-            (Some(unit), _) => format!("{}, by the file", unit_name(unit)),
+            (Some(unit), _) => format!("{}, from the file", unit_name(unit)),
             (None, true) => "as given".to_owned(),
             (None, false) => {
-                "not in the file: surface.unit must say it; heights below are as they stand"
+                "not in the file: give surface.unit; heights below are the numbers of the file"
                     .to_owned()
             }
         };
@@ -183,7 +184,7 @@ impl MapFigures {
             let [along_x, along_y] = form.bow.map(height);
             line(
                 "curvature",
-                format!("the ends stand {along_x} along x, {along_y} along y above the middle"),
+                format!("the ends are {along_x} along x, {along_y} along y above the middle"),
             );
         }
         if let Some(shape) = self.roughness {
@@ -217,7 +218,7 @@ fn beyond(value: f64, [least, most]: [f64; 2]) -> bool {
     !(least..=most).contains(&value)
 }
 
-/// A unit of length \[m\] by its symbol.
+/// Returns the symbol of a unit of length \[m\].
 fn unit_name(unit: f64) -> String {
     const SYMBOLS: [(&str, f64); 5] = [
         ("m", 1.0),
@@ -226,13 +227,13 @@ fn unit_name(unit: f64) -> String {
         ("nm", 1e-9),
         ("pm", 1e-12),
     ];
-    let found = SYMBOLS
+    let entry = SYMBOLS
         .iter()
         .find(|(_, size)| (unit / size - 1.0).abs() < 1e-9);
-    found.map_or_else(|| format!("{unit:e} m"), |(symbol, _)| (*symbol).to_owned())
+    entry.map_or_else(|| format!("{unit:e} m"), |(symbol, _)| (*symbol).to_owned())
 }
 
-fn both(values: [f64; 2], units: Units) -> String {
+fn along_axes(values: [f64; 2], units: Units) -> String {
     let [x, y] = values.map(|value| shown(value, units));
     format!("{x} along x, {y} along y")
 }

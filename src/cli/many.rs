@@ -1,4 +1,4 @@
-//! Many runs, one after another: each goes on where it was stopped.
+//! Many runs, one after another. Stopped runs continue.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,22 +13,22 @@ use super::{CliError, Exit};
 use crate::progress::{Stopping, Watcher};
 use crate::terminal::say;
 
-/// One of the runs.
+/// A run: its name, its folder and its inputs.
 pub struct Job<'a> {
     pub name: &'a str,
     pub root: PathBuf,
     pub inputs: &'a Inputs,
 }
 
-/// What came of them.
+/// Outcomes of the runs.
 pub struct RunOutcomes {
-    /// Of each run that came to an end, in order, why it failed if it did.
+    /// For each run that ended, in order: its error, if it failed.
     pub ended: Vec<Option<RunError>>,
-    /// True if it was stopped before the end.
+    /// True if the command was stopped before all runs ended.
     pub stopped: bool,
 }
 
-/// The scenes in a folder, by name.
+/// Lists the scenes in a folder, sorted by name.
 pub fn scenes_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let entries = RealFileSystem.list(folder);
     let entries = entries.map_err(|source| CliError::Scenes {
@@ -48,11 +48,11 @@ pub fn scenes_in(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     Ok(scenes)
 }
 
-/// How many runs go on.
+/// Command that continues the runs, for messages.
 const SAME: &str = "the same command";
 
-/// Runs them all. One that fails does not keep the others from running, but for a run that belongs to another scene or is damaged. A run
-/// that another process computes stops them, as a signal does.
+/// Computes all runs. After a failed run, the others continue, except if the run folder belongs to another scene or is
+/// damaged. A run that another process computes stops the sequence, as a signal does.
 pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOutcomes, CliError> {
     let stopping = Stopping::listen(execution.max_wall, i32::from(Exit::Stopped.code()));
     let stopping = stopping.map_err(CliError::Signals)?;
@@ -60,15 +60,15 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOut
         let reader = RunReader::open(Arc::new(RealFileSystem), root);
         reader.ok().and_then(|reader| reader.latest())
     };
-    let mut ran = RunOutcomes {
+    let mut outcomes = RunOutcomes {
         ended: Vec::new(),
         stopped: true,
     };
-    let mut worked = false;
+    let mut has_computed = false;
     for (k, Job { name, root, inputs }) in jobs.iter().enumerate() {
-        // A start computes something in any case, so that one with little time after another gets through.
-        if stopping.is_asked() || (worked && stopping.is_late()) {
-            return Ok(ran);
+        // Compute something in every start, so that repeated starts with little time make progress.
+        if stopping.is_asked() || (has_computed && stopping.is_late()) {
+            return Ok(outcomes);
         }
         if !execution.quiet {
             say(&format!("{what} {} of {}: {name}", k + 1, jobs.len()));
@@ -88,16 +88,16 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOut
         let watcher = watcher.stopped_by(&stopping, SAME);
         let result = stages::run(&options, &watcher);
         watcher.finish();
-        worked |= latest(root) != before;
+        has_computed |= latest(root) != before;
         let failure = match result {
-            Ok(outcome) if outcome.ending == Ending::Stopped => return Ok(ran),
+            Ok(outcome) if outcome.ending == Ending::Stopped => return Ok(outcomes),
             Ok(_) => None,
-            // Another process computes it, maybe one that an earlier start has left.
+            // Another process computes the run, perhaps a leftover of an earlier start.
             Err(RunError::Store(error @ StoreError::Locked { .. })) => {
                 say(&error.to_string());
-                return Ok(ran);
+                return Ok(outcomes);
             }
-            // No property of this scene.
+            // An error of the store is not a result of this scene, so stop here.
             Err(error @ RunError::Store(_)) => return Err(error.into()),
             Err(error) => {
                 if !execution.quiet {
@@ -106,8 +106,8 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOut
                 Some(error)
             }
         };
-        ran.ended.push(failure);
+        outcomes.ended.push(failure);
     }
-    ran.stopped = false;
-    Ok(ran)
+    outcomes.stopped = false;
+    Ok(outcomes)
 }

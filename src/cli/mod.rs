@@ -46,7 +46,7 @@ use crate::terminal::{Results, say};
 use arguments::{Cli, Command};
 use error::CliError;
 
-/// How a command ends, as its exit code.
+/// Exit codes of commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Exit {
     Done,
@@ -55,16 +55,16 @@ enum Exit {
     NotConverged,
     Damaged,
     Stopped,
-    /// Stopped, with the code that an engine wants for it.
+    /// Stopped, with the exit code that a workload manager expects.
     StoppedAs(u8),
 }
 
 impl Exit {
-    /// That of a failure which had this code.
+    /// Returns the exit of an earlier failure with this code.
     fn of_failure(code: u8) -> Exit {
         let failures = [Exit::Scene, Exit::NotConverged, Exit::Damaged];
-        let known = failures.into_iter().find(|exit| exit.code() == code);
-        known.unwrap_or(Exit::Failure)
+        let failure = failures.into_iter().find(|exit| exit.code() == code);
+        failure.unwrap_or(Exit::Failure)
     }
 
     fn code(self) -> u8 {
@@ -88,23 +88,23 @@ impl From<Exit> for ExitCode {
 
 /// Prints the completions for a shell.
 fn completions(shell: Shell, out: &mut Results) -> Exit {
-    // The generator panics where it cannot write, so that it writes into memory.
+    // The generator panics if it cannot write, so it writes to memory.
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut commands::command(), "fretwear", &mut script);
     write!(out, "{}", String::from_utf8_lossy(&script));
     Exit::Done
 }
 
-/// Runs the command that the arguments name.
+/// Runs the command of the arguments.
 pub fn main() -> ExitCode {
     let matches = commands::command().try_get_matches();
     let command = match matches.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => cli.command,
-        Err(answer) => return answered(&answer),
+        Err(answer) => return print_answer(&answer),
     };
     let mut out = Results::default();
     let exit = perform(command, &mut out).unwrap_or_else(|error| {
-        // Of a scene all that is wrong is said, a line each.
+        // Print all errors of a scene, one per line.
         let exit = error.exit();
         match error {
             CliError::Scene(error) => error.into_each().for_each(|e| say(&format!("error: {e}"))),
@@ -114,7 +114,7 @@ pub fn main() -> ExitCode {
     });
     match out.end() {
         Ok(()) => exit.into(),
-        Err(error) => unprinted(&error, exit).into(),
+        Err(error) => report_unprinted(&error, exit).into(),
     }
 }
 
@@ -161,8 +161,8 @@ fn perform(command: Command, out: &mut Results) -> Result<Exit, CliError> {
     }
 }
 
-/// How a command ends whose result could not be printed: what became of a run counts for more.
-fn unprinted(error: &std::io::Error, exit: Exit) -> Exit {
+/// Reports a result that could not be printed. The exit code of the command wins, unless the command succeeded.
+fn report_unprinted(error: &std::io::Error, exit: Exit) -> Exit {
     say(&format!("error: cannot write the result: {error}"));
     match exit {
         Exit::Done => Exit::Failure,
@@ -170,13 +170,13 @@ fn unprinted(error: &std::io::Error, exit: Exit) -> Exit {
     }
 }
 
-/// Says what is wrong with the arguments, or what was asked of the command line itself: help, and the version.
-fn answered(answer: &clap::Error) -> ExitCode {
+/// Prints the errors of the arguments, the help, or the version.
+fn print_answer(answer: &clap::Error) -> ExitCode {
     let exit = ExitCode::from(answer.exit_code() as u8);
     match answer.print() {
-        // A result like any other.
+        // Help and version are results: failing to print them is an error.
         Err(error) if !answer.use_stderr() && error.kind() != ErrorKind::BrokenPipe => {
-            unprinted(&error, Exit::Done).into()
+            report_unprinted(&error, Exit::Done).into()
         }
         _ => exit,
     }

@@ -1,4 +1,4 @@
-//! `fretwear new`: where a scene of one's own begins.
+//! `fretwear new`: writes a new scene based on a shipped scene.
 
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
@@ -12,7 +12,7 @@ use serde_json::json;
 use super::{CliError, Exit, edit};
 use crate::terminal::{Results, is_asking};
 
-/// A scene to begin from: its name, what it is, and its text with all comments.
+/// Shipped scene: its name, its description, and its text with all comments.
 struct Example {
     name: &'static str,
     about: &'static str,
@@ -29,7 +29,7 @@ macro_rules! example {
     };
 }
 
-/// Scenes that need no file beside them, the quickest first.
+/// Scenes that need no other file, the quickest first.
 const EXAMPLES: [Example; 6] = [
     example!(
         "static_contact",
@@ -41,7 +41,7 @@ const EXAMPLES: [Example; 6] = [
     ),
     example!(
         "hertz_fretting",
-        "a sphere in partial slip, with closed forms beside it; seconds"
+        "a sphere in partial slip, for comparison with closed forms; seconds"
     ),
     example!(
         "oscillator",
@@ -57,10 +57,10 @@ const EXAMPLES: [Example; 6] = [
     ),
 ];
 
-/// What one begins from who does not say.
+/// Scene that is used without `--like`.
 const FIRST: &str = "prescribed_fretting";
 
-/// Writes a commented scene that runs, with what is asked for in place of its own values. Nothing is written where one of them is wrong.
+/// Writes a commented scene that runs, with the requested values. Writes nothing if a value is wrong.
 pub fn new(
     path: &Path,
     like: Option<&str>,
@@ -70,59 +70,59 @@ pub fn new(
     let is_asked = like.is_none() && sets.is_empty() && is_asking();
     let like = like.unwrap_or(FIRST);
     let Some(example) = EXAMPLES.iter().find(|example| example.name == like) else {
-        let known: Vec<&str> = EXAMPLES.iter().map(|example| example.name).collect();
+        let names: Vec<&str> = EXAMPLES.iter().map(|example| example.name).collect();
         return Err(CliError::UnknownExample {
             like: like.to_owned(),
-            known: known.join(", "),
+            known: names.join(", "),
         });
     };
     let path = match path.extension() {
         Some(_) => path.to_owned(),
         None => path.with_extension("toml"),
     };
-    let failed = |source: io::Error| match source.kind() {
+    let write_error = |source: io::Error| match source.kind() {
         io::ErrorKind::AlreadyExists => CliError::SceneIsThere { path: path.clone() },
         _ => CliError::NewScene {
             path: path.clone(),
             source,
         },
     };
-    // Before anything is asked.
+    // Check this before asking for values.
     if path.exists() {
-        return Err(failed(io::ErrorKind::AlreadyExists.into()));
+        return Err(write_error(io::ErrorKind::AlreadyExists.into()));
     }
-    let said = |set: &String| match set.split_once('=') {
+    let setting = |set: &String| match set.split_once('=') {
         Some((key, value)) => format!("{key}={}", edit::meant(key.trim(), value)),
         None => set.clone(),
     };
-    let mut sets: Vec<String> = sets.iter().map(said).collect();
+    let mut sets: Vec<String> = sets.iter().map(setting).collect();
     if is_asked {
         sets = edit::asked(example.text, |sets| fault(example, &path, sets));
     }
-    let text = changed(example, &path, &sets)?;
+    let text = edited_text(example, &path, &sets)?;
     if let Some(folder) = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty())
     {
-        fs::create_dir_all(folder).map_err(failed)?;
+        fs::create_dir_all(folder).map_err(write_error)?;
     }
-    // What somebody has written is never replaced.
+    // Never replace an existing file.
     let file = OpenOptions::new().write(true).create_new(true).open(&path);
     let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(failed)?;
+    written.map_err(write_error)?;
     let name = word(&path);
     writeln!(out, "{name}: {}", example.about);
     writeln!(
         out,
-        "  change it:        its comments say what each key is; fretwear schema KEY says more"
+        "  change it:        its comments explain each key; fretwear schema KEY has details"
     );
     writeln!(out, "  what it will do:  fretwear plan {name}");
     writeln!(out, "  run it:           fretwear run {name}");
     Ok(Exit::Done)
 }
 
-/// The text of a scene with other values, each of which is one that its key can have.
-fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, CliError> {
+/// Returns the text of a scene with other values, and checks each value.
+fn edited_text(example: &Example, path: &Path, sets: &[String]) -> Result<String, CliError> {
     let (shipped, sets) = without_hole(example, sets);
     let has_no_hole = shipped != example.text;
     if has_no_hole && example.text.contains("kind = \"resonator\"") {
@@ -133,7 +133,7 @@ fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, Cl
     scene::load_kept(path, &shipped, &sets)?;
     let mut text = shipped;
     for set in &sets {
-        // One without `=` is refused above.
+        // Loading has rejected settings without `=`.
         let (key, value) = set.split_once('=').unwrap_or((set, ""));
         let edited = edit::with(&text, key.trim(), value.trim());
         text = edited.ok_or_else(|| CliError::NoLine {
@@ -144,8 +144,8 @@ fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, Cl
     let keys = sets.iter().filter_map(|set| set.split_once('='));
     let mut keys: Vec<&str> = keys.map(|(key, _)| key.trim()).collect();
     keys.extend(has_no_hole.then_some("joint.hole"));
-    let mut named = BTreeSet::new();
-    keys.retain(|key| named.insert(*key));
+    let mut seen_keys = BTreeSet::new();
+    keys.retain(|key| seen_keys.insert(*key));
     let resizes = ["joint.size", "surface.correlation_length"];
     if keys.iter().any(|key| resizes.contains(key))
         && !keys.contains(&"joint.grid")
@@ -158,10 +158,10 @@ fn changed(example: &Example, path: &Path, sets: &[String]) -> Result<String, Cl
         let title = json!(stem.to_string_lossy()).to_string();
         text = edit::with(&text, "title", &title).unwrap_or(text);
     }
-    Ok(headed(example, path, &text, &keys))
+    Ok(with_heading(example, path, &text, &keys))
 }
 
-/// The text of a scene without its hole, where that is asked for, and what else is.
+/// Removes the hole from the text of a scene if the settings ask for it. Also returns the other settings.
 fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
     let is_no_hole = |set: &&String| set.as_str() == "joint.hole=";
     let text = match sets.iter().any(|set| is_no_hole(&set)) {
@@ -172,49 +172,49 @@ fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
     (text, others.collect())
 }
 
-/// The text under a head that says what it is: of a scene as it is shipped all of its own head, of one with other values what these are, with the
-/// command that runs it.
-fn headed(example: &Example, path: &Path, text: &str, changed: &[&str]) -> String {
+/// Adds a heading to the text. An unchanged scene keeps its own heading. A changed scene gets a list of its changed
+/// keys. Both have the command that runs the scene.
+fn with_heading(example: &Example, path: &Path, text: &str, changed: &[&str]) -> String {
     let name = example.name;
-    let own = format!("fretwear run {}", word(path));
+    let command = format!("fretwear run {}", word(path));
     if changed.is_empty() {
         let shipped = format!("fretwear run pipelines/{name}.toml");
-        let text = text.replacen(&shipped, &own, 1);
+        let text = text.replacen(&shipped, &command, 1);
         return format!(
-            "# The scene {name} that is shipped with fretwear. What is said below of sources and results is said of\n# the shipped one.\n#\n{text}"
+            "# The scene {name} that is shipped with fretwear. The sources and results below refer to the\n# shipped scene.\n#\n{text}"
         );
     }
     let body = edit::without_head(text);
     format!(
-        "# A joint of its own, begun from the scene {name} that is shipped with fretwear.\n#\n#     {own}\n#\n\
-         # Its own are {}. Every other value is that of the shipped scene: look whether it is that of your joint.\n\n{body}",
+        "# A new joint, based on the scene {name} that is shipped with fretwear.\n#\n#     {command}\n#\n\
+         # Changed keys: {}. Every other value is from the shipped scene: check that it suits your joint.\n\n{body}",
         changed.join(", ")
     )
 }
 
-/// What is wrong with the last of these values; none where that shows only with others that are still to come.
+/// Returns the error of the last value. Returns `None` if the error concerns values that are still to come.
 fn fault(example: &Example, path: &Path, sets: &[String]) -> Option<String> {
     let (text, sets) = without_hole(example, sets);
     let error = scene::load_kept(path, &text, &sets).err()?;
     let last = sets.last()?;
     let key = last.split('=').next().unwrap_or(last);
-    let is_of_last = |error: &SceneError| {
-        let (of, _) = error.problem.key_and_value();
-        of.is_none_or(|of| of.starts_with(key))
+    let concerns_last = |error: &SceneError| {
+        let (fault_key, _) = error.problem.key_and_value();
+        fault_key.is_none_or(|fault_key| fault_key.starts_with(key))
     };
     error
         .into_each()
-        .find(is_of_last)
+        .find(concerns_last)
         .map(|error| error.problem.to_string())
 }
 
-/// What `fretwear new` can begin from.
+/// Lists the shipped scenes, for the help.
 pub fn examples() -> String {
     let lines = EXAMPLES
         .iter()
         .map(|example| format!("  {:<20} {}", example.name, example.about));
     format!(
-        "Scenes to begin from:\n{}",
+        "Scenes to start from:\n{}",
         lines.collect::<Vec<String>>().join("\n")
     )
 }

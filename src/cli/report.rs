@@ -1,4 +1,4 @@
-//! The summary of a run as a person and as a program reads it.
+//! Output at the end of a run, as text or as JSON.
 
 use std::path::Path;
 
@@ -13,31 +13,32 @@ use super::cost;
 use super::figures::write_figures;
 use crate::terminal::Results;
 
-/// How the end of a run is printed.
+/// Form of the output at the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// The figures of the joint.
     Short,
-    /// The summary too.
+    /// The figures and the summary.
     Verbose,
     /// One JSON object: the summary.
     Json,
 }
 
-/// What is said of a summary whose resonance is none but a peak.
+/// Returns the notice that a summary has a response peak but no phase resonance.
 fn no_phase_resonance(summary: &Map<String, Value>, plan: &Plan) -> Option<String> {
-    let is_there = |key: &str| summary.get(key).is_some_and(|value| !value.is_null());
+    let has_value = |key: &str| summary.get(key).is_some_and(|value| !value.is_null());
     let response = plan.inputs.recipe.response.as_ref()?;
     let range = response
         .frequency
         .filter(|_| response.at_frequency.is_none())?;
-    let is_absent = is_there("peak_frequency") && !is_there("resonance_frequency");
+    let is_absent = has_value("peak_frequency") && !has_value("resonance_frequency");
     is_absent.then(|| no_resonance_message(range))
 }
 
-/// Prints what a run left.
+/// Prints the results of a run.
 ///
-/// As JSON with the `warnings` of the scene, the `notices` of this start, and that there is no phase resonance whichever start found it so.
+/// As JSON, the object also has the `warnings` of the scene and the `notices` of this start. The notice of a missing
+/// phase resonance is included even if an earlier start found it.
 pub fn outcome(
     outcome: &Outcome,
     plan: &Plan,
@@ -67,7 +68,7 @@ pub fn outcome(
     if let Ending::Until(stage) = outcome.ending {
         writeln!(
             out,
-            "ended after {stage}, as asked; run the same command without --until to continue"
+            "ended after {stage}, as requested; run the same command without --until to continue"
         );
     }
     let Some(summary) = &outcome.summary else {
@@ -100,7 +101,7 @@ pub fn outcome(
     );
 }
 
-/// What an engineer would look at in the last state, and what is to be remarked of it.
+/// Prints the plausibility checks of the last state, and their remarks.
 pub fn write_judged(out: &mut Results, checks: &[Check]) {
     for check in checks {
         out.item(check.what, &check.value);
@@ -110,7 +111,7 @@ pub fn write_judged(out: &mut Results, checks: &[Check]) {
     }
 }
 
-/// One line a column: name, value, unit, and its error bar, or what it is below.
+/// Prints one line per column: name, value, unit, and error bar or upper bound.
 fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
     let last = |name: &str| summary.f64(name).ok().map(|values| values[0]);
     let sizes = Sizes::of(recipe, last("normal_load"), last("rq"));
@@ -136,7 +137,7 @@ fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
     }
 }
 
-/// Six significant digits, as a person reads them.
+/// Formats a number with six significant digits.
 fn readable(value: f64) -> String {
     const DIGITS: i32 = 6;
     let size = value.abs();
@@ -150,12 +151,12 @@ fn readable(value: f64) -> String {
     }
 }
 
-/// The row of a table of one row, in SI units.
+/// Returns the only row of a table, in SI units.
 pub fn row(table: &Table) -> Map<String, Value> {
     rows(table).swap_remove(0)
 }
 
-/// One object a row, in SI units.
+/// Returns one object per row, in SI units.
 pub fn rows(table: &Table) -> Vec<Map<String, Value>> {
     let value = |column: &Column, row: usize| match column {
         Column::F64(values) => json!(values[row]),

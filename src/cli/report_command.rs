@@ -10,7 +10,7 @@ use super::compare::notices;
 use super::{CliError, Exit};
 use crate::terminal::{Results, say};
 
-/// Writes the page on the runs, and prints where it is.
+/// Writes the page on the runs, and prints its path.
 pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (runs, passed_over) = RunTables::open_all(&arguments.runs)?;
     let mut exit = notices(&passed_over);

@@ -17,20 +17,21 @@ use super::many::{self, Job};
 use super::{CliError, Exit};
 use crate::terminal::{Results, say};
 
-/// A scene of the study: what its run is called, and where it is.
+/// Scene of the study: name of its run, and path of its file.
 struct Scene {
     name: String,
     path: PathBuf,
-    /// Whether keys are changed in it: not in those of another contact, which has not the keys of the joint.
+    /// True if `--set` applies to the scene. It does not apply to scenes of another contact, which lack the keys of the
+    /// joint.
     is_set: bool,
 }
 
-/// Runs the paper's study, or the scenes of a folder, and holds the paper's claims against it.
+/// Runs the paper's study, or the scenes of a folder, and checks the paper's claims.
 pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Exit, CliError> {
     let folder = &arguments.dir;
     let scenes = match &arguments.scenes {
-        Some(scenes) => named(many::scenes_in(scenes)?),
-        None => shipped(&folder.join("scenes"), arguments.law.laws())?,
+        Some(scenes) => scenes_named_by_file(many::scenes_in(scenes)?),
+        None => write_shipped(&folder.join("scenes"), arguments.law.laws())?,
     };
     let planned = scenes.iter().map(|scene| {
         let sets = if scene.is_set {
@@ -62,26 +63,26 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
             say("stopped; run the same command again to continue");
             return Ok(Exit::Stopped);
         }
-        // What is left is to find that they are done, or why one is not.
+        // The runs are complete or failed now. Run them again quietly to collect their errors.
         execution.quiet = true;
     }
-    let ran = many::run_all(&execution, "scene", &jobs)?;
-    for (job, error) in jobs.iter().zip(&ran.ended) {
+    let outcomes = many::run_all(&execution, "scene", &jobs)?;
+    for (job, error) in jobs.iter().zip(&outcomes.ended) {
         if let (Some(error), true) = (error, execution.quiet && !arguments.execution.quiet) {
             say(&format!("{} failed: {error}", job.name));
         }
     }
-    if ran.stopped {
+    if outcomes.stopped {
         say(&format!(
             "stopped after {} of {} scenes; run the same command again to continue",
-            ran.ended.len(),
+            outcomes.ended.len(),
             jobs.len()
         ));
         return Ok(Exit::Stopped);
     }
     let runs = jobs
         .iter()
-        .zip(&ran.ended)
+        .zip(&outcomes.ended)
         .filter(|(_, failure)| failure.is_none())
         .map(|(job, _)| RunTables::open(&job.root))
         .collect::<Result<Vec<_>, _>>()?;
@@ -99,16 +100,16 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
     if !arguments.execution.quiet {
         let page = page.display();
         say(&format!(
-            "written: {page}, and beside it claims.md and claims.parquet"
+            "written: {page}, with claims.md and claims.parquet in the same folder"
         ));
     }
-    match ran.ended.into_iter().flatten().next() {
+    match outcomes.ended.into_iter().flatten().next() {
         Some(error) => Err(error.into()),
         None => Ok(Exit::Done),
     }
 }
 
-/// The run of a scene as a command.
+/// Returns the command that runs a scene.
 fn command(scene: &Scene, job: &Job, sets: &[String]) -> Command {
     let mut arguments: Vec<OsString> = vec![scene.path.clone().into(), "--run".into()];
     arguments.push(job.root.clone().into());
@@ -133,8 +134,8 @@ fn print(findings: &[Finding], evidence: &[Evidence], as_json: bool, out: &mut R
     }
 }
 
-/// Scenes whose runs are called as their files.
-fn named(paths: Vec<PathBuf>) -> Vec<Scene> {
+/// Returns scenes whose runs have the names of their files.
+fn scenes_named_by_file(paths: Vec<PathBuf>) -> Vec<Scene> {
     let name = |path: &Path| {
         path.file_stem()
             .unwrap_or_default()
@@ -149,12 +150,12 @@ fn named(paths: Vec<PathBuf>) -> Vec<Scene> {
     scenes.collect()
 }
 
-/// The shipped scenes, put where they can be read and changed. Those that are there already stay as they are.
-fn shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
-    put(folder, BASE)?;
+/// Writes the shipped scenes to a folder, where they can be changed. Existing files stay unchanged.
+fn write_shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
+    write_if_missing(folder, BASE)?;
     let mut scenes = Vec::new();
     let mut add = |law: Law, shipped: Shipped, is_of_law: bool| {
-        let path = put(&folder.join(law.word()), shipped)?;
+        let path = write_if_missing(&folder.join(law.word()), shipped)?;
         let name = match (law, is_of_law) {
             (Law::Sliders, true) => format!("{}_{}", law.word(), shipped.0),
             _ => shipped.0.to_owned(),
@@ -164,7 +165,7 @@ fn shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
         Ok::<(), CliError>(())
     };
     for &law in laws {
-        put(&folder.join(law.word()), ("joint", law.joint()))?;
+        write_if_missing(&folder.join(law.word()), ("joint", law.joint()))?;
         for joint in JOINTS {
             add(law, joint, true)?;
         }
@@ -175,20 +176,20 @@ fn shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
     Ok(scenes)
 }
 
-/// Writes a scene, unless it is there.
-fn put(folder: &Path, (name, text): Shipped) -> Result<PathBuf, CliError> {
+/// Writes a scene, unless its file exists.
+fn write_if_missing(folder: &Path, (name, text): Shipped) -> Result<PathBuf, CliError> {
     let fs = RealFileSystem;
-    fs.create_dir_all(folder).map_err(failed(folder))?;
+    fs.create_dir_all(folder).map_err(scene_error(folder))?;
     let path = folder.join(format!("{name}.toml"));
-    if fs.metadata(&path).map_err(failed(&path))?.is_none() {
+    if fs.metadata(&path).map_err(scene_error(&path))?.is_none() {
         let draft = folder.join(format!("{name}.toml.{}", std::process::id()));
         fs.replace(&draft, &path, text.as_bytes())
-            .map_err(failed(&path))?;
+            .map_err(scene_error(&path))?;
     }
     Ok(path)
 }
 
-fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> CliError {
+fn scene_error(path: &Path) -> impl FnOnce(std::io::Error) -> CliError {
     let path = path.to_owned();
     move |source| CliError::Scenes { path, source }
 }

@@ -1,4 +1,4 @@
-//! Between which frequencies the resonance of a scene lies, and what its loads do there, for `plan`.
+//! Frequency range of the resonance of a scene, and the effect of its loads there, for `plan`.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ const SHOWN: usize = 6;
 
 /// Unit of the loads of a scene.
 struct Unit {
-    /// Half range of the drive \[N\], where a force drives; the others keep their ratio to it.
+    /// Half range of the drive \[N\], if a force drives. The other loads keep their ratio to it.
     drive: Option<f64>,
 }
 
@@ -53,23 +53,23 @@ pub fn resonances(
     let cache = cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder));
     let watcher = Watcher::new(recipe, path, quiet);
     let threads = threads_or_cores(None);
-    let found = stages::linear_resonances(inputs, cache.as_ref(), threads, &watcher);
+    let result = stages::linear_resonances(inputs, cache.as_ref(), threads, &watcher);
     watcher.finish();
-    Some(match found {
-        Ok(Ok(found)) => Ok(found),
+    Some(match result {
+        Ok(Ok(result)) => Ok(result),
         Ok(Err(outside)) => {
             let outside = outside.iter().take(SHOWN).map(|f| digits(*f, 4));
             let outside: Vec<String> = outside.collect();
             let nearby = match outside[..] {
                 [] => "there is none outside it".to_owned(),
-                _ => format!("those outside it are at {} Hz", outside.join(", ")),
+                _ => format!("resonances outside it are at {} Hz", outside.join(", ")),
             };
-            let of = match recipe.elements() {
+            let subject = match recipe.elements() {
                 Some(_) => "stuck joint",
                 None => "linear structure",
             };
             Err(format!(
-                "dynamics.frequency: no resonance of the {of} lies in this range; {nearby}"
+                "dynamics.frequency: no resonance of the {subject} lies in this range; {nearby}"
             ))
         }
         Err(error) => Err(error.to_string()),
@@ -77,9 +77,9 @@ pub fn resonances(
 }
 
 /// Prints the resonances of a scene.
-pub fn write(out: &mut Results, recipe: &Recipe, found: &Result<LinearResonances, String>) {
-    let found = match found {
-        Ok(found) => found,
+pub fn write(out: &mut Results, recipe: &Recipe, resonances: &Result<LinearResonances, String>) {
+    let resonances = match resonances {
+        Ok(resonances) => resonances,
         Err(why) => {
             writeln!(out, "\nresonance: not known: {why}");
             return;
@@ -90,15 +90,15 @@ pub fn write(out: &mut Results, recipe: &Recipe, found: &Result<LinearResonances
         Some(_) => "per newton of the drive",
         None => "under the loads of the scene",
     };
-    let has_contact = found.free.is_some();
-    let of = match has_contact {
+    let has_contact = resonances.free.is_some();
+    let subject = match has_contact {
         true => "unworn joint, linear",
         false => "linear structure",
     };
-    writeln!(out, "\nresonance of the {of}, {per}");
+    writeln!(out, "\nresonance of the {subject}, {per}");
     let scale = unit.drive.map_or(1.0, |drive| 1.0 / drive);
     let mut line = |name: &str, text: String| writeln!(out, "    {name:<13} {text}");
-    for (name, resonance) in named(found) {
+    for (name, resonance) in named_resonances(resonances) {
         if resonance.frequency == 0.0 {
             let text = format!("mode {}, 0 Hz: a body is loose", resonance.mode);
             line(name, text);
@@ -121,20 +121,20 @@ pub fn write(out: &mut Results, recipe: &Recipe, found: &Result<LinearResonances
         }
         line(name, text);
     }
-    if found.in_range.len() > 1 {
-        let all = found.in_range.iter().map(|f| digits(*f, 4));
+    if resonances.in_range.len() > 1 {
+        let all = resonances.in_range.iter().map(|f| digits(*f, 4));
         let all = all.collect::<Vec<String>>().join(", ");
-        line("in the range", format!("{all} Hz; the strongest is taken"));
+        line("in the range", format!("{all} Hz; the strongest is used"));
     }
-    if let Some(free) = &found.free {
+    if let Some(free) = &resonances.free {
         let from = digits(free.frequency, 5);
-        let mut text = match &found.tied {
+        let mut text = match &resonances.tied {
             Some(tied) => format!("{from} to {} Hz", digits(tied.frequency, 5)),
-            None => format!("from {from} Hz, as the joint holds the structure to the ground"),
+            None => format!("from {from} Hz, because the joint fixes the structure to the ground"),
         };
         text += ", while no element opens or closes";
         let range = recipe.response.as_ref().and_then(|r| r.frequency);
-        if let (Some([least, most]), Some(tied)) = (range, &found.tied) {
+        if let (Some([least, most]), Some(tied)) = (range, &resonances.tied) {
             text += match least <= free.frequency && tied.frequency <= most {
                 true => "; dynamics.frequency contains it",
                 false => "; dynamics.frequency contains a part of it",
@@ -142,7 +142,7 @@ pub fn write(out: &mut Results, recipe: &Recipe, found: &Result<LinearResonances
         }
         line("band", text);
     }
-    if let Some(limits) = &found.limits {
+    if let Some(limits) = &resonances.limits {
         let text = match limits.sticks {
             0.0 => "under no load".to_owned(),
             factor => format!(
@@ -151,42 +151,45 @@ pub fn write(out: &mut Results, recipe: &Recipe, found: &Result<LinearResonances
             ),
         };
         line("sticks", text);
-        let may = [
+        let possible_events = [
             ("a contact element may slip from", limits.may_slip),
             ("the whole joint from", limits.joint_may_slip),
             ("an element may open from", limits.may_open),
         ];
-        let may: Vec<String> = may
+        let possible_events: Vec<String> = possible_events
             .into_iter()
             .filter(|(_, factor)| factor.is_finite())
             .map(|(what, factor)| format!("{what} {}", unit.level(factor)))
             .collect();
-        if !may.is_empty() {
-            line("may", may.join(", "));
+        if !possible_events.is_empty() {
+            line("may", possible_events.join(", "));
         }
     }
 }
 
-fn named(found: &LinearResonances) -> impl Iterator<Item = (&'static str, &LinearResonance)> {
-    let stuck = match found.free {
+fn named_resonances(
+    resonances: &LinearResonances,
+) -> impl Iterator<Item = (&'static str, &LinearResonance)> {
+    let stuck = match resonances.free {
         Some(_) => "stuck",
         None => "linear",
     };
     let all = [
-        ("free", found.free.as_ref()),
-        (stuck, Some(&found.stuck)),
-        ("tied", found.tied.as_ref()),
+        ("free", resonances.free.as_ref()),
+        (stuck, Some(&resonances.stuck)),
+        ("tied", resonances.tied.as_ref()),
     ];
     all.into_iter()
-        .filter_map(|(name, found)| Some((name, found?)))
+        .filter_map(|(name, resonance)| Some((name, resonance?)))
 }
 
-/// The resonances for programs, in SI units, of the loads of the scene; limits are factors of these loads, null for none.
-pub fn json(found: &Result<LinearResonances, String>) -> Value {
-    match found {
-        Ok(found) => {
+/// Returns the resonances as JSON, in SI units, under the loads of the scene. Limits are factors of these loads; null
+/// means no limit.
+pub fn json(resonances: &Result<LinearResonances, String>) -> Value {
+    match resonances {
+        Ok(resonances) => {
             let mut printed = json!({});
-            for (name, resonance) in named(found) {
+            for (name, resonance) in named_resonances(resonances) {
                 printed[name] = json!({
                     "mode": resonance.mode,
                     "frequency": resonance.frequency,
@@ -199,8 +202,8 @@ pub fn json(found: &Result<LinearResonances, String>) -> Value {
                     })),
                 });
             }
-            printed["in_range"] = json!(found.in_range);
-            if let Some(limits) = found.limits {
+            printed["in_range"] = json!(resonances.in_range);
+            if let Some(limits) = resonances.limits {
                 let finite = |factor: f64| factor.is_finite().then_some(factor);
                 printed["limits"] = json!({
                     "sticks": finite(limits.sticks),

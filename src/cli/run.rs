@@ -14,14 +14,14 @@ use super::{CliError, Exit, cost, report};
 use crate::progress::{Stopping, Watcher, stop_with_parent};
 use crate::terminal::{Results, note, say};
 
-/// `RUN@N`.
+/// Parses `RUN@N`.
 pub fn parse_source(text: &str) -> Result<Source, String> {
     let (run, iteration) = text
         .rsplit_once('@')
         .ok_or("write the run and the iteration as RUN@N, as in runs/lap@37")?;
-    let wear_iteration = iteration
-        .parse()
-        .map_err(|_| format!("\"{iteration}\" is no iteration; write RUN@N with N = 0, 1, 2, …"))?;
+    let wear_iteration = iteration.parse().map_err(|_| {
+        format!("\"{iteration}\" is not an iteration; write RUN@N with N = 0, 1, 2, …")
+    })?;
     Ok(Source {
         run: PathBuf::from(run),
         wear_iteration,
@@ -34,7 +34,7 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
     }
     let (mut scene, root) = scene_and_root(&arguments)?;
     if let Some(path) = &arguments.scene {
-        (scene, arguments.sets) = going_on(scene, &root, &arguments.sets, |sets| {
+        (scene, arguments.sets) = with_recorded_accuracy(scene, &root, &arguments.sets, |sets| {
             scene::load(path, sets)
         });
     }
@@ -69,7 +69,7 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         threads: threads_or_cores(arguments.execution.threads),
         cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: Arc::new(RealFileSystem),
-        // A start makes an iteration in any case, so that one with little time after another gets through.
+        // Compute at least one iteration per start, so that repeated starts with little time make progress.
         stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),
     };
     let result = stages::run(&options, &watcher);
@@ -79,7 +79,10 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         Ok(outcome) => outcome,
         Err(error) => {
             if error.is_not_converged() {
-                say(&format!("what {} holds is kept", root.display()));
+                say(&format!(
+                    "the committed iterations in {} are kept",
+                    root.display()
+                ));
             }
             return Err(error.into());
         }
@@ -99,7 +102,7 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         );
     }
     if outcome.ending == Ending::Done && !arguments.json && !arguments.execution.quiet {
-        // About this machine and this moment, and no result.
+        // Memory and time depend on the machine and are not results, so print them to stderr.
         let memory = cost::memory_in_words();
         let memory = memory.map_or_else(String::new, |memory| format!(", {memory}"));
         let spent = cost::in_words(&outcome.spent);
@@ -118,8 +121,8 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
     Ok(Exit::Done)
 }
 
-/// Where results are shared between runs: the folder that `FRETWEAR_CACHE` names (none if it is empty), else `fretwear` in the
-/// user's cache.
+/// Returns the folder of the cache that runs share: the value of `FRETWEAR_CACHE` (no cache if it is empty), or else
+/// `fretwear` in the user's cache folder.
 pub fn cache_folder() -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os("FRETWEAR_CACHE") {
         return (!folder.is_empty()).then(|| PathBuf::from(folder));
@@ -129,18 +132,18 @@ pub fn cache_folder() -> Option<PathBuf> {
     Some(user.map(PathBuf::from).or_else(home)?.join("fretwear"))
 }
 
-/// The scene, and the folder of its run.
+/// Returns the scene and the folder of its run.
 fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError> {
     let source = arguments.from.as_ref().map(|source| &source.run);
-    let mut own = None;
+    let mut run_scene = None;
     for run in [arguments.run.as_ref(), source].into_iter().flatten() {
-        if arguments.scene.is_none() && own.is_none() {
-            own = scene_of_run(run, &arguments.sets)?;
+        if arguments.scene.is_none() && run_scene.is_none() {
+            run_scene = scene_of_run(run, &arguments.sets)?;
         }
     }
-    let scene = match (&arguments.scene, own, source, &arguments.run) {
+    let scene = match (&arguments.scene, run_scene, source, &arguments.run) {
         (Some(scene), ..) => scene::load(scene, &arguments.sets)?,
-        (None, Some(own), ..) => own,
+        (None, Some(run_scene), ..) => run_scene,
         (None, None, Some(run), _) => return Err(StoreError::NoRun { path: run.clone() }.into()),
         (None, None, None, Some(run)) => {
             return Err(CliError::NothingToRun { path: run.clone() });
@@ -162,45 +165,46 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
     Ok((scene, root))
 }
 
-/// A scene, and its `sets`, with the accuracy that its run began with where it does not give that, which is told. The scene stays as it is for a folder
-/// that cannot be read as a run, and where `load` finds that it does not go with that accuracy: both are judged as the run is opened.
-fn going_on(
+/// Adds the accuracy with which a run began to its scene and `sets`, if the scene does not give it, and prints a note.
+/// The scene stays unchanged if the folder cannot be read as a run, or if `load` rejects that accuracy: opening the run
+/// then reports the error.
+fn with_recorded_accuracy(
     scene: Scene,
     root: &Path,
     sets: &[String],
     load: impl Fn(&[String]) -> Result<Scene, SceneError>,
 ) -> (Scene, Vec<String>) {
     let reader = RunReader::open(Arc::new(RealFileSystem), root);
-    let begun = reader.map_or_else(
+    let recorded_keys = reader.map_or_else(
         |_| Vec::new(),
         |reader| scene.accuracy_begun_with(&reader.record().scene),
     );
-    if begun.is_empty() {
+    if recorded_keys.is_empty() {
         return (scene, sets.to_vec());
     }
-    let all = [sets, &begun].concat();
-    match load(&all) {
-        Ok(as_begun) => {
-            let (begun, root) = (begun.join(", "), root.display());
+    let all_sets = [sets, &recorded_keys].concat();
+    match load(&all_sets) {
+        Ok(adjusted_scene) => {
+            let (recorded_keys, root) = (recorded_keys.join(", "), root.display());
             say(&format!(
-                "note: {begun}, as {root} began: the scene does not give it"
+                "note: {recorded_keys}, as at the start of {root}: the scene does not give it"
             ));
-            (as_begun, all)
+            (adjusted_scene, all_sets)
         }
         Err(_) => (scene, sets.to_vec()),
     }
 }
 
-/// The scene that a run goes on with: its user may have edited `scene.toml`, or lost it.
+/// Returns the scene with which a run continues. The user may have edited or removed `scene.toml`.
 pub fn scene_of_run(run: &Path, sets: &[String]) -> Result<Option<Scene>, CliError> {
     let path = Layout::at(run).scene();
-    let Some(found) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
+    let Some(stored_scene) = SceneOfRun::read(Arc::new(RealFileSystem), run)? else {
         return Ok(None);
     };
-    let load = |sets: &[String]| scene::load_kept(&path, &found.text, sets);
+    let load = |sets: &[String]| scene::load_kept(&path, &stored_scene.text, sets);
     match load(sets) {
-        Ok(scene) => Ok(Some(going_on(scene, run, sets, load).0)),
-        Err(source) if found.edited => Err(CliError::EditedScene { path, source }),
+        Ok(scene) => Ok(Some(with_recorded_accuracy(scene, run, sets, load).0)),
+        Err(source) if stored_scene.edited => Err(CliError::EditedScene { path, source }),
         Err(error) => Err(error.into()),
     }
 }

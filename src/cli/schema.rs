@@ -8,29 +8,29 @@ use serde_json::{Map, Value, json};
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// In which form the schemas are printed.
+/// Output form of schemas.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// For a terminal.
+    /// Text for a terminal.
     Text,
-    /// For a documentation.
+    /// Markdown for documentation.
     Markdown,
-    /// For a program.
+    /// JSON for a program.
     Json,
-    /// For an editor.
+    /// JSON Schema for an editor.
     JsonSchema,
 }
 
 impl Form {
-    /// That of the flags.
+    /// Returns the form that the flags select.
     pub fn of(markdown: bool, json: bool, json_schema: bool) -> Form {
         let flags = [
             (markdown, Form::Markdown),
             (json, Form::Json),
             (json_schema, Form::JsonSchema),
         ];
-        let given = flags.into_iter().find(|flag| flag.0);
-        given.map_or(Form::Text, |flag| flag.1)
+        let selected_flag = flags.into_iter().find(|flag| flag.0);
+        selected_flag.map_or(Form::Text, |flag| flag.1)
     }
 }
 
@@ -53,11 +53,11 @@ pub fn schema(word: Option<&str>, form: Form, out: &mut Results) -> Result<Exit,
     let table = TableName::from_name(word);
     let about = explain::explain(word);
     if let (None, Err(unknown)) = (table, &about) {
-        let found = SearchResult::column(word).unwrap_or_else(|| SearchResult::of(word));
-        if unknown.is_former || found.is_empty() {
+        let results = SearchResult::column(word).unwrap_or_else(|| SearchResult::of(word));
+        if unknown.is_former || results.is_empty() {
             return Err(CliError::UnknownWord(unknown.clone()));
         }
-        found.write(word, form, out);
+        results.write(word, form, out);
         return Ok(Exit::Done);
     }
     let about = about.ok();
@@ -112,15 +112,15 @@ impl SearchResult {
         }
     }
 
-    /// The column of a name as the search prints it, `TABLE.COLUMN`.
+    /// Finds the column of a name `TABLE.COLUMN`, as the search prints it.
     fn column(name: &str) -> Option<SearchResult> {
         let (table, column) = name.split_once('.')?;
         let table = TableName::from_name(table)?;
         let mut columns = table.schema().columns.iter();
-        let found = columns.find(|own| own.name == column)?;
+        let column_schema = columns.find(|candidate| candidate.name == column)?;
         Some(SearchResult {
             keys: Vec::new(),
-            columns: vec![(table, found)],
+            columns: vec![(table, column_schema)],
         })
     }
 
@@ -136,7 +136,7 @@ impl SearchResult {
             let columns = self
                 .columns
                 .iter()
-                .map(|found| (name(found), json!(found.1)));
+                .map(|entry| (name(entry), json!(entry.1)));
             let [keys, columns] = [keys.collect(), columns.collect()].map(Value::Object);
             out.json(&json!({ "word": word, "keys": keys, "columns": columns }));
             return;
@@ -156,9 +156,9 @@ impl SearchResult {
                 "columns that mention {word} (details: fretwear schema TABLE)"
             );
         }
-        for found in &self.columns {
-            let (unit, description) = (&found.1.unit, &found.1.description);
-            writeln!(out, "    {:<32} [{unit}] {description}", name(found));
+        for entry in &self.columns {
+            let (unit, description) = (&entry.1.unit, &entry.1.description);
+            writeln!(out, "    {:<32} [{unit}] {description}", name(entry));
         }
     }
 }
@@ -196,7 +196,7 @@ fn write_table(table: TableName, form: Form, out: &mut Results) {
     }
 }
 
-/// The keys of a scene by sections.
+/// Prints the keys of a scene by sections.
 fn write_scene(form: Form, out: &mut Results) {
     let sections = explain::sections();
     match form {
@@ -262,7 +262,7 @@ fn write_key(key: &KeyAbout, out: &mut Results) {
     }
 }
 
-/// The columns of [`write_section`].
+/// Prints the heading of [`write_section`].
 fn write_heading(out: &mut Results) {
     writeln!(out, "    {:<24}type; default", "key");
     writeln!(
@@ -271,7 +271,7 @@ fn write_heading(out: &mut Results) {
     );
 }
 
-/// Two lines per key: type and default, then the short meaning.
+/// Prints two lines per key: type and default, then the short meaning.
 fn write_section(section: &SectionAbout, out: &mut Results) {
     match section.section.as_str() {
         "" => writeln!(out, "{}", section.meaning),
@@ -290,7 +290,7 @@ fn write_section(section: &SectionAbout, out: &mut Results) {
     }
 }
 
-/// Text in a cell of Markdown, which a bar would end.
+/// Escapes bars, which would end a Markdown cell.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }
@@ -343,12 +343,12 @@ fn write_markdown(out: &mut Results, table: TableName) {
     writeln!(out);
 }
 
-/// The dimension in words.
+/// Returns the dimension of a column in words.
 fn quantity(column: &ColumnSchema) -> String {
     column.dimension.replace('_', " ")
 }
 
-/// What else a reader has to know of a column.
+/// Returns further notes on a column.
 fn notes(column: &ColumnSchema) -> Vec<&'static str> {
     [
         (column.optional, "where the scene has it"),
@@ -360,6 +360,6 @@ fn notes(column: &ColumnSchema) -> Vec<&'static str> {
         (column.sparse, "mostly 0"),
     ]
     .into_iter()
-    .filter_map(|(holds, note)| holds.then_some(note))
+    .filter_map(|(applies, note)| applies.then_some(note))
     .collect()
 }

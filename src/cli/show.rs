@@ -1,4 +1,4 @@
-//! The commands that compute nothing of a run: `plan` and `verify`.
+//! The commands `plan` and `verify`, which do not change a run.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use super::{CliError, Exit, cost, resonances};
 use crate::progress::lines_of;
 use crate::terminal::Results;
 
-/// Prints what a scene needs, and what it will cost here, if that is to be rehearsed.
+/// Prints the plan of a scene, and its expected cost if `rehearse` is true.
 pub fn plan(
     path: &Path,
     sets: &[String],
@@ -26,16 +26,16 @@ pub fn plan(
     plan.warnings.extend(cost::too_large(&plan.inputs));
     let mut printed =
         json!({ "recipe": plan.inputs.recipe, "decisions": plan.decisions, "checks": plan.checks });
-    let (mut rehearsal, mut found_resonances) = (None, None);
+    let (mut rehearsal, mut resonance_results) = (None, None);
     if as_json {
         if rehearse {
-            let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
-            said_once(&mut plan.warnings, found.warnings);
-            printed["cost"] = json!(found.cost);
-            // Of the machine, where the rest is of the scene.
-            printed["seconds"] = json!({ "run": found.seconds, "rehearsal": found.took });
-            if let Some(found) = resonances::resonances(&plan.inputs, path, true) {
-                printed["resonances"] = resonances::json(&found);
+            let estimate = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
+            add_warnings_once(&mut plan.warnings, estimate.warnings);
+            printed["cost"] = json!(estimate.cost);
+            // Times depend on the machine; all other values depend only on the scene.
+            printed["seconds"] = json!({ "run": estimate.seconds, "rehearsal": estimate.took });
+            if let Some(resonances) = resonances::resonances(&plan.inputs, path, true) {
+                printed["resonances"] = resonances::json(&resonances);
             }
         }
         printed["warnings"] = json!(plan.warnings);
@@ -51,10 +51,10 @@ pub fn plan(
         writeln!(out, "    {}", decision.why);
     }
     if rehearse {
-        let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
-        said_once(&mut plan.warnings, found.warnings.clone());
-        rehearsal = Some(found);
-        found_resonances = resonances::resonances(&plan.inputs, path, false);
+        let estimate = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
+        add_warnings_once(&mut plan.warnings, estimate.warnings.clone());
+        rehearsal = Some(estimate);
+        resonance_results = resonances::resonances(&plan.inputs, path, false);
     }
     writeln!(out);
     for line in lines_of(&plan.checks) {
@@ -66,8 +66,8 @@ pub fn plan(
     for warning in &plan.warnings {
         writeln!(out, "\nwarning: {warning}");
     }
-    if let Some(found) = &found_resonances {
-        resonances::write(out, &plan.inputs.recipe, found);
+    if let Some(resonances) = &resonance_results {
+        resonances::write(out, &plan.inputs.recipe, resonances);
     }
     if let Some(rehearsal) = &rehearsal {
         writeln!(out, "\nexpected cost");
@@ -84,17 +84,18 @@ pub fn graph(path: &Path, sets: &[String], out: &mut Results) -> Result<Exit, Cl
     Ok(Exit::Done)
 }
 
-/// The plan and the rehearsal may warn of the same step.
-fn said_once(warnings: &mut Vec<String>, more: Vec<String>) {
+/// Adds warnings of the rehearsal, except a second warning on the depth step.
+fn add_warnings_once(warnings: &mut Vec<String>, new_warnings: Vec<String>) {
     const OF_STEP: &str = "wear.depth_step = ";
-    let is_told = warnings.iter().any(|warning| warning.starts_with(OF_STEP));
+    let has_step_warning = warnings.iter().any(|warning| warning.starts_with(OF_STEP));
     warnings.extend(
-        more.into_iter()
-            .filter(|more| !(is_told && more.starts_with(OF_STEP))),
+        new_warnings
+            .into_iter()
+            .filter(|warning| !(has_step_warning && warning.starts_with(OF_STEP))),
     );
 }
 
-/// Prints what verifies and what does not.
+/// Prints the state of every file of a run.
 pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
     let run = RunReader::open(Arc::new(RealFileSystem), root)?;
     let mut report = run.verify()?;
@@ -119,7 +120,7 @@ pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
         writeln!(out, "{damage}");
     }
     if report.metadata.is_empty() {
-        writeln!(out, "run.json and what stands beside the tables: ok");
+        writeln!(out, "run.json and the other files outside tables: ok");
     }
     for once in &report.once {
         let state = once
@@ -131,7 +132,7 @@ pub fn verify(root: &Path, out: &mut Results) -> Result<Exit, CliError> {
     if !report.pruned.is_empty() {
         writeln!(
             out,
-            "pruned, as output.keep says: {} iterations",
+            "pruned by output.keep: {} iterations",
             report.pruned.len()
         );
     }

@@ -1,4 +1,4 @@
-//! `fretwear stage`: a stage of a committed iteration, computed again.
+//! `fretwear stage`: computes a stage of a committed iteration again.
 
 use std::fs;
 use std::io::Write;
@@ -27,7 +27,7 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
     };
     let inputs = Plan::of(&scene)?.inputs;
     reader.require_scene(&inputs.identity.scene, &FREE_KEYS)?;
-    // An iteration that is damaged or not there is told before anything is computed, and so is a folder that is none of ours.
+    // Report a damaged or missing iteration, and an output folder inside a run, before computing.
     let damage = reader
         .reports()
         .iter()
@@ -37,7 +37,7 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
     }
     reader.commit_of(wear_iteration)?;
     if let Some(folder) = &arguments.output {
-        require_beside_runs(folder)?;
+        require_outside_runs(folder)?;
     }
     let watcher = Watcher::new(&inputs.recipe, run, arguments.json);
     let begin = Instant::now();
@@ -78,12 +78,12 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
             "{stage} of iteration {wear_iteration} of {run}, computed again in {seconds:.2} s"
         );
         for name in recomputed.tables.keys() {
-            let said = match recomputed.same.get(name) {
+            let verdict = match recomputed.same.get(name) {
                 Some(true) => "the same bits as in the run",
                 Some(false) => "NOT the same as in the run",
-                None => "not in the run: it was not due, or a later stage has written it again",
+                None => "not in the run: it was not due, or a later stage overwrote it",
             };
-            writeln!(out, "  {:<20} {said}", name.as_str());
+            writeln!(out, "  {:<20} {verdict}", name.as_str());
         }
     }
     match differs.is_empty() {
@@ -96,14 +96,14 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
     }
 }
 
-/// Makes the folder, and refuses one within a run: what is there is committed.
-fn require_beside_runs(folder: &Path) -> Result<(), CliError> {
-    let failed = |source| CliError::Export {
+/// Creates the output folder, and rejects a folder inside a run, whose files are committed.
+fn require_outside_runs(folder: &Path) -> Result<(), CliError> {
+    let export_error = |source| CliError::Export {
         path: folder.to_owned(),
         source,
     };
-    fs::create_dir_all(folder).map_err(failed)?;
-    let resolved = fs::canonicalize(folder).map_err(failed)?;
+    fs::create_dir_all(folder).map_err(export_error)?;
+    let resolved = fs::canonicalize(folder).map_err(export_error)?;
     match resolved
         .ancestors()
         .find(|above| Layout::at(above).has_record())
@@ -116,7 +116,7 @@ fn require_beside_runs(folder: &Path) -> Result<(), CliError> {
     }
 }
 
-/// Writes a file that is not there yet.
+/// Writes a file that must not exist yet.
 fn write(folder: &Path, file: &str, bytes: &[u8]) -> Result<(), CliError> {
     let path = folder.join(file);
     let written = fs::File::create_new(&path).and_then(|mut file| file.write_all(bytes));

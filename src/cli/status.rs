@@ -18,20 +18,21 @@ use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped};
 use crate::terminal::{Results, say};
 
-/// Prints how far a run is, also while another process computes it, or a line per run of a folder of runs.
+/// Prints the progress of a run, also while another process computes it. For a folder of runs, it prints one line per
+/// run.
 pub fn status(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
-    // A run that has lost its record is damaged, not a folder of runs.
+    // A run that has lost its record is a damaged run, not a folder of runs.
     let is_run = folder.is_file() || Layout::at(folder).is_of_run();
     match is_run {
-        true => of_run(folder, as_json, out),
+        true => print_run(folder, as_json, out),
         false => list(folder, as_json, out),
     }
 }
 
-fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
+fn print_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let StoredPlan { recipe, warnings } = reader.plan(StoredPlan::of)?;
-    let standing = RunStatus::of(&reader, &recipe)?;
+    let run_status = RunStatus::of(&reader, &recipe)?;
     let ends = RunEnds::of(&reader)?;
     let spent = RunCost::of(&reader)?;
     let holder = reader.holder()?;
@@ -43,27 +44,30 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
         .map(ToString::to_string)
         .collect();
     if as_json {
-        let last = standing.wear_iteration;
+        let last = run_status.wear_iteration;
         let summary = last
             .map(|k| reader.read(k, TableName::Summary))
             .transpose()?;
         let mut object = summary.as_ref().map(row).unwrap_or_default();
-        describe(&mut object, root, &standing, holder);
+        describe(&mut object, root, &run_status, holder);
         object.insert("failure".to_owned(), json!(failure));
-        if standing.wear_iteration.is_some() {
+        if run_status.wear_iteration.is_some() {
             object.insert("cost".to_owned(), cost::spent(&spent));
         }
         object.insert("warnings".to_owned(), json!(warnings));
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));
     } else {
-        write(out, root, &standing, holder, title(&recipe));
-        if let (Some(ends), Some(cycles)) = (&ends, standing.cycles)
-            && !standing.done
+        write(out, root, &run_status, holder, title(&recipe));
+        if let (Some(ends), Some(cycles)) = (&ends, run_status.cycles)
+            && !run_status.done
         {
-            out.item("progress", &progress(&standing, cycles, &ends.now.summary));
+            out.item(
+                "progress",
+                &progress(&run_status, cycles, &ends.now.summary),
+            );
         }
-        write_pace(out, &standing);
+        write_pace(out, &run_status);
         if let Some(failure) = failure {
             out.item("failed", &failure);
         }
@@ -80,9 +84,9 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
         for damage in &damaged {
             out.beside("damaged: ", damage);
         }
-        // Commands are pasted: no line of theirs is broken.
+        // Do not wrap commands, because users paste them.
         let mut command = |name: &str, text: String| writeln!(out, "  {name:<24} {text}");
-        if holder.is_none() && !standing.done {
+        if holder.is_none() && !run_status.done {
             command("continue", continuation(root));
         }
         if ends.is_some() {
@@ -98,9 +102,9 @@ fn of_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
     })
 }
 
-/// Whether a run is being computed, is at its end, or waits to be continued.
-fn state(standing: &RunStatus, holder: Option<LockHolder>) -> &'static str {
-    match (holder, standing.done) {
+/// Returns the state of a run: "running", "done" or "stopped".
+fn state(run_status: &RunStatus, holder: Option<LockHolder>) -> &'static str {
+    match (holder, run_status.done) {
         (Some(_), _) => "running",
         (None, true) => "done",
         (None, false) => "stopped",
@@ -110,33 +114,33 @@ fn state(standing: &RunStatus, holder: Option<LockHolder>) -> &'static str {
 fn describe(
     object: &mut Map<String, Value>,
     root: &Path,
-    standing: &RunStatus,
+    run_status: &RunStatus,
     holder: Option<LockHolder>,
 ) {
-    let state = state(standing, holder);
-    let update = standing.last_update.map(|update| {
+    let state = state(run_status, holder);
+    let update = run_status.last_update.map(|update| {
         json!({
             "wear_iteration": update.wear_iteration,
             "cycles": update.cycles,
             "updates": update.updates,
         })
     });
-    let drafted: Vec<&str> = standing.draft.iter().map(|stage| stage.name()).collect();
+    let drafted: Vec<&str> = run_status.draft.iter().map(|stage| stage.name()).collect();
     let values = [
-        ("wear_iteration", json!(standing.wear_iteration)),
+        ("wear_iteration", json!(run_status.wear_iteration)),
         ("state", json!(state)),
         ("running", json!(holder.is_some())),
         ("process", json!(holder.and_then(|holder| holder.pid))),
-        ("stage", json!(standing.stage.map(|stage| stage.name()))),
+        ("stage", json!(run_status.stage.map(|stage| stage.name()))),
         ("drafted", json!(drafted)),
-        ("cycles_goal", json!(standing.cycles_goal)),
-        ("cycles_left", json!(standing.cycles_left())),
-        ("wear_volume_goal", json!(standing.volume_goal)),
-        ("part_done", json!(standing.part)),
-        ("has_lost_preload", json!(standing.has_lost_preload)),
+        ("cycles_goal", json!(run_status.cycles_goal)),
+        ("cycles_left", json!(run_status.cycles_left())),
+        ("wear_volume_goal", json!(run_status.volume_goal)),
+        ("part_done", json!(run_status.part)),
+        ("has_lost_preload", json!(run_status.has_lost_preload)),
         ("last_update", json!(update)),
-        ("cycles_per_second", json!(standing.cycles_per_second)),
-        ("seconds_left", json!(standing.seconds_left)),
+        ("cycles_per_second", json!(run_status.cycles_per_second)),
+        ("seconds_left", json!(run_status.seconds_left)),
         (
             "continue",
             json!((state == "stopped").then(|| continuation(root))),
@@ -148,84 +152,87 @@ fn describe(
 fn write(
     out: &mut Results,
     root: &Path,
-    standing: &RunStatus,
+    run_status: &RunStatus,
     holder: Option<LockHolder>,
     title: String,
 ) {
-    let mut first = match standing.wear_iteration {
+    let mut heading = match run_status.wear_iteration {
         Some(latest) => format!("{}: iteration {latest}, ", root.display()),
         None => format!("{}: nothing committed yet, ", root.display()),
     };
-    first += state(standing, holder);
-    if standing.has_lost_preload {
-        first += ", ended by wear.until.preload";
+    heading += state(run_status, holder);
+    if run_status.has_lost_preload {
+        heading += ", ended by wear.until.preload";
     }
     if let Some(pid) = holder.and_then(|holder| holder.pid) {
-        first += &format!(" (process {pid})");
+        heading += &format!(" (process {pid})");
     }
-    let next = standing.wear_iteration.map_or(0, |k| k + 1);
-    match standing.stage {
-        Some(stage) if holder.is_some() => first += &format!(", {stage} of iteration {next}"),
-        Some(stage) if !standing.draft.is_empty() => {
-            // All of its stages may be passed, and the commit alone left.
-            let ahead = match standing.draft.contains(&stage) {
+    let next = run_status.wear_iteration.map_or(0, |k| k + 1);
+    match run_status.stage {
+        Some(stage) if holder.is_some() => heading += &format!(", {stage} of iteration {next}"),
+        Some(stage) if !run_status.draft.is_empty() => {
+            // If all stages are complete, only the commit is missing.
+            let next_step = match run_status.draft.contains(&stage) {
                 true => "its commit",
                 false => stage.name(),
             };
-            first += &format!(" within iteration {next}, before {ahead}");
+            heading += &format!(" within iteration {next}, before {next_step}");
         }
         _ => (),
     }
-    writeln!(out, "{first}");
+    writeln!(out, "{heading}");
     if !title.is_empty() {
         out.item("title", &title);
     }
 }
 
-/// How far a run is.
-fn progress(standing: &RunStatus, cycles: u64, summary: &Summary) -> String {
-    let goal = standing.cycles_goal;
+/// Describes the progress of a run.
+fn progress(run_status: &RunStatus, cycles: u64, summary: &Summary) -> String {
+    let goal = run_status.cycles_goal;
     let goal = goal.map_or_else(String::new, |goal| format!(" of {}", grouped(goal)));
     let worn = worn(
         summary.wear_volume.unwrap_or(0.0),
         summary.error_wear_volume,
     );
-    let part = 100.0 * standing.part;
+    let part = 100.0 * run_status.part;
     format!("{}{goal} cycles, {worn}, {part:.0} % done", grouped(cycles))
 }
 
-/// When the contact elements were updated last, how fast the run is, and how long it will take.
-fn write_pace(out: &mut Results, standing: &RunStatus) {
-    if let Some(update) = standing.last_update {
-        let at = update.cycles.map_or_else(String::new, |cycles| {
+/// Prints the last update of the contact elements, the speed of the run, and the remaining time.
+fn write_pace(out: &mut Results, run_status: &RunStatus) {
+    if let Some(update) = run_status.last_update {
+        let at_cycles = update.cycles.map_or_else(String::new, |cycles| {
             format!(", at {} cycles", grouped(cycles))
         });
         let (iteration, updates) = (update.wear_iteration, update.updates);
-        let text = format!("iteration {iteration}{at}; {updates} so far");
+        let text = format!("iteration {iteration}{at_cycles}; {updates} so far");
         out.item("last update", &text);
     }
-    if let (false, Some(rate)) = (standing.done, standing.cycles_per_second) {
-        let left = standing.cycles_left().map_or_else(String::new, |cycles| {
+    if let (false, Some(rate)) = (run_status.done, run_status.cycles_per_second) {
+        let remaining = run_status.cycles_left().map_or_else(String::new, |cycles| {
             format!(", {} cycles to go", grouped(cycles))
         });
-        let time = standing.seconds_left.map_or_else(String::new, |seconds| {
+        let time = run_status.seconds_left.map_or_else(String::new, |seconds| {
             format!(", about {}", duration(seconds))
         });
         let rate = grouped(rate as u64);
-        out.item("pace", &format!("{rate} cycles/s of late{left}{time}"));
+        out.item(
+            "pace",
+            &format!("{rate} cycles/s recently{remaining}{time}"),
+        );
     }
 }
 
-/// The title on one line.
+/// Returns the title on one line.
 fn title(recipe: &Recipe) -> String {
     let title = recipe.title.iter();
     let words = title.flat_map(|title| title.split_whitespace());
     words.collect::<Vec<&str>>().join(" ")
 }
 
-/// Prints a line per run of a folder.
+/// Prints one line per run of a folder.
 fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
-    let unreadable = |source: io::Error| match source.kind() {
+    let folder_error = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => CliError::NoFolder {
             path: folder.to_owned(),
         },
@@ -235,7 +242,7 @@ fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
         },
     };
     let mut roots: Vec<PathBuf> = fs::read_dir(folder)
-        .map_err(unreadable)?
+        .map_err(folder_error)?
         .filter_map(|entry| entry.ok().map(|entry| entry.path()))
         .filter(|path| Layout::at(path).has_record())
         .collect();
@@ -246,15 +253,15 @@ fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
     for root in roots {
         let name = one_line_name(&word(&root));
         match line(&root) {
-            Ok(found) if as_json => out.json(&found),
-            Ok(found) => writeln!(
+            Ok(entry) if as_json => out.json(&entry),
+            Ok(entry) => writeln!(
                 out,
                 "{name:<32} {:<8} {:>9}  {}",
-                found["state"].as_str().unwrap_or_default(),
-                found["wear_iteration"]
+                entry["state"].as_str().unwrap_or_default(),
+                entry["wear_iteration"]
                     .as_u64()
                     .map_or("–".to_owned(), |k| format!("#{k}")),
-                found["words"].as_str().unwrap_or_default()
+                entry["words"].as_str().unwrap_or_default()
             ),
             Err(error) if as_json => {
                 out.json(&json!({ "run": root.display().to_string(), "error": error.to_string() }));
@@ -265,7 +272,7 @@ fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
     Ok(Exit::Done)
 }
 
-/// The first words of a message, on one line.
+/// Shortens a message to its first words, on one line.
 fn short(message: &str) -> String {
     const LONGEST: usize = 80;
     let message = message.split_whitespace().collect::<Vec<&str>>().join(" ");
@@ -278,15 +285,17 @@ fn short(message: &str) -> String {
 fn line(root: &Path) -> Result<serde_json::Value, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let recipe = reader.plan(StoredPlan::of)?.recipe;
-    let standing = RunStatus::of(&reader, &recipe)?;
-    let summary = standing.wear_iteration.map(|k| reader.typed::<Summary>(k));
+    let run_status = RunStatus::of(&reader, &recipe)?;
+    let summary = run_status
+        .wear_iteration
+        .map(|k| reader.typed::<Summary>(k));
     let summary = summary.transpose()?.unwrap_or_default();
     let mut words = Vec::new();
-    if let Some(cycles) = standing.cycles {
+    if let Some(cycles) = run_status.cycles {
         words.push(format!(
             "{} cycles, {:.0} %",
             grouped(cycles),
-            100.0 * standing.part
+            100.0 * run_status.part
         ));
     }
     if let Some(volume) = summary.wear_volume {
@@ -302,10 +311,10 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
     );
     Ok(json!({
         "run": root.display().to_string(),
-        "state": state(&standing, reader.holder()?),
-        "wear_iteration": standing.wear_iteration,
-        "cycles": standing.cycles,
-        "part_done": standing.part,
+        "state": state(&run_status, reader.holder()?),
+        "wear_iteration": run_status.wear_iteration,
+        "cycles": run_status.cycles,
+        "part_done": run_status.part,
         "wear_volume": summary.wear_volume,
         "error_wear_volume": summary.error_wear_volume,
         "failure": failure,

@@ -17,24 +17,28 @@ use super::many;
 use super::{CliError, Exit, report};
 use crate::terminal::{self, Results, say};
 
-/// A variant with what its run needs.
+/// A variant and the plan of its run.
 struct Job {
     variant: Variant,
     plan: Plan,
 }
 
-/// Runs the variants of a scene, or the presets of several, each in its own folder, and compares them.
+/// Runs the variants of a scene, or the presets of several scenes, and compares them. Each variant has its own folder.
 pub fn trade(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliError> {
     match &arguments.scenes[..] {
-        [path] if !path.is_dir() => one(arguments, path, out),
-        _ => several(arguments, out),
+        [path] if !path.is_dir() => trade_one_scene(arguments, path, out),
+        _ => trade_scenes(arguments, out),
     }
 }
 
 /// Runs the variants of a scene.
-fn one(arguments: &TradeArguments, path: &Path, out: &mut Results) -> Result<Exit, CliError> {
+fn trade_one_scene(
+    arguments: &TradeArguments,
+    path: &Path,
+    out: &mut Results,
+) -> Result<Exit, CliError> {
     let sets = &arguments.sets;
-    let written = scene::load(path, sets)?;
+    let base_scene = scene::load(path, sets)?;
     let balanced = variants::load(path, sets, &variants::balanced())?;
     let recipe = Plan::of(&balanced)?.inputs.recipe;
     let choice = Choice {
@@ -42,28 +46,28 @@ fn one(arguments: &TradeArguments, path: &Path, out: &mut Results) -> Result<Exi
         paper: arguments.paper,
         largest_grid: arguments.largest_grid,
     };
-    let mut made = variants::variants(&written, &balanced, &recipe, &choice)?;
-    // Last, so that all other runs lie between the two that are to tell the noise.
-    made.variants.push(variants::again());
-    let jobs = jobs(path, sets, &mut made)?;
+    let mut candidates = variants::variants(&base_scene, &balanced, &recipe, &choice)?;
+    // Run the repetition last: the other runs then lie between the two runs whose difference is the noise.
+    candidates.variants.push(variants::again());
+    let jobs = jobs(path, sets, &mut candidates)?;
     let folder = match &arguments.dir {
         Some(folder) => folder.clone(),
-        None => Path::new(FOLDER).join(&written.name),
+        None => Path::new(FOLDER).join(&base_scene.name),
     };
-    let named = jobs.iter().map(|job| {
+    let named_jobs = jobs.iter().map(|job| {
         let name = job.variant.name.clone();
         (name.clone(), folder.join(name), job)
     });
-    let (trials, stopped) = run_all(arguments, "variant", &named.collect::<Vec<_>>())?;
-    let (trials, failures) = parted(trials);
+    let (trials, stopped) = run_all(arguments, "variant", &named_jobs.collect::<Vec<_>>())?;
+    let (trials, failures) = split_failures(trials);
     let motion = MotionKind::of(&recipe);
-    let trade = trade::trade(&written.name, motion, trials, made.base)?;
-    let left_out: Vec<(String, String)> = made
+    let trade = trade::trade(&base_scene.name, motion, trials, candidates.base)?;
+    let left_out: Vec<(String, String)> = candidates
         .left_out
         .into_iter()
-        .map(|left| (left.what, left.reason))
+        .map(|skipped| (skipped.what, skipped.reason))
         .collect();
-    // Without the reference there are no errors to show.
+    // Without the reference, no error can be computed.
     let has_reference = trade.row(REFERENCE).is_some();
     let page = trade::page(&trade, &left_out);
     if has_reference {
@@ -76,7 +80,7 @@ fn one(arguments: &TradeArguments, path: &Path, out: &mut Results) -> Result<Exi
         let left_out = left_out.iter();
         let left_out = left_out.map(|(what, reason)| json!({ "what": what, "reason": reason }));
         out.json(&json!({
-            "scene": written.name,
+            "scene": base_scene.name,
             "rows": report::rows(&trade::table(std::slice::from_ref(&trade))?),
             "findings": trade::findings(&trade),
             "left_out": left_out.collect::<Vec<Value>>(),
@@ -84,21 +88,21 @@ fn one(arguments: &TradeArguments, path: &Path, out: &mut Results) -> Result<Exi
     } else {
         write!(out, "{}", page.plain(terminal::width()));
     }
-    end(arguments, has_reference.then_some(&folder), failures)
+    finish(arguments, has_reference.then_some(&folder), failures)
 }
 
-/// Where runs go.
+/// Default folder of the runs.
 const FOLDER: &str = "trade";
 
-fn stopped_after(done: usize, of: usize, what: &str) -> Exit {
+fn stopped_after(done: usize, total: usize, what: &str) -> Exit {
     say(&format!(
-        "stopped after {done} of {of} {what}; run the same command again to continue"
+        "stopped after {done} of {total} {what}; run the same command again to continue"
     ));
     Exit::Stopped
 }
 
-/// Says what was written, and ends with why a reference failed: nothing can be said against one that did.
-fn end(
+/// Prints the written files. Returns the error of a failed reference run, without which nothing can be compared.
+fn finish(
     arguments: &TradeArguments,
     written: Option<&PathBuf>,
     failures: Vec<RunError>,
@@ -106,7 +110,7 @@ fn end(
     if let Some(folder) = written.filter(|_| !arguments.execution.quiet) {
         let page = folder.join("trade.html");
         say(&format!(
-            "written: {}, and beside it trade.parquet, .svg and .md",
+            "written: {}, with trade.parquet, .svg and .md in the same folder",
             page.display()
         ));
     }
@@ -116,8 +120,8 @@ fn end(
     }
 }
 
-/// A scene of several with the runs of its presets.
-struct OfScene {
+/// One of several scenes, with the runs of its presets.
+struct SceneJobs {
     name: String,
     path: PathBuf,
     motion: MotionKind,
@@ -125,7 +129,7 @@ struct OfScene {
 }
 
 /// Runs the presets of several scenes.
-fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliError> {
+fn trade_scenes(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliError> {
     let mut paths = Vec::new();
     for path in &arguments.scenes {
         match path.is_dir() {
@@ -142,9 +146,9 @@ fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliErr
         let scenes = paths.len();
         return Err(CliError::OfOneScene { option, scenes });
     }
-    let mut scenes: Vec<OfScene> = Vec::new();
+    let mut scenes: Vec<SceneJobs> = Vec::new();
     for path in paths {
-        let scene = of_scene(path, &arguments.sets)?;
+        let scene = scene_jobs(path, &arguments.sets)?;
         if let Some(other) = scenes.iter().find(|other| other.name == scene.name) {
             let paths = [other.path.clone(), scene.path];
             let name = scene.name;
@@ -156,7 +160,7 @@ fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliErr
         Some(folder) => folder.clone(),
         None => PathBuf::from(FOLDER),
     };
-    let named = scenes.iter().flat_map(|scene| {
+    let named_jobs = scenes.iter().flat_map(|scene| {
         let root = folder.join(&scene.name);
         scene.jobs.iter().map(move |job| {
             let variant = &job.variant.name;
@@ -167,19 +171,19 @@ fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliErr
             )
         })
     });
-    let (trials, stopped) = run_all(arguments, "run", &named.collect::<Vec<_>>())?;
+    let (trials, stopped) = run_all(arguments, "run", &named_jobs.collect::<Vec<_>>())?;
     let (mut trades, mut failures) = (Vec::new(), Vec::new());
     let mut trials = trials.into_iter();
     for scene in &scenes {
-        let of_scene: Vec<_> = trials.by_ref().take(scene.jobs.len()).collect();
-        // A scene is compared once its reference, the last of its runs, has ended.
-        if of_scene.len() == scene.jobs.len() {
-            let (of_scene, failed) = parted(of_scene);
+        let scene_trials: Vec<_> = trials.by_ref().take(scene.jobs.len()).collect();
+        // Compare a scene only if all its runs have ended; the reference is the last of them.
+        if scene_trials.len() == scene.jobs.len() {
+            let (scene_trials, failed) = split_failures(scene_trials);
             failures.extend(failed);
             trades.push(trade::trade(
                 &scene.name,
                 scene.motion,
-                of_scene,
+                scene_trials,
                 Vec::new(),
             )?);
         }
@@ -210,20 +214,20 @@ fn several(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliErr
     } else {
         write!(out, "{}", page.plain(terminal::width()));
     }
-    end(arguments, Some(&folder), failures)
+    finish(arguments, Some(&folder), failures)
 }
 
-fn of_scene(path: PathBuf, sets: &[String]) -> Result<OfScene, CliError> {
+fn scene_jobs(path: PathBuf, sets: &[String]) -> Result<SceneJobs, CliError> {
     let mut jobs = Vec::new();
-    let mut known = None;
+    let mut name_and_motion = None;
     for variant in variants::presets() {
         let scene = variants::load(&path, sets, &variant)?;
         let plan = Plan::of(&scene)?;
-        known = Some((scene.name, MotionKind::of(&plan.inputs.recipe)));
+        name_and_motion = Some((scene.name, MotionKind::of(&plan.inputs.recipe)));
         jobs.push(Job { variant, plan });
     }
-    let (name, motion) = known.unwrap_or((String::new(), MotionKind::Rest));
-    Ok(OfScene {
+    let (name, motion) = name_and_motion.unwrap_or((String::new(), MotionKind::Rest));
+    Ok(SceneJobs {
         name,
         path,
         motion,
@@ -235,19 +239,19 @@ fn plan(path: &Path, sets: &[String], variant: &Variant) -> Result<Plan, CliErro
     Ok(Plan::of(&variants::load(path, sets, variant)?)?)
 }
 
-/// The variants that the scene allows; the others are left out.
-fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, CliError> {
+/// Plans the variants that the scene allows. The other variants are moved to the skipped ones.
+fn jobs(path: &Path, sets: &[String], candidates: &mut Variants) -> Result<Vec<Job>, CliError> {
     let mut jobs: Vec<Job> = Vec::new();
-    for variant in std::mem::take(&mut made.variants) {
+    for variant in std::mem::take(&mut candidates.variants) {
         let what = format!("{} = {}", variant.knob, variant.value);
         match plan(path, sets, &variant) {
             Ok(plan) => {
-                let known_by = |plan: &Plan| plan.inputs.identity.scene.clone();
-                let same = |job: &&Job| known_by(&job.plan) == known_by(&plan);
+                let identity = |plan: &Plan| plan.inputs.identity.scene.clone();
+                let same = |job: &&Job| identity(&job.plan) == identity(&plan);
                 let same = jobs.iter().find(same);
                 match same.filter(|_| variant.kind != KnobKind::Repeat) {
-                    // A scene that says nothing but `preset = "fast"` is that preset.
-                    Some(job) => made.left_out.push(SkippedVariant {
+                    // For example, a scene with only `preset = "fast"` equals that preset.
+                    Some(job) => candidates.left_out.push(SkippedVariant {
                         what,
                         reason: format!("it is the same as {}", job.variant.name),
                     }),
@@ -257,7 +261,7 @@ fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, C
             Err(error) if [BALANCED, REFERENCE].contains(&variant.name.as_str()) => {
                 return Err(error);
             }
-            Err(error) => made.left_out.push(SkippedVariant {
+            Err(error) => candidates.left_out.push(SkippedVariant {
                 what,
                 reason: error.to_string(),
             }),
@@ -266,21 +270,22 @@ fn jobs(path: &Path, sets: &[String], made: &mut Variants) -> Result<Vec<Job>, C
     Ok(jobs)
 }
 
-/// What became of a run, and why it failed if it did and is a reference.
-type RunOutcomes = (Trial, Option<RunError>);
+/// A trial, and the error if it is a failed reference run.
+type TrialOutcome = (Trial, Option<RunError>);
 
-/// The trials, and why references failed.
-fn parted(ran: Vec<RunOutcomes>) -> (Vec<Trial>, Vec<RunError>) {
-    let (trials, failures): (Vec<_>, Vec<_>) = ran.into_iter().unzip();
+/// Separates the trials from the errors of reference runs.
+fn split_failures(outcomes: Vec<TrialOutcome>) -> (Vec<Trial>, Vec<RunError>) {
+    let (trials, failures): (Vec<_>, Vec<_>) = outcomes.into_iter().unzip();
     (trials, failures.into_iter().flatten().collect())
 }
 
-/// What was run, each by its name and folder, and whether it was asked to stop before the end.
+/// Runs the jobs, each with its name and folder. Returns the outcomes, and true if the command was stopped before all
+/// runs ended.
 fn run_all(
     arguments: &TradeArguments,
     what: &str,
     jobs: &[(String, PathBuf, &Job)],
-) -> Result<(Vec<RunOutcomes>, bool), CliError> {
+) -> Result<(Vec<TrialOutcome>, bool), CliError> {
     let runs: Vec<many::Job> = jobs
         .iter()
         .map(|(name, root, job)| many::Job {
@@ -289,18 +294,18 @@ fn run_all(
             inputs: &job.plan.inputs,
         })
         .collect();
-    let ran = many::run_all(&arguments.execution, what, &runs)?;
-    let ended = jobs.iter().zip(ran.ended);
+    let outcomes = many::run_all(&arguments.execution, what, &runs)?;
+    let ended = jobs.iter().zip(outcomes.ended);
     let trials = ended.map(|((_, root, job), failure)| {
-        // Runs share the structure.
+        // Memory with the structure in the cache, because the runs share it.
         let trial = Trial {
             variant: job.variant.clone(),
             root: root.clone(),
             memory: Counted::least_memory(&job.plan.inputs),
             failure: failure.as_ref().map(ToString::to_string),
         };
-        let of_reference = job.variant.name == REFERENCE;
-        (trial, failure.filter(|_| of_reference))
+        let is_reference = job.variant.name == REFERENCE;
+        (trial, failure.filter(|_| is_reference))
     });
-    Ok((trials.collect(), ran.stopped))
+    Ok((trials.collect(), outcomes.stopped))
 }

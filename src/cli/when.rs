@@ -27,7 +27,7 @@ use crate::terminal::{Results, say};
 pub struct WhenArguments {
     /// Folder of the run, or of a campaign
     run: PathBuf,
-    /// Load that is left: 90%, -3kN, 27kN
+    /// Remaining load: 90%, -3kN, 27kN
     #[arg(long, value_name = "LOAD", group = "milestones", allow_hyphen_values = true,
         value_parser = |text: &str| Milestone::parse(Figure::Preload, text))]
     preload: Vec<Milestone>,
@@ -42,7 +42,7 @@ pub struct WhenArguments {
     #[arg(long, value_name = "DEPTH", group = "milestones", allow_hyphen_values = true,
         value_parser = |text: &str| Milestone::parse(Figure::Depth, text))]
     depth: Vec<Milestone>,
-    /// Depth that a hundredth of the cells exceed: 10um
+    /// Depth that 1 % of the cells exceed: 10um
     #[arg(long, value_name = "DEPTH", group = "milestones", allow_hyphen_values = true,
         value_parser = |text: &str| Milestone::parse(Figure::Depth99, text))]
     depth_99: Vec<Milestone>,
@@ -55,10 +55,10 @@ pub struct WhenArguments {
     json: bool,
 }
 
-/// What a preload does not count.
-pub const OF_THIS_JOINT: &str = "the load is lost by wear of this joint alone; embedding under head, nut and thread, and the scatter of tightening, are in no bar";
+/// Note on the effects that the lost preload does not include.
+pub const OF_THIS_JOINT: &str = "only the wear of this joint reduces the load here; the bars exclude embedding under head, nut and thread, and the scatter of tightening";
 
-/// A milestone, and what a run says of it.
+/// A milestone and its crossing in the history of a run.
 struct Answer<'a> {
     milestone: &'a Milestone,
     history: History,
@@ -66,11 +66,11 @@ struct Answer<'a> {
     crossing: Crossing,
 }
 
-/// Prints when a run reaches milestones, each between an earliest and a latest number of cycles.
+/// Prints after how many cycles a run reaches milestones, each with its earliest and its latest number of cycles.
 pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliError> {
     let root = &arguments.run;
     if root.join("campaign.json").is_file() {
-        return of_campaign(arguments, out);
+        return when_campaign(arguments, out);
     }
     let reader = RunReader::open(Arc::new(RealFileSystem), root)?;
     let recipe = reader.plan(StoredPlan::of)?.recipe;
@@ -100,11 +100,11 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
         }));
     } else {
         let cycles = grouped(states.cycles().unwrap_or(0));
-        let far = match standing.done {
+        let progress = match standing.done {
             true => String::new(),
             false => format!(", {:.0} % done", 100.0 * standing.part),
         };
-        writeln!(out, "{}: {cycles} cycles{far}", root.display());
+        writeln!(out, "{}: {cycles} cycles{progress}", root.display());
         for answer in &answers {
             out.item(&answer.milestone.words(), &answer.words());
         }
@@ -122,36 +122,41 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
 }
 
 /// Prints after how many cycles the runs of a campaign reach milestones.
-fn of_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliError> {
+fn when_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliError> {
     let folder = campaign::Folder::at(Arc::new(RealFileSystem), &arguments.run);
     let (about, campaign) = folder.open()?;
     let histories = campaign::Histories::of(&folder, &campaign)?;
     if histories.is_empty() {
         say(&format!(
-            "{}: no run is collected yet; run `fretwear campaign collect` where some have ended",
+            "{}: no run is collected yet; run `fretwear campaign collect` when some runs are complete",
             arguments.run.display()
         ));
         return Ok(Exit::Stopped);
     }
     let states = folder.states(campaign.rows.len())?;
-    let count = |state: State| states.iter().filter(|own| **own == state).count();
+    let count = |state: State| {
+        states
+            .iter()
+            .filter(|state_of_row| **state_of_row == state)
+            .count()
+    };
     let (failed, open) = (
         count(State::Failed),
         count(State::Waiting) + count(State::Begun),
     );
-    let mut found = Vec::new();
+    let mut lifetimes = Vec::new();
     for milestone in arguments.milestones() {
         if !histories.has(milestone.figure) {
             return Err(CliError::NoMilestone {
                 path: arguments.run.clone(),
                 figure: milestone.figure.name(),
-                reason: "no run that is collected has it; run `fretwear campaign collect` where runs have ended since",
+                reason: "no collected run has it; run `fretwear campaign collect` to add completed runs",
             });
         }
-        found.push((milestone, histories.lifetimes(&about, &campaign, milestone)));
+        lifetimes.push((milestone, histories.lifetimes(&about, &campaign, milestone)));
     }
     if arguments.json {
-        let milestones = found.iter().map(|(milestone, points)| {
+        let milestones = lifetimes.iter().map(|(milestone, points)| {
             json!({
                 "figure": milestone.figure.column(),
                 "milestone": milestone.text,
@@ -177,7 +182,7 @@ fn of_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, Cli
             arguments.run.display(),
             campaign.rows.len()
         );
-        for (milestone, points) in &found {
+        for (milestone, points) in &lifetimes {
             writeln!(out, "  {}", milestone.words());
             points.iter().for_each(|point| write_point(point, out));
         }
@@ -186,7 +191,7 @@ fn of_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, Cli
         }
         if !histories.uncollected.is_empty() {
             let rows = histories.uncollected.len();
-            out.beside("note: ", &format!("{rows} rows have ended since and do not count: `fretwear campaign collect --dir {}`", word(&arguments.run)));
+            out.beside("note: ", &format!("{rows} completed rows are not collected and do not count: run `fretwear campaign collect --dir {}`", word(&arguments.run)));
         }
         if !histories.without.is_empty() {
             let rows = histories.without.len();
@@ -205,11 +210,11 @@ fn of_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, Cli
 }
 
 fn lifetimes_json(point: &Lifetimes) -> Value {
-    let quantiles = |of: &[Quantile]| -> Vec<Value> {
-        let each = of
+    let quantiles = |quantile_list: &[Quantile]| -> Vec<Value> {
+        let objects = quantile_list
             .iter()
             .map(|q| json!({ "part": q.part, "cycles": q.cycles, "low": q.low, "high": q.high }));
-        each.collect()
+        objects.collect()
     };
     let keys = point
         .keys
@@ -226,7 +231,7 @@ fn lifetimes_json(point: &Lifetimes) -> Value {
     })
 }
 
-/// A point of the grid and the list: the share that passes, and the quantiles.
+/// Prints the share of runs that pass and the quantiles, at a point of the grid and the list.
 fn write_point(point: &Lifetimes, out: &mut Results) {
     let keys: Vec<String> = point
         .keys
@@ -238,39 +243,47 @@ fn write_point(point: &Lifetimes, out: &mut Results) {
     }
     let [late, nominal, early] = point.within.map(|part| format!("{:.0} %", 100.0 * part));
     let end = grouped(point.end as u64);
-    let (runs, left) = (point.runs, point.runs - point.passed);
+    let (runs, not_passed) = (point.runs, point.runs - point.passed);
     writeln!(
         out,
-        "    {nominal} of {runs} runs pass within {end} cycles ({late} with all of their bars, {early} with any); {left} ended without it"
+        "    {nominal} of {runs} runs pass within {end} cycles ({late} at the late ends of the bars, {early} at the early ends); {not_passed} ended without passing"
     );
     writeln!(
         out,
-        "    between the bounds in brackets a quantile lies with 95 %, as far as draws tell"
+        "    the brackets are 95 % confidence bounds of the quantile, as far as the draws determine them"
     );
     writeln!(out, "    {:>8}  {:<44} latest", "part", "earliest");
     for (earliest, latest) in point.earliest.iter().zip(&point.latest) {
-        let told = |of: &Quantile| {
-            let at = |found: Option<f64>| found.map_or(format!("beyond {end}"), cycles);
-            match (of.cycles, of.low) {
+        let quantile_text = |quantile: &Quantile| {
+            let cycles_or_beyond =
+                |value: Option<f64>| value.map_or(format!("beyond {end}"), cycles);
+            match (quantile.cycles, quantile.low) {
                 (None, None) => format!("beyond {end}"),
-                _ => format!("{} ({} to {})", at(of.cycles), at(of.low), at(of.high)),
+                _ => format!(
+                    "{} ({} to {})",
+                    cycles_or_beyond(quantile.cycles),
+                    cycles_or_beyond(quantile.low),
+                    cycles_or_beyond(quantile.high)
+                ),
             }
         };
         writeln!(
             out,
             "    {:>6.0} %  {:<44} {}",
             100.0 * earliest.part,
-            told(earliest),
-            told(latest)
+            quantile_text(earliest),
+            quantile_text(latest)
         );
     }
 }
 
 impl WhenArguments {
     fn milestones(&self) -> impl Iterator<Item = &Milestone> {
-        let of_load = self.preload.iter().chain(&self.resonance);
-        let of_wear = self.depth.iter().chain(&self.depth_99).chain(&self.volume);
-        of_load.chain(&self.stiffness).chain(of_wear)
+        let load_milestones = self.preload.iter().chain(&self.resonance);
+        let wear_milestones = self.depth.iter().chain(&self.depth_99).chain(&self.volume);
+        load_milestones
+            .chain(&self.stiffness)
+            .chain(wear_milestones)
     }
 }
 
@@ -284,7 +297,7 @@ fn answer<'a>(
         let figure = milestone.figure;
         let reason = match (missing, figure) {
             (Missing::LoadStays, _) => {
-                "its load stays: give contact.bolt_stiffness, contact.bolt or contact.preload.in_mesh"
+                "its load is constant: give contact.bolt_stiffness, contact.bolt or contact.preload.in_mesh"
             }
             (_, Figure::Kn | Figure::Kt) => {
                 "its scene has output.stiffness = false, or no rough contact"
@@ -306,7 +319,7 @@ fn answer<'a>(
             return Err(CliError::NoMilestone {
                 path: root.to_owned(),
                 figure: milestone.figure.name(),
-                reason: "it continues a run of another scene, which has another unworn joint; give a value",
+                reason: "it continues a run of another scene with another unworn joint; give an absolute value",
             });
         }
         (true, ..) => first,
@@ -326,7 +339,7 @@ fn answer<'a>(
         .ok_or_else(|| {
             let error = MilestoneError::NoChange {
                 text: milestone.text.clone(),
-                example: "another value: the joint had this one unworn",
+                example: "another value: the unworn joint already has this one",
             };
             CliError::Milestone(error)
         })?;
@@ -338,32 +351,32 @@ fn answer<'a>(
     })
 }
 
-/// What is known of a milestone.
+/// Certainty that a milestone is reached.
 #[derive(Clone, Copy, PartialEq)]
-enum Known {
-    /// It is passed.
+enum Certainty {
+    /// The milestone is passed.
     Reached,
-    /// It may be passed.
+    /// The milestone may be passed.
     Perhaps,
-    /// The bar is larger than the change.
+    /// Unknown: the error bar is larger than the change.
     Unknown,
-    /// It is not passed.
+    /// The milestone is not passed.
     NotWithin,
 }
 
 impl Answer<'_> {
-    fn known(&self) -> Known {
+    fn certainty(&self) -> Certainty {
         match self.crossing {
-            Crossing { earliest: None, .. } => Known::NotWithin,
+            Crossing { earliest: None, .. } => Certainty::NotWithin,
             Crossing {
                 latest: Some(_), ..
-            } => Known::Reached,
-            Crossing { is_known: true, .. } => Known::Perhaps,
-            _ => Known::Unknown,
+            } => Certainty::Reached,
+            Crossing { is_known: true, .. } => Certainty::Perhaps,
+            _ => Certainty::Unknown,
         }
     }
 
-    /// The last value and its bar, in its unit.
+    /// Returns the last value and its absolute error bar, in SI units.
     fn now(&self) -> (f64, f64) {
         let last = self.history.values.len() - 1;
         (self.history.values[last], self.history.bars[last])
@@ -378,28 +391,34 @@ impl Answer<'_> {
             ..
         } = self.crossing;
         let end = grouped(self.history.end() as u64);
-        let at = |found: Option<f64>| found.map_or(format!("beyond {end}"), cycles);
-        let between = format!("earliest {}, latest {}", at(earliest), at(latest));
-        let mut words = match (self.known(), nominal) {
-            (Known::NotWithin, _) => format!("not within {end} cycles: {}", self.by_then()),
-            (Known::Unknown, _) => format!(
+        let cycles_or_beyond = |value: Option<f64>| value.map_or(format!("beyond {end}"), cycles);
+        let between = format!(
+            "earliest {}, latest {}",
+            cycles_or_beyond(earliest),
+            cycles_or_beyond(latest)
+        );
+        let mut words = match (self.certainty(), nominal) {
+            (Certainty::NotWithin, _) => {
+                format!("not within {end} cycles: {}", self.last_value_text())
+            }
+            (Certainty::Unknown, _) => format!(
                 "not known: the bar is larger than the change within {end} cycles, {}",
-                self.by_then()
+                self.last_value_text()
             ),
             (_, Some(nominal)) => format!("{} cycles ({between})", cycles(nominal)),
             (_, None) => format!(
                 "perhaps within {end} cycles ({between}): {}",
-                self.by_then()
+                self.last_value_text()
             ),
         };
         if let Some(back) = returns {
-            words += &format!("; it is back at {} cycles", cycles(back));
+            words += &format!("; it returns at {} cycles", cycles(back));
         }
         words
     }
 
-    /// Where the figure has come to.
-    fn by_then(&self) -> String {
+    /// Describes the last value of the figure.
+    fn last_value_text(&self) -> String {
         let (value, bar) = self.now();
         let first = self.history.values[0];
         let unit = quantity::unit_of(units_of(self.milestone.figure), value.abs().max(first));
@@ -416,17 +435,17 @@ impl Answer<'_> {
 
     fn json(&self) -> Value {
         let (value, bar) = self.now();
-        let known = match self.known() {
-            Known::Reached => "reached",
-            Known::Perhaps => "perhaps",
-            Known::Unknown => "not known",
-            Known::NotWithin => "not within",
+        let certainty = match self.certainty() {
+            Certainty::Reached => "reached",
+            Certainty::Perhaps => "perhaps",
+            Certainty::Unknown => "not known",
+            Certainty::NotWithin => "not within",
         };
         json!({
             "figure": self.milestone.figure.column(),
             "milestone": self.milestone.text,
             "level": self.level,
-            "known": known,
+            "known": certainty,
             "earliest": self.crossing.earliest,
             "nominal": self.crossing.nominal,
             "latest": self.crossing.latest,
@@ -449,7 +468,7 @@ fn units_of(figure: Figure) -> Units {
     }
 }
 
-/// Cycles with as many digits as a bar leaves of them.
+/// Formats cycles with four significant digits.
 fn cycles(cycles: f64) -> String {
     const DIGITS: i32 = 4;
     let exponent = cycles.max(1.0).log10().floor() as i32;

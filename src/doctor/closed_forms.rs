@@ -1,7 +1,9 @@
-//! The solvers against closed forms. On a coarse grid each takes milliseconds, and its error is that of the grid.
+//! Comparison of the solvers with closed forms, on a coarse grid. A case takes milliseconds, and its error is the
+//! discretisation error.
 //!
-//! Cells are not square and the two bodies differ, so that exchanged axes or bodies fail. The error of a field is
-//! ‖computed − exact‖₂/‖exact‖₂. `tests/doctor/orders.rs` solves the same cases on finer grids and fits the orders of convergence.
+//! The cells are not square and the two bodies differ, so that exchanged axes or bodies are detected. The error of a
+//! field is ‖computed − exact‖₂/‖exact‖₂. `tests/doctor/orders.rs` solves the same cases on finer grids and fits the
+//! orders of convergence.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,25 +22,26 @@ use crate::reference::{
     CappedHertz, CattaneoMindlin, CircularPunch, Jenkins, JenkinsOscillator, Westergaard, elastic,
 };
 
-/// How finely a case is solved.
+/// Resolution of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
-    /// A contact has 26 × 20 cells times this, a vibration 32 samples per cycle times this.
+    /// Refinement factor: a contact has 26 × 20 cells times this factor in each direction, a vibration 32 samples per
+    /// cycle times this factor.
     pub refinement: usize,
-    /// Where the centre of a contact lies from a corner of the cells, in cells along x and y.
+    /// Offset of the contact's centre from a corner of the cells, in cells along x and y.
     pub placement: (f64, f64),
 }
 
-/// The grid of the doctor: 52 × 40 cells, 64 samples.
+/// Resolution of the doctor: 52 × 40 cells, 64 samples.
 pub const RESOLUTION: Resolution = Resolution {
     refinement: 2,
     placement: (0.26, 0.71),
 };
 
-/// A computed quantity and its exact value, in SI units; of a field, their root mean squares.
+/// A computed quantity and its exact value, in SI units. For a field, they are root mean squares.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measure {
-    /// The closed form and the quantity.
+    /// Names of the closed form and the quantity.
     pub name: &'static str,
     /// Computed value.
     pub computed: f64,
@@ -46,12 +49,13 @@ pub struct Measure {
     pub exact: f64,
     /// Relative error.
     pub error: f64,
-    /// Largest error at [`RESOLUTION`]: twice the root mean square over placements there. None if the doctor does not report it.
+    /// Largest accepted error at [`RESOLUTION`]: twice the root mean square over placements. `None` if the doctor does
+    /// not report the quantity.
     pub tolerance: Option<f64>,
 }
 
 impl Measure {
-    /// One number.
+    /// Compares one number.
     pub fn value(name: &'static str, computed: f64, exact: f64) -> Measure {
         Measure::field(name, &[computed], &[exact])
     }
@@ -71,20 +75,20 @@ impl Measure {
         }
     }
 
-    /// The same, reported by the doctor with this tolerance.
+    /// Sets the tolerance, with which the doctor reports the measure.
     pub fn within(self, tolerance: f64) -> Measure {
         let tolerance = Some(tolerance);
         Measure { tolerance, ..self }
     }
 
-    /// Whether the error is within the tolerance; none without one.
+    /// Checks that the error is within the tolerance. Returns `None` without a tolerance.
     pub fn check(&self) -> Option<Check> {
         let (tolerance, error) = (self.tolerance?, self.error);
         let (computed, exact) = (self.computed, self.exact);
-        let found = format!(
+        let description = format!(
             "computed {computed:.5e}, exact {exact:.5e}: relative error {error:.1e}, tolerance {tolerance:.1e}"
         );
-        let check = Check::ok(self.name, found)
+        let check = Check::ok(self.name, description)
             .number("computed", computed)
             .number("exact", exact)
             .number("relative_error", error)
@@ -93,23 +97,23 @@ impl Measure {
     }
 }
 
-/// A solve that did not converge.
+/// Error of a solve that did not converge.
 #[derive(Debug, thiserror::Error)]
 pub enum CaseError {
-    /// Of a contact.
+    /// Error of a contact solve.
     #[error(transparent)]
     Contact(#[from] ContactError),
-    /// Of a vibration.
+    /// Error of a vibration solve.
     #[error(transparent)]
     Dynamics(#[from] DynamicsError),
 }
 
 type Measures = Result<Vec<Measure>, CaseError>;
 
-/// A closed form, and the solve that is compared with it.
+/// Name of a closed form, and the function that compares a solve with it.
 pub type Case = (&'static str, fn(Resolution) -> Measures);
 
-/// All of them.
+/// All closed forms.
 pub const CASES: [Case; 6] = [
     ("Hertz", hertz),
     ("circular punch", circular_punch),
@@ -119,7 +123,7 @@ pub const CASES: [Case; 6] = [
     ("Jenkins oscillator", jenkins_oscillator),
 ];
 
-/// A check for each measure that has a tolerance, and for each solve that fails.
+/// Returns a check for each measure with a tolerance, and for each failed solve.
 pub(super) fn checks() -> Vec<Check> {
     let checks_of = |(name, measure): Case| match measure(RESOLUTION) {
         Ok(measures) => measures.iter().filter_map(Measure::check).collect(),
@@ -146,11 +150,11 @@ const SPHERE: CattaneoMindlin = CattaneoMindlin {
     pair: PAIR,
 };
 
-/// Tolerance of the normal solves, and relative duality gap of the tangential ones: below the error of the finest grid of the tests.
+/// Tolerance of the normal solves. Both tolerances are below the error of the finest grid of the tests.
 const NORMAL_TOLERANCE: f64 = 1e-8;
 const TANGENTIAL_TOLERANCE: f64 = 1e-6;
 
-/// A grid, and the centre of the closed form from the centre of the grid \[m\].
+/// A grid, and the centre of the closed form relative to the centre of the grid \[m\].
 #[derive(Clone, Copy)]
 struct Plane {
     grid: Grid,
@@ -165,7 +169,7 @@ impl Plane {
         Plane { grid, centre }
     }
 
-    /// A field from its value at x and y from the centre \[m\].
+    /// Evaluates a field at x and y relative to the centre \[m\].
     fn field<T>(self, value: impl Fn(f64, f64) -> T) -> Vec<T> {
         let of_cell = |index| {
             let (i, j) = self.grid.cell(index);
@@ -179,7 +183,7 @@ impl Plane {
         self.field(|x, y| value(x.hypot(y)))
     }
 
-    /// Radius of the circle that has the area of the cells where the condition holds \[m\].
+    /// Returns the radius of the circle with the same area as the cells where the condition holds \[m\].
     fn radius<T: Copy>(self, field: &[T], condition: impl Fn(T) -> bool) -> f64 {
         let cells = field.iter().filter(|value| condition(**value)).count();
         (cells as f64 * self.grid.cell_area() / PI).sqrt()
@@ -193,7 +197,7 @@ fn normal_options() -> NormalOptions {
     }
 }
 
-/// The sphere pressed on a plane that holds a contact of this radius.
+/// Presses the sphere on a plane that is large enough for a contact of this radius.
 fn press_sphere(
     at: Resolution,
     contact_radius: f64,
@@ -214,27 +218,27 @@ fn press_sphere(
 fn hertz(at: Resolution) -> Measures {
     let exact = SPHERE.hertz();
     let a = exact.contact_radius();
-    let (plane, mut half_space, found) = press_sphere(at, a, None)?;
-    let set: Vec<bool> = found.pressure.iter().map(|p| *p > 0.0).collect();
-    let kn = stiffness::normal(&mut half_space, &set)?.total;
-    let peak = found.pressure.iter().copied().fold(0.0, f64::max);
+    let (plane, mut half_space, solution) = press_sphere(at, a, None)?;
+    let contact_cells: Vec<bool> = solution.pressure.iter().map(|p| *p > 0.0).collect();
+    let kn = stiffness::normal(&mut half_space, &contact_cells)?.total;
+    let peak = solution.pressure.iter().copied().fold(0.0, f64::max);
     let pressure = plane.radial(|r| exact.pressure(r));
     let gap = plane.radial(|r| exact.gap(r));
     Ok(vec![
         Measure::value(
             "Hertz: contact radius",
-            plane.radius(&set, |is_in| is_in),
+            plane.radius(&contact_cells, |is_in| is_in),
             a,
         ),
-        Measure::value("Hertz: approach", found.approach, exact.approach()).within(2.6e-4),
+        Measure::value("Hertz: approach", solution.approach, exact.approach()).within(2.6e-4),
         Measure::value("Hertz: peak pressure", peak, exact.peak_pressure()).within(6.6e-4),
-        Measure::field("Hertz: pressure field", &found.pressure, &pressure),
-        Measure::field("Hertz: gap field", &found.gap, &gap),
+        Measure::field("Hertz: pressure field", &solution.pressure, &pressure),
+        Measure::field("Hertz: gap field", &solution.gap, &gap),
         Measure::value("Hertz: normal stiffness", kn, exact.normal_stiffness()).within(2.4e-3),
     ])
 }
 
-/// A flat circular region that sticks, with transverse motion absent or free.
+/// Compares a flat circular region that sticks, with transverse motion absent or free.
 fn circular_punch(at: Resolution) -> Measures {
     let exact = CircularPunch {
         radius: 2.0e-3,
@@ -254,7 +258,8 @@ fn circular_punch(at: Resolution) -> Measures {
     ])
 }
 
-/// The sphere with its pressure capped at 0.7 of the elastic peak, against an axisymmetric solution on rings that are 16 times finer.
+/// Compares the sphere with its pressure capped at 0.7 of the elastic peak. The reference is an axisymmetric solution
+/// on rings that are 16 times finer.
 fn capped_hertz(at: Resolution) -> Measures {
     let sphere = SPHERE.hertz();
     let cap = 0.7 * sphere.peak_pressure();
@@ -266,19 +271,23 @@ fn capped_hertz(at: Resolution) -> Measures {
     }
     .solve(150 * at.refinement)?;
     let (a, b) = (exact.contact_radius, exact.plateau_radius);
-    let (plane, _, found) = press_sphere(at, a, Some(cap))?;
-    let contact = plane.radius(&found.pressure, |p| p > 0.0);
-    let plateau = plane.radius(&found.pressure, |p| p >= cap);
+    let (plane, _, solution) = press_sphere(at, a, Some(cap))?;
+    let contact = plane.radius(&solution.pressure, |p| p > 0.0);
+    let plateau = plane.radius(&solution.pressure, |p| p >= cap);
     let pressure = plane.radial(|r| exact.pressure_at(r));
     Ok(vec![
         Measure::value("capped Hertz: contact radius", contact, a),
         Measure::value("capped Hertz: plateau radius", plateau, b).within(1.9e-2),
-        Measure::value("capped Hertz: approach", found.approach, exact.approach).within(2.7e-4),
-        Measure::field("capped Hertz: pressure field", &found.pressure, &pressure),
+        Measure::value("capped Hertz: approach", solution.approach, exact.approach).within(2.7e-4),
+        Measure::field(
+            "capped Hertz: pressure field",
+            &solution.pressure,
+            &pressure,
+        ),
     ])
 }
 
-/// A periodic wavy surface under 0.3 of the pressure that closes it.
+/// Compares a periodic wavy surface under 0.3 of the pressure that closes it.
 fn westergaard(at: Resolution) -> Measures {
     let mut exact = Westergaard {
         wavelength: 1.3e-3,
@@ -288,28 +297,29 @@ fn westergaard(at: Resolution) -> Measures {
     };
     exact.mean_pressure = 0.3 * exact.full_contact_pressure();
     let mut plane = Plane::new(at, [exact.wavelength, 0.31e-3]);
-    // The waves run along x: few cells along y are enough.
+    // The waves run along x, so few cells along y are enough.
     plane.grid = Grid::over(plane.grid.size(), [plane.grid.nx, 3]);
     let patch = Patch::full(plane.grid);
     let wave = |x: f64| exact.amplitude * ((TAU * x / exact.wavelength).cos() - 1.0);
     let height = plane.field(|x, _| wave(x));
     let problem = NormalProblem::new(&patch, &height, exact.mean_pressure * patch.area());
     let mut half_space = HalfSpace::new(plane.grid, PAIR, Boundary::Periodic);
-    let found = normal::solve(&mut half_space, &problem, None, normal_options())?;
+    let solution = normal::solve(&mut half_space, &problem, None, normal_options())?;
     let cells = height.len() as f64;
-    let area = found.pressure.iter().filter(|p| **p > 0.0).count() as f64 / cells;
-    let mean_gap = found.gap.iter().sum::<f64>() / cells;
+    let area = solution.pressure.iter().filter(|p| **p > 0.0).count() as f64 / cells;
+    let mean_gap = solution.gap.iter().sum::<f64>() / cells;
     let pressure = plane.field(|x, _| exact.pressure(x));
     let gap = plane.field(|x, _| exact.gap(x));
     Ok(vec![
         Measure::value("Westergaard: area fraction", area, exact.area_fraction()),
         Measure::value("Westergaard: mean gap", mean_gap, exact.mean_gap()).within(8.2e-4),
-        Measure::field("Westergaard: pressure field", &found.pressure, &pressure),
-        Measure::field("Westergaard: gap field", &found.gap, &gap),
+        Measure::field("Westergaard: pressure field", &solution.pressure, &pressure),
+        Measure::field("Westergaard: gap field", &solution.gap, &gap),
     ])
 }
 
-/// The sphere moved by 0.6 of the displacement of full sliding, then through a full cycle; transverse traction absent.
+/// Compares the sphere moved by 0.6 of the displacement of full sliding, then through a full cycle, without transverse
+/// traction.
 fn cattaneo_mindlin(at: Resolution) -> Measures {
     let (plane, mut half_space, pressed) = press_sphere(at, SPHERE.hertz().contact_radius(), None)?;
     let patch = Patch::full(plane.grid);
@@ -353,7 +363,8 @@ fn cattaneo_mindlin(at: Resolution) -> Measures {
     ])
 }
 
-/// The phase resonance of a mass on a Jenkins element, at some six times the displacement at which it begins to slide.
+/// Compares the phase resonance of a mass on a Jenkins element, at about six times the displacement at which it begins
+/// to slide.
 fn jenkins_oscillator(at: Resolution) -> Measures {
     const FORCE: f64 = 80.0;
     let exact = JenkinsOscillator {
@@ -388,12 +399,17 @@ fn jenkins_oscillator(at: Resolution) -> Measures {
             ..Settings::default()
         },
     )?;
-    let found = balance.phase_resonance((4000.0, 7500.0), None)?;
-    let (amplitude, _) = balance.amplitude(&found, 0)?;
+    let resonance = balance.phase_resonance((4000.0, 7500.0), None)?;
+    let (amplitude, _) = balance.amplitude(&resonance, 0)?;
     let (force, omega) = (exact.resonant_force(amplitude), exact.backbone(amplitude));
-    // Twice the errors of 64 samples, which cut the corners of the loop.
+    // Tolerances are twice the errors with 64 samples, which cut the corners of the loop.
     Ok(vec![
         Measure::value("Jenkins oscillator: force", FORCE, force).within(6e-4),
-        Measure::value("Jenkins oscillator: angular frequency", found.omega, omega).within(3.2e-5),
+        Measure::value(
+            "Jenkins oscillator: angular frequency",
+            resonance.omega,
+            omega,
+        )
+        .within(3.2e-5),
     ])
 }

@@ -1,4 +1,4 @@
-//! The folder where runs go, and the cache.
+//! Checks of the folder for runs and of the cache.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,42 +8,43 @@ use super::{Check, State};
 use crate::store::{EntryKind, FileSystem, LockAttempt};
 use crate::tables::{Provenance, TableName, TypedTable, from_parquet, to_parquet, typed};
 
-/// A run of the published case takes some 20 MB, a study of it ten times that.
+/// Free space below which the doctor warns \[B\]. A run of the published case takes about 20 MB, a study of it ten
+/// times as much.
 const LITTLE_SPACE: u64 = 1 << 30;
-/// Below this not one run fits.
+/// Free space that is too small for a single run \[B\].
 const NO_SPACE: u64 = 64 << 20;
-/// A commit that takes longer is felt: an iteration of a small joint takes as long.
+/// Duration above which a commit delays runs noticeably \[s\]: an iteration of a small joint takes as long.
 const SLOW_COMMIT: f64 = 0.25;
-/// Bytes of the files that are committed, some of an iteration.
+/// Size of the committed test file \[B\].
 const COMMIT_BYTES: usize = 300_000;
 
-const ELSEWHERE: &str = "name a folder on a local disk that you may write to: fretwear doctor DIR";
+const ELSEWHERE: &str = "give a writable folder on a local disk: fretwear doctor DIR";
 
-/// Space, commits, lock and tables in the folder where runs go.
-pub(super) fn folder(fs: &dyn FileSystem, asked: &Path) -> Vec<Check> {
-    let there = match nearest(fs, asked) {
-        Ok(there) => there,
+/// Checks space, commits, lock and tables in the folder for runs.
+pub(super) fn folder(fs: &dyn FileSystem, requested: &Path) -> Vec<Check> {
+    let existing = match nearest(fs, requested) {
+        Ok(existing) => existing,
         Err(error) => {
-            let found = format!("{}: {error}", asked.display());
-            return vec![Check::failed("folder", found, ELSEWHERE)];
+            let description = format!("{}: {error}", requested.display());
+            return vec![Check::failed("folder", description, ELSEWHERE)];
         }
     };
-    let mut checks = vec![space(fs, asked, &there)];
-    let work = there.join(format!(".fretwear-doctor-{}", std::process::id()));
+    let mut checks = vec![space(fs, requested, &existing)];
+    let work = existing.join(format!(".fretwear-doctor-{}", std::process::id()));
     if let Err(error) = fs.create_dir_all(&work) {
-        let found = format!("cannot create a folder in {}: {error}", there.display());
-        checks.push(Check::failed("commit", found, ELSEWHERE));
+        let description = format!("cannot create a folder in {}: {error}", existing.display());
+        checks.push(Check::failed("commit", description, ELSEWHERE));
         return checks;
     }
     checks.extend([commit(fs, &work), lock(fs, &work), tables(fs, &work)]);
     if let Err(error) = fs.remove_dir_all(&work) {
-        let found = format!("cannot remove {}: {error}", work.display());
-        checks.push(Check::failed("removal", found, ELSEWHERE));
+        let description = format!("cannot remove {}: {error}", work.display());
+        checks.push(Check::failed("removal", description, ELSEWHERE));
     }
     checks
 }
 
-/// The folder, or the nearest above it that is there.
+/// Returns the folder, or its nearest parent that exists.
 fn nearest(fs: &dyn FileSystem, folder: &Path) -> io::Result<PathBuf> {
     for level in folder.ancestors() {
         let level = if level.as_os_str().is_empty() {
@@ -52,9 +53,9 @@ fn nearest(fs: &dyn FileSystem, folder: &Path) -> io::Result<PathBuf> {
             level
         };
         match fs.metadata(level)? {
-            Some(found) if found.kind == EntryKind::Folder => return Ok(level.to_owned()),
-            // Where runs go may itself be a link to another disk.
-            Some(found) if found.kind == EntryKind::Link && fs.list(level).is_ok() => {
+            Some(entry) if entry.kind == EntryKind::Folder => return Ok(level.to_owned()),
+            // The folder for runs may be a link to another disk.
+            Some(entry) if entry.kind == EntryKind::Link && fs.list(level).is_ok() => {
                 return Ok(level.to_owned());
             }
             Some(_) => {
@@ -67,40 +68,40 @@ fn nearest(fs: &dyn FileSystem, folder: &Path) -> io::Result<PathBuf> {
     Ok(PathBuf::from("."))
 }
 
-fn space(fs: &dyn FileSystem, asked: &Path, there: &Path) -> Check {
+fn space(fs: &dyn FileSystem, requested: &Path, existing: &Path) -> Check {
     const NAME: &str = "free space";
-    let free = match fs.free_space(there) {
+    let free = match fs.free_space(existing) {
         Ok(free) => free,
         Err(error) => {
-            let found = format!("unknown in {}: {error}", there.display());
-            return Check::failed(NAME, found, ELSEWHERE);
+            let description = format!("unknown in {}: {error}", existing.display());
+            return Check::failed(NAME, description, ELSEWHERE);
         }
     };
-    let place = if asked == there {
-        asked.display().to_string()
+    let place = if requested == existing {
+        requested.display().to_string()
     } else {
-        format!("{} (not there yet)", asked.display())
+        format!("{} (does not exist yet)", requested.display())
     };
-    let found = format!("{:.1} GB in {place}", free as f64 / 1e9);
-    let check = Check::ok(NAME, found).number("bytes", free as f64);
+    let description = format!("{:.1} GB in {place}", free as f64 / 1e9);
+    let check = Check::ok(NAME, description).number("bytes", free as f64);
     if free < NO_SPACE {
-        check.but(State::Failed, "make room, or name another folder")
+        check.but(State::Failed, "free some space, or give another folder")
     } else if free < LITTLE_SPACE {
         check.but(
             State::Warning,
-            "enough for some runs; `fretwear plan SCENE` says what one takes, and output.keep makes it less",
+            "enough for some runs; `fretwear plan SCENE` shows the disk space of a run, and output.keep reduces it",
         )
     } else {
         check
     }
 }
 
-/// What the store does to commit: write, sync, rename a folder, sync its parent.
+/// Checks the steps of a commit: write, sync, rename a folder, sync its parent.
 fn commit(fs: &dyn FileSystem, work: &Path) -> Check {
     const NAME: &str = "commit";
     let bytes = vec![0x5a; COMMIT_BYTES];
     let mut count = 0;
-    let mut one = || -> io::Result<()> {
+    let mut commit_once = || -> io::Result<()> {
         count += 1;
         let (draft, done) = (
             work.join(format!("draft-{count}")),
@@ -115,21 +116,21 @@ fn commit(fs: &dyn FileSystem, work: &Path) -> Check {
         if fs.metadata(&draft)?.is_some()
             || fs.read(&done.join("table"), bytes.len() as u64)? != bytes
         {
-            return Err(io::Error::other("a renamed folder is not whole"));
+            return Err(io::Error::other("a renamed folder is incomplete"));
         }
         Ok(())
     };
     let mut result = Ok(());
     let seconds = quartile(|| {
         if result.is_ok() {
-            result = one();
+            result = commit_once();
         }
     });
     match result {
         Err(error) => Check::failed(NAME, error.to_string(), ELSEWHERE),
         Ok(()) => {
-            let found = format!("written, synced and renamed in {:.1} ms", 1e3 * seconds);
-            let check = Check::ok(NAME, found).number("seconds", seconds);
+            let description = format!("written, synced and renamed in {:.1} ms", 1e3 * seconds);
+            let check = Check::ok(NAME, description).number("seconds", seconds);
             if seconds > SLOW_COMMIT {
                 check.but(
                     State::Warning,
@@ -142,39 +143,39 @@ fn commit(fs: &dyn FileSystem, work: &Path) -> Check {
     }
 }
 
-/// One writer a run: a lock that is held is refused, and free again once it is let go.
+/// Checks that a lock is exclusive, and free again after its release.
 fn lock(fs: &dyn FileSystem, work: &Path) -> Check {
     const NAME: &str = "lock";
     const ADVICE: &str = "two processes could write into one run: keep runs on a local disk, or a network disk with locks";
     let path = work.join("lock");
-    let taken = |attempt: &LockAttempt| matches!(attempt, LockAttempt::Taken(_));
-    let tried = || -> io::Result<Result<(), &'static str>> {
+    let is_taken = |attempt: &LockAttempt| matches!(attempt, LockAttempt::Taken(_));
+    let try_twice = || -> io::Result<Result<(), &'static str>> {
         let first = fs.try_lock(&path)?;
-        if !taken(&first) {
+        if !is_taken(&first) {
             return Ok(Err("a new lock cannot be taken"));
         }
-        if taken(&fs.try_lock(&path)?) {
+        if is_taken(&fs.try_lock(&path)?) {
             return Ok(Err("taken twice"));
         }
         drop(first);
-        Ok(if taken(&fs.try_lock(&path)?) {
+        Ok(if is_taken(&fs.try_lock(&path)?) {
             Ok(())
         } else {
-            Err("not free after it was let go")
+            Err("still locked after its release")
         })
     };
-    match tried() {
-        Ok(Ok(())) => Check::ok(NAME, "taken, refused to a second, and let go"),
-        Ok(Err(found)) => Check::failed(NAME, found, ADVICE),
+    match try_twice() {
+        Ok(Ok(())) => Check::ok(NAME, "taken, refused to a second attempt, and released"),
+        Ok(Err(reason)) => Check::failed(NAME, reason, ADVICE),
         Err(error) => Check::failed(NAME, error.to_string(), ADVICE),
     }
 }
 
-/// A table through Parquet and the disk, bit for bit.
+/// Checks that a table written to Parquet and read back is identical, bit for bit.
 fn tables(fs: &dyn FileSystem, work: &Path) -> Check {
     const NAME: &str = "Parquet";
     let path = work.join(TableName::Hysteresis.file_name());
-    let around = || -> Result<bool, Box<dyn std::error::Error>> {
+    let round_trip = || -> Result<bool, Box<dyn std::error::Error>> {
         let load: Vec<f64> = (0..1000).map(|k| (0.1 * k as f64).sin() * 1e4).collect();
         let displacement = vec![-0.0; load.len()];
         let curve = typed::Hysteresis { load, displacement };
@@ -185,30 +186,36 @@ fn tables(fs: &dyn FileSystem, work: &Path) -> Check {
         let bytes = to_parquet(&curve.to_table()?, &provenance)?;
         fs.write_new(&path, &bytes)?;
         fs.sync_file(&path)?;
-        let read = fs.read(&path, bytes.len() as u64)?;
-        let read = typed::Hysteresis::of(&from_parquet(&read, TableName::Hysteresis.schema())?)?;
+        let restored = fs.read(&path, bytes.len() as u64)?;
+        let restored =
+            typed::Hysteresis::of(&from_parquet(&restored, TableName::Hysteresis.schema())?)?;
         let bits = |values: &[f64]| -> Vec<u64> { values.iter().map(|v| v.to_bits()).collect() };
-        Ok(bits(&read.load) == bits(&curve.load)
-            && bits(&read.displacement) == bits(&curve.displacement))
+        Ok(bits(&restored.load) == bits(&curve.load)
+            && bits(&restored.displacement) == bits(&curve.displacement))
     };
-    match around() {
+    match round_trip() {
         Ok(true) => Check::ok(NAME, "a table written and read back, bit for bit"),
-        Ok(false) => Check::failed(NAME, "a table came back with other values", ELSEWHERE),
+        Ok(false) => Check::failed(
+            NAME,
+            "a table has other values after reading it back",
+            ELSEWHERE,
+        ),
         Err(error) => Check::failed(NAME, error.to_string(), ELSEWHERE),
     }
 }
 
-/// Where reduced structures are shared between runs.
+/// Checks the cache, in which runs share reduced structures.
 pub(super) fn cache(fs: &dyn FileSystem, root: Option<&Path>) -> Check {
     const NAME: &str = "cache";
-    const ADVICE: &str = "every run reduces its structure anew (seconds); set FRETWEAR_CACHE to a folder that you may write to";
+    const ADVICE: &str =
+        "every run reduces its structure again (seconds); set FRETWEAR_CACHE to a writable folder";
     let Some(root) = root else {
         return Check::ok(NAME, "switched off").but(State::Warning, ADVICE);
     };
     let place = root.display();
-    let looked = || -> io::Result<(u64, usize)> {
-        let there = nearest(fs, root)?;
-        let probe = there.join(format!(".fretwear-doctor-{}", std::process::id()));
+    let inspect_cache = || -> io::Result<(u64, usize)> {
+        let existing = nearest(fs, root)?;
+        let probe = existing.join(format!(".fretwear-doctor-{}", std::process::id()));
         fs.write_new(&probe, b"doctor")?;
         fs.remove_file(&probe)?;
         if fs.metadata(root)?.is_none() {
@@ -227,7 +234,7 @@ pub(super) fn cache(fs: &dyn FileSystem, root: Option<&Path>) -> Check {
         }
         Ok((bytes, results))
     };
-    match looked() {
+    match inspect_cache() {
         Ok((bytes, results)) => Check::ok(
             NAME,
             format!(

@@ -1,4 +1,4 @@
-//! The processor and the numerics: how fast, and whether they compute what they should.
+//! Checks of the processor and the numerics: their speed and their errors.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -10,22 +10,23 @@ use crate::grid::Grid;
 use crate::linalg::{LinalgError, Matrix, RowMatrix};
 use crate::store::Machine;
 
-/// Repetitions of a measurement, of which the lower quartile counts: others' bursts last as long as half of them.
+/// Number of repetitions of a time measurement. The lower quartile counts, because bursts of other processes may last
+/// for half of the repetitions.
 const REPEATS: usize = 25;
 /// Order of the dense matrices whose product is measured.
 const ORDER: usize = 256;
 /// Order of the dense matrices that are factorized.
 const FACTOR_ORDER: usize = 192;
-/// Relative errors above this are no rounding.
+/// Largest relative error that rounding can explain.
 const ROUNDING: f64 = 1e-12;
-/// Cells of the convolution that is summed directly; neither even nor a power of two.
+/// Cells of the convolution that is compared with a direct sum; not powers of two.
 const DIRECT: [usize; 2] = [23, 18];
-/// Cells along each side whose padded plane has 512 x 512 points.
+/// Number of cells along each side of the timed grid; its padded plane has 512 x 512 points.
 const CELLS: usize = 256;
-/// What one thread of a processor with vector instructions reaches \[operations/s\].
+/// Rate of a release build that one thread of a processor with vector instructions reaches \[operations/s\].
 const SLOW: f64 = 2e9;
 
-pub(super) const REBUILD: &str = "build the program anew, with `cargo test --release`; if it fails again, memory or processor are not sound";
+pub(super) const REBUILD: &str = "build the program again, with `cargo test --release`; if it fails again, memory or processor may be faulty";
 
 pub(super) fn quartile(mut work: impl FnMut()) -> f64 {
     let mut times: Vec<f64> = (0..REPEATS)
@@ -39,14 +40,14 @@ pub(super) fn quartile(mut work: impl FnMut()) -> f64 {
     times[REPEATS / 4]
 }
 
-/// A pair of transforms on the plane of a half space \[s\].
+/// Measures the time of a pair of transforms on the plane of a half space \[s\].
 pub fn seconds_of_pair(half_space: &mut HalfSpace) -> f64 {
     let cells = half_space.grid().len();
     let (pressure, mut displacement) = (vec![1.0; cells], vec![0.0; cells]);
     quartile(|| half_space.normal(&pressure, &mut displacement))
 }
 
-/// An operation of a dense product \[s\].
+/// Measures the time per operation of a dense matrix product \[s\].
 pub fn seconds_of_operation() -> f64 {
     let matrix = Matrix::from_fn(ORDER, ORDER, |i, j| 1.0 / (1.0 + i as f64 + j as f64));
     let product = quartile(|| {
@@ -55,7 +56,7 @@ pub fn seconds_of_operation() -> f64 {
     product / (2.0 * (ORDER as f64).powi(3))
 }
 
-/// The checks of processor, transforms and factors.
+/// Checks processor, transforms and factorisations.
 pub(super) fn numerics() -> Vec<Check> {
     vec![processor(), transforms(), factors()]
 }
@@ -64,8 +65,8 @@ fn processor() -> Check {
     let machine = Machine::this();
     let (features, threads) = (machine.cpu_features, machine.processors);
     let rate = 1.0 / seconds_of_operation();
-    let has = |feature: &str| features.iter().any(|found| found == feature);
-    let known = if features.is_empty() {
+    let has = |feature: &str| features.iter().any(|available| available == feature);
+    let features_text = if features.is_empty() {
         "vector instructions unknown".to_owned()
     } else {
         features.join(" ")
@@ -73,7 +74,7 @@ fn processor() -> Check {
     let check = Check::ok(
         "processor",
         format!(
-            "{} {}, {known}; {threads} threads; dense products {:.1} GFlop/s on one",
+            "{} {}, {features_text}; {threads} threads; dense products {:.1} GFlop/s on one",
             machine.architecture,
             machine.os,
             1e-9 * rate
@@ -84,7 +85,7 @@ fn processor() -> Check {
     if machine.architecture == "x86_64" && !(has("avx2") && has("fma")) {
         return check.but(
             State::Warning,
-            "without avx2 and fma runs take several times as long; on a virtual machine, have the processor passed through",
+            "without avx2 and fma runs take several times as long; on a virtual machine, pass the host processor through",
         );
     }
     if rate < SLOW {
@@ -117,7 +118,7 @@ fn transforms() -> Check {
     judged(check, error, ROUNDING)
 }
 
-/// Largest error of a convolution against its direct sum, over the largest value.
+/// Returns the largest error of a convolution against its direct sum, relative to the largest value.
 fn convolution_error() -> f64 {
     let [nx, ny] = DIRECT;
     let convolution = Convolution::new(nx, ny, fast_length(2 * nx - 1), fast_length(2 * ny - 1));
@@ -137,9 +138,13 @@ fn convolution_error() -> f64 {
                 }
             }
             largest = largest.max(sum.abs());
-            // A maximum would let NaN pass.
-            let here = (output[i * ny + j] - sum).abs();
-            error = if here <= error { error } else { here };
+            // Keep NaN, which `f64::max` would drop.
+            let difference = (output[i * ny + j] - sum).abs();
+            error = if difference <= error {
+                error
+            } else {
+                difference
+            };
         }
     }
     error / largest
@@ -147,8 +152,8 @@ fn convolution_error() -> f64 {
 
 fn factors() -> Check {
     const NAME: &str = "linear algebra";
-    let found = lu_residual().and_then(|lu| Ok((lu, cholesky_residual()?)));
-    match found {
+    let residuals = lu_residual().and_then(|lu| Ok((lu, cholesky_residual()?)));
+    match residuals {
         Ok((lu, cholesky)) => {
             let check = Check::ok(
                 NAME,
@@ -162,7 +167,7 @@ fn factors() -> Check {
     }
 }
 
-/// The check, failed unless the error is at most the tolerance; NaN fails.
+/// Fails the check unless the error is at most the tolerance. NaN fails.
 pub(super) fn judged(check: Check, error: f64, tolerance: f64) -> Check {
     if error <= tolerance {
         check
@@ -171,13 +176,13 @@ pub(super) fn judged(check: Check, error: f64, tolerance: f64) -> Check {
     }
 }
 
-/// A dense matrix that is well conditioned and nowhere near symmetric.
+/// Entry of a dense matrix that is well conditioned and far from symmetric.
 fn entry(i: usize, j: usize) -> f64 {
     let diagonal = if i == j { FACTOR_ORDER as f64 } else { 0.0 };
     diagonal + (0.37 * (i * (j + 3)) as f64).sin()
 }
 
-/// ‖Ax − b‖ / (‖A‖ ‖x‖), largest entries of each.
+/// Returns ‖Ax − b‖ / (‖A‖ ‖x‖), with the largest entries as norms.
 fn lu_residual() -> Result<f64, LinalgError> {
     let size = FACTOR_ORDER;
     let values = (0..size * size)
@@ -187,13 +192,13 @@ fn lu_residual() -> Result<f64, LinalgError> {
     let right: Vec<f64> = (0..size).map(|i| (0.9 * i as f64).cos()).collect();
     let mut solution = right.clone();
     matrix.clone().factorize()?.solve(&mut solution);
-    let found = matrix.apply(&solution);
+    let product = matrix.apply(&solution);
     let scale = largest(matrix.values()) * largest(&solution);
-    let differences: Vec<f64> = found.iter().zip(&right).map(|(a, b)| a - b).collect();
+    let differences: Vec<f64> = product.iter().zip(&right).map(|(a, b)| a - b).collect();
     Ok(largest(&differences) / scale)
 }
 
-/// ‖LLᵀ − A‖ / ‖A‖, largest entries of each, A = BᵀB + n.
+/// Returns ‖LLᵀ − A‖ / ‖A‖, with the largest entries as norms, for A = BᵀB + nI.
 fn cholesky_residual() -> Result<f64, LinalgError> {
     let size = FACTOR_ORDER;
     let square = Matrix::from_fn(size, size, entry);
@@ -208,7 +213,7 @@ fn cholesky_residual() -> Result<f64, LinalgError> {
     Ok(largest(matrix.as_slice()) / scale)
 }
 
-/// The largest size of an entry; NaN if there is one.
+/// Returns the largest absolute value of the entries, or NaN if an entry is NaN.
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| {
         let size = value.abs();

@@ -1,7 +1,7 @@
-//! Whether this machine can compute runs and keep them: what `fretwear doctor` looks at.
+//! Checks of `fretwear doctor`: can this machine compute runs and keep them?
 //!
-//! The checks use what runs use (the store's file system, the solvers' transforms and factors, the tables' Parquet), so that
-//! what fails here would fail there. Nothing is left behind.
+//! The checks use the same code as runs (the store's file system, the solvers' transforms and factorisations, the
+//! tables' Parquet), so they detect the failures that runs would have. They leave no files.
 
 pub mod closed_forms;
 mod disk;
@@ -16,30 +16,30 @@ use crate::store::FileSystem;
 
 pub use machine::{seconds_of_operation, seconds_of_pair};
 
-/// How a check ended.
+/// Result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
-    /// As it should be.
+    /// No problem.
     Ok,
-    /// Runs are right, but slow, short of room, or computed twice.
+    /// Runs are correct, but slow, short of disk space, or computed twice.
     Warning,
     /// Runs would fail or could be wrong.
     Failed,
 }
 
-/// One check and what it found.
+/// A check with its result.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
-    /// What was looked at.
+    /// Name of the checked item.
     pub name: &'static str,
-    /// How it ended.
+    /// State of the item.
     pub state: State,
-    /// What was found, in words.
+    /// Description of the result.
     pub found: String,
-    /// What to do, unless it is as it should be.
+    /// Advice, unless the state is `Ok`.
     pub advice: Option<String>,
-    /// The numbers in it, in SI units, by name.
+    /// Numbers of the result by name, in SI units.
     pub numbers: BTreeMap<&'static str, f64>,
 }
 
@@ -58,7 +58,7 @@ impl Check {
         Check::ok(name, found).but(State::Failed, advice)
     }
 
-    /// The check with a state that calls for something to be done.
+    /// Sets a state other than `Ok`, with advice.
     fn but(mut self, state: State, advice: &str) -> Check {
         self.state = state;
         self.advice = Some(advice.to_owned());
@@ -71,8 +71,9 @@ impl Check {
     }
 }
 
-/// Looks at the folder where runs go, at the processor and the numerics, at the solvers against closed forms, and at the cache of
-/// structures (none: it is switched off). A folder that is not there yet is looked at where it would be created.
+/// Checks the folder for runs, the processor and the numerics, the solvers against closed forms, and the cache of
+/// structures. `cache` is `None` if the cache is switched off. A folder that does not exist yet is checked where it
+/// would be created.
 pub fn examine(fs: &dyn FileSystem, folder: &Path, cache: Option<&Path>) -> Vec<Check> {
     let mut checks = disk::folder(fs, folder);
     checks.extend(machine::numerics());

@@ -207,11 +207,11 @@ fn faults_of_a_campaign_name_the_key_its_value_and_what_would_be_right() {
     let drawn = |text: &str| random(&format!("wear.tolerance = {{ {text} }}"));
     let cases: Vec<(String, &[&str])> = vec![
         (String::new(), &["nothing varies", "[grid], [list] or [random]"]),
-        ("[gird]\nsurface.seed = [1]\n".into(), &["gird", "no such key in a campaign", "grid"]),
+        ("[gird]\nsurface.seed = [1]\n".into(), &["gird", "a campaign file has no such key", "grid"]),
         ("[grid]\n".into(), &["[grid] names no key"]),
         ("[grid]\nsurface.seed = []\n".into(), &["[grid] surface.seed = []", "at least one value"]),
         ("[grid]\nsurface.seed = 3\n".into(), &["[grid] surface.seed = 3", "[set]"]),
-        ("[grid]\nsurface.seed = { from = 3, to = 1 }\n".into(), &["surface.seed", "`from` or above"]),
+        ("[grid]\nsurface.seed = { from = 3, to = 1 }\n".into(), &["surface.seed", "not be below `from`"]),
         ("[grid]\nsurface.seed = { from = 3 }\n".into(), &["surface.seed", "{ from = 1, to = 16 }"]),
         ("[grid]\nsurface.seed = { from = 0, to = 9_999_999 }\n".into(), &["surface.seed", "1000000"]),
         (
@@ -224,9 +224,9 @@ fn faults_of_a_campaign_name_the_key_its_value_and_what_would_be_right() {
         ),
         (
             "[grid]\nsurface.seed = [1]\n[list]\nsurface.seed = [2]\n".into(),
-            &["surface.seed stands in two"],
+            &["surface.seed appears in two"],
         ),
-        ("[grid]\nwear.cycles = [1]\n".into(), &["wear.cycles stands in two"]),
+        ("[grid]\nwear.cycles = [1]\n".into(), &["wear.cycles appears in two"]),
         ("[random]\nseed = 1\n".into(), &["[random] n is missing"]),
         ("[random]\nn = 3\n".into(), &["[random] seed is missing"]),
         ("[random]\nn = 0\nseed = 1\n".into(), &["[random] n = 0"]),

@@ -163,7 +163,7 @@ fn results_are_those_of_the_plan() {
         let other = format!("\"points\": {points}");
         bench.write("c/campaign.json", told.replace("\"points\": 2", &other));
         let report = ["campaign", "collect", "--dir", "c"];
-        fails(&bench, &report, 4, &["not those that were planned"]);
+        fails(&bench, &report, 4, &["differ from the rows planned"]);
     }
     bench.write("c/campaign.json", &whole);
 
@@ -179,7 +179,7 @@ fn results_are_those_of_the_plan() {
             &bench,
             command,
             4,
-            &["campaign.parquet", "not those that were planned"],
+            &["campaign.parquet", "differ from the rows planned"],
         );
     }
     fs::write(&table, planned_table).expect("put back");

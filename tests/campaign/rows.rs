@@ -381,15 +381,21 @@ fn what_is_planned_again_may_only_become_longer() {
     for (changed, parts) in [
         (
             text.clone(),
-            ["row 3 was contact.friction_coefficient=", "not there"],
+            [
+                "row 3 was planned as contact.friction_coefficient=",
+                "missing",
+            ],
         ),
         (
             text.replace("seed = 1", "seed = 2"),
-            ["row 0 was contact.friction_coefficient=", "another --dir"],
+            [
+                "row 0 was planned as contact.friction_coefficient=",
+                "another --dir",
+            ],
         ),
         (
             text.replace("200_000", "300_000"),
-            ["row 0 was", "of content"],
+            ["row 0 was", "with content"],
         ),
     ] {
         bench.write("case.toml", changed);
@@ -417,7 +423,7 @@ fn faults_of_rows_folders_and_indices() {
     let twice = bench("[list]\nsurface.rq = [\"1 um\", \"1000 nm\", \"2 um\"]\n");
     let did = twice.done(&PLAN);
     assert!(
-        did.stderr().contains("row 1 that of row 0"),
+        did.stderr().contains("row 1 repeats row 0"),
         "{}",
         did.stderr()
     );
@@ -428,7 +434,7 @@ fn faults_of_rows_folders_and_indices() {
         ("4-9", 2, ["--index 4-9", "rows 0 to 5"]),
         ("5-4", 2, ["5-4", "ends before it begins"]),
         ("-1", 2, ["-1", ""]),
-        ("x", 2, ["\"x\" is no index", "17 or 0-99"]),
+        ("x", 2, ["\"x\" is neither an index", "17 or 0-99"]),
     ] {
         let index = format!("--index={index}");
         fails(
@@ -485,7 +491,7 @@ fn a_file_of_the_scene_that_changes_after_the_plan_is_no_longer_the_row() {
         &bench,
         &run,
         4,
-        &["row 0 is not what was planned", "put the file back"],
+        &["row 0 differs from its plan", "restore the file"],
     );
     // Nor is it without the file; put back, it is tried again without being asked to.
     fs::remove_file(bench.path("moves.csv")).expect("removed");

@@ -214,7 +214,7 @@ fn a_key_that_cannot_vary_is_refused() {
                 "20 N s/m",
                 "20 N s/m",
             ],
-            "two different numbers",
+            "two different values",
         ),
         (
             [
@@ -241,7 +241,7 @@ fn a_key_that_cannot_vary_is_refused() {
         ),
         (
             ["runs/slider@0", "--over", "structure.damping", "1", "2"],
-            "is a run, which has its own",
+            "is a run, whose keys are fixed",
         ),
     ] {
         let [state, over, key, from, to] = arguments;
@@ -289,10 +289,7 @@ fn friction_that_bounds_nothing_ends_the_curve_and_is_named() {
     let last = text.lines().last().expect("a line");
     // 4 / π of the friction limit of 300 N.
     assert!(last.starts_with("it ends below 38"), "{text}");
-    assert!(
-        last.contains("friction at its limit bounds no amplitude"),
-        "{text}"
-    );
+    assert!(last.contains("friction is at its limit"), "{text}");
 }
 
 /// At the force of the scene it is the resonance that the run has found by itself.
@@ -381,11 +378,11 @@ fn what_has_no_backbone_is_refused_with_a_reason() {
         ),
         (
             vec!["slider.toml", "--from", "2 N", "--to", "1 N"],
-            "begin at 2 N and to end at 1 N",
+            "go from 2 N to 1 N",
         ),
         (
             vec!["slider.toml", "--from", "300 N"],
-            "begin at 300 N and to end at 200 N",
+            "go from 300 N to 200 N",
         ),
         (
             vec!["slider.toml", "--from", "0 N"],
@@ -398,7 +395,7 @@ fn what_has_no_backbone_is_refused_with_a_reason() {
         (vec!["runs/none@3"], "runs/none"),
         (
             vec!["runs/none@3", "--set", "contact.kn=1"],
-            "name a scene too",
+            "give a scene too",
         ),
         (vec!["none.toml"], "none.toml"),
     ] {

@@ -53,7 +53,7 @@ fn usage() {
         &bench,
         &["run", "--from", "a@x"],
         USAGE,
-        &["\"x\" is no iteration", "RUN@N"],
+        &["\"x\" is not an iteration", "RUN@N"],
     );
     fails(&bench, &["run", "--from", "a"], USAGE, &["RUN@N"]);
     for (time, said) in [
@@ -264,7 +264,7 @@ fn not_converged() {
         "static_contact of iteration 0",
         "did not converge",
         "1.0e-17",
-        "a holds is kept",
+        "committed iterations in a are kept",
     ];
     fails(&bench, &sets, NOT_CONVERGED, &parts);
     // What was computed before is there: with a tolerance that can be met, it goes on.

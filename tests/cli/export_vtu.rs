@@ -109,8 +109,8 @@ fn what_is_no_run_is_refused() {
     for (arguments, said) in [
         (vec!["export", "small.toml", "--vtu", "x"], "run"),
         (vec!["export", "nowhere", "--vtu", "x"], "nowhere"),
-        (vec!["export", "a@", "--vtu", "x"], "is no iteration"),
-        (vec!["export", "a@-1", "--vtu", "x"], "is no iteration"),
+        (vec!["export", "a@", "--vtu", "x"], "is not an iteration"),
+        (vec!["export", "a@-1", "--vtu", "x"], "is not an iteration"),
         (vec!["export", "--vtu", "x"], "SCENE|RUN"),
         (
             vec!["export", "nowhere", "--vtu", "x", "--matrices", "y"],

@@ -81,7 +81,7 @@ fn a_person_reads_the_same() {
     let did = bench.done(&["inspect", &inputs[0], &inputs[1]]);
     for part in [
         "NPZ",
-        "no file says which node",
+        "no file assigns them to nodes",
         "symmetric",
         "3.8000000000e7",
         "rigid modes",
@@ -162,7 +162,7 @@ fn a_map_is_inspected_as_one() {
     assert!((rise / 1e-7 - 1.0).abs() < 0.02, "{rise:e}");
     let said = bench.done(&["inspect", "map.txt"]).stdout();
     assert!(
-        said.contains("nm, by the file") && said.contains("a line of the text is one y"),
+        said.contains("nm, from the file") && said.contains("a line of the text is one y"),
         "{said}"
     );
     // Without a unit the heights are said as they stand.
@@ -171,5 +171,5 @@ fn a_map_is_inspected_as_one() {
         "0.5,1.5,2.5,9\n1.5,2.5,3.25,4.5\n0.5,1.5,0.5,0.5\n",
     );
     let said = bench.done(&["inspect", "plain.csv"]).stdout();
-    assert!(said.contains("surface.unit must say it"), "{said}");
+    assert!(said.contains("give surface.unit"), "{said}");
 }

@@ -143,7 +143,7 @@ fn a_run_keeps_the_accuracy_that_it_began_with() {
     let with = |more: &[&str]| bench.fretwear(&[&run[..], more].concat());
     let began = with(&["wear.cycles=1000", "--set", "wear.tolerance=0.02"]);
     assert_eq!(began.code(), 0, "{}", began.stderr());
-    let told = "note: wear.tolerance=0.02, as a began: the scene does not give it";
+    let told = "note: wear.tolerance=0.02, as at the start of a: the scene does not give it";
     // Once more by its scene, and once the run keeps the key itself.
     for cycles in ["wear.cycles=1100", "wear.cycles=1200"] {
         let gone_on = with(&[cycles]);

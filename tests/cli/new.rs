@@ -7,7 +7,7 @@ use crate::support::{Bench, Did, copy};
 fn a_new_scene_is_a_shipped_one_that_runs() {
     let bench = Bench::new();
     let help = bench.done(&["new", "--help"]).stdout();
-    let listed = help.split("Scenes to begin from:").nth(1).expect("a list");
+    let listed = help.split("Scenes to start from:").nth(1).expect("a list");
     let names: Vec<&str> = listed
         .lines()
         .filter_map(|line| line.split_whitespace().next())
@@ -49,7 +49,7 @@ fn values_are_changed_where_they_stand_and_comments_stay() {
     bench.done(&[&["new", "mine"][..], &sets].concat());
     let text = std::fs::read_to_string(bench.path("mine.toml")).expect("a scene");
     let shipped = include_str!("../../pipelines/prescribed_fretting.toml");
-    let head = "# A joint of its own, begun from the scene prescribed_fretting that is shipped with fretwear.\n#\n#     fretwear run mine.toml\n#\n# Its own are contact.normal_load, wear.cycles.";
+    let head = "# A new joint, based on the scene prescribed_fretting that is shipped with fretwear.\n#\n#     fretwear run mine.toml\n#\n# Changed keys: contact.normal_load, wear.cycles.";
     assert!(text.starts_with(head) && !text.contains("Armand"), "{text}");
     // Below its head.
     let below = |text: &str| {
@@ -119,7 +119,7 @@ fn a_scene_that_is_there_is_not_replaced() {
     assert_eq!(refused.code(), 1);
     let said = refused.stderr();
     assert!(
-        said.contains("mine.toml is there already") && !said.contains("os error"),
+        said.contains("mine.toml exists already") && !said.contains("os error"),
         "{said}"
     );
     let kept = std::fs::read_to_string(bench.path("mine.toml")).expect("a file");

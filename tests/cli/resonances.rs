@@ -52,7 +52,7 @@ fn a_plan_has_the_resonances_and_what_the_drive_does_there() {
     for line in [
         "resonance of the unworn joint, linear, per newton of the drive",
         "    stuck         mode 1, 503.29 Hz, damping 0.316 %",
-        "    band          from 318.31 Hz, as the joint holds the structure to the ground",
+        "    band          from 318.31 Hz, because the joint fixes the structure to the ground",
         &format!("the whole joint from {:.2} N", HELD / per_newton),
     ] {
         assert!(text.contains(line), "{line:?} in {text}");
@@ -64,7 +64,7 @@ fn a_range_without_resonance_is_said_with_those_outside() {
     let bench = bench();
     let range = ["--set", "dynamics.frequency=[\"10 Hz\", \"20 Hz\"]"];
     let text = bench.done(&[&["plan", "slider.toml"], &range[..]].concat());
-    let why = "dynamics.frequency: no resonance of the stuck joint lies in this range; those outside it are at 503.3 Hz";
+    let why = "dynamics.frequency: no resonance of the stuck joint lies in this range; resonances outside it are at 503.3 Hz";
     assert!(text.stdout().contains(why), "{}", text.stdout());
     let json = bench.done(&[&["plan", "slider.toml", "--json"], &range[..]].concat());
     assert_eq!(json.json()["resonances"]["not_known"], why);

@@ -71,7 +71,7 @@ fn a_stopped_run_says_how_far_it_is_and_how_to_go_on() {
     for part in [
         &format!("a: iteration {k}, stopped\n  {:<24} Small\n", "title"),
         " of 600 000 cycles, worn ",
-        " cycles/s of late, ",
+        " cycles/s recently, ",
         " cycles to go",
         &format!("  {:<24} fretwear run --run a\n", "continue"),
     ] {
@@ -172,7 +172,7 @@ fn the_end_of_a_run_has_the_resonance_of_the_worn_joint() {
         let text = format!("{micrometres:.decimals$} µm");
         assert!(amplitude.contains(&text), "{amplitude} lacks {text}");
     }
-    let driving = row("what drives the wear");
+    let driving = row("wear-driving vibration");
     let hertz = format!(" {:.1} Hz, ", summary(&root, last, "resonance_frequency"));
     assert!(driving.contains(&hertz), "{driving} lacks {hertz}");
     assert!(driving.contains(" µm at most"), "{driving}");

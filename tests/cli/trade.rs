@@ -384,12 +384,9 @@ fn several_scenes_are_refused_before_anything_is_computed() {
         (&twice[..], "have the same name line"),
         (
             &["trade", "set", "--knob", "grid"],
-            "--knob is for a single scene, and there are 2",
+            "--knob needs a single scene, but 2 are given",
         ),
-        (
-            &["trade", "set", "--paper"],
-            "--paper is for a single scene",
-        ),
+        (&["trade", "set", "--paper"], "--paper needs a single scene"),
         (&["trade", "empty"], "there is no scene (*.toml) in empty"),
         (&["trade", "tiny.toml", "other"], "line.toml"),
     ] {

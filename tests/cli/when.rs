@@ -81,7 +81,7 @@ fn what_a_run_has_no_history_of_is_an_error() {
     let cases: [(&[&str], &str); 4] = [
         (
             &["--preload=90%"],
-            "its load stays: give contact.bolt_stiffness",
+            "its load is constant: give contact.bolt_stiffness",
         ),
         (&["--resonance=+1Hz"], "its scene has no vibration"),
         (&[], "--preload <LOAD>"),

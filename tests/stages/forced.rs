@@ -122,7 +122,7 @@ fn a_run_is_read_without_a_resonance() {
     let refused = bench.fretwear(&["backbone", "a@0"]);
     assert_eq!(refused.code(), 2);
     assert!(
-        refused.stderr().contains("give dynamics.frequency too"),
+        refused.stderr().contains("also give dynamics.frequency"),
         "{}",
         refused.stderr()
     );

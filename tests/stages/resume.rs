@@ -78,7 +78,7 @@ fn until_ends_with_what_it_names() {
     let root = bench.path("a");
     let did = until("surface");
     assert!(
-        did.stdout().contains("ended after surface, as asked"),
+        did.stdout().contains("ended after surface, as requested"),
         "{}",
         did.stdout()
     );

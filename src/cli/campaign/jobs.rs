@@ -1,4 +1,5 @@
-//! Rows in processes of their own, so many at once: what ends one, a lack of memory too, ends no other.
+//! Rows in their own processes, several at once. A process that ends, also by a lack of memory, does not end the
+//! others.
 
 use std::collections::VecDeque;
 use std::io::Read;
@@ -15,15 +16,15 @@ use super::run::{RowCounts, RowOutcome};
 use super::{CliError, RunArguments};
 use crate::progress::{ForwardedSignals, Rows};
 
-/// How often processes are looked at.
+/// Time between two checks of the processes.
 const TICK: Duration = Duration::from_millis(3);
-/// Part of the free memory that rows may take: the count of a row's is good to some per cent.
+/// Share of the free memory that rows may take. The estimate for a row is accurate to some per cent.
 const MEMORY: f64 = 0.9;
 
-/// Seconds that a process is given at least.
+/// Smallest time limit of a process \[s\].
 const LEAST_LEFT: f64 = 1e-3;
 
-/// A row that is being computed.
+/// Row that is being computed.
 struct Running {
     index: usize,
     memory: u64,
@@ -38,24 +39,24 @@ pub fn run(
     rows: &[usize],
     jobs: usize,
 ) -> Result<RowCounts, CliError> {
-    let asked = ForwardedSignals::listen().map_err(CliError::Signals)?;
+    let signals = ForwardedSignals::listen().map_err(CliError::Signals)?;
     let begin = Instant::now();
     let execution = &arguments.execution;
     let states = folder.states(campaign.rows.len())?;
-    let mut tally = RowCounts::default();
+    let mut counts = RowCounts::default();
     let mut waiting: VecDeque<usize> = VecDeque::new();
     for &index in rows {
         match states[index] {
             State::Done => {
                 super::run::tidy(arguments, folder, about, campaign, index);
-                tally.before += 1;
+                counts.before += 1;
             }
             _ => waiting.push_back(index),
         }
     }
-    let room = cost::free_memory().map(|free| (MEMORY * free as f64) as u64);
-    let progress = Rows::new(rows.len(), tally.before, execution.quiet);
-    let left = || {
+    let memory_limit = cost::free_memory().map(|free| (MEMORY * free as f64) as u64);
+    let progress = Rows::new(rows.len(), counts.before, execution.quiet);
+    let time_left = || {
         execution
             .max_wall
             .map(|limit| limit - begin.elapsed().as_secs_f64())
@@ -63,33 +64,35 @@ pub fn run(
     let mut running: Vec<Running> = Vec::new();
     let mut stopping = false;
     loop {
-        let signal = asked.taken();
-        if signal || (!stopping && left().is_some_and(|left| left <= 0.0)) {
+        let signal = signals.taken();
+        if signal || (!stopping && time_left().is_some_and(|time_left| time_left <= 0.0)) {
             if !stopping {
-                progress.say("stopping: rows that go on end within their iteration or stage");
+                progress.say("stopping: running rows end within their iteration or stage");
             }
             stopping = true;
         }
         if signal {
-            running.iter().for_each(|row| ask(&row.child));
+            running.iter().for_each(|row| request_stop(&row.child));
         }
         while !stopping && running.len() < jobs {
             let Some(&index) = waiting.front() else {
                 break;
             };
             let memory = campaign.rows[index].memory.max(0) as u64;
-            let taken: u64 = running.iter().map(|row| row.memory).sum();
-            if let Some(room) = room.filter(|room| taken + memory > *room) {
+            let memory_in_use: u64 = running.iter().map(|row| row.memory).sum();
+            if let Some(memory_limit) =
+                memory_limit.filter(|memory_limit| memory_in_use + memory > *memory_limit)
+            {
                 if !running.is_empty() {
                     break;
                 }
                 progress.say(&format!(
-                    "warning: row {index} takes some {:.1} GB of memory, and {:.1} GB are free for it",
+                    "warning: row {index} needs about {:.1} GB of memory, but only {:.1} GB are free",
                     memory as f64 / 1e9,
-                    room as f64 / 1e9
+                    memory_limit as f64 / 1e9
                 ));
             }
-            let child = start(arguments, index, left())?;
+            let child = start(arguments, index, time_left())?;
             running.push(Running {
                 index,
                 memory,
@@ -109,17 +112,18 @@ pub fn run(
                 Err(error) => Err(error),
             };
             let mut row = running.swap_remove(k);
-            let mut said = String::new();
+            let mut stderr_text = String::new();
             if let Some(stderr) = &mut row.child.stderr {
-                // A pipe that cannot be read gives an empty text.
-                drop(stderr.read_to_string(&mut said));
+                // If reading fails, the text stays empty.
+                drop(stderr.read_to_string(&mut stderr_text));
             }
             let notice = format!("row {}: note: ", row.index);
-            let (notices, said): (Vec<&str>, Vec<&str>) =
-                said.lines().partition(|line| line.starts_with(&notice));
+            let (notices, stderr_text): (Vec<&str>, Vec<&str>) = stderr_text
+                .lines()
+                .partition(|line| line.starts_with(&notice));
             notices.iter().for_each(|text| progress.notice(text));
             let code = status.as_ref().ok().and_then(|status| status.code());
-            let ended = match code {
+            let outcome = match code {
                 Some(0) => RowOutcome::Done,
                 Some(code) if code == i32::from(arguments.resumable_exit) => {
                     match folder.holder(row.index) {
@@ -127,10 +131,10 @@ pub fn run(
                         None => RowOutcome::Stopped,
                     }
                 }
-                code => failed(folder, row.index, &said, code, &status)?,
+                code => failure_outcome(folder, row.index, &stderr_text, code, &status)?,
             };
-            tally.add(row.index, &ended);
-            match &ended {
+            counts.add(row.index, &outcome);
+            match &outcome {
                 RowOutcome::Failed(error) => {
                     progress.say(&error.to_string());
                     progress.ended(&format!("row {}: failed", row.index));
@@ -150,15 +154,15 @@ pub fn run(
         thread::sleep(TICK);
     }
     progress.finish();
-    tally.left = waiting.len();
-    Ok(tally)
+    counts.left = waiting.len();
+    Ok(counts)
 }
 
-/// Why a process failed: what it kept, else what it said, or how it ended.
-fn failed(
+/// Returns the failure of a process: the failure that it stored, or else its last line on stderr, or its exit status.
+fn failure_outcome(
     folder: &Folder,
     index: usize,
-    said: &[&str],
+    stderr_lines: &[&str],
     code: Option<i32>,
     status: &std::io::Result<std::process::ExitStatus>,
 ) -> Result<RowOutcome, CliError> {
@@ -166,21 +170,25 @@ fn failed(
         let reason = failure.message;
         return Ok(RowOutcome::Failed(CliError::RowFailedNow { index, reason }));
     }
-    let how = match status {
+    let ending = match status {
         Ok(status) => format!("its process ended with {status}"),
-        Err(error) => format!("its process cannot be waited for: {error}"),
+        Err(error) => format!("waiting for its process failed: {error}"),
     };
-    let last = said.iter().rfind(|line| !line.trim().is_empty());
-    let reason = last.map_or(how.clone(), |last| format!("{how}: {last}"));
-    // A process that was killed may have been the victim of another.
+    let last = stderr_lines.iter().rfind(|line| !line.trim().is_empty());
+    let reason = last.map_or(ending.clone(), |last| format!("{ending}: {last}"));
+    // Allow a retry: the system may have killed the process because of another process.
     drop(folder.fail(index, &Failure::now(reason.clone(), true, 1)));
     Ok(RowOutcome::Failed(CliError::RowFailedNow { index, reason }))
 }
 
-/// The process of a row.
-fn start(arguments: &RunArguments, index: usize, left: Option<f64>) -> Result<Child, CliError> {
-    let failed = |source| CliError::Spawn { index, source };
-    let program = std::env::current_exe().map_err(failed)?;
+/// Starts the process of a row.
+fn start(
+    arguments: &RunArguments,
+    index: usize,
+    time_left: Option<f64>,
+) -> Result<Child, CliError> {
+    let spawn_error = |source| CliError::Spawn { index, source };
+    let program = std::env::current_exe().map_err(spawn_error)?;
     let mut command = Command::new(program);
     command
         .args(["campaign", "run", "--attached", "--quiet", "--index"])
@@ -200,26 +208,26 @@ fn start(arguments: &RunArguments, index: usize, left: Option<f64>) -> Result<Ch
     if let Some(scratch) = &arguments.scratch {
         command.arg("--scratch").arg(scratch);
     }
-    if let Some(left) = left {
-        // It may be over by now, and no time is no time to give.
-        let left = left.max(LEAST_LEFT);
-        command.arg("--max-wall").arg(format!("{left} s"));
+    if let Some(time_left) = time_left {
+        // The time may be over by now, but `--max-wall` must be above 0.
+        let time_left = time_left.max(LEAST_LEFT);
+        command.arg("--max-wall").arg(format!("{time_left} s"));
     }
-    // A signal of the terminal comes once, through this process.
+    // The terminal then signals only this process, which passes the signal on.
     #[cfg(unix)]
     command.process_group(0);
-    command.spawn().map_err(failed)
+    command.spawn().map_err(spawn_error)
 }
 
-/// Asks a process to stop.
+/// Requests a process to stop.
 #[cfg(unix)]
-fn ask(child: &Child) {
+fn request_stop(child: &Child) {
     use rustix::process::{Pid, Signal, kill_process};
     if let Some(pid) = Pid::from_raw(child.id().cast_signed()) {
-        // One that has just ended needs no asking.
+        // Ignore the error of a process that has just ended.
         let _ = kill_process(pid, Signal::TERM);
     }
 }
 
 #[cfg(not(unix))]
-fn ask(_child: &Child) {}
+fn request_stop(_child: &Child) {}

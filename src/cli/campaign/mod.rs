@@ -1,4 +1,4 @@
-//! `fretwear campaign`: many runs of one scene of which some keys vary.
+//! `fretwear campaign`: many runs of one scene with varying keys.
 
 mod jobs;
 mod plan;
@@ -23,24 +23,26 @@ use crate::terminal::Results;
 
 #[derive(Subcommand)]
 pub enum CampaignCommand {
-    /// Plan a campaign: a row a run, with its keys as resolved and what it will cost
+    /// Plan a campaign: one row per run, with its resolved keys and its expected cost
     ///
-    /// Nothing is computed but the rehearsals. Planning again in the same folder may add rows behind the last.
+    /// Computes only the rehearsals. Planning again in the same folder may add rows after the last.
     Plan(PlanArguments),
     /// Run rows, or continue them: one, a range, or all of them on this machine
     ///
-    /// Ends with 0 where all rows asked for are done, with 75 where one was stopped and run the same command again to continue. Rows that are done
-    /// take no time. One that fails does not stop the others.
+    /// Exits with 0 if all requested rows are done, and with 75 if a row was stopped: run the same command again to
+    /// continue. Rows that are done take no time. A row that fails does not stop the others.
     Run(RunArguments),
-    /// Say how far a campaign is
+    /// Show the progress of a campaign
     Status(FolderArguments),
-    /// Append the runs that have ended to tables of many runs
+    /// Append the completed runs to tables of many runs
     ///
-    /// Writes collected/shard-*.parquet: a row an iteration, with the index of its run and its keys. Shards are never changed.
+    /// Writes collected/shard-*.parquet: one row per iteration, with the index and the keys of its run. Shards are
+    /// never changed.
     Collect(FolderArguments),
-    /// Write one HTML page on the runs that are collected, and tables beside it
+    /// Write one HTML page on the collected runs, and its tables
     ///
-    /// What the runs end in, bands over the cycles, and how each figure depends on each key; which runs failed, and why.
+    /// The page has the final figures of the runs, bands over the cycles, the effect of each key on each figure, and
+    /// the failed runs with the reasons.
     Report(ReportArguments),
 }
 
@@ -51,7 +53,7 @@ pub struct PlanArguments {
     /// Folder of the campaign
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
-    /// Everything but the cost
+    /// Skip the rehearsals and the expected time
     #[arg(long)]
     pub no_rehearsal: bool,
     /// Print one JSON object
@@ -75,7 +77,8 @@ pub struct ReportArguments {
     /// Folder of the campaign
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
-    /// Where the page goes; the tables go beside it, unless it is a device or a pipe [default: report.html in the folder]
+    /// File of the page; the tables go into the same folder, unless it is a device or a pipe [default: report.html in
+    /// the folder]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Print one JSON object: the rows of the tables
@@ -88,21 +91,22 @@ pub struct RunArguments {
     /// Folder of the campaign
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
-    /// The row, or a range of rows with both ends, as in `--index 17` or `--index 0-99` [default: all]
+    /// Row, or range of rows including both ends, as in `--index 17` or `--index 0-99` [default: all]
     #[arg(long, value_name = "N|A-B", value_parser = fretwear::campaign::indices)]
     pub index: Option<[usize; 2]>,
-    /// Processes at once, as many as memory allows of them
+    /// Largest number of processes at once; memory may allow fewer
     #[arg(long, value_name = "J", value_parser = super::arguments::parse_threads)]
     pub jobs: Option<usize>,
-    /// Compute in this folder, as a disk of the node, and publish the history alone at the end; with keep = "history"
+    /// Compute in this folder, as on a disk of the node, and store only the history at the end; with keep = "history"
     ///
-    /// What is stopped goes on from there where it finds it, and else begins anew, to the same results.
+    /// A stopped row continues from this folder. If the folder is gone, the row starts again and gives the same
+    /// results.
     #[arg(long, value_name = "FOLDER")]
     pub scratch: Option<PathBuf>,
-    /// Try rows again that have failed
+    /// Retry rows that have failed
     #[arg(long)]
     pub retry: bool,
-    /// Exit code where a row was stopped and can be continued, for engines with other habits
+    /// Exit code if a row was stopped and can be continued, for workload managers with another convention
     #[arg(long, value_name = "CODE", default_value_t = 75, value_parser = clap::value_parser!(u8).range(1..))]
     pub resumable_exit: u8,
     #[command(flatten)]
@@ -110,7 +114,7 @@ pub struct RunArguments {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
-    /// The process that started this one reaps it
+    /// Stop when the process that started this one ends
     #[arg(long, hide = true)]
     pub attached: bool,
 }
@@ -133,14 +137,14 @@ fn folder(root: &Path) -> Folder {
     Folder::at(Arc::new(RealFileSystem), root)
 }
 
-/// The plan of a row, from what its folder keeps.
+/// Plans a row from the content of the campaign folder.
 fn plan_of(folder: &Folder, about: &About, settings: &[String]) -> Result<Plan, CliError> {
     let path = folder.root.join(&about.scene_name).with_extension("toml");
     let scene: Result<_, SceneError> = scene::load_kept(&path, &about.scene, settings);
     Ok(Plan::of(&scene?)?)
 }
 
-/// What a row is known by: its scene as resolved, with what its files hold.
+/// Returns the hash that identifies a row: its resolved scene with the content of its files.
 fn content_key(plan: &Plan) -> String {
     fretwear::json::hash(&plan.inputs.identity.scene)
 }

@@ -17,11 +17,11 @@ use super::{CliError, Exit, PlanArguments, content_key, folder, plan_of};
 use crate::progress::duration;
 use crate::terminal::{Results, say};
 
-/// Groups that are rehearsed; a rehearsal takes some five seconds at most.
+/// Largest number of groups that are rehearsed. A rehearsal takes at most about five seconds.
 const MOST_REHEARSED: usize = 12;
 
-/// Keys by whose numbers a run takes longer or shorter, beside those that are words and lists: rows that differ in them are of different
-/// groups.
+/// Numerical keys that affect the cost of a run. Rows that differ in such a key, or in a word or a list, are in
+/// different groups.
 const SEPARATING: [&str; 13] = [
     "joint.",
     "fidelity.",
@@ -38,7 +38,7 @@ const SEPARATING: [&str; 13] = [
     "structure.",
 ];
 
-/// What is known of a row before it is rehearsed.
+/// A resolved row, before the rehearsals.
 struct Resolution {
     row: PlannedRun,
     like: String,
@@ -72,7 +72,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
         let is_rehearsed = !arguments.no_rehearsal && group < MOST_REHEARSED;
         costs.push(Cost::of(&plan, is_rehearsed));
     }
-    told_once(resolved.iter().map(|resolution| &resolution.warnings[..]));
+    warn_once_per_kind(resolved.iter().map(|resolution| &resolution.warnings[..]));
     let mut rows: Vec<PlannedRun> = resolved
         .into_iter()
         .map(|resolution| resolution.row)
@@ -81,14 +81,14 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
         let cost = &costs[row.group as usize];
         (row.seconds, row.memory) = (cost.seconds, cost.memory as i64);
     }
-    let twins = twins(&rows);
+    let duplicate_rows = duplicate_rows(&rows);
     let campaign = Campaign {
         keys: keys.into_iter().map(|name| KeyColumn { name }).collect(),
         rows,
     };
-    let before = folder.plan(&about, &definition.text, &campaign)?;
+    let rows_before = folder.plan(&about, &definition.text, &campaign)?;
     let seconds: Option<f64> = campaign.rows.iter().map(|row| row.seconds).sum();
-    let of_group = |group: usize| {
+    let rows_of_group = |group: usize| {
         let rows = campaign.rows.iter().filter(|row| row.group == group as i64);
         rows.count()
     };
@@ -96,7 +96,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
         let groups = costs.iter().enumerate().map(|(group, cost)| {
             json!({
                 "group": group,
-                "rows": of_group(group),
+                "rows": rows_of_group(group),
                 "first": groups[group],
                 "expected_seconds": cost.seconds,
                 "memory": cost.memory,
@@ -106,22 +106,22 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
         out.json(&json!({
             "dir": arguments.dir.display().to_string(),
             "rows": campaign.rows.len(),
-            "rows_before": before,
+            "rows_before": rows_before,
             "keys": campaign.keys.iter().map(|key| &key.name).collect::<Vec<_>>(),
             "groups": groups.collect::<Vec<Value>>(),
             "expected_seconds": seconds,
-            "same_content": twins.map(|(count, _)| count).unwrap_or(0),
+            "same_content": duplicate_rows.map(|(count, _)| count).unwrap_or(0),
         }));
         return Ok(Exit::Done);
     }
-    if let Some((count, [first, second])) = twins {
+    if let Some((count, [first, second])) = duplicate_rows {
         say(&format!(
-            "warning: {count} rows have the same content as an earlier one (row {second} that of row {first}); each is run all the same"
+            "warning: {count} rows repeat the content of an earlier row (row {second} repeats row {first}); all of them will be run"
         ));
     }
-    let new = match before {
+    let new = match rows_before {
         0 => String::new(),
-        before => format!(", {} of them new", campaign.rows.len() - before),
+        rows_before => format!(", {} of them new", campaign.rows.len() - rows_before),
     };
     writeln!(
         out,
@@ -138,7 +138,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
         );
     }
     for (group, cost) in costs.iter().enumerate().take(MOST_REHEARSED) {
-        let count = of_group(group);
+        let count = rows_of_group(group);
         writeln!(
             out,
             "  {:<28} {count} rows like row {}: {}",
@@ -150,7 +150,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
     if costs.len() > MOST_REHEARSED {
         writeln!(
             out,
-            "  {} more groups of like rows, which are not rehearsed",
+            "  {} more groups of similar rows, which are not rehearsed",
             costs.len() - MOST_REHEARSED
         );
     }
@@ -170,7 +170,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
     Ok(Exit::Done)
 }
 
-/// What a row of a group costs.
+/// Cost of a row of a group.
 struct Cost {
     seconds: Option<f64>,
     memory: u64,
@@ -185,9 +185,9 @@ impl Cost {
             disk: None,
         };
         if is_rehearsed {
-            let found = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
-            cost.seconds = found.seconds.map(|seconds| seconds.expected);
-            cost.disk = found.cost.disk.map(|disk| disk.expected);
+            let estimate = rehearsal::rehearse(&plan.inputs, rehearsal::TIME_LIMIT);
+            cost.seconds = estimate.seconds.map(|seconds| seconds.expected);
+            cost.disk = estimate.cost.disk.map(|disk| disk.expected);
         }
         cost
     }
@@ -195,7 +195,7 @@ impl Cost {
     fn words(&self) -> String {
         let seconds = match self.seconds {
             Some(seconds) => format!("about {seconds:.1} s, "),
-            None => "time not known, ".to_owned(),
+            None => "time unknown, ".to_owned(),
         };
         let disk = self.disk.map_or(String::new(), |disk| {
             format!(", {:.2} MB of disk", disk / 1e6)
@@ -207,7 +207,7 @@ impl Cost {
     }
 }
 
-/// All rows as resolved; some threads share them.
+/// Resolves all rows, with several threads.
 fn resolutions(
     folder: &Folder,
     about: &About,
@@ -221,7 +221,7 @@ fn resolutions(
         let texts: Vec<String> = row.iter().map(Setting::text).collect();
         resolution(folder, about, row, texts)
     };
-    let all: Vec<Result<Resolution, CliError>> = thread::scope(|scope| {
+    let results: Vec<Result<Resolution, CliError>> = thread::scope(|scope| {
         let parts = settings.chunks(part);
         let parts =
             parts.map(|part| scope.spawn(move || part.iter().map(of_row).collect::<Vec<_>>()));
@@ -231,23 +231,23 @@ fn resolutions(
             .map(|part| part.join().expect("planning does not panic"));
         joined.flatten().collect()
     });
-    let faults = all.iter().filter(|found| found.is_err()).count();
-    let mut rows = Vec::with_capacity(all.len());
-    for (index, found) in all.into_iter().enumerate() {
-        match found {
-            Ok(found) => rows.push(found),
+    let error_count = results.iter().filter(|result| result.is_err()).count();
+    let mut rows = Vec::with_capacity(results.len());
+    for (index, result) in results.into_iter().enumerate() {
+        match result {
+            Ok(result) => rows.push(result),
             Err(error) => {
                 let texts: Vec<String> = settings[index].iter().map(Setting::text).collect();
-                // From its own file it has the line where it was written.
+                // Load the original file, whose error names the line.
                 let sets: Vec<String> = fixed.iter().chain(&texts).cloned().collect();
-                let own = scene::load(&definition.scene, &sets)
+                let located_error = scene::load(&definition.scene, &sets)
                     .err()
                     .map(CliError::from);
                 return Err(CliError::Row {
                     index,
                     settings: texts.join(", "),
-                    others: faults - 1,
-                    source: Box::new(own.unwrap_or(error)),
+                    others: error_count - 1,
+                    source: Box::new(located_error.unwrap_or(error)),
                 });
             }
         }
@@ -264,11 +264,11 @@ fn resolution(
     let plan = plan_of(folder, about, &settings)?;
     let scene = flatten(&plan.inputs.identity.scene);
     let value = |setting: &Setting| {
-        let of_both = setting.key.replace("material.", "material.lower.");
-        let found = scene.get(&setting.key).or_else(|| scene.get(&of_both));
-        match found.map(Resolved::of) {
-            Some(found) if found != Resolved::Absent => found,
-            // Paths of files, and keys that a scene holds under another name.
+        let lower_key = setting.key.replace("material.", "material.lower.");
+        let resolved = scene.get(&setting.key).or_else(|| scene.get(&lower_key));
+        match resolved.map(Resolved::of) {
+            Some(resolved) if resolved != Resolved::Absent => resolved,
+            // Paths of files, and keys that have another name in the resolved scene.
             _ => setting.given(),
         }
     };
@@ -291,7 +291,7 @@ fn resolution(
     })
 }
 
-/// Whether rows that differ in a key differ in their cost.
+/// Returns true if rows that differ in this key differ in their cost.
 fn separates(setting: &Setting) -> bool {
     !setting.is_number()
         || SEPARATING
@@ -299,7 +299,7 @@ fn separates(setting: &Setting) -> bool {
             .any(|prefix| setting.key.starts_with(prefix))
 }
 
-/// Numbers the groups of like rows in the order of their first rows, which are returned.
+/// Numbers the groups of rows with similar cost, in the order of their first rows. Returns these first rows.
 fn grouped(resolved: &mut [Resolution]) -> Vec<usize> {
     let mut groups: BTreeMap<String, usize> = BTreeMap::new();
     let mut firsts = Vec::new();
@@ -313,8 +313,8 @@ fn grouped(resolved: &mut [Resolution]) -> Vec<usize> {
     firsts
 }
 
-/// How many rows have the content of an earlier one, and the first such pair.
-fn twins(rows: &[PlannedRun]) -> Option<(usize, [usize; 2])> {
+/// Counts the rows with the content of an earlier row. Also returns the first such pair.
+fn duplicate_rows(rows: &[PlannedRun]) -> Option<(usize, [usize; 2])> {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     let (mut count, mut pair) = (0, None);
     for (index, row) in rows.iter().enumerate() {
@@ -329,24 +329,22 @@ fn twins(rows: &[PlannedRun]) -> Option<(usize, [usize; 2])> {
     pair.map(|pair| (count, pair))
 }
 
-/// Warnings of all rows, of each kind the first with how many rows have one.
-fn told_once<'a>(of_rows: impl Iterator<Item = &'a [String]>) {
+/// Prints the first warning of each kind, with the number of such warnings in all rows.
+fn warn_once_per_kind<'a>(warnings_of_rows: impl Iterator<Item = &'a [String]>) {
     let mut kinds: BTreeMap<&str, (usize, usize, &str)> = BTreeMap::new();
-    for (index, warnings) in of_rows.enumerate() {
+    for (index, warnings) in warnings_of_rows.enumerate() {
         for warning in warnings {
-            // Numbers behind it differ from row to row.
+            // The numbers after the colon differ from row to row.
             let kind = warning.split(':').next().unwrap_or_default();
             kinds.entry(kind).or_insert((0, index, warning)).0 += 1;
         }
     }
     for (count, first, warning) in kinds.values() {
-        say(&format!(
-            "warning: row {first}, and {count} in all: {warning}"
-        ));
+        say(&format!("warning: row {first} ({count} in all): {warning}"));
     }
 }
 
-/// What a key goes through, in words.
+/// Describes the values of a key.
 fn range<'a>(values: impl Iterator<Item = &'a Resolved> + Clone) -> String {
     let numbers: Option<Vec<f64>> = values.clone().map(Resolved::number).collect();
     let mut different: Vec<String> = values.map(Resolved::text).collect();

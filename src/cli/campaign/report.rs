@@ -8,7 +8,7 @@ use super::super::report::rows;
 use super::{CliError, Exit, ReportArguments, folder};
 use crate::terminal::Results;
 
-/// Keys that are named of a figure.
+/// Number of keys that are listed for a figure.
 const NAMED: usize = 2;
 
 pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, CliError> {

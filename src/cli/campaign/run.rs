@@ -18,21 +18,21 @@ use super::{CliError, Exit, RunArguments, content_key, folder, jobs, plan_of};
 use crate::progress::{Rows, Stopping, Watcher, stop_with_parent};
 use crate::terminal::{Results, say};
 
-/// What became of a row.
+/// Outcome of a row.
 pub enum RowOutcome {
-    /// It is done.
+    /// The row was completed now.
     Done,
-    /// It was done before.
+    /// The row was already complete.
     Before,
-    /// It was stopped, and can be continued.
+    /// The row was stopped and can be continued.
     Stopped,
-    /// Another process computes it.
+    /// Another process computes the row.
     InUse,
-    /// It failed.
+    /// The row failed.
     Failed(CliError),
 }
 
-/// What became of many.
+/// Outcomes of many rows.
 #[derive(Default)]
 pub struct RowCounts {
     pub done: usize,
@@ -40,7 +40,7 @@ pub struct RowCounts {
     pub stopped: Vec<usize>,
     pub in_use: Vec<usize>,
     pub failed: Vec<usize>,
-    /// Rows that were not come to.
+    /// Number of rows that were not started.
     pub left: usize,
 }
 
@@ -86,15 +86,15 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
         .into());
     }
     let rows: Vec<usize> = (first..=end).collect();
-    let tally = match (arguments.jobs, &rows[..]) {
+    let counts = match (arguments.jobs, &rows[..]) {
         (Some(jobs), _) => jobs::run(arguments, &folder, &about, &campaign, &rows, jobs)?,
-        (None, [index]) => match alone(arguments, &folder, &about, &campaign, *index)? {
-            // The code says why.
+        (None, [index]) => match run_single(arguments, &folder, &about, &campaign, *index)? {
+            // Report the error: its exit code gives the reason.
             RowOutcome::Failed(error) => return Err(error),
             ended => {
-                let mut tally = RowCounts::default();
-                tally.add(*index, &ended);
-                tally
+                let mut counts = RowCounts::default();
+                counts.add(*index, &ended);
+                counts
             }
         },
         (None, rows) => one_by_one(arguments, &folder, &about, &campaign, rows)?,
@@ -102,45 +102,45 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
     if arguments.json {
         out.json(&json!({
             "rows": rows.len(),
-            "done": tally.done,
-            "done_before": tally.before,
-            "failed": tally.failed,
-            "stopped": tally.stopped,
-            "in_use": tally.in_use,
-            "left": tally.left,
+            "done": counts.done,
+            "done_before": counts.before,
+            "failed": counts.failed,
+            "stopped": counts.stopped,
+            "in_use": counts.in_use,
+            "left": counts.left,
         }));
     } else if !arguments.execution.quiet {
-        let mut parts = vec![format!("{} done", tally.done + tally.before)];
-        let counts = [
-            (tally.failed.len(), "failed"),
-            (tally.stopped.len(), "stopped"),
-            (tally.in_use.len(), "computed by other processes"),
-            (tally.left, "not begun"),
+        let mut parts = vec![format!("{} done", counts.done + counts.before)];
+        let named_counts = [
+            (counts.failed.len(), "failed"),
+            (counts.stopped.len(), "stopped"),
+            (counts.in_use.len(), "computed by other processes"),
+            (counts.left, "not started"),
         ];
-        let told = counts.into_iter().filter(|(count, _)| *count > 0);
-        parts.extend(told.map(|(count, what)| format!("{count} {what}")));
+        let nonzero_counts = named_counts.into_iter().filter(|(count, _)| *count > 0);
+        parts.extend(nonzero_counts.map(|(count, what)| format!("{count} {what}")));
         say(&format!("{} rows: {}", rows.len(), parts.join(", ")));
-        let exit = tally.exit(arguments.resumable_exit);
+        let exit = counts.exit(arguments.resumable_exit);
         if matches!(exit, Exit::StoppedAs(_)) {
             say("run the same command again to continue");
         }
-        if !tally.failed.is_empty() {
-            say("why rows failed:  fretwear campaign status --dir DIR");
+        if !counts.failed.is_empty() {
+            say("to see why rows failed:  fretwear campaign status --dir DIR");
         }
     }
-    Ok(tally.exit(arguments.resumable_exit))
+    Ok(counts.exit(arguments.resumable_exit))
 }
 
-/// A row, watched as a run of its own.
-fn alone(
+/// Computes a single row with the progress of a run.
+fn run_single(
     arguments: &RunArguments,
     folder: &Folder,
     about: &About,
     campaign: &Campaign,
     index: usize,
 ) -> Result<RowOutcome, CliError> {
-    if let Some(ended) = ended_before(arguments, folder, about, campaign, index)? {
-        return Ok(ended);
+    if let Some(outcome) = previous_outcome(arguments, folder, about, campaign, index)? {
+        return Ok(outcome);
     }
     if arguments.attached {
         stop_with_parent();
@@ -148,10 +148,10 @@ fn alone(
     let execution = &arguments.execution;
     let exit = i32::from(arguments.resumable_exit);
     let stopping = Stopping::listen(execution.max_wall, exit).map_err(CliError::Signals)?;
-    // Who started this process shows its notices.
+    // The parent process shows the notices of this one.
     let rows = arguments.attached.then(|| Rows::new(1, 0, false));
     let rows = rows.as_ref();
-    row(arguments, folder, about, campaign, index, &stopping, rows)
+    compute_and_store(arguments, folder, about, campaign, index, &stopping, rows)
 }
 
 fn one_by_one(
@@ -165,23 +165,23 @@ fn one_by_one(
     let exit = i32::from(arguments.resumable_exit);
     let stopping = Stopping::listen(execution.max_wall, exit).map_err(CliError::Signals)?;
     let progress = Rows::new(rows.len(), 0, execution.quiet);
-    let mut tally = RowCounts::default();
+    let mut counts = RowCounts::default();
     for (place, &index) in rows.iter().enumerate() {
-        let worked = tally.done > 0;
-        // A start computes something in any case, so that one with little time after another gets through.
-        if stopping.is_asked() || (worked && stopping.is_late()) {
-            tally.left = rows.len() - place;
+        let has_computed = counts.done > 0;
+        // Compute at least one row per start, so that repeated starts with little time make progress.
+        if stopping.is_asked() || (has_computed && stopping.is_late()) {
+            counts.left = rows.len() - place;
             break;
         }
-        let ended = match ended_before(arguments, folder, about, campaign, index)? {
-            Some(ended) => ended,
+        let outcome = match previous_outcome(arguments, folder, about, campaign, index)? {
+            Some(outcome) => outcome,
             None => {
                 let rows = Some(&progress);
-                row(arguments, folder, about, campaign, index, &stopping, rows)?
+                compute_and_store(arguments, folder, about, campaign, index, &stopping, rows)?
             }
         };
-        tally.add(index, &ended);
-        match &ended {
+        counts.add(index, &outcome);
+        match &outcome {
             RowOutcome::Done => progress.ended(&format!("row {index}: done")),
             RowOutcome::Before => progress.ended(&format!("row {index}: done before")),
             RowOutcome::Failed(error) => {
@@ -196,17 +196,17 @@ fn one_by_one(
                 progress.say(&format!("row {index} is computed by another process"))
             }
             RowOutcome::Stopped => {
-                tally.left = rows.len() - place - 1;
+                counts.left = rows.len() - place - 1;
                 break;
             }
         }
     }
     progress.finish();
-    Ok(tally)
+    Ok(counts)
 }
 
-/// Where a row is computed.
-fn place_of(
+/// Returns the folder in which a row is computed.
+fn run_folder(
     arguments: &RunArguments,
     folder: &Folder,
     campaign: &Campaign,
@@ -221,7 +221,7 @@ fn place_of(
     }
 }
 
-/// Removes what a row that has ended does not keep.
+/// Removes the files that a completed row does not keep.
 pub fn tidy(
     arguments: &RunArguments,
     folder: &Folder,
@@ -230,18 +230,18 @@ pub fn tidy(
     index: usize,
 ) {
     let key = &campaign.rows[index].content_key;
-    let kept = about.keep == KeepRuns::All;
-    let own = (!kept).then(|| folder.run(index));
-    folder.tidy_ended(index, key, own.as_deref());
+    let keeps_run = about.keep == KeepRuns::All;
+    let run = (!keeps_run).then(|| folder.run(index));
+    folder.tidy_ended(index, key, run.as_deref());
     if arguments.scratch.is_some() {
-        let scratch = place_of(arguments, folder, campaign, index);
-        // A folder that stays does no harm: the row has ended.
+        let scratch = run_folder(arguments, folder, campaign, index);
+        // Ignore errors: a leftover folder does no harm to a completed row.
         drop(remove_run(&RealFileSystem, &scratch, key));
     }
 }
 
-/// What became of a row that needs no computing, if it is one.
-fn ended_before(
+/// Returns the outcome of a row that need not be computed: a completed row, or a failed row without retry.
+fn previous_outcome(
     arguments: &RunArguments,
     folder: &Folder,
     about: &About,
@@ -255,8 +255,8 @@ fn ended_before(
         }
         State::Failed => {
             let failure = folder.failure(index)?;
-            let lasts = failure.filter(|failure| !(failure.again || arguments.retry));
-            lasts.map(|Failure { message, code, .. }| {
+            let final_failure = failure.filter(|failure| !(failure.again || arguments.retry));
+            final_failure.map(|Failure { message, code, .. }| {
                 let reason = message;
                 RowOutcome::Failed(CliError::RowFailed {
                     index,
@@ -269,8 +269,8 @@ fn ended_before(
     })
 }
 
-/// Computes a row, and keeps what became of it. A row of many shows its notices alone, through `rows`.
-fn row(
+/// Computes a row and stores its outcome. With `rows` (one of many rows), it shows only notices.
+fn compute_and_store(
     arguments: &RunArguments,
     folder: &Folder,
     about: &About,
@@ -282,38 +282,39 @@ fn row(
     let claim = match folder.claim(index) {
         Ok(LockAttempt::Taken(claim)) => claim,
         Ok(LockAttempt::Held { .. }) => return Ok(RowOutcome::InUse),
-        Err(error) => return kept(folder, index, error.into()),
+        Err(error) => return store_failure(folder, index, error.into()),
     };
-    // Another start may have ended it until now.
-    let ended = match folder.state(index)? {
+    // Another process may have completed the row in the meantime.
+    let outcome = match folder.state(index)? {
         State::Done => Ok(RowOutcome::Before),
         state => {
             if state == State::Failed {
                 folder.forget(index)?;
             }
             let computed = compute(arguments, folder, about, campaign, index, stopping, rows);
-            computed.or_else(|error| kept(folder, index, error))
+            computed.or_else(|error| store_failure(folder, index, error))
         }
     };
-    // A lock's file that stays keeps nobody out, and what became of the row stands.
+    // Ignore errors: a leftover lock file blocks nobody, and the outcome is already stored.
     drop(folder.release(index, claim));
-    ended
+    outcome
 }
 
-/// Keeps why a row failed.
-fn kept(folder: &Folder, index: usize, error: CliError) -> Result<RowOutcome, CliError> {
+/// Stores the failure of a row.
+fn store_failure(folder: &Folder, index: usize, error: CliError) -> Result<RowOutcome, CliError> {
     if let CliError::Run(RunError::Store(StoreError::Locked { .. })) = &error {
         return Ok(RowOutcome::InUse);
     }
-    // The disk, the machine and files that scenes name may be better next time; a scene computes to the same failure.
+    // Retry failures of the disk, the machine and the files that scenes name. A failure of the computation would
+    // repeat.
     let again = match &error {
         CliError::Run(error) => matches!(error, RunError::Store(_)),
         _ => true,
     };
     let failure = Failure::now(error.to_string(), again, error.exit().code());
-    if let Err(unkept) = folder.fail(index, &failure) {
+    if let Err(write_error) = folder.fail(index, &failure) {
         say(&format!(
-            "warning: why row {index} failed cannot be kept: {unkept}"
+            "warning: cannot store the failure of row {index}: {write_error}"
         ));
     }
     Ok(RowOutcome::Failed(error))
@@ -333,18 +334,18 @@ fn compute(
     if content_key(&plan) != planned.content_key {
         return Err(CliError::RowChanged {
             reason: format!(
-                "row {index} is not what was planned: a file that its scene names has changed since, or the program (it was planned by version {}); put the file back, or plan the campaign in another folder",
+                "row {index} differs from its plan: a file that its scene names has changed, or the program (the plan is by version {}); restore the file, or plan the campaign in another folder",
                 about.program_version
             ),
         });
     }
     let mut files: Arc<dyn FileSystem> = Arc::new(RealFileSystem);
-    // Of a run whose folder goes in the end nothing needs to be on the disk before.
+    // The run folder is removed at the end, so nothing in it needs to be synced.
     let durability = plan.inputs.recipe.output.durability;
     if (about.keep, durability) == (KeepRuns::History, Durability::End) {
         files = Arc::new(UnsyncedFileSystem(files));
     }
-    let root = place_of(arguments, folder, campaign, index);
+    let root = run_folder(arguments, folder, campaign, index);
     let quiet = arguments.execution.quiet || rows.is_some();
     let watcher = Watcher::new(&plan.inputs.recipe, &root, quiet);
     let mut watcher = watcher.stopped_by(stopping, "the same command");
@@ -356,7 +357,7 @@ fn compute(
         root: root.clone(),
         source: None,
         until: None,
-        // Rows share the cores.
+        // The rows share the cores.
         threads: arguments.execution.threads.unwrap_or(1),
         cache: cache_folder().map(|folder| Cache::new(Arc::new(RealFileSystem), &folder)),
         file_system: files.clone(),
@@ -379,14 +380,15 @@ fn compute(
         })?;
     folder.end(index, &bytes)?;
     if about.keep == KeepRuns::History {
-        // A folder that stays does no harm: the row has ended, and the next start removes it.
+        // Ignore errors: a leftover folder does no harm, and the next start removes it.
         drop(remove_run(&RealFileSystem, &root, &planned.content_key));
     }
     Ok(RowOutcome::Done)
 }
 
-/// The history in a run folder, if it is that of the run which this process has ended: it has all rows up to the last iteration, and the same
-/// commit there. Where locks have no effect, another process may have written or removed the folder; then there is none.
+/// Reads the history of a run folder, if it belongs to the run of this process: it has all rows up to the last
+/// iteration, and the same commit there. Without working locks, another process may have written or removed the folder;
+/// the result is then `None`.
 fn own_history(
     files: Arc<dyn FileSystem>,
     root: &Path,

@@ -11,33 +11,33 @@ use super::{CliError, Exit, folder};
 use crate::progress::duration;
 use crate::terminal::{Results, say};
 
-/// Rows that are named of many.
+/// Largest number of rows or reasons that are listed.
 const NAMED: usize = 8;
 
 pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let folder = folder(root);
     let (about, campaign) = folder.open()?;
     let states = folder.states(campaign.rows.len())?;
-    let of = |state: State| -> Vec<usize> {
+    let rows_in_state = |state: State| -> Vec<usize> {
         let all = states.iter().enumerate();
-        all.filter(|(_, own)| **own == state)
+        all.filter(|(_, state_of_row)| **state_of_row == state)
             .map(|(index, _)| index)
             .collect()
     };
-    let begun = of(State::Begun);
-    let (running, stopped): (Vec<usize>, Vec<usize>) = begun
+    let incomplete = rows_in_state(State::Begun);
+    let (running, stopped): (Vec<usize>, Vec<usize>) = incomplete
         .into_iter()
         .partition(|index| folder.holder(*index).is_some());
-    let (done, waiting) = (of(State::Done), of(State::Waiting));
+    let (done, waiting) = (rows_in_state(State::Done), rows_in_state(State::Waiting));
     let failures = folder.failures(&states)?;
     let collected = folder.collected(&campaign)?.len();
-    // Where all is rehearsed.
+    // The remaining time is known only if every open row has an estimate.
     let open = running.iter().chain(&stopped).chain(&waiting);
     let mut seconds = Some(0.0);
     for index in open {
         seconds = seconds
             .zip(campaign.rows[*index].seconds)
-            .map(|(sum, own)| sum + own);
+            .map(|(sum, state_of_row)| sum + state_of_row);
     }
     if as_json {
         out.json(&json!({
@@ -85,7 +85,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     if let Some(seconds) = seconds.filter(|seconds| *seconds > 0.0) {
         writeln!(
             out,
-            "  {:<10} about {} of one core, as planned",
+            "  {:<10} about {} on one core, by the plan",
             "to go",
             duration(seconds)
         );
@@ -93,7 +93,7 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
     if !failures.is_empty() {
         writeln!(out, "  {:<10} {}", "failed", failures.len());
     }
-    // The same reason once.
+    // Print each reason once, with all its rows.
     let mut reasons: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (index, failure) in &failures {
         reasons.entry(&failure.message).or_default().push(*index);
@@ -103,16 +103,16 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
         writeln!(out, "    {}: {reason}", named(&rows));
     }
     if more > 0 {
-        writeln!(out, "    and {more} more reasons: --json has all");
+        writeln!(out, "    and {more} more reasons: --json lists all");
     }
     Ok(Exit::Done)
 }
 
-/// Some rows by their indices.
+/// Lists the indices of the first rows.
 fn named(rows: &[usize]) -> String {
     let shown: Vec<String> = rows.iter().take(NAMED).map(ToString::to_string).collect();
-    let more = if rows.len() > NAMED { ", …" } else { "" };
-    format!("row {}{more}", shown.join(", "))
+    let ellipsis = if rows.len() > NAMED { ", …" } else { "" };
+    format!("row {}{ellipsis}", shown.join(", "))
 }
 
 pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
@@ -156,7 +156,7 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
         if failed > 0 {
             writeln!(
                 out,
-                "  {failed} rows failed, and are in none: fretwear campaign status says why"
+                "  {failed} rows failed and are in no shard: fretwear campaign status shows why"
             );
         }
         if collected.all > 0 {
@@ -169,7 +169,7 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
     }
     for (path, reason) in &collected.damaged {
         say(&format!(
-            "damaged: {}: {reason}; it is left out: remove it and run its row again, which ends in the same",
+            "damaged: {}: {reason}; it is left out: remove it and run its row again, which gives the same result",
             path.display()
         ));
     }

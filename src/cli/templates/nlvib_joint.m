@@ -1,10 +1,10 @@
 function [M, D, K, nonlinear_elements, Fex1] = nlvib_joint()
-% A joint that fretwear exported, in the form of NLvib: mass, damping and stiffness, nonlinear elements, and the load of the first harmonic.
-% Needs contact.csv, loads.csv, K.mtx, M.mtx and, where there is damping, C.mtx of the same export in the folder of this file. Hysteretic damping (Ks.mtx) and loads
-% of other harmonics than the first are left out.
+% Reads a joint exported by fretwear for NLvib: mass, damping and stiffness, nonlinear elements, and the load of the first harmonic.
+% Needs contact.csv, loads.csv, K.mtx, M.mtx and, with damping, C.mtx of the same export in the folder of this file. Hysteretic damping (Ks.mtx) and loads
+% of harmonics other than the first are ignored.
 %
-% Friction has a constant limit, mu times the load at rest, along x and along y apart. A slider that bears load is a linear spring across the joint, added to K, and a
-% unilateral spring of stiffness -kn that cancels it after lift-off. A slider that is open at rest is a unilateral spring with a gap, and has no friction. None has a
+% Friction has a constant limit, mu times the load at rest, separately along x and y. A slider that bears load is a linear spring across the joint, added to K, and a
+% unilateral spring of stiffness -kn that cancels it after lift-off. A slider that is open at rest is a unilateral spring with a gap, without friction. No element has a
 % force at rest.
 here = fileparts(mfilename('fullpath'));
 M = matrix(fullfile(here, 'M.mtx'));
@@ -14,7 +14,7 @@ if exist(fullfile(here, 'C.mtx'), 'file')
     D = matrix(fullfile(here, 'C.mtx'));
 end
 if exist(fullfile(here, 'Ks.mtx'), 'file')
-    warning('fretwear:hysteretic', 'NLvib has no hysteretic damping: Ks.mtx is left out');
+    warning('fretwear:hysteretic', 'NLvib has no hysteretic damping: Ks.mtx is ignored');
 end
 rows = table_of(fullfile(here, 'contact.csv'));
 n = size(K, 1);
@@ -32,7 +32,7 @@ for r = 1:size(rows, 1)
                 'ishysteretic', true, 'force_direction', direction(n, element, axis)); %#ok<AGROW>
         end
     end
-    % Displacement along n is positive where the joint opens.
+    % The displacement along n is positive when the joint opens.
     w = direction(n, element, 3);
     if kn > 0 && load > 0
         K = K + kn * (w * w');
@@ -58,7 +58,7 @@ w(3 * element + axis) = 1;
 end
 
 function rows = table_of(path)
-% Numbers below the lines of comment and the line of names.
+% Reads the numbers below the comment lines and the line of names.
 file = fopen(path, 'r');
 line = fgetl(file);
 while line(1) == '#'
@@ -70,7 +70,7 @@ fclose(file);
 end
 
 function A = matrix(path)
-% A symmetric matrix of Matrix Market, by its lower triangle.
+% Reads a symmetric Matrix Market file, which stores the lower triangle.
 file = fopen(path, 'r');
 line = fgetl(file);
 while line(1) == '%'

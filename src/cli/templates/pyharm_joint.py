@@ -1,8 +1,8 @@
-"""A joint that fretwear exported, in pyHarm: `import pyHarm, pyharm_joint; pyHarm.Maestro(pyharm_joint.problem(pyHarm))`.
+"""Reads a joint exported by fretwear for pyHarm: `import pyHarm, pyharm_joint; pyHarm.Maestro(pyharm_joint.problem(pyHarm))`.
 
-Needs contact.csv, matrices.npz and vibration.json of the same export beside it. Each contact element is one `FretwearElement`, a bank of parallel sliders between the bodies. It sees their displacement
-along x and y, and along n, which is positive where the joint opens. A slider bears max(0, N0 - kn (u_n + gap)); the normal force is the change of that from its value at rest. |T| <= mu N, with the N of the
-instant. Sliders start at rest and are marched over CYCLES cycles, the last of which counts.
+Needs contact.csv, matrices.npz and vibration.json of the same export in the folder of this file. Each contact element is one `FretwearElement`, a bank of parallel sliders between the bodies. Its displacement is upper less lower body,
+along x, y and n; along n it is positive when the joint opens. A slider bears max(0, N0 - kn (u_n + gap)); the normal force is the change of this load from rest. |T| <= mu N, with the instantaneous
+load N. Sliders start at rest and are marched over CYCLES cycles; the last cycle gives the forces.
 """
 
 import csv
@@ -20,7 +20,7 @@ CYCLES = 4
 
 
 def forces(u, sliders, mu):
-    """Forces along x, y, n at the samples of a displacement: `u` is 3 x samples, `sliders` has N0, gap, kn, kt a row."""
+    """Returns the forces along x, y, n at the samples of a displacement: `u` is 3 x samples, each row of `sliders` is N0, gap, kn, kt."""
     rest, gap, kn, kt = (sliders[:, [k]] for k in range(4))
     load = jnp.maximum(0.0, rest - kn * (u[2] + gap))
     normal = -(load - rest).sum(axis=0)
@@ -32,7 +32,7 @@ def forces(u, sliders, mu):
         size = jnp.sqrt((trial**2).sum(axis=1, keepdims=True) + 1e-300)
         factor = jnp.minimum(1.0, strength[:, None] / size)
         force = factor * trial
-        # Without stiffness a slider goes with the displacement.
+        # A slider without stiffness follows the displacement.
         position = displacement - jnp.where(kt > 0.0, force / jnp.where(kt > 0.0, kt, 1.0), 0.0)
         return position, force.sum(axis=0)
 
@@ -47,8 +47,8 @@ def forces(u, sliders, mu):
 @jax.jit
 def residual(x, axes, select, sliders, mu, to_time, to_frequency):
     u = jnp.stack([(axes[d] @ select @ x) @ to_time for d in range(3)])
-    found = forces(u, sliders, mu)
-    return sum(select.T @ axes[d].T @ (found[d] @ to_frequency) for d in range(3))
+    element_forces = forces(u, sliders, mu)
+    return sum(select.T @ axes[d].T @ (element_forces[d] @ to_frequency) for d in range(3))
 
 
 jacobian = jax.jit(jax.jacfwd(residual))
@@ -67,7 +67,7 @@ class FretwearElement(NodeToNodeElement):
         self.flag_AFT = True
 
     def adim(self, lc, wc):
-        """In lengths of `lc`."""
+        """Makes lengths dimensionless with `lc`."""
         rest, gap, kn, kt = self.sliders.T
         self.sliders = jnp.stack([rest, gap / lc, kn * lc, kt * lc], axis=1)
         self.flag_adim = True
@@ -89,18 +89,18 @@ class FretwearElement(NodeToNodeElement):
 
 
 def elements():
-    """mu and sliders (N0, gap, kn, kt) of each contact element."""
+    """Returns mu and the sliders (N0, gap, kn, kt) of each contact element."""
     with (HERE / "contact.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    found = {}
+    banks = {}
     for row in rows:
-        of = found.setdefault(int(row["element"]), {"mu": float(row["mu"]), "sliders": []})
-        of["sliders"].append([float(row[name]) for name in ("normal_load", "gap", "kn", "kt")])
-    return [found[element] for element in sorted(found)]
+        bank = banks.setdefault(int(row["element"]), {"mu": float(row["mu"]), "sliders": []})
+        bank["sliders"].append([float(row[name]) for name in ("normal_load", "gap", "kn", "kt")])
+    return [banks[element] for element in sorted(banks)]
 
 
 def problem(pyharm, harmonics=None, samples=None, analysis=None):
-    """The input of pyHarm: the structure, its loads, and a connector for each contact element."""
+    """Returns the input of pyHarm: the structure, its loads, and a connector for each contact element."""
     try:
         from pyHarm.BaseUtilFuncs import pyHarm_plugin
     except ImportError:
@@ -115,13 +115,13 @@ def problem(pyharm, harmonics=None, samples=None, analysis=None):
         f"contact_{e}": {"type": "FretwearElement", "connect": {"joint": [e]}, "dirs": [0, 1, 2], **bank} for e, bank in enumerate(banks)
     }
     for number, load in enumerate(about["loads"]):
-        node, dirs = place_of(load["row"], len(banks))
+        node, dirs = node_and_directions(load["row"], len(banks))
         connectors[f"load_{number}"] = {
             "type": "GOForcing", "connect": {"joint": [node]}, "dirs": dirs, "ho": load["harmonic"], "dto": 0,
             "amp": float(np.hypot(load["cosine"], load["sine"])), "phi": float(np.arctan2(load["sine"], load["cosine"])),
         }  # fmt: skip
     if "Ks" in matrices:
-        raise NotImplementedError("pyHarm takes hysteretic damping by an element of its own: add one with Ks of matrices.npz")
+        raise NotImplementedError("pyHarm needs its own element for hysteretic damping: add one with Ks of matrices.npz")
     return {
         "system": {"type": "Base", "nh": harmonics or about["harmonics"][-1], "nti": samples or 512},
         "substructures": {"joint": {"matrix": matrix, "ndofs": 3, "nnodes": len(banks), "nmodes": size - 3 * len(banks)}},
@@ -138,8 +138,8 @@ def problem(pyharm, harmonics=None, samples=None, analysis=None):
     }
 
 
-def place_of(row, count):
-    """pyHarm's node and directions of a row, from 1: of contact elements three a node, behind them one."""
+def node_and_directions(row, count):
+    """Returns pyHarm's node and directions of a row (from 1). Contact elements have three rows per node, the other nodes one row."""
     if row <= 3 * count:
         return (row - 1) // 3, [(row - 1) % 3]
     return count + row - 1 - 3 * count, [-1]
