@@ -1,25 +1,26 @@
-//! Results of costly calls, kept in their order as they are made: an interrupted computation that makes the same calls again has them
-//! from here, and goes on to the same bits.
+//! Journal of the results of costly calls, in the order of the calls. An interrupted computation that repeats
+//! the same calls reads the results from the journal, and continues bit by bit the same.
 //!
-//! Nothing is taken that was not made from the same inputs: each result stands beside a hash of them, and the first call that has others
-//! ends the reading. Where results are kept, numerics do not know.
+//! A result is only reused for equal inputs. Each result is stored with a hash of its inputs, and the first
+//! call with other inputs ends the reading. The numerics do not know where results are stored.
 
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a sudden end of a run may lose: results are given away together that are made within it.
+/// Time whose results a sudden end of a run may lose: results within this interval are stored together.
 pub const INTERVAL: Duration = Duration::from_millis(500);
 /// Bytes of a hash.
 const HASH: usize = 32;
-/// Bytes before a result: the hash of its inputs, and its length.
+/// Bytes before a result: the hash of its inputs, and the length of the result.
 const HEAD: usize = HASH + 8;
 
-/// Takes some results, to keep them; false where that is not possible, after which it is asked no more.
+/// Function that stores some results. It returns false if it cannot store them, and is then not called again.
 pub type Keep = Box<dyn FnMut(&[u8]) -> bool + Send>;
 
-/// Results of an earlier start, and a place for those of this one. Clones are the same journal; closed, it does nothing.
+/// Results of an earlier start, and storage for the results of this one. Clones share the journal. A closed
+/// journal does nothing.
 #[derive(Clone, Default)]
 pub struct Journal(Arc<Mutex<Pages>>);
 
@@ -27,7 +28,7 @@ pub struct Journal(Arc<Mutex<Pages>>);
 struct Pages {
     kept: VecDeque<(blake3::Hash, Vec<u8>)>,
     keep: Option<Keep>,
-    /// Results that are not given away yet.
+    /// Results that are not yet stored.
     fresh: Vec<u8>,
     interval: Duration,
     since: Option<Instant>,
@@ -40,8 +41,9 @@ impl fmt::Debug for Journal {
 }
 
 impl Journal {
-    /// Opens it with what an earlier start kept, which ends where it makes no sense, and a place for more, to which results go that are
-    /// made within an `interval`. How many results there are.
+    /// Opens the journal with the bytes `kept` by an earlier start and a function `keep` that stores more.
+    /// Reading stops at the first invalid bytes. Results within an `interval` are stored together. Returns
+    /// the number of results in `kept`.
     pub fn open(&self, kept: &[u8], interval: Duration, keep: Keep) -> usize {
         let kept = results(kept);
         let count = kept.len();
@@ -55,24 +57,25 @@ impl Journal {
         count
     }
 
-    /// Ends it: what it has is of no more use.
+    /// Closes the journal and drops its content.
     pub fn close(&self) {
         *self.pages() = Pages::default();
     }
 
-    /// The result of the next call, if it was made from these inputs; else whatever is kept is of another computation.
+    /// Returns the result of the next call if it was computed from these inputs. Otherwise the stored results
+    /// belong to another computation, and the journal is closed.
     pub fn take(&self, inputs: &Inputs) -> Option<Vec<u8>> {
         let mut pages = self.pages();
         let (hash, result) = pages.kept.pop_front()?;
         if hash == inputs.hash() {
             return Some(result);
         }
-        // Others follow it on the disk, so that nothing may be put behind them.
+        // More results follow this one on the disk, so that nothing may be appended to them.
         *pages = Pages::default();
         None
     }
 
-    /// Keeps the result of a call.
+    /// Stores the result of a call.
     pub fn add(&self, inputs: &Inputs, result: &[u8]) {
         let mut pages = self.pages();
         if pages.keep.is_none() {
@@ -89,13 +92,13 @@ impl Journal {
         }
         let fresh = std::mem::take(&mut pages.fresh);
         pages.since = Some(Instant::now());
-        let goes_on = pages.keep.as_mut().is_some_and(|keep| keep(&fresh));
-        if !goes_on {
+        let is_stored = pages.keep.as_mut().is_some_and(|keep| keep(&fresh));
+        if !is_stored {
             *pages = Pages::default();
         }
     }
 
-    /// Whether results are kept or taken at all: else their inputs need not be hashed.
+    /// Returns true if results are stored or reused. Otherwise callers need not hash their inputs.
     pub fn is_open(&self) -> bool {
         self.pages().keep.is_some()
     }
@@ -126,12 +129,12 @@ fn results(mut bytes: &[u8]) -> VecDeque<(blake3::Hash, Vec<u8>)> {
     out
 }
 
-/// The inputs of a call.
+/// Inputs of a call, as a hash.
 #[derive(Default)]
 pub struct Inputs(blake3::Hasher);
 
 impl Inputs {
-    /// Adds numbers, to the bit.
+    /// Adds numbers, bit by bit.
     pub fn numbers<'a>(mut self, values: impl IntoIterator<Item = &'a f64>) -> Inputs {
         for value in values {
             self.0.update(&value.to_bits().to_le_bytes());
@@ -152,7 +155,7 @@ impl Inputs {
     }
 }
 
-/// Numbers as bytes.
+/// Writer of numbers as bytes.
 #[derive(Default)]
 pub struct Writer(pub Vec<u8>);
 
@@ -162,34 +165,34 @@ impl Writer {
         self.0.extend(value.to_le_bytes());
     }
 
-    /// Adds a number, to the bit.
+    /// Adds a number, bit by bit.
     pub fn number(&mut self, value: f64) {
         self.count(value.to_bits());
     }
 
-    /// Adds numbers, whose length the reader knows.
+    /// Adds numbers. The reader must know how many there are.
     pub fn numbers(&mut self, values: &[f64]) {
         values.iter().for_each(|value| self.number(*value));
     }
 }
 
-/// Bytes as numbers: none of what is not there.
+/// Reader of numbers from bytes. It returns `None` at the end of the bytes.
 pub struct Reader<'a>(pub &'a [u8]);
 
 impl Reader<'_> {
-    /// The next count.
+    /// Returns the next count.
     pub fn count(&mut self) -> Option<u64> {
         let (first, rest) = self.0.split_first_chunk::<8>()?;
         self.0 = rest;
         Some(u64::from_le_bytes(*first))
     }
 
-    /// The next number.
+    /// Returns the next number.
     pub fn number(&mut self) -> Option<f64> {
         self.count().map(f64::from_bits)
     }
 
-    /// So many numbers.
+    /// Returns the next `count` numbers.
     pub fn numbers(&mut self, count: usize) -> Option<Vec<f64>> {
         (0..count).map(|_| self.number()).collect()
     }

@@ -1,10 +1,10 @@
-//! Work on several threads. Results do not depend on their number: each part is computed by itself, and the parts are put together in
-//! their order.
+//! Work on several threads. Results do not depend on the number of threads: each part is computed
+//! independently, and the parts are combined in their order.
 
 use std::fmt;
 use std::sync::Arc;
 
-/// Threads that share work; one alone by default. Clones are the same threads.
+/// Threads that share work; a single one by default. Clones share the threads.
 #[derive(Clone, Default)]
 pub struct Threads(Option<Arc<rayon::ThreadPool>>);
 
@@ -15,7 +15,7 @@ impl fmt::Debug for Threads {
 }
 
 impl Threads {
-    /// So many threads, at least one.
+    /// Starts `count` threads, at least one.
     pub fn new(count: usize) -> Threads {
         let pool = (count > 1).then(|| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(count);
@@ -24,12 +24,12 @@ impl Threads {
         Threads(pool)
     }
 
-    /// How many there are.
+    /// Returns the number of threads.
     pub fn count(&self) -> usize {
         self.0.as_ref().map_or(1, |pool| pool.current_num_threads())
     }
 
-    /// Works on each item.
+    /// Calls `work` for each item.
     pub fn each<T: Send>(&self, items: impl IntoIterator<Item = T>, work: impl Fn(T) + Sync) {
         let Some(pool) = &self.0 else {
             return items.into_iter().for_each(work);
@@ -42,7 +42,7 @@ impl Threads {
         });
     }
 
-    /// The result of each item, in the order of the items.
+    /// Returns the result of each item, in the order of the items.
     pub fn map<T: Send, R: Send>(
         &self,
         items: impl IntoIterator<Item = T>,
@@ -62,7 +62,7 @@ impl Threads {
             .collect()
     }
 
-    /// Both results.
+    /// Computes both results.
     pub fn both<A: Send, B: Send>(
         &self,
         first: impl FnOnce() -> A + Send,
@@ -74,7 +74,7 @@ impl Threads {
         }
     }
 
-    /// Does work on one of the threads, from which the others are at hand at once.
+    /// Runs `work` on one of the threads, from which work is shared with the others without delay.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.0 {
             None => work(),
@@ -94,7 +94,7 @@ mod tests {
             let threads = Threads::new(count);
             assert_eq!(threads.count(), count);
             assert_eq!(threads.map(0..100, |k| k * k), squares, "{count} threads");
-            // Work within work.
+            // Nested work.
             let sums = threads.map(0..7, |k| threads.map(0..k, |i| i).iter().sum::<usize>());
             assert_eq!(sums, [0, 0, 1, 3, 6, 10, 15], "{count} threads");
             assert_eq!(threads.both(|| 1, || 2), (1, 2));

@@ -1,5 +1,5 @@
-//! A joint and its structure as unstructured grids of VTK, which ParaView reads: lengths in metres from the middle of the joint, x and y in the contact
-//! plane, z from the lower body to the upper.
+//! Export of a joint and its structure as unstructured grids of VTK, for ParaView. Lengths are in metres from
+//! the middle of the joint. x and y are in the contact plane, z points from the lower body to the upper.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -14,25 +14,26 @@ use vtkio::model::{
 use crate::grid::{Grid, Patch};
 use crate::tables::{Column, Table, typed};
 
-/// A file that cannot be written.
+/// Errors of writing a file.
 #[derive(Debug, thiserror::Error)]
 pub enum VtuError {
-    /// The library's.
+    /// Error of the VTK library.
     #[error("{0}")]
     Vtk(#[from] vtkio::Error),
-    /// Its place's.
+    /// Error of writing the bytes.
     #[error(transparent)]
     Io(#[from] std::io::Error),
 }
 
-/// Points, what they make up, and fields on both.
+/// Points, cells, and fields on both.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct UnstructuredGrid {
-    /// Places \[m\].
+    /// Positions of the points \[m\].
     pub points: Vec<[f64; 3]>,
-    /// Points of each cell: one makes a vertex, four a quadrangle in their order around it; see [`UnstructuredGrid::lines`].
+    /// Points of each cell: one makes a vertex, four a quadrangle in their order around it; see
+    /// [`UnstructuredGrid::lines`].
     pub cells: Vec<Vec<usize>>,
-    /// Whether the points of a cell are those of a broken line, whatever their number.
+    /// Whether each cell is a polyline, whatever its number of points.
     pub lines: bool,
     /// Scalars on points, by name.
     pub of_points: Vec<(String, Vec<f64>)>,
@@ -43,22 +44,22 @@ pub struct UnstructuredGrid {
 }
 
 impl UnstructuredGrid {
-    /// The cells of a joint as rectangles in the contact plane, with all figures that these tables have of each cell: NaN where a table has no
-    /// row of it.
+    /// Creates the cells of a joint as rectangles in the contact plane, with all per-cell figures of these
+    /// tables. A cell without a row in a table has NaN.
     pub fn joint(patch: &Patch, tables: &[Table]) -> Self {
         let grid = patch.grid;
-        let mut found = UnstructuredGrid {
+        let mut joint_grid = UnstructuredGrid {
             points: corners(grid),
             ..UnstructuredGrid::default()
         };
         let mut number = vec![None; grid.len()];
         for cell in (0..grid.len()).filter(|cell| patch.kept[*cell]) {
-            number[cell] = Some(found.cells.len());
+            number[cell] = Some(joint_grid.cells.len());
             let (i, j) = grid.cell(cell);
             let corner = |i: usize, j: usize| i * (grid.ny + 1) + j;
             let around = [[0, 0], [1, 0], [1, 1], [0, 1]];
             let around = around.map(|[a, b]| corner(i + a, j + b));
-            found.cells.push(around.to_vec());
+            joint_grid.cells.push(around.to_vec());
         }
         for table in tables {
             let (Ok(i), Ok(j)) = (table.i32("i"), table.i32("j")) else {
@@ -68,20 +69,21 @@ impl UnstructuredGrid {
                 let Column::F64(values) = values else {
                     continue;
                 };
-                let mut field = vec![f64::NAN; found.cells.len()];
+                let mut field = vec![f64::NAN; joint_grid.cells.len()];
                 for ((i, j), value) in i.iter().zip(j).zip(values) {
                     if let Some(cell) = number[grid.index(*i as usize, *j as usize)] {
                         field[cell] = *value;
                     }
                 }
-                found.of_cells.push((column.name.clone(), field));
+                joint_grid.of_cells.push((column.name.clone(), field));
             }
         }
-        found
+        joint_grid
     }
 
-    /// Contact elements as points in the contact plane, with their parameters, and what each does in the harmonics of the response: `1_cosine` and
-    /// `1_sine` are the displacements of the upper body against the lower along x, y and z that go with the cosine and the sine of the first.
+    /// Creates contact elements as points in the contact plane, with their parameters and the harmonics of
+    /// their response. `1_cosine` and `1_sine` are the displacements of the upper body relative to the lower
+    /// along x, y and z that belong to the cosine and the sine of the first harmonic.
     pub fn contact_elements(
         elements: &typed::ContactElement,
         response: Option<&typed::Response>,
@@ -109,7 +111,7 @@ impl UnstructuredGrid {
             let motion = motions.entry(response.harmonic[row]);
             let [cosine, sine] =
                 motion.or_insert_with(|| [vec![[0.0; 3]; count], vec![[0.0; 3]; count]]);
-            // The upper body against the lower: n is positive where they approach, z where they part.
+            // Upper body relative to the lower: n is positive for approach, z for separation.
             let sign = if axis == 2 { -1.0 } else { 1.0 };
             cosine[element][axis] = sign * response.displacement_cosine[row];
             sine[element][axis] = sign * response.displacement_sine[row];
@@ -131,7 +133,8 @@ impl UnstructuredGrid {
         }
     }
 
-    /// The edges of a structure's bodies as lines, with its modes: `mode_7` is that of number 7, normalised by mass \[kg^-1/2\].
+    /// Creates the edges of a structure's bodies as lines, with its modes. `mode_7` is mode number 7,
+    /// normalised by mass \[kg^-1/2\].
     pub fn outline(outline: &typed::StructureOutline, modes: &typed::StructureOutlineMode) -> Self {
         let mut points: BTreeMap<i32, [f64; 3]> = BTreeMap::new();
         let mut lines: BTreeMap<i32, Vec<i32>> = BTreeMap::new();
@@ -147,15 +150,15 @@ impl UnstructuredGrid {
         let mut shapes: BTreeMap<i32, Vec<[f64; 3]>> = BTreeMap::new();
         for row in 0..modes.mode.len() {
             let shape = [modes.shape_x[row], modes.shape_y[row], modes.shape_z[row]];
-            let of_mode = shapes.entry(modes.mode[row]);
-            let of_mode = of_mode.or_insert_with(|| vec![[0.0; 3]; points.len()]);
+            let mode_shape = shapes.entry(modes.mode[row]);
+            let mode_shape = mode_shape.or_insert_with(|| vec![[0.0; 3]; points.len()]);
             if let Some(point) = number.get(&modes.point[row]) {
-                of_mode[*point] = shape;
+                mode_shape[*point] = shape;
             }
         }
-        let of_line = |line: Vec<i32>| line.iter().map(|point| number[point]).collect();
+        let points_of_line = |line: Vec<i32>| line.iter().map(|point| number[point]).collect();
         UnstructuredGrid {
-            cells: lines.into_values().map(of_line).collect(),
+            cells: lines.into_values().map(points_of_line).collect(),
             points: points.values().copied().collect(),
             lines: true,
             vectors_of_points: shapes
@@ -222,7 +225,8 @@ impl UnstructuredGrid {
     }
 }
 
-/// Writes a collection of ParaView (`.pvd`): files with the time of each, beside which it stands.
+/// Writes a collection for ParaView (`.pvd`): file names and their times. The files must be in the same
+/// folder as the collection.
 ///
 /// # Errors
 /// [`VtuError::Io`].
@@ -247,7 +251,7 @@ pub fn write_series(files: &[(f64, String)], to: impl Write) -> Result<(), VtuEr
     Ok(())
 }
 
-/// Corners of the cells of a grid about its middle: corner (i, j) is number `i * (ny + 1) + j` \[m\].
+/// Returns the corners of a grid's cells about its middle. Corner (i, j) is number `i * (ny + 1) + j` \[m\].
 fn corners(grid: Grid) -> Vec<[f64; 3]> {
     let [length_x, length_y] = grid.size();
     let corner = |n: usize| {

@@ -1,42 +1,43 @@
-//! When a history with error bars passes a level: at the earliest, by its values, and at the latest.
+//! Crossing of a level by a history with error bars: the earliest, the nominal and the latest cycles.
 //!
-//! Between its rows a history is a monotone cubic [Fritsch & Butland 1984]. By how much that is off the straight line counts as a part of the bar there.
+//! Between its rows a history is a monotone cubic [Fritsch & Butland 1984]. The difference between cubic and
+//! straight line is added to the bar.
 
-/// A figure over cycles, with the bars of what it has changed by since the first row.
+/// History of a figure over cycles. The bars are errors of its change since the first row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
     /// Cycles, ascending.
     pub cycles: Vec<f64>,
-    /// The figure, in its unit.
+    /// Values of the figure, in its unit.
     pub values: Vec<f64>,
-    /// Its bars, in the same unit.
+    /// Bars, in the same unit.
     pub bars: Vec<f64>,
-    /// How far it may be off its cubic in the middle between the first two rows, beyond these bars, in parts of what it changes by there: no row says
-    /// how it begins.
+    /// Largest additional deviation from the cubic in the middle between the first two rows, as a fraction of
+    /// the change between them. No row shows the initial slope.
     pub bend: f64,
 }
 
-/// When a history passes a level; none where it does not within its last row.
+/// Cycles at which a history passes a level; `None` if it does not within its last row.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Crossing {
-    /// Cycles at which the bar reaches the level first.
+    /// Cycles at which the bar first reaches the level.
     pub earliest: Option<f64>,
-    /// Cycles at which the value does.
+    /// Cycles at which the value reaches the level.
     pub nominal: Option<f64>,
-    /// Cycles at which all of the bar has.
+    /// Cycles at which the whole bar has passed the level.
     pub latest: Option<f64>,
-    /// Cycles at which, after that of the value, all of the bar is back before the level.
+    /// Cycles, after the nominal ones, at which the whole bar is back before the level.
     pub returns: Option<f64>,
-    /// True where the bar says more than nothing: it is smaller than the change where the level is passed, or at the end.
+    /// Whether the bar is informative: smaller than the change where the level is passed, or at the end.
     pub is_known: bool,
 }
 
-/// Pieces of an interval between rows in which a crossing is looked for.
+/// Number of pieces per interval between rows in the search for a crossing.
 const PIECES: usize = 64;
-/// Halvings of the piece with a crossing.
+/// Number of bisections of the piece with a crossing.
 const HALVINGS: usize = 40;
 
-/// One of the three histories: at the near side of the bar, the value, or at its far side.
+/// History to follow: the near side of the bar, the value, or the far side of the bar.
 #[derive(Clone, Copy, PartialEq)]
 enum Side {
     Near,
@@ -45,12 +46,12 @@ enum Side {
 }
 
 impl History {
-    /// The last cycles; 0 of a history without a row.
+    /// Returns the last cycles; 0 without a row.
     pub fn end(&self) -> f64 {
         self.cycles.last().copied().unwrap_or(0.0)
     }
 
-    /// A level that was passed before the history begins.
+    /// Returns the crossing of a level that was passed before the history begins.
     pub fn passed_before(&self) -> Crossing {
         let begin = self.cycles.first().copied();
         Crossing {
@@ -62,7 +63,8 @@ impl History {
         }
     }
 
-    /// When the history passes a level for the first time, from the side on which it begins; `None` of a level at which it begins, and of a history without rows.
+    /// Returns the first crossing of a level, from the side on which the history begins. Returns `None` if
+    /// the history begins at the level or has no rows.
     pub fn crossing(&self, level: f64) -> Option<Crossing> {
         let (first, last) = (*self.values.first()?, *self.values.last()?);
         let change = level - first;
@@ -72,16 +74,16 @@ impl History {
         let slopes = slopes(&self.cycles, &self.values);
         let sign = change.signum();
         let goal = change.abs();
-        // What is ahead of the level is positive.
+        // Positive once the level is passed.
         let ahead = |row: usize, part: f64, side: Side| {
             let (value, bar) = self.at(&slopes, row, part);
-            let gone = sign * (value - first);
-            let gone = match side {
-                Side::Near => gone + bar,
-                Side::Middle => gone,
-                Side::Far => gone - bar,
+            let progress = sign * (value - first);
+            let progress = match side {
+                Side::Near => progress + bar,
+                Side::Middle => progress,
+                Side::Far => progress - bar,
             };
-            gone - goal
+            progress - goal
         };
         let after = |begin: f64, reached: &dyn Fn(usize, f64) -> bool| self.first(begin, reached);
         let reached = |side: Side| after(0.0, &|row, part| ahead(row, part, side) >= 0.0);
@@ -101,13 +103,13 @@ impl History {
         })
     }
 
-    /// Value and bar at a part of the way from a row to the next.
+    /// Returns value and bar at a fraction of the way from a row to the next.
     fn at(&self, slopes: &[f64], row: usize, part: f64) -> (f64, f64) {
         let length = self.cycles[row + 1] - self.cycles[row];
         let [a, b] = [self.values[row], self.values[row + 1]];
         let line = a + (b - a) * part;
         let rest = 1.0 - part;
-        // Hermite's cubic as what it adds to the line.
+        // Difference between Hermite's cubic and the line.
         let [from, to] = [slopes[row], slopes[row + 1]].map(|slope| slope * length - (b - a));
         let bent = part * rest * (from * rest - to * part);
         let bar = self.bars[row] + (self.bars[row + 1] - self.bars[row]) * part;
@@ -125,7 +127,8 @@ impl History {
         self.at(slopes, row, part).1
     }
 
-    /// The first cycles from `begin` on at which a condition, of a row and a part of the way to the next, holds.
+    /// Returns the first cycles from `begin` on at which a condition holds. The arguments of the condition
+    /// are a row and a fraction of the way to the next row.
     fn first(&self, begin: f64, holds: &dyn Fn(usize, f64) -> bool) -> Option<f64> {
         for (row, pair) in self.cycles.windows(2).enumerate() {
             let length = pair[1] - pair[0];
@@ -151,7 +154,8 @@ impl History {
     }
 }
 
-/// Slopes of the monotone cubic through the rows: the harmonic mean of both neighbouring slopes, weighted by the lengths, and 0 where they differ in sign.
+/// Returns the slopes of the monotone cubic through the rows: the harmonic mean of both neighbouring slopes,
+/// weighted by the lengths, and 0 where their signs differ.
 fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let lengths: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let pairs = y.windows(2).zip(&lengths);
@@ -170,10 +174,10 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
         if a * b <= 0.0 {
             return 0.0;
         }
-        let (of_a, of_b) = (2.0 * r + l, r + 2.0 * l);
-        (of_a + of_b) / (of_a / a + of_b / b)
+        let (weight_a, weight_b) = (2.0 * r + l, r + 2.0 * l);
+        (weight_a + weight_b) / (weight_a / a + weight_b / b)
     };
-    // One-sided of second order, kept within what leaves the cubic monotone.
+    // One-sided slope of second order, bounded so that the cubic stays monotone.
     let end = |[near, far]: [usize; 2]| {
         let ([a, b], [l, r]) = ([secants[near], secants[far]], [lengths[near], lengths[far]]);
         let slope = ((2.0 * l + r) * a - l * b) / (l + r);

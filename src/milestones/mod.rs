@@ -1,4 +1,5 @@
-//! Milestones of a joint: after how many cycles it has lost a part of its preload, say, by the error bars of its run.
+//! Milestones of a joint, with the error bars of its run: for example the number of cycles after which it has
+//! lost a part of its preload.
 
 mod crossing;
 mod target;
@@ -10,31 +11,31 @@ use crate::store::{RunReader, StoreError};
 use crate::tables::typed::{Summary, WornResponse};
 use crate::tables::{TableError, TypedTable};
 
-/// The states of a run that milestones follow from, pruned ones too.
+/// States of a run from which milestones follow, including pruned states.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct States {
     rows: Vec<(Summary, Option<WornResponse>)>,
-    /// True where the first of them is worn: what came before was of another scene.
+    /// Whether the first state is already worn, because the states before it belong to another scene.
     pub begins_worn: bool,
 }
 
-/// The resonance of a worn state in a history.
+/// Resonance column of a worn state in a history.
 const WORN_RESONANCE: &str = "worn_response_resonance_frequency";
 
-/// Why a run has no history of a figure.
+/// Reason why a run has no history of a figure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missing {
     /// The run has no figure of that kind.
     Figure,
-    /// The load of the scene stays.
+    /// The load of the scene is constant.
     LoadStays,
 }
 
 impl States {
-    /// Reads them.
+    /// Reads the states of a run.
     ///
     /// # Errors
-    /// Those of reading the run.
+    /// Errors of reading the run.
     pub fn of(reader: &RunReader) -> Result<States, StoreError> {
         let history = reader.history()?;
         let wrong = |source: TableError| StoreError::Table {
@@ -61,12 +62,12 @@ impl States {
         })
     }
 
-    /// True before the first state.
+    /// Returns true if there is no state.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Columns of a history that [`States::add`] asks for.
+    /// Columns of a history that [`States::add`] reads.
     pub const COLUMNS: [&str; 17] = [
         "cycles",
         "updated",
@@ -87,7 +88,7 @@ impl States {
         "error_wear_volume",
     ];
 
-    /// Adds the next state, of which `number` says the values of columns, a flag as 0 or 1.
+    /// Appends a state. `number` returns the values of the columns, a flag as 0 or 1.
     pub fn add(&mut self, number: impl Fn(&str) -> Option<f64>) {
         let summary = Summary {
             cycles: number("cycles").map(|cycles| cycles as i64),
@@ -115,29 +116,31 @@ impl States {
         self.rows.push((summary, worn));
     }
 
-    /// Cycles behind the last state.
+    /// Returns the number of cycles after the last state.
     pub fn cycles(&self) -> Option<u64> {
         Some(self.rows.last()?.0.cycles?.unsigned_abs())
     }
 
-    /// The history of a figure.
+    /// Returns the history of a figure.
     ///
     /// # Errors
-    /// That the run has none.
+    /// [`Missing`] if the run has no history of the figure.
     pub fn history(&self, figure: Figure) -> Result<History, Missing> {
         let mut history = History {
             bend: figure.bend(),
             ..History::default()
         };
-        // The worn volume at the last row, by which the bar of a resonance follows that is found beside the one that drives the wear.
+        // Worn volume at the last row with a resonance. It gives the bar of a resonance that is computed
+        // apart from the one that drives the wear.
         let mut worn_before = 0.0;
         for (summary, worn) in &self.rows {
-            let found = match figure {
+            let value_and_bar = match figure {
                 Figure::Resonance => resonance(summary, worn.as_ref(), &history, worn_before),
-                _ => of_contact(summary, figure),
+                _ => contact_figure(summary, figure),
             };
-            let found = found.filter(|found| found.iter().all(|value| value.is_finite()));
-            let Some(([value, bar], cycles)) = found.zip(summary.cycles) else {
+            let value_and_bar = value_and_bar
+                .filter(|value_and_bar| value_and_bar.iter().all(|value| value.is_finite()));
+            let Some(([value, bar], cycles)) = value_and_bar.zip(summary.cycles) else {
                 continue;
             };
             history.cycles.push(cycles as f64);
@@ -156,10 +159,10 @@ impl States {
     }
 }
 
-/// A figure of the contact and its bar.
-fn of_contact(summary: &Summary, figure: Figure) -> Option<[f64; 2]> {
+/// Returns a figure of the contact and its bar.
+fn contact_figure(summary: &Summary, figure: Figure) -> Option<[f64; 2]> {
     let (value, bar) = match figure {
-        // Of a load that stays there is no bar.
+        // A constant load has no bar.
         Figure::Preload => (summary.normal_load, Some(summary.error_normal_load?)),
         Figure::Kn => (summary.kn, summary.error_kn),
         Figure::Kt => (summary.kt, summary.error_kt),
@@ -172,8 +175,9 @@ fn of_contact(summary: &Summary, figure: Figure) -> Option<[f64; 2]> {
     Some([value, bar.unwrap_or(0.0) * value.abs()])
 }
 
-/// The resonance of a state and the bar of its change, where it is found anew: at updates, and where the worn joint's own is looked for. What is held
-/// from one update to the next is no resonance of a worn state.
+/// Returns the resonance of a state and the bar of its change, if the state has a newly computed resonance:
+/// at updates, and where the worn joint's own resonance is computed. A resonance kept from one update to the
+/// next does not belong to a worn state.
 fn resonance(
     summary: &Summary,
     worn: Option<&WornResponse>,
@@ -185,7 +189,7 @@ fn resonance(
         return Some([summary.resonance_frequency?, bar]);
     }
     let frequency = worn?.resonance_frequency?;
-    // It changes with the volume as it has since the last one that was found.
+    // The resonance is assumed to change in proportion to the volume worn since the last computed resonance.
     let volume = summary.wear_volume?;
     let part = summary.error_wear_volume.unwrap_or(0.0) * volume / (volume - worn_before);
     let change = frequency - history.values.last().copied().unwrap_or(frequency);

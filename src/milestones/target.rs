@@ -1,8 +1,8 @@
-//! What a milestone is, and how a person writes it.
+//! Milestones and their text form.
 
 use crate::units::{self, Dimension, UnitError};
 
-/// A figure that has milestones.
+/// Figure that has milestones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Figure {
     Preload,
@@ -14,42 +14,42 @@ pub enum Figure {
     Volume,
 }
 
-/// Where a figure is to come to.
+/// Target of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// A value, in its SI unit.
+    /// Value, in its SI unit.
     Value(f64),
-    /// A change since the unworn state, in its SI unit.
+    /// Change since the unworn state, in its SI unit.
     Change(f64),
-    /// A part of what it was unworn.
+    /// Fraction of the unworn value.
     Part(f64),
-    /// A change since the unworn state, in parts of what it was.
+    /// Change since the unworn state, as a fraction of the unworn value.
     PartChange(f64),
 }
 
 impl Target {
-    /// True of what is counted from the unworn state.
+    /// Returns true if the target is relative to the unworn state.
     pub fn is_of_unworn(self) -> bool {
         !matches!(self, Target::Value(_))
     }
 }
 
-/// A figure, and where it is to come to.
+/// Figure and its target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Milestone {
     pub figure: Figure,
     pub target: Target,
-    /// As it was written.
+    /// Text as the user wrote it.
     pub text: String,
 }
 
-/// What is wrong with a milestone.
+/// Errors of a milestone's text.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MilestoneError {
     #[error("{0}; write {1}")]
     Unit(UnitError, &'static str),
     #[error(
-        "an unworn joint has no {figure}, of which \"{text}\" could be a part; write {example}"
+        "the {figure} of an unworn joint is zero, so that \"{text}\" is not defined; write {example}"
     )]
     OfNothing {
         figure: &'static str,
@@ -63,7 +63,7 @@ pub enum MilestoneError {
 }
 
 impl Figure {
-    /// Its name, as a person reads it.
+    /// Returns the name for users.
     pub fn name(self) -> &'static str {
         match self {
             Figure::Preload => "preload",
@@ -76,7 +76,7 @@ impl Figure {
         }
     }
 
-    /// Its column of `summary`.
+    /// Returns the column in `summary`.
     pub fn column(self) -> &'static str {
         match self {
             Figure::Preload => "normal_load",
@@ -89,8 +89,9 @@ impl Figure {
         }
     }
 
-    /// How far it is off a cubic between the first two states at most, in parts of its change. Measured on drawn joints: stiffness rises by what single
-    /// cells add, and fast at first; a volume hardly bends.
+    /// Returns the largest deviation from a cubic between the first two states, as a fraction of the change.
+    /// Measured on random joints: the stiffness rises in steps of single cells, and fast at first; a volume
+    /// hardly bends.
     pub(super) fn bend(self) -> f64 {
         match self {
             Figure::Resonance | Figure::Kn | Figure::Kt => 0.15,
@@ -119,14 +120,15 @@ impl Figure {
         }
     }
 
-    /// True of what an unworn joint has none of.
+    /// Returns true if an unworn joint has a zero value of this figure.
     fn is_of_wear(self) -> bool {
         matches!(self, Figure::Depth | Figure::Depth99 | Figure::Volume)
     }
 }
 
 impl Milestone {
-    /// From what a person writes for a figure: a value (`27kN`), a part of the unworn one (`90%`), or with a sign what it changes by (`+1Hz`, `-5%`).
+    /// Parses the text for a figure: a value (`27kN`), a fraction of the unworn value (`90%`), or with a sign
+    /// a change (`+1Hz`, `-5%`).
     ///
     /// # Errors
     /// [`MilestoneError`]
@@ -177,14 +179,15 @@ impl Milestone {
         }
     }
 
-    /// The same of a stiffness, whose text begins with `kn` or `kt`.
+    /// Parses a milestone of a stiffness, whose text begins with `kn` or `kt`.
     ///
     /// # Errors
     /// [`MilestoneError`]
     pub fn parse_stiffness(text: &str) -> Result<Milestone, MilestoneError> {
         let written = text.trim();
-        let of = |name: &str, figure| Some((figure, written.strip_prefix(name)?));
-        let Some((figure, rest)) = of("kn", Figure::Kn).or_else(|| of("kt", Figure::Kt)) else {
+        let named = |name: &str, figure| Some((figure, written.strip_prefix(name)?));
+        let Some((figure, rest)) = named("kn", Figure::Kn).or_else(|| named("kt", Figure::Kt))
+        else {
             return Err(MilestoneError::NoStiffness {
                 text: written.to_owned(),
                 example: Figure::Kn.example(),
@@ -193,7 +196,7 @@ impl Milestone {
         Milestone::parse(figure, rest.trim_start_matches([' ', '=']))
     }
 
-    /// The level that the figure is to come to, having been `unworn`, in its SI unit.
+    /// Returns the level of the figure at the milestone, in its SI unit. `unworn` is its unworn value.
     pub fn level(&self, unworn: f64) -> f64 {
         match self.target {
             Target::Value(value) => value,
@@ -203,7 +206,7 @@ impl Milestone {
         }
     }
 
-    /// The milestone in words, without its cycles.
+    /// Describes the milestone without its cycles.
     pub fn words(&self) -> String {
         format!("{} {}", self.figure.name(), self.text)
     }

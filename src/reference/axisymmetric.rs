@@ -1,22 +1,25 @@
-//! A paraboloid whose pressure cannot exceed a cap: an axisymmetric solution, dense and independent of the grid solvers.
+//! Paraboloid with capped pressure: an axisymmetric solution, dense and independent of the grid solvers.
 //!
-//! With 0 ≤ p ≤ p_max [A eq. 4.3] a plateau p = p_max of radius b lies inside the contact circle of radius a. The mixed
-//! problem in b < r < a has no closed form. Here pressure is constant on concentric rings, each the difference of two uniformly
-//! loaded discs, whose surface displacement is exact in complete elliptic integrals (Johnson, Contact Mechanics, eq. 3.29);
-//! the bounds are met by a primal-dual active set with a dense factorisation.
+//! With 0 ≤ p ≤ p_max [A eq. 4.3] a plateau p = p_max of radius b lies inside the contact circle of radius a.
+//! The mixed problem in b < r < a has no closed form. This solution uses constant pressure on concentric
+//! rings. Each ring is the difference of two uniformly loaded discs, whose surface displacement is exact in
+//! complete elliptic integrals (Johnson, Contact Mechanics, eq. 3.29). A primal-dual active set with a dense
+//! factorisation satisfies the bounds.
 
 use std::f64::consts::PI;
 
 use super::elliptic;
 use crate::contact::ContactError;
 
-/// Steps that change every violating ring at once; about ten suffice, unless the steps cycle under a wide plateau.
+/// Number of steps that change every violating ring at once. About ten suffice, unless the steps cycle under
+/// a wide plateau.
 const BLOCK_STEPS: usize = 25;
 
-/// Steps in all. The later ones change one ring each, by the least index, which cannot cycle (Murty's rule).
+/// Largest number of steps. The steps after the block steps change one ring each, the one with the smallest
+/// index, and cannot cycle (Murty's rule).
 const MAX_STEPS: usize = 2000;
 
-/// A paraboloid on a flat whose pressure is limited to `cap`.
+/// Paraboloid on a flat, with pressure limited to `cap`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CappedHertz {
     /// Radius of curvature R at the apex \[m\].
@@ -25,27 +28,28 @@ pub struct CappedHertz {
     pub load: f64,
     /// Effective modulus E* \[Pa\].
     pub effective_modulus: f64,
-    /// Largest pressure \[Pa\]; `f64::INFINITY` for none.
+    /// Largest pressure \[Pa\]; `f64::INFINITY` for no limit.
     pub cap: f64,
 }
 
-/// The solution on rings of equal width.
+/// Solution on rings of equal width.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RingSolution {
     /// Width of a ring \[m\]; ring i covers i·width to (i + 1)·width.
     pub width: f64,
     /// Pressure on each ring \[Pa\].
     pub pressure: Vec<f64>,
-    /// Radius a of the contact \[m\], located within a ring by the square root with which pressure falls to 0.
+    /// Radius a of the contact \[m\]. The square root with which the pressure falls to 0 locates it within a
+    /// ring.
     pub contact_radius: f64,
-    /// Radius b of the plateau at the cap \[m\], located likewise; 0 without one.
+    /// Radius b of the plateau at the cap \[m\], located in the same way; 0 without a plateau.
     pub plateau_radius: f64,
     /// Approach from the first touch of the apex \[m\].
     pub approach: f64,
 }
 
 impl RingSolution {
-    /// ∫p dA \[N\].
+    /// Returns ∫p dA \[N\].
     pub fn load(&self) -> f64 {
         self.pressure
             .iter()
@@ -54,7 +58,7 @@ impl RingSolution {
             .sum()
     }
 
-    /// Pressure at distance `r` from the axis \[Pa\]: linear between the middles of the rings.
+    /// Returns the pressure at distance `r` from the axis \[Pa\], linear between the middles of the rings.
     pub fn pressure_at(&self, r: f64) -> f64 {
         let position = (r / self.width - 0.5).max(0.0);
         let below = position as usize;
@@ -71,10 +75,11 @@ enum State {
 }
 
 impl CappedHertz {
-    /// Solve with `rings` rings over a disc somewhat larger than the contact.
+    /// Solves with `rings` rings over a disc somewhat larger than the contact.
     ///
     /// # Errors
-    /// [`ContactError::NotConverged`] if the active set does not settle; its error is the share of rings that still change.
+    /// [`ContactError::NotConverged`] if the active set keeps changing. Its error is the fraction of rings
+    /// that still change.
     pub fn solve(&self, rings: usize) -> Result<RingSolution, ContactError> {
         let elastic = super::Hertz {
             radius: self.radius,
@@ -92,7 +97,7 @@ impl CappedHertz {
         }
     }
 
-    /// Solve on the disc of radius `extent`; false beside the solution when the contact fills the disc.
+    /// Solves on the disc of radius `extent`. The flag is false if the contact fills the disc.
     fn solve_within(
         &self,
         extent: f64,
@@ -118,7 +123,7 @@ impl CappedHertz {
                     0.0
                 };
             }
-            // Unknowns: the free pressures and the approach. Rows: no gap on the free rings, then the load.
+            // Unknowns: the free pressures and the approach. Rows: zero gap on the free rings, then the load.
             let n = free.len() + 1;
             let mut matrix = vec![0.0; n * n];
             let mut rhs = vec![0.0; n];
@@ -199,9 +204,11 @@ impl CappedHertz {
     }
 }
 
-/// Where a quantity that vanishes like a square root reaches 0, from its values at rings counted from that edge.
+/// Returns the radius where a quantity that vanishes like a square root reaches 0, from its values at rings
+/// counted from that edge.
 ///
-/// The square is linear in r² near the edge; the two rings next to the edge are left out, since the edge cuts through one.
+/// The square is linear in r² near the edge. The two rings next to the edge are skipped, because the edge
+/// cuts one of them.
 fn edge(values: &[(f64, f64)]) -> Option<f64> {
     let (near, far) = (values.get(2)?, values.get(6)?);
     let (near_square, far_square) = (near.1 * near.1, far.1 * far.1);
@@ -217,7 +224,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Displacement at the middle of ring i under unit pressure on ring j \[m/Pa\], row-major.
+/// Returns the displacement at the middle of ring i under unit pressure on ring j \[m/Pa\], row-major.
 fn ring_kernel(rings: usize, width: f64, effective_modulus: f64) -> Vec<f64> {
     let mut kernel = Vec::with_capacity(rings * rings);
     for i in 0..rings {
@@ -232,7 +239,8 @@ fn ring_kernel(rings: usize, width: f64, effective_modulus: f64) -> Vec<f64> {
     kernel
 }
 
-/// Displacement at distance `r` under unit pressure on a disc of radius `disc` \[m/Pa\] (Johnson eq. 3.29).
+/// Returns the displacement at distance `r` under unit pressure on a disc of radius `disc` \[m/Pa\] (Johnson
+/// eq. 3.29).
 fn disc_displacement(disc: f64, r: f64, effective_modulus: f64) -> f64 {
     let scale = 4.0 / (PI * effective_modulus);
     if r < disc {
@@ -244,7 +252,7 @@ fn disc_displacement(disc: f64, r: f64, effective_modulus: f64) -> f64 {
     }
 }
 
-/// Gaussian elimination with partial pivoting; the solution replaces `rhs`.
+/// Solves by Gaussian elimination with partial pivoting. The solution replaces `rhs`.
 fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) {
     let n = rhs.len();
     for column in 0..n {
@@ -272,10 +280,10 @@ fn solve_dense(matrix: &mut [f64], rhs: &mut [f64]) {
         }
     }
     for line in (0..n).rev() {
-        let known = dot(
+        let eliminated = dot(
             &matrix[line * n + line + 1..(line + 1) * n],
             &rhs[line + 1..],
         );
-        rhs[line] = (rhs[line] - known) / matrix[line * n + line];
+        rhs[line] = (rhs[line] - eliminated) / matrix[line * n + line];
     }
 }

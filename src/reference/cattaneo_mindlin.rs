@@ -1,19 +1,20 @@
-//! Cattaneo's and Mindlin's sphere under an oscillating tangential force.
+//! Cattaneo–Mindlin solution: a sphere under an oscillating tangential force.
 
 use std::f64::consts::PI;
 
 use super::{Hertz, elastic};
 use crate::contact::Pair;
 
-/// A Hertz contact under constant normal load, then a tangential force along x below or up to µN.
+/// Hertz contact under constant normal load, with a tangential force along x up to µN.
 ///
-/// Source: Johnson, Contact Mechanics, §7.2 and §7.4. Shear traction, force and displacement are positive along +x; the
-/// displacement is that of the body that is pushed relative to the other, and slip is that displacement minus the elastic one.
+/// Source: Johnson, Contact Mechanics, §7.2 and §7.4. Shear traction, force and displacement are positive
+/// along +x. The displacement is that of the pushed body relative to the other. Slip is this displacement
+/// minus the elastic one.
 ///
-/// The solution is exact when the transverse traction is absent: the superposition of two elliptical tractions displaces the
-/// stick circle uniformly along x, for any ν, but in the slip annulus it also displaces points along y, by about ν/(4 − 2ν)
-/// of the slip, and traction opposes the x part of slip only. A law that aligns traction with the slip vector
-/// therefore departs from this solution unless ν = 0.
+/// The solution is exact if the transverse traction is neglected. The superposition of two elliptical
+/// tractions displaces the stick circle uniformly along x, for any ν. In the slip annulus it also displaces
+/// points along y, by about ν/(4 − 2ν) of the slip, and the traction only opposes the x component of slip. A
+/// law that aligns traction with the slip vector therefore deviates from this solution unless ν = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CattaneoMindlin {
     /// Radius of curvature of the sphere \[m\].
@@ -22,12 +23,12 @@ pub struct CattaneoMindlin {
     pub load: f64,
     /// Friction coefficient µ.
     pub friction_coefficient: f64,
-    /// The two bodies.
+    /// Both bodies.
     pub pair: Pair,
 }
 
 impl CattaneoMindlin {
-    /// The normal contact.
+    /// Returns the normal contact.
     pub fn hertz(&self) -> Hertz {
         Hertz {
             radius: self.radius,
@@ -36,40 +37,44 @@ impl CattaneoMindlin {
         }
     }
 
-    /// Force at which the whole contact slides, µN \[N\].
+    /// Returns the force at which the whole contact slides, µN \[N\].
     pub fn sliding_force(&self) -> f64 {
         self.friction_coefficient * self.load
     }
 
-    /// Displacement at which the whole contact slides, 3µN/16aG* \[m\].
+    /// Returns the displacement at which the whole contact slides, 3µN/16aG* \[m\].
     pub fn sliding_displacement(&self) -> f64 {
         3.0 * self.sliding_force()
             / (16.0 * self.hertz().contact_radius() * elastic::tangential_modulus(&self.pair))
     }
 
-    /// Tangential stiffness of the stuck contact kt = 8G*a \[N/m\].
+    /// Returns the tangential stiffness in full stick, kt = 8G*a \[N/m\].
     pub fn tangential_stiffness(&self) -> f64 {
         8.0 * elastic::tangential_modulus(&self.pair) * self.hertz().contact_radius()
     }
 
-    /// Radius of the stick circle c = a(1 − T/µN)^{1/3} on first loading; 0 in full sliding \[m\].
+    /// Returns the radius of the stick circle on first loading, c = a(1 − T/µN)^{1/3} \[m\]; 0 in full
+    /// sliding.
     pub fn stick_radius(&self, force: f64) -> f64 {
         self.hertz().contact_radius() * (1.0 - force / self.sliding_force()).max(0.0).cbrt()
     }
 
-    /// Displacement under `force` in \[0, µN\] on first loading \[m\]: δ = δₛ(1 − (1 − T/µN)^{2/3}) (Johnson eq. 7.42).
+    /// Returns the displacement under `force` in \[0, µN\] on first loading \[m\]: δ = δₛ(1 − (1 −
+    /// T/µN)^{2/3}) (Johnson eq. 7.42).
     pub fn displacement(&self, force: f64) -> f64 {
         let remaining = (1.0 - force / self.sliding_force()).max(0.0).cbrt();
         self.sliding_displacement() * (1.0 - remaining * remaining)
     }
 
-    /// Force under a displacement ≥ 0 on first loading \[N\]: the inverse of [`Self::displacement`], and µN beyond δₛ.
+    /// Returns the force under a displacement ≥ 0 on first loading \[N\]: the inverse of
+    /// [`Self::displacement`], and µN beyond δₛ.
     pub fn force(&self, displacement: f64) -> f64 {
         let remaining = (1.0 - displacement / self.sliding_displacement()).max(0.0);
         self.sliding_force() * (1.0 - remaining.powf(1.5))
     }
 
-    /// Shear traction along x at distance `r` under `force` on first loading \[Pa\]: µp(r) less µp of the stick circle.
+    /// Returns the shear traction along x at distance `r` under `force` on first loading \[Pa\]: µp(r) minus
+    /// µp of the stick circle.
     pub fn traction(&self, force: f64, r: f64) -> f64 {
         let hertz = self.hertz();
         let stick = self.stick_radius(force);
@@ -82,8 +87,9 @@ impl CattaneoMindlin {
         self.friction_coefficient * (hertz.pressure(r) - within)
     }
 
-    /// Slip along x of the point (x, y) under `force` on first loading \[m\]: 0 within the stick circle, positive in the annulus,
-    /// and outside the contact the relative motion of the two free surfaces.
+    /// Returns the slip along x of the point (x, y) under `force` on first loading \[m\]. It is 0 within the
+    /// stick circle and positive in the annulus. Outside the contact it is the relative motion of the two
+    /// free surfaces.
     ///
     /// Elliptical tractions displace the surface by Johnson's eq. 3.91, here summed over both bodies.
     pub fn slip(&self, force: f64, x: f64, y: f64) -> f64 {
@@ -100,7 +106,8 @@ impl CattaneoMindlin {
         self.displacement(force) - elastic
     }
 
-    /// Displacement along x of (x, y), both bodies together, under the traction `peak`·√(1 − r²/`radius`²) along x \[m\].
+    /// Returns the displacement of (x, y) along x, summed over both bodies, under the traction `peak`·√(1 −
+    /// r²/`radius`²) along x \[m\].
     pub fn elliptical_displacement(&self, peak: f64, radius: f64, x: f64, y: f64) -> f64 {
         let r_squared = x * x + y * y;
         let r = r_squared.sqrt();
@@ -123,15 +130,17 @@ impl CattaneoMindlin {
         }
     }
 
-    /// Force on the closed loop between ±`amplitude` of displacement, on the branch that returns from +`amplitude` \[N\].
+    /// Returns the force on the closed loop between displacements ±`amplitude`, on the branch that returns
+    /// from +`amplitude` \[N\].
     ///
-    /// Masing's rule (Johnson §7.4): the branch is the first loading, doubled in both directions, from the turning point.
+    /// Masing's rule (Johnson §7.4): the branch is the first loading from the turning point, doubled in both
+    /// directions.
     pub fn unloading_force(&self, amplitude: f64, displacement: f64) -> f64 {
         self.force(amplitude) - 2.0 * self.force(0.5 * (amplitude - displacement))
     }
 
-    /// Energy dissipated in a cycle between ±`force`, at most ±µN \[J\]: the area of Masing's loop,
-    /// (9µ²N²/10aG*)·{1 − (1 − x)^{5/3} − (5x/6)(1 + (1 − x)^{2/3})}, x = T/µN (Johnson §7.4).
+    /// Returns the energy dissipated per cycle between ±`force`, at most ±µN \[J\]. It is the area of
+    /// Masing's loop, (9µ²N²/10aG*)·{1 − (1 − x)^{5/3} − (5x/6)(1 + (1 − x)^{2/3})}, x = T/µN (Johnson §7.4).
     pub fn energy_per_cycle_at_force(&self, force: f64) -> f64 {
         let sliding = self.sliding_force();
         let x = (force / sliding).min(1.0);
@@ -143,14 +152,16 @@ impl CattaneoMindlin {
             * bracket
     }
 
-    /// Energy dissipated in a cycle between ±`amplitude` of displacement \[J\]: beyond δₛ, 4µN(amplitude − δₛ) more.
+    /// Returns the energy dissipated per cycle between displacements ±`amplitude` \[J\]. Beyond δₛ it grows
+    /// by 4µN(amplitude − δₛ).
     pub fn energy_per_cycle(&self, amplitude: f64) -> f64 {
         let gross = (amplitude - self.sliding_displacement()).max(0.0);
         self.energy_per_cycle_at_force(self.force(amplitude)) + 4.0 * self.sliding_force() * gross
     }
 
-    /// Energy dissipated in a cycle between ±`force` per unit of area at (x, y) \[J/m²\]: 4µp times the slip of first loading,
-    /// since each of the two strokes slips twice as far (Masing's rule holds pointwise here).
+    /// Returns the energy dissipated per cycle and area at (x, y) between ±`force` \[J/m²\]. It is 4µp times
+    /// the slip of first loading, because each of the two strokes slips twice as far (Masing's rule holds
+    /// pointwise here).
     pub fn energy_density(&self, force: f64, x: f64, y: f64) -> f64 {
         4.0 * self.friction_coefficient * self.hertz().pressure(x.hypot(y)) * self.slip(force, x, y)
     }

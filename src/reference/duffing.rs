@@ -1,6 +1,6 @@
-//! The Duffing oscillator m ü + c u̇ + k u + κ u³ = F cos ωt by one harmonic.
+//! Duffing oscillator m ü + c u̇ + k u + κ u³ = F cos ωt, approximated by one harmonic.
 
-/// Its parameters.
+/// Parameters of a Duffing oscillator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Duffing {
     /// Mass m \[kg\].
@@ -14,28 +14,30 @@ pub struct Duffing {
 }
 
 impl Duffing {
-    /// Backbone: angular frequency of the phase resonance at the amplitude `amplitude`, ω² = (k + ¾κU²)/m \[rad/s\]; one
-    /// harmonic, so correct to second order in the amplitude (Nayfeh, Mook, Nonlinear Oscillations, §2.3.1).
+    /// Returns the backbone: the angular frequency of the phase resonance at `amplitude`, ω² = (k + ¾κU²)/m
+    /// \[rad/s\]. It uses one harmonic and is correct to second order in the amplitude (Nayfeh, Mook,
+    /// Nonlinear Oscillations, §2.3.1).
     pub fn backbone(&self, amplitude: f64) -> f64 {
         ((self.stiffness + 0.75 * self.cubic * amplitude.powi(2)) / self.mass).sqrt()
     }
 
-    /// Amplitude of the force that holds `amplitude` at its phase resonance, cωU \[N\].
+    /// Returns the amplitude of the force at which `amplitude` is the phase resonance, cωU \[N\].
     pub fn resonant_force(&self, amplitude: f64) -> f64 {
         self.damping * self.backbone(amplitude) * amplitude
     }
 
-    /// Amplitude of the force that holds `amplitude` at the angular frequency `omega` \[N\].
+    /// Returns the amplitude of the force that gives the response `amplitude` at the angular frequency
+    /// `omega` \[N\].
     pub fn force(&self, amplitude: f64, omega: f64) -> f64 {
         let restoring =
             self.stiffness + 0.75 * self.cubic * amplitude.powi(2) - self.mass * omega * omega;
         amplitude * restoring.hypot(self.damping * omega)
     }
 
-    /// The two angular frequencies of response `amplitude` at the force `force`, below and above the backbone \[rad/s\]; none
-    /// if the force cannot hold it.
+    /// Returns the two angular frequencies with the response `amplitude` at the force `force`, below and
+    /// above the backbone \[rad/s\]. Returns `None` if the force cannot reach that amplitude.
     pub fn frequencies(&self, amplitude: f64, force: f64) -> Option<(f64, f64)> {
-        // A quadratic equation for ω².
+        // Quadratic equation for ω².
         let ratio = self.damping / self.mass;
         let backbone = self.backbone(amplitude).powi(2);
         let half = backbone - 0.5 * ratio * ratio;

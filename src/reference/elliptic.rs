@@ -2,15 +2,16 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Complete elliptic integrals (K, E) of the first and second kind at parameter m = k², 0 ≤ m < 1.
+/// Returns the complete elliptic integrals (K, E) of the first and second kind at the parameter m = k², 0 ≤ m
+/// < 1.
 ///
-/// By the arithmetic-geometric mean (Abramowitz and Stegun §17.6), which doubles its digits with each step: a relative error of a few
-/// units in the last place. At m = 1, K is infinite and E is 1.
+/// The arithmetic-geometric mean (Abramowitz and Stegun §17.6) doubles the correct digits with each step. The
+/// relative error is a few units in the last place. At m = 1, K is infinite and E is 1.
 pub fn complete(m: f64) -> (f64, f64) {
     if m >= 1.0 {
         return (f64::INFINITY, 1.0);
     }
-    // The difference that is summed is squared and halved at each step: below this its square vanishes next to 1.
+    // Each step squares and halves the difference c. Below this value its square vanishes next to 1.
     const CONVERGED: f64 = 1e-9;
     let (mut a, mut b, mut c) = (1.0, (1.0 - m).sqrt(), m.sqrt());
     let (mut weight, mut sum) = (0.5, 0.5 * m);

@@ -1,11 +1,12 @@
-//! One Jenkins element (a spring and a slider in series) under harmonic displacement.
+//! Jenkins element (a spring and a slider in series) under harmonic displacement.
 
 use std::f64::consts::PI;
 
 /// Spring of stiffness k in series with a slider of friction limit R, driven by u = U cos θ in steady state.
 ///
-/// The force on the branch from the maximum down is max(−R, kU cos θ − kU + R), the other branch its image; sticking
-/// throughout, it is kU cos θ. First harmonics after T. K. Caughey (J. Appl. Mech. 27, 1960, 640) for the bilinear element.
+/// The force on the branch down from the maximum is max(−R, kU cos θ − kU + R), and the other branch is its
+/// image. If the element sticks throughout, the force is kU cos θ. First harmonics: T. K. Caughey (J. Appl.
+/// Mech. 27, 1960, 640) for the bilinear element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jenkins {
     /// Spring stiffness k \[N/m\].
@@ -15,17 +16,18 @@ pub struct Jenkins {
 }
 
 impl Jenkins {
-    /// Whether it slips at the amplitude `amplitude` \[m\].
+    /// Returns true if the element slips at `amplitude` \[m\].
     pub fn slips(&self, amplitude: f64) -> bool {
         self.stiffness * amplitude > self.limit
     }
 
-    /// Energy dissipated in one cycle, 4R (U − R/k) \[J\].
+    /// Returns the energy dissipated per cycle, 4R (U − R/k) \[J\].
     pub fn dissipated_energy(&self, amplitude: f64) -> f64 {
         4.0 * self.limit * (amplitude - self.limit / self.stiffness).max(0.0)
     }
 
-    /// Phase θ* after the maximum at which slip begins, cos θ* = 1 − 2R/kU; π if it never does.
+    /// Returns the phase θ* after the maximum at which slip begins, cos θ* = 1 − 2R/kU; π if the element
+    /// never slips.
     pub fn slip_phase(&self, amplitude: f64) -> f64 {
         if self.slips(amplitude) {
             (1.0 - 2.0 * self.limit / (self.stiffness * amplitude)).acos()
@@ -34,7 +36,7 @@ impl Jenkins {
         }
     }
 
-    /// Force at the phase `theta` of the steady cycle \[N\].
+    /// Returns the force at the phase `theta` of the steady cycle \[N\].
     pub fn force(&self, amplitude: f64, theta: f64) -> f64 {
         let peak = self.stiffness * amplitude;
         if !self.slips(amplitude) {
@@ -50,9 +52,10 @@ impl Jenkins {
         }
     }
 
-    /// Half-range coefficients (cosine, sine) of harmonic `order` of the force \[N\]; zero for even orders.
+    /// Returns the half-range coefficients (cosine, sine) of the force's harmonic `order` \[N\]; zero for
+    /// even orders.
     ///
-    /// The sine of the first one is −E_d/πU: the force leads the displacement.
+    /// The sine of the first harmonic is −E_d/πU: the force leads the displacement.
     pub fn coefficients(&self, amplitude: f64, order: u32) -> (f64, f64) {
         let peak = self.stiffness * amplitude;
         if order.is_multiple_of(2) {
@@ -62,7 +65,7 @@ impl Jenkins {
             return (if order == 1 { peak } else { 0.0 }, 0.0);
         }
         let (r, t, k) = (self.limit, self.slip_phase(amplitude), f64::from(order));
-        // 2/π times the integral over the half cycle: stick in 0…t, slip at −R in t…π.
+        // 2/π times the integral over half a cycle: stick in 0…t, slip at −R in t…π.
         let (cosine_product, sine_product) = if order == 1 {
             (0.5 * t + 0.25 * (2.0 * t).sin(), 0.5 * t.sin().powi(2))
         } else {

@@ -1,9 +1,9 @@
-//! Closed forms and independent oracles that the solvers are held to.
+//! Closed forms and independent reference solutions that verify the solvers.
 //!
-//! Nothing here shares code with the solvers: the elastic constants of the pair are reduced anew, and the only discrete
-//! solution ([`axisymmetric`]) has a dense matrix of elliptic integrals for a kernel. Lengths are in metres, pressures in
-//! pascals, compression positive. Inputs are taken to be positive and finite; every function states what lies outside its
-//! range of validity.
+//! No code here is shared with the solvers. The elastic constants of the pair are computed anew. The only
+//! discrete solution ([`axisymmetric`]) uses a dense matrix of elliptic integrals as its kernel. Lengths are
+//! in metres, pressures in pascals, compression positive. Inputs are assumed positive and finite. Every
+//! function states its range of validity.
 
 pub mod axisymmetric;
 pub mod cattaneo_mindlin;

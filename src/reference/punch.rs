@@ -1,42 +1,45 @@
-//! The flat rigid circular punch.
+//! Flat rigid circular punch.
 
 use std::f64::consts::PI;
 
 use super::elastic;
 use crate::contact::Pair;
 
-/// A flat circular region of radius a that moves as one: pressed, or sheared without slip.
+/// Flat circular region of radius a that moves as a rigid body: pressed, or sheared without slip.
 ///
-/// Source: Johnson, Contact Mechanics, eq. 3.34–3.36 (normal) and 7.43 (tangential). The shear solution is exact with Poisson's
-/// ratio: an inverse-square-root traction along x moves the circle uniformly along x and not at all along y.
+/// Source: Johnson, Contact Mechanics, eq. 3.34–3.36 (normal) and 7.43 (tangential). The shear solution is
+/// exact for any Poisson's ratio: an inverse-square-root traction along x moves the circle uniformly along x,
+/// and not along y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CircularPunch {
     /// Radius a \[m\].
     pub radius: f64,
-    /// The two bodies.
+    /// Both bodies.
     pub pair: Pair,
 }
 
 impl CircularPunch {
-    /// Normal stiffness kn = 2E*a \[N/m\].
+    /// Returns the normal stiffness kn = 2E*a \[N/m\].
     pub fn normal_stiffness(&self) -> f64 {
         2.0 * elastic::effective_modulus(&self.pair) * self.radius
     }
 
-    /// Tangential stiffness kt = 8G*a \[N/m\].
+    /// Returns the tangential stiffness kt = 8G*a \[N/m\].
     pub fn tangential_stiffness(&self) -> f64 {
         8.0 * elastic::tangential_modulus(&self.pair) * self.radius
     }
 
-    /// Stiffness against a twist about the axis, Mz/θ = (16/3) G a³ with 1/G = Σ 1/G_i \[N·m\] (Reissner and Sagoci 1944; Johnson,
-    /// Contact Mechanics, §3.9): the traction is circumferential and free of divergence, so that Poisson's ratio has no part in it.
+    /// Returns the torsional stiffness about the axis, Mz/θ = (16/3) G a³ with 1/G = Σ 1/G_i \[N·m\]
+    /// (Reissner and Sagoci 1944; Johnson, Contact Mechanics, §3.9). The traction is circumferential and free
+    /// of divergence, so that it does not depend on Poisson's ratio.
     pub fn torsional_stiffness(&self) -> f64 {
         let compliance =
             1.0 / self.pair.lower.shear_modulus() + 1.0 / self.pair.upper.shear_modulus();
         16.0 / 3.0 * self.radius.powi(3) / compliance
     }
 
-    /// Traction at `r` < a under a total force: F / (2πa²√(1 − r²/a²)) \[Pa\]; zero outside, unbounded at the rim.
+    /// Returns the traction at `r` < a under a total force, F / (2πa²√(1 − r²/a²)) \[Pa\]; zero outside,
+    /// unbounded at the rim.
     pub fn traction(&self, force: f64, r: f64) -> f64 {
         let ratio = r / self.radius;
         if ratio < 1.0 {

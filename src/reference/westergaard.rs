@@ -2,11 +2,12 @@
 
 use std::f64::consts::PI;
 
-/// A surface wavy along x and constant along y, undeformed gap Δ(1 − cos(2πx/λ)), under a mean pressure.
+/// Surface with waves along x and constant along y, with the undeformed gap Δ(1 − cos(2πx/λ)), under a mean
+/// pressure.
 ///
-/// Δ is the amplitude: peak to valley is 2Δ, and the crest that touches first lies at x = 0. Source: Johnson, Contact Mechanics,
-/// §13.2. The gap follows by integrating the slope (4p*/E*) cos ψ √(sin²ψ − sin²ψₐ), ψ = πx/λ, from the edge
-/// of contact; the mean gap by integrating that over the wave.
+/// Δ is the amplitude: peak to valley is 2Δ, and the crest that touches first is at x = 0. Source: Johnson,
+/// Contact Mechanics, §13.2. The gap is the integral of the slope (4p*/E*) cos ψ √(sin²ψ − sin²ψₐ), ψ = πx/λ,
+/// from the edge of contact. The mean gap is the integral of the gap over the wave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Westergaard {
     /// Wavelength λ \[m\].
@@ -20,27 +21,27 @@ pub struct Westergaard {
 }
 
 impl Westergaard {
-    /// Mean pressure p* = πE*Δ/λ at which the surfaces touch everywhere \[Pa\].
+    /// Returns the mean pressure p* = πE*Δ/λ at which the surfaces touch everywhere \[Pa\].
     pub fn full_contact_pressure(&self) -> f64 {
         PI * self.effective_modulus * self.amplitude / self.wavelength
     }
 
-    /// p̄/p*, cut at 1.
+    /// Returns p̄/p*, at most 1.
     fn loading(&self) -> f64 {
         (self.mean_pressure / self.full_contact_pressure()).min(1.0)
     }
 
-    /// Half width of a contact strip a = (λ/π) asin √(p̄/p*); λ/2 in full contact \[m\].
+    /// Returns the half width of a contact strip, a = (λ/π) asin √(p̄/p*) \[m\]; λ/2 in full contact.
     pub fn half_width(&self) -> f64 {
         self.wavelength / PI * self.loading().sqrt().asin()
     }
 
-    /// Share of the area in contact, 2a/λ.
+    /// Returns the fraction of the area in contact, 2a/λ.
     pub fn area_fraction(&self) -> f64 {
         2.0 * self.half_width() / self.wavelength
     }
 
-    /// Pressure at `x` \[Pa\].
+    /// Returns the pressure at `x` \[Pa\].
     pub fn pressure(&self, x: f64) -> f64 {
         let full = self.full_contact_pressure();
         let psi = PI * x / self.wavelength;
@@ -51,7 +52,7 @@ impl Westergaard {
         }
     }
 
-    /// Gap between the deformed surfaces at `x` \[m\]; 0 in contact.
+    /// Returns the gap between the deformed surfaces at `x` \[m\]; 0 in contact.
     pub fn gap(&self, x: f64) -> f64 {
         let sine = (PI * x / self.wavelength).sin().abs();
         let edge = self.loading().sqrt();
@@ -67,7 +68,8 @@ impl Westergaard {
         2.0 * self.amplitude * (sine * root - logarithm)
     }
 
-    /// Mean gap over the wave \[m\]: Δ(1 − m + m ln m) with m = p̄/p*; Δ without load, 0 in full contact.
+    /// Returns the mean gap over the wave \[m\]: Δ(1 − m + m ln m) with m = p̄/p*; Δ without load, 0 in full
+    /// contact.
     pub fn mean_gap(&self) -> f64 {
         let m = self.loading();
         let entropy = if m > 0.0 { m * m.ln() } else { 0.0 };

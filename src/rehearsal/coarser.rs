@@ -9,7 +9,7 @@ use crate::recipe::{Inputs, Recipe};
 use crate::surface::prepare::{self, Detrend, Fill, PrepareOptions};
 use crate::surface::topography::Topography;
 
-/// Ratio of the coarse grid's cells along a side to the scene's; 1 if there is no coarser grid.
+/// Returns the ratio of the coarse grid's cells along a side to the scene's; 1 if there is no coarser grid.
 pub(super) fn grid_ratio(recipe: &Recipe) -> f64 {
     let Some(surface) = recipe.surface() else {
         return 1.0;
@@ -33,7 +33,8 @@ pub(super) fn grid_ratio(recipe: &Recipe) -> f64 {
     }
 }
 
-/// The inputs on a grid with `ratio` times the cells along each side. None if a measured surface does not fit onto that grid.
+/// Returns the inputs on a grid with `ratio` times the cells along each side. Returns `None` if a measured
+/// surface does not fit onto that grid.
 pub(super) fn on_grid(inputs: &Inputs, ratio: f64) -> Option<Inputs> {
     let mut coarse = inputs.clone();
     let output = &mut coarse.recipe.output;

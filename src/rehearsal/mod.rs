@@ -1,17 +1,19 @@
-//! The cost of a run, for a user who plans it.
+//! Cost of a run, for a user who plans it.
 //!
-//! Memory, disk per iteration and unknowns are counted from the recipe. The number of wear iterations and of FFT pairs depends on the contact
-//! and on the accuracy, and no formula gives it. [`rehearse`] makes one run of the same recipe on a coarser grid and scales its counts:
+//! The recipe gives memory, disk per iteration and unknowns. The number of wear iterations and of FFT pairs
+//! depends on the contact and on the accuracy, and no formula gives it. [`rehearse`] makes one run of the
+//! same recipe on a coarser grid and scales its counts:
 //!
-//! - The coarse grid has half the scene's cells along each side, between bounds. If that leaves no coarser grid, the scene itself is run; its
-//!   counts are then exact if that run reaches its end.
-//! - The run ends after a fixed number of operations, so that a plan prints the same numbers on every machine that reaches them within
-//!   [`TIME_LIMIT`]. Steps lengthen as wear proceeds, so that the number of remaining steps is at most the remaining cycles, or volume, over
-//!   those of the last step.
-//! - The time of the contact scales with the operations of its transforms, all other time with the number of iterations.
+//! - The coarse grid has half the scene's cells along each side, between bounds. If that gives no coarser
+//!   grid, the scene itself is run; its counts are then exact if that run reaches its end.
+//! - The run ends after a fixed number of operations. So a plan prints the same numbers on every machine that
+//!   reaches them within [`TIME_LIMIT`]. Steps lengthen as wear proceeds. So the number of remaining steps is
+//!   at most the remaining cycles, or volume, over those of the last step.
+//! - The time of the contact scales with the operations of its transforms, all other time with the number of
+//!   iterations.
 //!
-//! A structure that comes from a mesh is not rehearsed: its FFT pairs and its time are not known before the run. No number of a
-//! rehearsal enters a recipe.
+//! A structure from a mesh is not rehearsed: its FFT pairs and its time are unknown before the run. No number
+//! of a rehearsal enters a recipe.
 
 mod coarser;
 
@@ -30,50 +32,52 @@ use crate::stages::{self, Ending, Observer, Progress, RunCost, RunOptions, Stage
 use crate::store::{Opening, RealFileSystem, RunReader, UnsyncedFileSystem};
 use crate::tables::typed::Summary;
 
-/// Cells along a side of the coarse grid over those of the scene.
+/// Ratio of the coarse grid's cells along a side to the scene's.
 const GRID_RATIO: f64 = 0.5;
-/// Bounds of the cells along a side. Correlation lengths and contact elements may require more than the upper one.
+/// Bounds of the cells along a side. Correlation lengths and contact elements may require more than the upper
+/// one.
 const FEWEST_CELLS: usize = 24;
 const MOST_CELLS: usize = 150;
-/// Fewest cells per correlation length: on fewer the surface is another one.
+/// Smallest number of cells per correlation length; with fewer the surface is a different one.
 const CELLS_PER_LENGTH: f64 = 2.0;
-/// Largest ratio for which there is a coarser grid; above it the scene itself is run.
+/// Largest ratio of a coarser grid; above it the scene itself is run.
 const LARGEST_GRID_RATIO: f64 = 0.8;
-/// Exponent of the growth of FFT pairs with the cells along a side, measured on random scenes of every kind of motion (`tests/plan/rehearsed.py`).
+/// Exponent of the growth of FFT pairs with the cells along a side, measured on random scenes with every kind
+/// of motion (`tests/plan/rehearsed.py`).
 const PAIRS_EXPONENT: f64 = 1.0 / 3.0;
 /// Largest ratio between actual and scaled counts of iterations and pairs, measured on the same scenes.
 const COUNT_UNCERTAINTY: f64 = 2.0;
-/// Largest ratio between actual and counted disk, for how well tables compress.
+/// Largest ratio between actual and counted disk, since tables compress differently.
 const DISK_UNCERTAINTY: f64 = 2.0;
 /// Largest ratio between the times of equal runs.
 const TIME_UNCERTAINTY: f64 = 1.3;
-/// Operations of transforms after which the coarse run ends at its next iteration, some three seconds of one core; and operations of an
-/// iteration beside its transforms.
+/// Operations of transforms after which the coarse run ends at its next iteration, some three seconds on one
+/// core; and operations of an iteration apart from its transforms.
 const OPERATIONS: f64 = 3e10;
 const OPERATIONS_PER_ITERATION: f64 = 1.5e8;
-/// Most unknowns of a structure that is rehearsed.
+/// Largest number of unknowns of a structure that is rehearsed.
 const MOST_UNKNOWNS: usize = 2000;
 
-/// Time after which the coarse run begins no further stage.
+/// Time after which the coarse run starts no further stage.
 pub const TIME_LIMIT: Duration = Duration::from_secs(5);
 
-/// An expected number, and the bounds that should contain it.
+/// Expected number, and the bounds that should contain it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Range {
-    /// The expected number.
+    /// Expected number.
     pub expected: f64,
-    /// The lower bound.
+    /// Lower bound.
     pub least: f64,
-    /// The upper bound.
+    /// Upper bound.
     pub most: f64,
 }
 
 impl Range {
-    fn map(self, of: impl Fn(f64) -> f64) -> Range {
+    fn map(self, change: impl Fn(f64) -> f64) -> Range {
         Range {
-            expected: of(self.expected),
-            least: of(self.least),
-            most: of(self.most),
+            expected: change(self.expected),
+            least: change(self.least),
+            most: change(self.most),
         }
     }
 
@@ -86,59 +90,60 @@ impl Range {
     }
 }
 
-/// Rounds to three digits, so that machines print the same. The estimate is less accurate than that.
+/// Rounds to three digits, so that all machines print the same. The estimate is less accurate than that.
 fn digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-/// The coarse run.
+/// Coarse run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct CoarseRun {
     /// Cells along x and y; 0 without a rough surface.
     pub cells: [usize; 2],
-    /// Wear iterations that it computed.
+    /// Wear iterations computed.
     pub iterations: u64,
-    /// Whether it reached the end of the scene.
+    /// Whether the run reached the end of the scene.
     pub whole: bool,
 }
 
-/// The cost of a run. Its numbers are the same on every machine, unless the coarse run reaches its time limit.
+/// Cost of a run. Its numbers are the same on every machine, unless the coarse run reaches its time limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
-    /// The counted part.
+    /// Numbers counted from the recipe.
     #[serde(flatten)]
     pub counted: Counted,
-    /// The run on a coarser grid; none if there was none.
+    /// Run on a coarser grid; `None` if there was none.
     pub coarse_run: Option<CoarseRun>,
-    /// Why the estimates below are missing; none if they exist.
+    /// Reason why the estimates below are missing; `None` if they exist.
     pub not_known: Option<String>,
     /// Wear iterations; 0 without wear.
     pub iterations: Option<Range>,
     /// FFT pairs of the whole run.
     pub fft_pairs: Option<Range>,
-    /// The expected pairs by stage, and by part of a stage, as the `timing` table names them.
+    /// Expected pairs by stage, and by part of a stage, named as in the `timing` table.
     pub fft_pairs_by_stage: BTreeMap<String, f64>,
-    /// Disk of all iterations that are kept \[B\].
+    /// Disk of all stored iterations \[B\].
     pub disk: Option<Range>,
 }
 
-/// A cost, and the numbers that depend on the machine.
+/// Cost, and the numbers that depend on the machine.
 #[derive(Debug, Clone)]
 pub struct Rehearsal {
-    /// The cost of the run.
+    /// Cost of the run.
     pub cost: Cost,
-    /// Time of the run on this machine with one thread \[s\]; none if it is not known.
+    /// Time of the run on this machine with one thread \[s\]; `None` if unknown.
     pub seconds: Option<Range>,
-    /// Warnings about the scene that the coarse run revealed.
+    /// Warnings about the scene from the coarse run.
     pub warnings: Vec<String>,
     /// Time of the rehearsal \[s\].
     pub took: f64,
 }
 
-/// Estimates the cost of a run from one run on a coarser grid.
+/// Estimates the cost of a run from one run on a coarser grid. The coarse run starts no further stage after
+/// the time `longest`.
 pub fn rehearse(inputs: &Inputs, longest: Duration) -> Rehearsal {
     let begin = Instant::now();
-    let mut found = Rehearsal {
+    let mut rehearsal = Rehearsal {
         cost: Cost {
             counted: Counted::of(inputs),
             coarse_run: None,
@@ -152,18 +157,18 @@ pub fn rehearse(inputs: &Inputs, longest: Duration) -> Rehearsal {
         warnings: Vec::new(),
         took: 0.0,
     };
-    if let Err(why) = estimate(inputs, longest, &mut found) {
-        found.cost.not_known = Some(why);
+    if let Err(why) = estimate(inputs, longest, &mut rehearsal) {
+        rehearsal.cost.not_known = Some(why);
     }
-    found.took = begin.elapsed().as_secs_f64();
-    found
+    rehearsal.took = begin.elapsed().as_secs_f64();
+    rehearsal
 }
 
-/// Fills in what the coarse run shows.
+/// Completes the rehearsal with the results of the coarse run.
 ///
 /// # Errors
-/// The reason why a number is not known.
-fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result<(), String> {
+/// The reason why a number is unknown.
+fn estimate(inputs: &Inputs, longest: Duration, rehearsal: &mut Rehearsal) -> Result<(), String> {
     let recipe = &inputs.recipe;
     let source = recipe.structure.as_ref().map(|structure| &structure.source);
     let has_mesh = |source: &StructureSource| {
@@ -175,7 +180,7 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
         );
     }
     let rows = inputs.imported.as_ref().map_or(0, |imported| imported.rows);
-    let unknowns = found.cost.counted.unknowns.max(rows);
+    let unknowns = rehearsal.cost.counted.unknowns.max(rows);
     if unknowns > MOST_UNKNOWNS {
         return Err(format!(
             "the structure has {unknowns} unknowns, and a rehearsal solves at most {MOST_UNKNOWNS}"
@@ -198,25 +203,25 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
         let seconds = longest.as_secs_f64();
         format!("the first iteration of the rehearsal takes more than {seconds:.0} s")
     })?;
-    found.cost.coarse_run = Some(CoarseRun {
+    rehearsal.cost.coarse_run = Some(CoarseRun {
         cells,
         iterations: run.cost.wear_iterations,
         whole: run.is_whole,
     });
-    let of = |value: Option<f64>| value.unwrap_or(0.0);
-    let peak = of(run.unworn.max_pressure);
-    let mean = (of(run.worn.normal_load) / of(run.worn.contact_area)).min(peak);
+    let number = |value: Option<f64>| value.unwrap_or(0.0);
+    let peak = number(run.unworn.max_pressure);
+    let mean = (number(run.worn.normal_load) / number(run.worn.contact_area)).min(peak);
     let remark = recipe
         .contact()
         .and_then(|contact| contact.peak_pressure_note(peak));
     let step = unstable_explicit_step(recipe, peak, mean);
-    found.warnings.extend(step.into_iter().chain(remark));
+    rehearsal.warnings.extend(step.into_iter().chain(remark));
 
     let steps = run.steps(recipe.wear.as_ref());
     let steps = steps.ok_or("the rehearsal ended before its first wear step")?;
     let factor = if ratio < 1.0 { COUNT_UNCERTAINTY } else { 1.0 };
     let total = run.cost.total_pairs();
-    // Passes through the stages, of which the unworn state is one.
+    // Passes through the stages. The unworn state is one pass.
     let passes = |steps: f64| (1.0 + steps) / (1.0 + run.cost.wear_iterations as f64);
     let growth = ratio.powf(-PAIRS_EXPONENT);
     let pairs = steps
@@ -231,7 +236,7 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
     let share = pairs.expected / total.max(1.0);
     let by_stage = run.cost.fft_pairs.iter();
     let by_stage = by_stage.map(|(stage, pairs)| (stage.clone(), digits(share * pairs)));
-    // The vibration has the same unknowns on every grid; the contact takes the time of its transforms.
+    // The vibration has the same unknowns on every grid. The contact takes the time of its transforms.
     let dynamics = [
         Stage::Structure,
         Stage::DynamicResponse,
@@ -245,7 +250,7 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
     let vibration: f64 = vibration.sum();
     let per_pair = operations_of_pair(recipe) / operations_of_pair(&coarse.recipe);
     let contact = (run.cost.total_seconds() - vibration) * per_pair;
-    // Between the stages tables are written and hashed.
+    // Between the stages, tables are written and hashed.
     let others = (run.seconds - run.cost.total_seconds()).max(0.0);
     let seconds = |steps: f64, pairs: f64| {
         let contact = contact * if total > 0.0 { pairs / total } else { 1.0 };
@@ -256,17 +261,17 @@ fn estimate(inputs: &Inputs, longest: Duration, found: &mut Rehearsal) -> Result
         least: seconds(iterations.least, pairs.least),
         most: seconds(iterations.most, pairs.most),
     };
-    found.seconds = Some(seconds.widened(TIME_UNCERTAINTY));
-    let per_iteration = found.cost.counted.disk_per_iteration as f64;
+    rehearsal.seconds = Some(seconds.widened(TIME_UNCERTAINTY));
+    let per_iteration = rehearsal.cost.counted.disk_per_iteration as f64;
     let disk = iterations.map(|steps| recipe.output.keep.count(1.0 + steps) * per_iteration);
-    found.cost.disk = Some(disk.widened(DISK_UNCERTAINTY).map(digits));
-    found.cost.iterations = Some(iterations);
-    found.cost.fft_pairs = Some(if ratio < 1.0 {
+    rehearsal.cost.disk = Some(disk.widened(DISK_UNCERTAINTY).map(digits));
+    rehearsal.cost.iterations = Some(iterations);
+    rehearsal.cost.fft_pairs = Some(if ratio < 1.0 {
         pairs.map(digits)
     } else {
         pairs
     });
-    found.cost.fft_pairs_by_stage = by_stage.collect();
+    rehearsal.cost.fft_pairs_by_stage = by_stage.collect();
     Ok(())
 }
 
@@ -278,12 +283,12 @@ struct CoarseResult {
     is_whole: bool,
     unworn: Summary,
     worn: Summary,
-    /// Cycles and worn volume \[m³\] behind the iteration before the last.
+    /// Cycles and worn volume \[m³\] after the iteration before the last.
     before: [f64; 2],
 }
 
 impl CoarseResult {
-    /// Wear iterations of the whole run; none if a run that was ended made no step.
+    /// Returns the wear iterations of the whole run; `None` if an interrupted run made no step.
     fn steps(&self, wear: Option<&Wear>) -> Option<Range> {
         let done = self.cost.wear_iterations as f64;
         let range = |least: f64, most: f64| Range {
@@ -310,7 +315,8 @@ impl CoarseResult {
     }
 }
 
-/// Operations of a pair on the plane of a recipe: a forward and an inverse transform of real numbers.
+/// Returns the operations of an FFT pair on the plane of a recipe: a forward and an inverse transform of real
+/// numbers.
 fn operations_of_pair(recipe: &Recipe) -> f64 {
     let points = recipe.contact().map_or(2.0, |contact| {
         contact.plane.iter().map(|n| *n as f64).product()
@@ -318,7 +324,7 @@ fn operations_of_pair(recipe: &Recipe) -> f64 {
     5.0 * points * points.max(2.0).log2()
 }
 
-/// Ends a run after a number of operations.
+/// Observer that ends a run after a number of operations.
 struct Budget {
     gauge: Gauge,
     pairs: Cell<u64>,
@@ -344,7 +350,7 @@ impl Observer for Budget {
     fn committed(&self, _progress: &Progress) {}
 }
 
-/// Runs inputs in a temporary folder. None if the run commits no iteration in its time.
+/// Runs inputs in a temporary folder. Returns `None` if the run commits no iteration in its time.
 fn run(inputs: &Inputs, longest: Duration) -> Result<Option<CoarseResult>, Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let root = folder.path().join("run");

@@ -1,4 +1,4 @@
-//! How heights are correlated over distance: autocorrelation and power spectral density, estimated from a field.
+//! Spatial correlation of heights: autocorrelation and power spectral density, estimated from a field.
 
 use std::f64::consts::PI;
 
@@ -14,13 +14,13 @@ pub struct Autocorrelation {
     ny: usize,
     dx: f64,
     dy: f64,
-    /// On the padded grid of (2 nx) x (2 ny) lags, NaN where no pair of kept cells has the lag.
+    /// Values on the padded grid of (2 nx) x (2 ny) lags; NaN where no pair of kept cells has the lag.
     values: Vec<f64>,
 }
 
 impl Autocorrelation {
-    /// The autocorrelation at a lag of so many cells along x and y; `None` where the patch has no pair of cells that far
-    /// apart. Even in the lag as a whole: `at(a, b) == at(-a, -b)`.
+    /// Returns the autocorrelation at a lag in cells along x and y. Returns `None` if the patch has no pair
+    /// of cells at that lag. It is even in the whole lag: `at(a, b) == at(-a, -b)`.
     pub fn at(&self, lag_x: isize, lag_y: isize) -> Option<f64> {
         let (nx, ny) = (self.nx as isize, self.ny as isize);
         if lag_x.abs() >= nx || lag_y.abs() >= ny {
@@ -32,8 +32,8 @@ impl Autocorrelation {
         value.is_finite().then_some(value)
     }
 
-    /// The lag along x and along y \[m\] at which the autocorrelation first falls to 1/e, by linear interpolation; `None` if it
-    /// does not within the patch.
+    /// Returns the lag along x and along y \[m\] at which the autocorrelation first falls to 1/e, by linear
+    /// interpolation. Returns `None` if it does not fall to 1/e within the patch.
     pub fn correlation_length(&self) -> [Option<f64>; 2] {
         let target = (-1.0f64).exp();
         let along = |cell: f64, lags: usize, at: &dyn Fn(isize) -> Option<f64>| {
@@ -55,16 +55,17 @@ impl Autocorrelation {
     }
 }
 
-/// The autocorrelation of the heights about their mean, from all pairs of kept cells; nothing is assumed periodic. At each lag
-/// the mean product is taken over the pairs that exist, so holes and edges do not bias it (large lags have few pairs and
-/// scatter).
+/// Computes the autocorrelation of the heights about their mean from all pairs of kept cells, without
+/// assuming periodicity. The product at each lag is averaged over the existing pairs, so that holes and edges
+/// do not bias it. Large lags have few pairs and scatter.
 ///
 /// # Errors
-/// Those of [`roughness`], and [`SurfaceError::OutOfRange`] for a flat surface, which has no autocorrelation.
+/// Errors of [`roughness`], and [`SurfaceError::OutOfRange`] for a flat surface, which has no
+/// autocorrelation.
 pub fn autocorrelation(patch: &Patch, heights: &[f64]) -> Result<Autocorrelation, SurfaceError> {
     let about = deviations(patch, heights)?;
     let grid = patch.grid;
-    // Twice the grid: cyclic products then are the products without wrapping round.
+    // On twice the grid, cyclic products do not wrap around.
     let (px, py) = (2 * grid.nx, 2 * grid.ny);
     let products = |values: &dyn Fn(usize) -> f64| {
         let mut padded = vec![Complex64::new(0.0, 0.0); px * py];
@@ -87,7 +88,7 @@ pub fn autocorrelation(patch: &Patch, heights: &[f64]) -> Result<Autocorrelation
         .iter()
         .zip(&pairs)
         .map(|(sum, pairs)| {
-            // A count, so anything below one half is none.
+            // The count is an integer, so that a value below one half is 0.
             let count = (pairs.re / scale).round();
             if count < 0.5 {
                 f64::NAN
@@ -105,23 +106,24 @@ pub fn autocorrelation(patch: &Patch, heights: &[f64]) -> Result<Autocorrelation
     })
 }
 
-/// A ring of the power spectral density.
+/// Ring of the power spectral density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpectralRing {
     /// Mean wave number of the ring's waves \[rad/m\].
     pub wave_number: f64,
     /// Mean power spectral density over the ring \[m⁴\].
     pub density: f64,
-    /// Waves in the ring.
+    /// Number of waves in the ring.
     pub waves: usize,
 }
 
-/// The power spectral density C(q) averaged over rings of wave vectors of like length, from the longest wave of the joint on.
-/// Normalised so that Σ C Δqx Δqy / (2π)² over all waves is Rq². The field is taken as periodic and unwindowed, right for
-/// generated surfaces; the edges of a measured one add a background ∝ q⁻². Cells outside the patch count as mean height.
+/// Computes the power spectral density C(q), averaged over rings of wave vectors of similar length, starting
+/// with the longest wave of the joint. It is normalised so that Σ C Δqx Δqy / (2π)² over all waves is Rq².
+/// The field is assumed periodic and is not windowed. That suits generated surfaces; the edges of a measured
+/// surface add a background ∝ q⁻². Cells outside the patch count as mean height.
 ///
 /// # Errors
-/// Those of [`autocorrelation`].
+/// Errors of [`autocorrelation`].
 pub fn power_spectral_density(
     patch: &Patch,
     heights: &[f64],
@@ -167,20 +169,20 @@ struct Deviations {
     rq: f64,
 }
 
-/// Heights about their mean, 0 outside the patch.
+/// Computes the heights about their mean, 0 outside the patch.
 fn deviations(patch: &Patch, heights: &[f64]) -> Result<Deviations, SurfaceError> {
     check(patch, heights)?;
-    let found = roughness(patch, heights)?;
-    if found.rq == 0.0 {
+    let statistics = roughness(patch, heights)?;
+    if statistics.rq == 0.0 {
         return Err(SurfaceError::OutOfRange {
             name: "Rq",
             value: 0.0,
             expected: "positive for an autocorrelation or a spectrum",
         });
     }
-    let about = |(&h, &kept): (&f64, &bool)| if kept { h - found.mean } else { 0.0 };
+    let about = |(&h, &kept): (&f64, &bool)| if kept { h - statistics.mean } else { 0.0 };
     Ok(Deviations {
         values: heights.iter().zip(&patch.kept).map(about).collect(),
-        rq: found.rq,
+        rq: statistics.rq,
     })
 }

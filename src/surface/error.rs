@@ -1,47 +1,47 @@
-//! What can be wrong with a surface that was asked for, or with heights that were given.
+//! Errors of a requested surface or of its heights.
 
 /// A surface that cannot be generated or described.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SurfaceError {
-    /// A number out of its range.
+    /// A number is out of its range.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
-        /// What the number is, as the scene calls it.
+        /// Name of the number, as in the scene.
         name: &'static str,
-        /// The value found.
+        /// Value found.
         value: f64,
-        /// What would be right.
+        /// Valid range.
         expected: &'static str,
     },
-    /// A height that is not a finite number.
+    /// A height is not a finite number.
     #[error("the height of cell ({i}, {j}) is {value}; it must be a finite number")]
     NotFinite {
         /// Cell along x.
         i: usize,
         /// Cell along y.
         j: usize,
-        /// The value found.
+        /// Value found.
         value: f64,
     },
-    /// A field whose length is not that of the grid.
+    /// The length of a field differs from the grid's.
     #[error("there are {found} heights; the grid has {expected} cells")]
     Length {
-        /// Heights given.
+        /// Number of heights.
         found: usize,
-        /// Cells of the grid.
+        /// Number of cells of the grid.
         expected: usize,
     },
-    /// Too few cells to speak of a surface.
+    /// Too few cells for a surface.
     #[error("{kept} cells belong to the joint; {purpose} needs at least {needed}")]
     TooFewCells {
         /// Cells kept.
         kept: usize,
         /// Cells needed.
         needed: usize,
-        /// What they are needed for.
+        /// Purpose that needs them.
         purpose: &'static str,
     },
-    /// No wave of the wanted surface fits the joint and is resolved by its grid.
+    /// No wave of the requested surface fits the joint and is resolved by its grid.
     #[error(
         "no wave of the surface is both resolved by the grid and shorter than the joint: {nx} x {ny} cells of {dx:.4e} x {dy:.4e} m; make the correlation length (or the wavelengths) smaller than the joint and larger than two cells"
     )]

@@ -1,14 +1,15 @@
-//! Surfaces that are made rather than measured.
+//! Generated surfaces.
 //!
 //! A random surface is a sum of plane waves that are periodic over the joint,
 //!
 //! h(x, y) = Σ a_mn exp(2πi (m x / Lx + n y / Ly)),   a_mn ~ √(S_mn / 2) (g + i g'),   a_-m,-n = conj(a_mn),
 //!
-//! with x, y measured from the corner of the joint, S the power spectral density and g, g' standard normal numbers. The
-//! numbers of wave (m, n) depend on the seed and on (m, n) alone, so **the same seed is the same surface on every grid**: a
-//! finer grid adds shorter waves and leaves the others as they are. A grid of nx cells resolves |m| < nx / 2; the Nyquist wave
-//! of an even grid, of which only one phase would be visible, is left out. What remains grid-dependent is the last step, the
-//! exact Rq and zero mean over the kept cells: a factor and a shift that tend to a limit as the grid is refined.
+//! with x, y measured from the corner of the joint, S the power spectral density and g, g' standard normal
+//! numbers. The numbers of wave (m, n) depend only on the seed and on (m, n), so **the same seed gives the
+//! same surface on every grid**: a finer grid adds shorter waves and does not change the others. A grid of nx
+//! cells resolves |m| < nx / 2. The Nyquist wave of an even grid is omitted, because only one of its phases
+//! would be visible. The last step depends on the grid: a factor and a shift give the exact Rq and zero mean
+//! over the kept cells. Both tend to a limit as the grid is refined.
 //!
 //! ```
 //! use fretwear::grid::{Grid, Patch};
@@ -38,14 +39,15 @@ use super::error::SurfaceError;
 use crate::fft::{self, Complex64, FftDirection};
 use crate::grid::{Grid, Patch};
 
-/// Fewer cells than this to a correlation length (or to half a wavelength) are too few to carry the shape of the surface.
+/// Smallest number of cells per correlation length (or half a wavelength) that represents the shape of the
+/// surface.
 const FEWEST_CELLS_PER_LENGTH: f64 = 2.0;
 
-/// Fewer correlation lengths than this along a side leave so few independent patches that Sk and Ku scatter widely, and that
-/// the periodic surface correlates with its own image.
+/// Smallest number of correlation lengths along a side. With fewer, there are so few independent patches that
+/// Sk and Ku scatter widely, and the periodic surface correlates with its own image.
 const FEWEST_LENGTHS_PER_SIDE: f64 = 5.0;
 
-/// How the heights of a random surface are distributed over wavelengths.
+/// Distribution of a random surface's heights over wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Spectrum {
     /// Autocorrelation Rq² exp(-(x²/clx² + y²/cly²)): 1/e at the correlation length.
@@ -53,84 +55,85 @@ pub enum Spectrum {
         /// Correlation length along x and y \[m\].
         correlation_length: [f64; 2],
     },
-    /// Autocorrelation Rq² exp(-√(x²/clx² + y²/cly²)): 1/e at the correlation length. Its spectrum falls off slowly (as
-    /// k⁻³), so the waves that the grid does not resolve round off the cusp at lag zero.
+    /// Autocorrelation Rq² exp(-√(x²/clx² + y²/cly²)): 1/e at the correlation length. Its spectrum falls
+    /// slowly (as k⁻³), so that the waves that the grid does not resolve round off the cusp at lag zero.
     Exponential {
         /// Correlation length along x and y \[m\].
         correlation_length: [f64; 2],
     },
-    /// Isotropic power spectral density: constant above the roll-off wavelength, ∝ q^(-2 - 2H) below it, none below the
-    /// cut-off wavelength.
+    /// Isotropic power spectral density: constant above the roll-off wavelength, ∝ q^(-2 - 2H) below it, 0
+    /// below the cut-off wavelength.
     SelfAffine {
         /// Hurst exponent H, 0 < H ≤ 1.
         hurst: f64,
         /// Wavelength above which the spectrum is flat \[m\].
         rolloff_wavelength: f64,
-        /// Shortest wavelength \[m\]; none: down to the grid.
+        /// Shortest wavelength \[m\]; `None`: down to the grid.
         cutoff_wavelength: Option<f64>,
     },
 }
 
-/// A random surface of normally distributed heights.
+/// Random surface with normally distributed heights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RandomSurface {
     /// Root mean square height over the kept cells \[m\].
     pub rq: f64,
     /// Distribution over wavelengths.
     pub spectrum: Spectrum,
-    /// Same seed, same surface.
+    /// Seed. Equal seeds give equal surfaces.
     pub seed: u64,
 }
 
-/// What is doubtful about a generated surface, though it exists. `Display` says it in a sentence.
+/// Warning about a generated surface. `Display` writes it as a sentence.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Warning {
-    /// The grid is too coarse for the shortest feature asked for.
+    /// The grid is too coarse for the shortest requested feature.
     #[error(
         "{name} along {axis} is {length:.4e} m, {cells:.2} cells of {cell:.4e} m: the grid does not resolve it, use at least {FEWEST_CELLS_PER_LENGTH} cells"
     )]
     UnderResolved {
-        /// Which length.
+        /// Name of the length.
         name: &'static str,
         /// `'x'` or `'y'`.
         axis: char,
-        /// The length asked for \[m\].
+        /// Requested length \[m\].
         length: f64,
         /// Cell width \[m\].
         cell: f64,
-        /// The length in cells.
+        /// Length in cells.
         cells: f64,
     },
-    /// The joint is too small for the longest feature asked for.
+    /// The joint is too small for the longest requested feature.
     #[error(
         "{name} along {axis} is {length:.4e} m, the joint {size:.4e} m: with fewer than {FEWEST_LENGTHS_PER_SIDE} of them on a side one seed is no fair sample of the statistics"
     )]
     FewLengths {
-        /// Which length.
+        /// Name of the length.
         name: &'static str,
         /// `'x'` or `'y'`.
         axis: char,
-        /// The length asked for \[m\].
+        /// Requested length \[m\].
         length: f64,
         /// Side of the joint \[m\].
         size: f64,
     },
 }
 
-/// A generated surface.
+/// Generated surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeneratedSurface {
-    /// Heights \[m\], one a cell; 0 outside the patch.
+    /// Heights \[m\], one per cell; 0 outside the patch.
     pub heights: Vec<f64>,
-    /// What the user should be told.
+    /// Warnings for the user.
     pub warnings: Vec<Warning>,
 }
 
-/// A random surface on the patch, periodic over the grid's sides, with zero mean and exact Rq over the kept cells.
+/// Generates a random surface on the patch, periodic over the grid's sides, with zero mean and exact Rq over
+/// the kept cells.
 ///
 /// # Errors
-/// [`SurfaceError::OutOfRange`] for numbers without sense, [`SurfaceError::TooFewCells`] for less than two kept cells,
-/// [`SurfaceError::NoPower`] if no resolved wave carries any height.
+/// [`SurfaceError::OutOfRange`] for invalid numbers, [`SurfaceError::TooFewCells`] for less than two kept
+/// cells, [`SurfaceError::NoPower`] if no resolved wave has a height.
 pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<GeneratedSurface, SurfaceError> {
     check(surface)?;
     let kept = patch.cells();
@@ -155,13 +158,15 @@ pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<GeneratedSurface
     })
 }
 
-/// Refuses a spectrum of which no wave that the grid resolves carries any height, without making the surface.
+/// Rejects a spectrum if none of its waves that the grid resolves has a height, without generating the
+/// surface.
 ///
 /// # Errors
 /// [`SurfaceError::NoPower`]
 pub fn check_power(grid: &Grid, spectrum: &Spectrum) -> Result<(), SurfaceError> {
     let [lx, ly] = grid.size();
-    // No spectrum grows with the wave number, so that the longest waves have the most of it. Three cells resolve one wave.
+    // No spectrum grows with the wave number, so the longest waves are the strongest. Three cells resolve one
+    // wave.
     let longest = [
         (grid.nx, [2.0 * PI / lx, 0.0]),
         (grid.ny, [0.0, 2.0 * PI / ly]),
@@ -182,13 +187,14 @@ fn no_power(grid: &Grid) -> SurfaceError {
     }
 }
 
-/// The smooth patch: height 0 everywhere \[m\].
+/// Returns the smooth surface: height 0 everywhere \[m\].
 pub fn flat(patch: &Patch) -> Vec<f64> {
     vec![0.0; patch.grid.len()]
 }
 
-/// The paraboloid h = -r² / (2 `radius`) \[m\] that stands for a sphere in the Hertz theory, r measured from the grid's centre:
-/// its apex has height 0. On a grid of even shape the apex lies between cells, so the highest cell is a little below 0.
+/// Returns the paraboloid h = -r² / (2 `radius`) \[m\] that represents a sphere in the Hertz theory, with r
+/// measured from the grid's centre. Its apex has height 0. On a grid with an even number of cells the apex
+/// lies between cells, so that the highest cell is a little below 0.
 ///
 /// # Errors
 /// [`SurfaceError::OutOfRange`] if the radius is not a positive number.
@@ -207,7 +213,7 @@ pub fn sphere(patch: &Patch, radius: f64) -> Result<Vec<f64>, SurfaceError> {
         .collect())
 }
 
-/// The amplitudes of the waves that the grid resolves, in the order of the transform, shifted to the cell centres.
+/// Returns the amplitudes of the resolved waves in the order of the transform, shifted to the cell centres.
 fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex64> {
     let [lx, ly] = grid.size();
     let mut waves = vec![Complex64::new(0.0, 0.0); grid.len()];
@@ -216,14 +222,14 @@ fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex64> {
     for m in 0..=highest(grid.nx) {
         random.row(m);
         for position in 0..=2 * highest(grid.ny) {
-            // 0, 1, -1, 2, -2 …: the order does not depend on how many there are.
+            // The order 0, 1, -1, 2, -2, … does not depend on the number of waves.
             let n = if position % 2 == 1 {
                 (position + 1) / 2
             } else {
                 -position / 2
             };
             let [g, h] = random.next_pair();
-            // Of m = 0 one half is the conjugate of the other; (0, 0) would be the mean.
+            // For m = 0 one half is the conjugate of the other, and (0, 0) would be the mean.
             if m == 0 && n <= 0 {
                 continue;
             }
@@ -239,14 +245,15 @@ fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex64> {
     waves
 }
 
-/// Gives the kept cells zero mean and the wanted root mean square, the others 0. False if there is nothing to scale.
+/// Shifts and scales the kept cells to zero mean and the requested root mean square; sets the others to 0.
+/// Returns false if all heights are zero or not finite.
 fn normalise(patch: &Patch, heights: &mut [f64], rq: f64) -> bool {
     let n = patch.cells() as f64;
     let mean = |values: &[f64]| {
         let kept = values.iter().zip(&patch.kept).filter(|(_, kept)| **kept);
         kept.map(|(h, _)| h).sum::<f64>() / n
     };
-    // Twice: the first pass takes away the mean, the second what rounding left of it.
+    // The first pass subtracts the mean, the second its rounding error.
     for _ in 0..2 {
         let shift = mean(heights);
         for (h, &kept) in heights.iter_mut().zip(&patch.kept) {
@@ -265,7 +272,8 @@ fn normalise(patch: &Patch, heights: &mut [f64], rq: f64) -> bool {
 }
 
 impl Spectrum {
-    /// The power spectral density at a wave vector \[1/m\], up to a constant factor that the exact Rq takes care of.
+    /// Returns the power spectral density at a wave vector \[1/m\], up to a constant factor that the exact Rq
+    /// determines.
     pub fn density(&self, kx: f64, ky: f64) -> f64 {
         let scaled = |[x, y]: [f64; 2]| (kx * x).powi(2) + (ky * y).powi(2);
         match *self {
@@ -289,7 +297,7 @@ impl Spectrum {
         }
     }
 
-    /// The shortest lengths to resolve, as (name, length along x, length along y), and the longest to fit.
+    /// Returns the shortest length to resolve and the longest to fit, each as (name, lengths along x and y).
     fn extremes(&self) -> [(&'static str, [f64; 2]); 2] {
         match *self {
             Spectrum::Gaussian { correlation_length }
@@ -301,7 +309,7 @@ impl Spectrum {
                 cutoff_wavelength,
                 ..
             } => {
-                // Without a cut-off the grid is what cuts.
+                // Without a cut-off the grid limits the waves.
                 let shortest = cutoff_wavelength.unwrap_or(f64::INFINITY);
                 [
                     ("half the cut-off wavelength", [0.5 * shortest; 2]),
@@ -314,11 +322,11 @@ impl Spectrum {
 
 fn warnings(grid: &Grid, spectrum: &Spectrum) -> Vec<Warning> {
     let [(short, shortest), (long, longest)] = spectrum.extremes();
-    let mut found = Vec::new();
+    let mut warnings = Vec::new();
     for (axis, a) in ['x', 'y'].into_iter().enumerate() {
         let (cell, size) = ([grid.dx, grid.dy][axis], grid.size()[axis]);
         if shortest[axis] < FEWEST_CELLS_PER_LENGTH * cell {
-            found.push(Warning::UnderResolved {
+            warnings.push(Warning::UnderResolved {
                 name: short,
                 axis: a,
                 length: shortest[axis],
@@ -327,7 +335,7 @@ fn warnings(grid: &Grid, spectrum: &Spectrum) -> Vec<Warning> {
             });
         }
         if longest[axis] * FEWEST_LENGTHS_PER_SIDE > size {
-            found.push(Warning::FewLengths {
+            warnings.push(Warning::FewLengths {
                 name: long,
                 axis: a,
                 length: longest[axis],
@@ -335,7 +343,7 @@ fn warnings(grid: &Grid, spectrum: &Spectrum) -> Vec<Warning> {
             });
         }
     }
-    found
+    warnings
 }
 
 fn check(surface: &RandomSurface) -> Result<(), SurfaceError> {
@@ -386,14 +394,15 @@ fn positive(name: &'static str, value: f64) -> Result<(), SurfaceError> {
     }
 }
 
-/// Normal numbers addressed by the wave: the key is the seed, the stream is m, the position in it follows from n.
+/// Normal random numbers addressed by the wave: the seed is the key, m the stream, and n gives the position
+/// in the stream.
 struct ModeNumbers {
     generator: ChaCha12Rng,
 }
 
 impl ModeNumbers {
     fn new(seed: u64) -> Self {
-        // An own key rather than the library's `seed_from_u64`, whose expansion of the seed may change between versions.
+        // Our own key, because the library's `seed_from_u64` may change between versions.
         let mut key = *b"--seed--fretwear/surface/random\0";
         key[..8].copy_from_slice(&seed.to_le_bytes());
         ModeNumbers {
@@ -401,13 +410,13 @@ impl ModeNumbers {
         }
     }
 
-    /// Goes to the first wave of row m.
+    /// Moves to the first wave of row m.
     fn row(&mut self, m: i64) {
         self.generator.set_stream(m as u64);
         self.generator.set_word_pos(0);
     }
 
-    /// Two independent standard normal numbers (Box–Muller) from the next two 64-bit words.
+    /// Returns two independent standard normal numbers (Box–Muller) from the next two 64-bit words.
     fn next_pair(&mut self) -> [f64; 2] {
         const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
         // In (0, 1], so that the logarithm exists.

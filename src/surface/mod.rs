@@ -1,8 +1,9 @@
-//! Rough surfaces of the joint: generated or measured, brought onto its grid, and described by numbers.
+//! Rough surfaces of the joint: generated or measured, resampled to its grid, and described by statistics.
 //!
-//! Heights are in metres and positive towards the other body; the surface is the composite of both bodies against a flat. A
-//! field of heights lies on a [`Patch`](crate::grid::Patch) (index `i * ny + j`, i along x); cells outside the patch have no
-//! surface and hold 0. Everything here is pure except [`readers`], the one place that knows files.
+//! Heights are in metres and positive towards the other body. The surface is the composite of both bodies
+//! against a flat. A field of heights lies on a [`Patch`](crate::grid::Patch) (index `i * ny + j`, i along
+//! x). Cells outside the patch have no surface and contain 0. All functions here are pure except [`readers`],
+//! which alone read files.
 
 pub mod correlation;
 mod error;

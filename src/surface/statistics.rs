@@ -1,4 +1,4 @@
-//! Numbers that describe the distribution of heights.
+//! Parameters of the height distribution.
 
 use super::error::SurfaceError;
 use crate::grid::Patch;
@@ -12,15 +12,16 @@ pub struct Roughness {
     pub rq: f64,
     /// Skewness m₃ / m₂^(3/2) [A eq. 4.1]; 0 for a flat surface.
     pub sk: f64,
-    /// Kurtosis m₄ / m₂² [A eq. 4.2]: 3 for normally distributed heights. Always ≥ 1 + sk², except that it is 0 for a flat
-    /// surface, which has no shape of distribution.
+    /// Kurtosis m₄ / m₂² [A eq. 4.2]: 3 for normally distributed heights. Always ≥ 1 + sk², except that it is
+    /// 0 for a flat surface, whose distribution has no shape.
     pub ku: f64,
 }
 
-/// Mean, Rq, Sk and Ku over the kept cells.
+/// Computes mean, Rq, Sk and Ku over the kept cells.
 ///
-/// Two passes, the first taken relative to the first height and the third and fourth moments in units of Rq: nanometres on
-/// top of a metre of offset keep their digits, a constant surface has Rq = 0 exactly, and nothing underflows.
+/// The mean is computed in two passes, relative to the first height; the third and fourth moments are in
+/// units of Rq. So nanometres on top of a metre of offset keep their digits, a constant surface has Rq = 0
+/// exactly, and nothing underflows.
 ///
 /// # Errors
 /// [`SurfaceError::Length`], [`SurfaceError::NotFinite`] (a kept cell without a finite height), [`SurfaceError::TooFewCells`]
@@ -35,19 +36,20 @@ pub fn roughness(patch: &Patch, heights: &[f64]) -> Result<Roughness, SurfaceErr
     })
 }
 
-/// Counts of heights between equally spaced edges.
+/// Histogram of heights with equally spaced edges.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
-    /// Edges \[m\], one more than there are bins, from the lowest to the highest height.
+    /// Edges \[m\], one more than the bins, from the lowest to the highest height.
     pub edges: Vec<f64>,
-    /// Kept cells in each bin; a height on an inner edge belongs to the upper bin.
+    /// Number of kept cells in each bin. A height on an inner edge belongs to the upper bin.
     pub counts: Vec<usize>,
 }
 
-/// The distribution of the kept heights in `bins` equal bins. A flat surface has all its cells in the first bin.
+/// Computes the distribution of the kept heights in `bins` equal bins. All cells of a flat surface are in the
+/// first bin.
 ///
 /// # Errors
-/// Those of [`roughness`], and [`SurfaceError::OutOfRange`] for no bins.
+/// Errors of [`roughness`], and [`SurfaceError::OutOfRange`] for `bins` = 0.
 pub fn histogram(patch: &Patch, heights: &[f64], bins: usize) -> Result<Histogram, SurfaceError> {
     check(patch, heights)?;
     if bins == 0 {
@@ -81,13 +83,13 @@ pub fn histogram(patch: &Patch, heights: &[f64], bins: usize) -> Result<Histogra
     Ok(Histogram { edges, counts })
 }
 
-/// The moments of some finite heights; `None` if there are none.
+/// Computes the moments of finite heights; `None` without heights.
 pub(super) fn moments(heights: impl Iterator<Item = f64> + Clone) -> Option<Roughness> {
     let origin = heights.clone().next()?;
     let n = heights.clone().count() as f64;
     let shift = heights.clone().map(|h| h - origin).sum::<f64>() / n;
     let deviations = heights.map(|h| (h - origin) - shift);
-    // What rounding left of the mean: it would otherwise leak into the higher moments.
+    // Rounding error of the mean. It would otherwise leak into the higher moments.
     let rest = deviations.clone().sum::<f64>() / n;
     let deviations = deviations.map(|d| d - rest);
     let mean = origin + (shift + rest);
@@ -116,7 +118,7 @@ pub(super) fn moments(heights: impl Iterator<Item = f64> + Clone) -> Option<Roug
     })
 }
 
-/// Length of the field, and that every kept height is a number.
+/// Checks the length of the field, and that every kept height is finite.
 pub(super) fn check(patch: &Patch, heights: &[f64]) -> Result<(), SurfaceError> {
     if heights.len() != patch.grid.len() {
         return Err(SurfaceError::Length {

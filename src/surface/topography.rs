@@ -1,33 +1,34 @@
-//! A measured height map, as it comes from a file.
+//! Measured height map, as read from a file.
 
 use super::statistics::{Roughness, moments};
 
 /// Heights of a measured surface on a regular grid of points.
 ///
-/// **Axes**, the same for every file format: the first index i runs along x, the second index j along y, and the height of
-/// point (i, j) is at `i * ny + j`, as in the fields of a [`Grid`](crate::grid::Grid). Each point stands for the `dx * dy`
-/// cell around it, so a map of nx points is nx·dx long. Formats that store lines of constant y, x running fastest (X3P, SUR,
-/// SDF, AL3D, text below a header of Gwyddion or SPIP), are transposed on reading; the axes of NPY and of another text matrix
-/// are taken as they are: axis 0, the lines, is x.
+/// **Axes**, the same for every file format: the first index i runs along x, the second index j along y. The
+/// height of point (i, j) is at `i * ny + j`, as in the fields of a [`Grid`](crate::grid::Grid). Each point
+/// represents the `dx * dy` cell around it, so a map of nx points is nx·dx long. Some formats store lines of
+/// constant y with x running fastest: X3P, SUR, SDF, AL3D, and text below a header of Gwyddion or SPIP. The
+/// readers transpose these. The readers keep the axes of NPY and of other text matrices: axis 0, the lines,
+/// is x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topography {
     /// Points along x.
     pub nx: usize,
     /// Points along y.
     pub ny: usize,
-    /// Distance between points along x and y \[m\], if the file says.
+    /// Distance between points along x and y \[m\], if the file states it.
     pub spacing: Option<[f64; 2]>,
     /// Heights \[m\], positive out of the material; NaN where nothing was measured (a hole).
     pub heights: Vec<f64>,
 }
 
 impl Topography {
-    /// Number of points without a height.
+    /// Returns the number of points without a height.
     pub fn holes(&self) -> usize {
         self.heights.iter().filter(|h| h.is_nan()).count()
     }
 
-    /// With x and y exchanged.
+    /// Returns the map with x and y exchanged.
     pub fn transposed(&self) -> Topography {
         let points = (0..self.heights.len())
             .map(|index| self.heights[(index % self.nx) * self.ny + index / self.nx]);
@@ -39,7 +40,7 @@ impl Topography {
         }
     }
 
-    /// Turned over along x: h(Lx − x, y).
+    /// Returns the map mirrored along x: h(Lx − x, y).
     pub fn mirrored_along_x(&self) -> Topography {
         let lines = self.heights.chunks_exact(self.ny).rev();
         Topography {
@@ -48,7 +49,7 @@ impl Topography {
         }
     }
 
-    /// Turned over along y: h(x, Ly − y).
+    /// Returns the map mirrored along y: h(x, Ly − y).
     pub fn mirrored_along_y(&self) -> Topography {
         let lines = self.heights.chunks_exact(self.ny);
         let points = lines.flat_map(|line| line.iter().rev());
@@ -58,13 +59,14 @@ impl Topography {
         }
     }
 
-    /// Lengths of the sides \[m\], if the spacing is known.
+    /// Returns the lengths of the sides \[m\], if the spacing is known.
     pub fn size(&self) -> Option<[f64; 2]> {
         self.spacing
             .map(|[dx, dy]| [self.nx as f64 * dx, self.ny as f64 * dy])
     }
 
-    /// Mean, Rq, Sk, Ku over the measured points, as they are (nothing levelled); `None` if nothing was measured.
+    /// Returns mean, Rq, Sk and Ku over the measured points, without levelling; `None` if nothing was
+    /// measured.
     pub fn roughness(&self) -> Option<Roughness> {
         moments(self.heights.iter().copied().filter(|h| !h.is_nan()))
     }

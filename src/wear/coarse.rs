@@ -1,18 +1,21 @@
-//! The coarse trajectory: the wear of a joint once more, by steps twice as long and stepped cycles of half as many samples, with errors of the
-//! other sign.
+//! Coarse trajectory: a second computation of the wear, with steps twice as long, stepped cycles of half as
+//! many samples, and errors of the opposite sign.
 //!
-//! An error that a step makes goes on: where a single cell decides between sticking and wearing it grows, and a sum of the errors of single
-//! steps does not know it. The coarse trajectory makes larger errors and carries them forward by the same wear, so that what it differs by
-//! from the run's own, of any figure, is what the errors have made of that figure.
+//! The error of a step propagates: where a single cell decides between sticking and wearing, the error grows.
+//! A sum of the errors of single steps misses that. The coarse trajectory makes larger errors and propagates
+//! them by the same wear. Its difference from the run, in any figure, then shows the effect of the errors on
+//! that figure.
 //!
-//! Both schemes are of second order, so that a coarse step errs to the same side as the run's own: with the errors that it has, a cell on the
-//! verge would go the way that it goes in the run, and both would be wrong alike. So each coarse step is made from the run's own state
-//! too; what it leads to beyond the run's own is its error, which is taken away 2½ times. Where steps are short the exact solution then lies
-//! between the run's own and the coarse trajectory.
+//! Both schemes are of second order, so that a plain coarse step would err to the same side as the run. A
+//! critical cell would then go the same way in both, and both would be wrong alike. Therefore each coarse
+//! step is also computed from the run's own state. Its difference from the run's own wear is its error, and
+//! 2½ times this error is subtracted. If steps are short, the exact solution lies between the run and the
+//! coarse trajectory.
 //!
-//! Its solves are less exact than the run's. Longer steps would cost less, but are no bar: over three or four steps of the run, with the error
-//! taken away 1½ or 1⅓ times for as small a difference, a line with a cell on the verge had a bar of 5 % where it was 20 % off; taken away
-//! twice, the differences of other joints are two and a half times as large.
+//! The solves of the coarse trajectory are less exact than the run's. Longer coarse steps would cost less but
+//! give no error bar. Over three or four steps of the run, with the error subtracted 1½ or 1⅓ times for an
+//! equally small difference, a line contact with a critical cell had a bar of 5 % where it was 20 % off.
+//! Twice the subtraction would make the differences of other joints two and a half times as large.
 
 use super::WearLaw;
 use super::cycle::FEWEST;
@@ -21,28 +24,31 @@ use super::implicit;
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::grid::Patch;
 
-/// How often the error of a coarse step is taken away from it: the step is then half as far again beyond the run's own, on the other side.
-/// With 2, the joint of a line in partial slip went the run's own way, which was 22 % off.
+/// Factor on the error that is subtracted from a coarse step. The coarse step then errs half as far again as
+/// the plain one, to the other side of the run. With 2, a line contact in partial slip followed the run,
+/// which was 22 % off.
 const OPPOSITE: f64 = 2.5;
 
-/// Times the tolerance of a tangential solve to which those of the coarse trajectory are solved. It is there for differences of a hundredth of
-/// the run: with 10 they changed by up to a sixth of themselves, with 3 by up to a sixteenth.
+/// Factor on the tolerance of a tangential solve for the coarse trajectory. The trajectory serves for
+/// differences of a hundredth of the run. With 10 they changed by up to a sixth of themselves, with 3 by up
+/// to a sixteenth.
 const LOOSER_TANGENTIAL: f64 = 3.0;
 
-/// The run's own way over a coarse step.
+/// Run's trajectory over a coarse step.
 #[derive(Debug, Clone, Copy)]
 pub struct RunTrajectory<'a> {
-    /// The state at its beginning.
+    /// State at the beginning of the step.
     pub begin: &'a WornState,
-    /// Wear depth at its end \[m\].
+    /// Wear depth at the end of the step \[m\].
     pub end: &'a [f64],
 }
 
-/// Wears a state by one step of `cycles`, stepped cycles marched over every other sample, with an error opposite to that of such a step along
-/// the run's `own` way: the state at its end. No cell has less wear than before.
+/// Makes one coarse step of `cycles` and returns the state at its end. Stepped cycles use every other sample.
+/// The error of the step is opposite to the error of a plain step along the run's trajectory `own`. The wear
+/// of no cell decreases.
 ///
 /// # Errors
-/// Those of the contact and of the cycle.
+/// Errors of the contact and of the cycle.
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,
@@ -86,7 +92,7 @@ fn step(
     let cells = step.wear.iter_mut().zip(&state.wear);
     for ((wear, before), (coarse, own)) in cells.zip(along_own.iter().zip(own.end)) {
         let opposite = *wear - OPPOSITE * (coarse - own);
-        // What is no number is left for the contact to refuse.
+        // NaN passes through, and the contact rejects it.
         *wear = if opposite < *before {
             *before
         } else {
@@ -102,33 +108,37 @@ fn step(
     })
 }
 
-/// What the coarse trajectory has otherwise than the run's own at the same cycles.
+/// Difference between the coarse trajectory and the run at the same cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TrajectoryDifference {
-    /// Worn volume, of all cells together \[m³\].
+    /// Difference of the total worn volume \[m³\].
     pub volume: f64,
-    /// Worn volume, each cell by itself: the L1 norm \[m³\].
+    /// Sum of the differences of the cells' worn volumes: the L1 norm \[m³\].
     pub field: f64,
-    /// Cells of which it is not known whether their pressure is above a threshold, in parts of those of the run's own that are.
+    /// Number of cells that may lie on either side of the pressure threshold, over the number of the run's
+    /// cells above it.
     pub loaded_area: f64,
-    /// Largest pressure, relative to the run's own.
+    /// Difference of the largest pressure, relative to the run.
     pub max_pressure: f64,
-    /// Largest depth, relative to the run's own.
+    /// Difference of the largest depth, relative to the run.
     pub largest_depth: f64,
-    /// Depth that a hundredth of the cells exceed, relative to the run's own.
+    /// Difference of the depth that a hundredth of the cells exceed, relative to the run.
     pub depth_99: f64,
-    /// Energy of a cycle, relative to the run's own.
+    /// Difference of the energy per cycle, relative to the run.
     pub dissipation: f64,
-    /// Cells of which one trajectory wears less than half as deep as the other, by more than the mean depth.
+    /// Number of cells that wear less than half as deep on one trajectory as on the other, by more than the
+    /// mean depth.
     pub undecided: usize,
 }
 
-/// Times the difference of both trajectories that a figure may be off by. The difference is four and a half times the error of the own one where
-/// steps are short; where they are not, or a cell goes another way in one of the two, it is about as large as the error.
+/// Factor on the difference of the trajectories that bounds the error of a figure. With short steps the
+/// difference is four and a half times the run's error. With long steps, or if a cell takes another course on
+/// one trajectory, it is about as large as the error.
 pub const SPREAD: f64 = 1.5;
 
 impl TrajectoryDifference {
-    /// That of two states of a joint, the run's `own` and the `coarse` one. A cell is loaded at a pressure above `threshold` of the largest.
+    /// Compares the run's state `own` with the `coarse` state. A cell is loaded if its pressure exceeds
+    /// `threshold` times the largest pressure.
     pub fn of(
         own: &WornState,
         coarse: &WornState,
@@ -175,7 +185,8 @@ impl TrajectoryDifference {
     }
 }
 
-/// The depth \[m\] that this share of cells is worn to at most: the largest with 1. 0 of no cell.
+/// Returns the depth that this share of the cells does not exceed \[m\]: the largest depth for 1. Returns 0
+/// without cells.
 pub fn depth_of(mut depths: Vec<f64>, share: f64) -> f64 {
     let Some(last) = depths.len().checked_sub(1) else {
         return 0.0;

@@ -1,4 +1,4 @@
-//! The curves behind kn and kt.
+//! Curves that show the stiffnesses kn and kt.
 
 use crate::contact::ContactError;
 use crate::contact::normal::NormalSolution;
@@ -7,18 +7,19 @@ use crate::grid::ByAxis;
 use crate::wear::cycle::{CycleSolution, March};
 use crate::wear::{FrettingJoint, WearError};
 
-/// Loads of the indentation curve below the static load, in parts of it, from there down, and the one above.
+/// Loads of the indentation curve below the static load, as fractions of it in descending order, and the load
+/// above it.
 const BELOW: [f64; 5] = [0.75, 0.5, 0.25, 0.125, 0.0];
 const ABOVE: f64 = 1.25;
 
 /// Points of a branch of the hysteresis loop.
 const BRANCH: usize = 8;
 
-/// Relative duality gap of the points between the ends of a loop: their force is in error by some thousandths of the largest. The
-/// ends are as exact as the cycle.
+/// Relative duality gap of the points between the ends of a loop. The error of their force is some
+/// thousandths of the largest force. The ends are as exact as the cycle.
 const INNER: f64 = 1e-2;
 
-/// Load against displacement, point by point.
+/// Curve of load against displacement.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Curve {
     /// Normal load or tangential force \[N\].
@@ -28,15 +29,16 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Adds a point at the end.
+    /// Appends a point.
     pub fn push(&mut self, load: f64, displacement: f64) {
         self.load.push(load);
         self.displacement.push(displacement);
     }
 }
 
-/// Normal load over approach about the static contact under `load`. Loads that a pressure cap does not carry are left out, and
-/// those too small to have the moments that the joint bears. From no load on, the load rises.
+/// Computes the normal load over the approach about the static contact under `load`, in ascending order of
+/// the load. Skips loads that exceed the pressure cap's capacity, and loads that are too small to balance the
+/// moments on the joint.
 ///
 /// # Errors
 /// [`WearError::Contact`].
@@ -53,12 +55,18 @@ pub fn indentation(
         if part * load > capacity {
             return Ok(None);
         }
-        // Bodies without loads touch wherever they are.
+        // Without loads, the position of the bodies is free.
         let own = joint.pressing.take_if(|_| part == 0.0);
-        joint.pressing.iter_mut().for_each(|of| of.part = part);
+        joint
+            .pressing
+            .iter_mut()
+            .for_each(|pressing| pressing.part = part);
         let contact = joint.contact(wear, None, part * load, Some(start));
         joint.pressing = joint.pressing.take().or(own);
-        joint.pressing.iter_mut().for_each(|of| of.part = 1.0);
+        joint
+            .pressing
+            .iter_mut()
+            .for_each(|pressing| pressing.part = 1.0);
         match contact {
             Ok(contact) => {
                 let is_free = joint.pressing.is_none();
@@ -70,7 +78,7 @@ pub fn indentation(
         }
     };
     let mut points = vec![(load, at_load.approach)];
-    // Each from the one above: the nearest there is.
+    // Start each contact from the next higher load.
     let mut pressure = at_load.pressure.clone();
     for part in BELOW {
         if let Some((load, contact)) = at(part, &pressure)? {
@@ -88,8 +96,8 @@ pub fn indentation(
     Ok(curve)
 }
 
-/// Tangential force along x over displacement along x. The loop of a straight motion is twice its first loading, turned
-/// about the reversals (Masing); otherwise the instants of the cycle are the loop.
+/// Computes the tangential force over the displacement along x. The loop of a straight motion is twice its
+/// first loading, mirrored at the reversals (Masing). Otherwise the instants of the cycle form the loop.
 ///
 /// # Errors
 /// [`WearError::Contact`].
@@ -112,8 +120,8 @@ pub fn hysteresis(
     let limit = joint.limit(&contact.pressure);
     let mut first = Vec::with_capacity(BRANCH + 1);
     first.push((0.0, 0.0));
-    // From the shear of the last point, what sticks goes on along the line through the last two; before there are two, towards the
-    // end of the motion.
+    // Extrapolates the shear of sticking cells along the line through the last two points. Before there are
+    // two points, the shear of the cycle gives the direction.
     let mut start: ByAxis<Vec<f64>> = beyond(&cycle.shear, None, 1.0 / BRANCH as f64 - 1.0);
     let mut last: Option<ByAxis<Vec<f64>>> = None;
     let zero = vec![0.0; motion.end.len()];
@@ -125,7 +133,7 @@ pub fn hysteresis(
     for point in 1..=BRANCH {
         let part = point as f64 / BRANCH as f64;
         let place: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
-        // The end is a point of the cycle, and its shear most often what that starts from.
+        // The end is a point of the cycle, and its shear is mostly the shear that the cycle starts from.
         let (options, from) = if point == BRANCH {
             (exact, &cycle.shear)
         } else {
@@ -148,7 +156,7 @@ pub fn hysteresis(
     Ok(curve)
 }
 
-/// `shear` + `part` (`shear` − `before`), with zero where there is nothing before: one field an axis.
+/// Returns `shear` + `part` (`shear` − `before`), with `before` = 0 if `None`: one field per axis.
 fn beyond(
     shear: &ByAxis<Vec<f64>>,
     before: Option<&ByAxis<Vec<f64>>>,

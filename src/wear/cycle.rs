@@ -1,9 +1,10 @@
-//! The steady fretting cycle: shear, slip and dissipated energy under a closed motion.
+//! Steady fretting cycle: shear, slip and dissipated energy under a closed motion.
 //!
-//! Slip is the kinematic δ − u everywhere, also on cells just outside the contact, so that cells which wear brings into
-//! contact begin to slip as their neighbours do. On stick cells it is zero. The energy of a step is q·s with the shear at
-//! its end, and wear depth per cycle is α times the sum of it over the cycle [A eq. 2.6]; where the load varies it is |s| times the
-//! mean of the limits at both ends, on cells that come into contact or leave it too.
+//! Slip is the kinematic δ − u on all cells, also on cells just outside the contact. So cells that wear
+//! brings into contact begin to slip like their neighbours. On stick cells the slip is zero. The energy of a
+//! step is q·s with the shear at its end. The wear depth per cycle is α times the sum of these energies over
+//! the cycle [A eq. 2.6]. If the load varies, the energy of a step is |s| times the mean of the friction
+//! limits at both ends, also on cells that come into contact or leave it.
 
 use super::fields::{InstantFields, InstantShear};
 use super::joint::{FrettingJoint, WearError};
@@ -18,30 +19,31 @@ use crate::contact::tangential::{
 };
 use crate::grid::{ByAxis, Grid, Patch};
 
-/// How the cycle is marched.
+/// Method that computes the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum March {
-    /// One exact solve a branch between the two reversals of a straight motion at constant load.
+    /// One exact solve per branch between the two reversals of a straight motion at constant load.
     Reversal,
     /// One exact solve at every sample of the motion.
     Stepped,
-    /// As `Reversal`, with the shear of Ciavarella and Jäger in place of the exact one: a fast approximation
-    /// (Ciavarella 1998; Jäger 1998). [`CycleSolution::error`] says how good.
+    /// Like `Reversal`, but with the shear of Ciavarella and Jäger in place of the exact shear: a fast
+    /// approximation (Ciavarella 1998; Jäger 1998). [`CycleSolution::error`] reports its accuracy.
     Superposition,
 }
 
-/// Part of what the work of all places together corrects in that of single ones, which remains as an error: as much as remains of the correction
-/// itself. In laps of bars held against stepped cycles it was mostly less, where corners open more.
+/// Error of the energy after `CycleAccumulator::scale`, as a fraction of the correction by the total work. In
+/// lap joints of bars, compared with stepped cycles, the error was mostly smaller than this; it was larger
+/// where corners open.
 const MOVED: f64 = 0.4;
 
 /// One instant of the cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instant {
-    /// Time as a part of the period.
+    /// Time as a fraction of the period.
     pub time: f64,
-    /// Relative displacement \[m\]. Where the force is given, what it leaves open, a constant, is chosen such that the middle
-    /// of the range is zero.
+    /// Relative displacement \[m\]. Under a prescribed force it is known up to a constant, which puts the
+    /// middle of its range at zero.
     pub displacement: ByAxis<f64>,
     /// Normal load \[N\].
     pub normal_load: f64,
@@ -49,19 +51,19 @@ pub struct Instant {
     pub force: ByAxis<f64>,
     /// Force along the motion, [`Motion::force_along`](super::Motion::force_along) \[N\].
     pub force_along: f64,
-    /// Rotation about z \[rad\] and its moment \[N m\]; none of a motion without.
+    /// Rotation about z \[rad\] and its moment \[N m\]; `None` if the motion has no rotation.
     pub torsion: Option<[f64; 2]>,
 }
 
 impl Instant {
-    /// Takes the `middle` of the displacements, and of the rotation after them, for zero.
+    /// Subtracts `middle` from the displacements and, after them, from the rotation.
     pub(super) fn shift(&mut self, middle: &[f64]) {
         let rotation = self.torsion.iter_mut().map(|[rotation, _]| rotation);
         let place = self.displacement.iter_mut().chain(rotation);
         place.zip(middle).for_each(|(place, m)| *place -= m);
     }
 
-    /// The instant half a period later, or earlier, of a cycle whose halves are opposite.
+    /// Returns the instant half a period later or earlier, for a cycle with opposite halves.
     pub(super) fn opposite(&self) -> Instant {
         let negative = |values: &ByAxis<f64>| values.iter().map(|v| -v).collect();
         Instant {
@@ -75,30 +77,31 @@ impl Instant {
     }
 }
 
-/// The steady cycle of a joint.
+/// Steady cycle of a joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleSolution {
-    /// Shear at t = 0: what a later cycle starts from \[Pa\].
+    /// Shear at t = 0 \[Pa\]. A later cycle starts from it.
     pub shear: ByAxis<Vec<f64>>,
-    /// Path of the slip over a cycle, ∮|dv|: 0 on cells that stick throughout \[m\].
+    /// Slip path over a cycle, ∮|dv|; 0 on cells that stick throughout \[m\].
     pub slip_path: Vec<f64>,
-    /// Dissipated energy per area and cycle, ∮|q||dv|; 0 off the cells that slipped in contact \[J/m²\].
+    /// Dissipated energy per area and cycle, ∮|q||dv|; 0 on cells that never slip in contact \[J/m²\].
     pub energy: Vec<f64>,
     /// Dissipated energy per cycle, Σ `energy` dA \[J\].
     pub dissipation: f64,
-    /// The computed instants, the first at t = 0 and the last at t = T.
+    /// Computed instants, the first at t = 0 and the last at t = T.
     pub instants: Vec<Instant>,
     /// Newton steps of all tangential solves.
     pub steps: usize,
     /// Largest relative duality gap of all tangential solves.
     pub error: f64,
-    /// Estimated error of `dissipation`: the duality gaps of the solves, what the closing of a cycle of samples leaves, and, if
-    /// half of them were marched too, what the samples do \[J\].
+    /// Estimated error of `dissipation` \[J\]. It sums the duality gaps of the solves and the remaining
+    /// closure error of a stepped cycle. If half of the samples were computed too, it includes the sampling
+    /// error.
     pub dissipation_error: f64,
 }
 
 impl CycleSolution {
-    /// Half range of the force along the motion \[N\].
+    /// Returns half the range of the force along the motion \[N\].
     pub fn force_along(&self) -> f64 {
         let forces = self.instants.iter().map(|instant| instant.force_along);
         let ends = (f64::INFINITY, f64::NEG_INFINITY);
@@ -106,7 +109,7 @@ impl CycleSolution {
         0.5 * (most - least).max(0.0)
     }
 
-    /// Estimated relative error of `dissipation`, at most 1; 0 where nothing is dissipated.
+    /// Returns the estimated relative error of `dissipation`, at most 1; 0 if nothing is dissipated.
     pub fn relative_error(&self) -> f64 {
         if self.dissipation > 0.0 {
             (self.dissipation_error / self.dissipation).min(1.0)
@@ -116,7 +119,7 @@ impl CycleSolution {
     }
 }
 
-/// Slip and energy gathered over a cycle.
+/// Sums of slip and energy over a cycle.
 pub(super) struct CycleAccumulator {
     pub(super) slip_path: Vec<f64>,
     pub(super) energy: Vec<f64>,
@@ -137,7 +140,7 @@ impl CycleAccumulator {
         }
     }
 
-    /// Adds a step from rest, `times` over.
+    /// Adds a step from rest, counted `times` times.
     fn add(&mut self, step: &TangentialSolution, times: f64) {
         for c in 0..self.energy.len() {
             let axes = step.slip.iter().map(|s| s[c] * s[c]);
@@ -151,8 +154,9 @@ impl CycleAccumulator {
         self.count(step);
     }
 
-    /// Adds a step in which the cells moved by `moved` \[m\], between limits at its ends \[Pa\], each for a part of it in contact. Cells that
-    /// stick do not slip: what they moved by is what a step of second order leaves of a slip that has just ended.
+    /// Adds a step in which the cells moved by `moved` \[m\], with the friction limits at both ends \[Pa\]
+    /// and the fraction of the step in which each cell is in contact. Stick cells do not slip: their `moved`
+    /// is an artefact of the second-order step after a slip that has just ended.
     pub(super) fn add_moved(
         &mut self,
         step: &TangentialSolution,
@@ -172,7 +176,7 @@ impl CycleAccumulator {
         self.count(step);
     }
 
-    /// Adds what another has gathered.
+    /// Adds the sums of another accumulator.
     pub(super) fn join(&mut self, other: &CycleAccumulator) {
         for (all, new) in [
             (&mut self.slip_path, &other.slip_path),
@@ -185,7 +189,7 @@ impl CycleAccumulator {
         self.error = self.error.max(other.error);
     }
 
-    /// Makes a whole cycle of half of one, whose steps were solved once.
+    /// Turns half a cycle into a whole one. The number of solves does not change.
     pub(super) fn double(&mut self) {
         let fields = [&mut self.slip_path, &mut self.energy];
         fields.into_iter().flatten().for_each(|v| *v *= 2.0);
@@ -197,22 +201,24 @@ impl CycleAccumulator {
         self.error = self.error.max(step.error);
     }
 
-    /// Slip path and energy in these parts, one a cell, and by one factor, so that all energy is this part of what it was. Parts were told of
-    /// places that may slip otherwise here; only that of all together is sure, and some of what it moves remains as an error. Where no cell
-    /// that slips has a part, all have that of all.
-    fn scale(&mut self, parts: &[f64], of_all: f64, cell_area: f64) {
+    /// Multiplies slip path and energy of each cell by its entry of `parts`, and all cells by one common
+    /// factor. The total energy becomes `of_all` times the energy before. The entries for single cells were
+    /// computed for places that may slip differently here; only the total is reliable. So a fraction of the
+    /// correction counts as an error. If no slipping cell has a positive entry, all cells are multiplied by
+    /// `of_all`.
+    fn scale(&mut self, parts: &[f64], total_part: f64, cell_area: f64) {
         let before = self.energy.iter().sum::<f64>();
         let energies = self.energy.iter().zip(parts);
-        let in_parts = energies.map(|(energy, part)| energy * part).sum::<f64>();
-        let of_cell = |part: &f64| match in_parts > 0.0 {
-            true => part * of_all * before / in_parts,
-            false => of_all,
+        let weighted = energies.map(|(energy, part)| energy * part).sum::<f64>();
+        let cell_factor = |part: &f64| match weighted > 0.0 {
+            true => part * total_part * before / weighted,
+            false => total_part,
         };
         for values in [&mut self.slip_path, &mut self.energy] {
             let pairs = values.iter_mut().zip(parts);
-            pairs.for_each(|(value, part)| *value *= of_cell(part));
+            pairs.for_each(|(value, part)| *value *= cell_factor(part));
         }
-        self.dissipation_error += MOVED * (of_all * before - in_parts).abs() * cell_area;
+        self.dissipation_error += MOVED * (total_part * before - weighted).abs() * cell_area;
     }
 
     pub(super) fn finish(
@@ -243,10 +249,10 @@ impl CycleAccumulator {
 }
 
 impl FrettingJoint {
-    /// The steady cycle on a surface of which `wear` is gone, with its static contact at the mean load.
+    /// Computes the steady cycle on a surface worn by `wear`, with its static contact at the mean load.
     ///
-    /// `start` is the shear at t = 0 of an earlier cycle. With [`March::Stepped`] it is the state that the joint
-    /// starts from, cut back to the new friction limits; with [`March::Reversal`] it only saves time.
+    /// `start` is the shear at t = 0 of an earlier cycle. With [`March::Stepped`] it is the initial state of
+    /// the joint, cut back to the new friction limits. With [`March::Reversal`] it only saves time.
     pub fn cycle(
         &mut self,
         wear: &[f64],
@@ -257,8 +263,9 @@ impl FrettingJoint {
         Ok(solution)
     }
 
-    /// The steady cycle of [`FrettingJoint::cycle`], with the fields of those of its instants, by their number, that are `wanted`. With
-    /// [`March::Reversal`] and [`March::Superposition`] the instants are the reversals, and t = 0.
+    /// Computes the steady cycle like [`FrettingJoint::cycle`], and the fields at the instants whose numbers
+    /// are `wanted`. With [`March::Reversal`] and [`March::Superposition`] the instants are the reversals and
+    /// t = 0.
     ///
     /// # Errors
     /// As for [`FrettingJoint::cycle`].
@@ -278,8 +285,9 @@ impl FrettingJoint {
         }
     }
 
-    /// The steady cycle of a straight motion is antisymmetric, q(T/2) = −q(0), so that a branch changes the shear by
-    /// −2q(0) while the bodies move by −2δ: half of it is the first loading from zero shear, to the displacement δ.
+    /// The steady cycle of a straight motion is antisymmetric, q(T/2) = −q(0). A branch changes the shear by
+    /// −2q(0) while the bodies move by −2δ. Half of that change is the first loading from zero shear to the
+    /// displacement δ.
     fn by_reversals(
         &mut self,
         motion: &StraightMotion,
@@ -330,7 +338,7 @@ impl FrettingJoint {
             let ends = [(0, 1.0), (motion.bottom, -1.0), (0, 1.0)]
                 .into_iter()
                 .enumerate();
-            let kept = ends
+            let shears = ends
                 .filter(|(k, _)| wanted(*k))
                 .map(|(instant, (sample, sign))| InstantShear {
                     instant,
@@ -339,10 +347,10 @@ impl FrettingJoint {
                 })
                 .collect();
             let solution = tally.finish(cell_area, half.shear, instants);
-            let fields = self.fields(contact, None, &solution, kept);
+            let fields = self.fields(contact, None, &solution, shears);
             return Ok((solution, fields));
         }
-        // t = 0 lies on a branch: one more step from the end that precedes it.
+        // t = 0 lies on a branch: solve one more step from the preceding end.
         let (from, sign) = if motion.bottom > motion.top {
             (motion.bottom, -1.0)
         } else {
@@ -361,7 +369,7 @@ impl FrettingJoint {
         let now = self.motion.at(0);
         let ahead: Vec<f64> = motion.end.iter().map(|end| sign * end).collect();
         let first = if superposed {
-            // From an end on, shear and motion change by twice those of a first loading to half the change.
+            // From an end on, shear and motion change by twice the first loading to half the displacement.
             let change: Vec<f64> = now.iter().zip(&ahead).map(|(n, a)| 0.5 * (n - a)).collect();
             let branch = self.superposed(contact, &change, None)?;
             twice(branch, &before, self.patch.grid)
@@ -379,7 +387,7 @@ impl FrettingJoint {
                 Channel::Force(_) => sign * end + change,
             })
             .collect();
-        let turned = self
+        let torsion_at_start = self
             .motion
             .rotation
             .as_ref()
@@ -388,11 +396,11 @@ impl FrettingJoint {
             instants[at].displacement = place[..first.force.len()].to_vec();
             instants[at].force = first.force.clone();
             instants[at].force_along = self.motion.force_along(&first.shear, cell_area);
-            instants[at].torsion = turned;
+            instants[at].torsion = torsion_at_start;
         }
         let to = motion.top + motion.bottom - from;
         let samples = [0, to, from, 0].into_iter().enumerate();
-        let kept = samples
+        let shears = samples
             .filter(|(k, _)| wanted(*k))
             .map(|(instant, sample)| InstantShear {
                 instant,
@@ -405,11 +413,11 @@ impl FrettingJoint {
             })
             .collect();
         let solution = tally.finish(cell_area, first.shear, instants);
-        let fields = self.fields(contact, None, &solution, kept);
+        let fields = self.fields(contact, None, &solution, shears);
         Ok((solution, fields))
     }
 
-    /// µp on every cell \[Pa\].
+    /// Returns the friction limit µp of every cell \[Pa\].
     pub fn limit(&self, pressure: &[f64]) -> Vec<f64> {
         pressure
             .iter()
@@ -417,7 +425,7 @@ impl FrettingJoint {
             .collect()
     }
 
-    /// One tangential step, between two states of the motion.
+    /// Solves one tangential step between two states of the motion.
     pub fn step(
         &mut self,
         limit: &[f64],
@@ -432,7 +440,7 @@ impl FrettingJoint {
         self.step_within(options, limit, previous, [from, to], start)
     }
 
-    /// A tangential step with other options than the cycle's.
+    /// Solves a tangential step with options other than the cycle's.
     pub fn step_within(
         &mut self,
         options: TangentialOptions,
@@ -445,7 +453,7 @@ impl FrettingJoint {
         self.driven(options, limit, previous, &driven, start)
     }
 
-    /// A tangential step that something drives.
+    /// Solves a tangential step with a given drive.
     pub(super) fn driven(
         &mut self,
         options: TangentialOptions,
@@ -471,19 +479,19 @@ impl FrettingJoint {
     }
 }
 
-/// What the channels moved by in a step: along the axes, then about z.
+/// Returns the displacements of a step along the axes, then the rotation about z.
 pub(super) fn found(step: &TangentialSolution) -> Vec<f64> {
     let axes = step.displacement.iter().copied();
     axes.chain([step.rotation]).collect()
 }
 
-/// Shear times a number.
+/// Returns the shear times a factor.
 fn times(shear: &ByAxis<Vec<f64>>, factor: f64) -> ByAxis<Vec<f64>> {
     let field = |q: &Vec<f64>| q.iter().map(|v| factor * v).collect();
     shear.iter().map(field).collect()
 }
 
-/// The step from the shear `before` that is twice a first loading.
+/// Returns the step that starts from the shear `before` and is twice a first loading.
 fn twice(
     mut step: TangentialSolution,
     before: &ByAxis<Vec<f64>>,
@@ -499,35 +507,38 @@ fn twice(
     step
 }
 
-// The steady cycle of any motion, sample by sample.
+// Steady cycle of any motion, sample by sample.
 //
-// The cycle is marched twice, over every other sample until it closes and from there over all of them (`sequence`). The steps are
-// of second order, so that a third of the change between the two takes slip path and energy of each cell to steps of no length, and the
-// change says what is left.
+// The cycle is computed twice: over every other sample until it closes, and from there over all samples
+// (`sequence`). The steps are of second order. So a third of the change between the two results extrapolates
+// slip path and energy of each cell to steps of zero length, and the change gives an error estimate.
 
-/// What extrapolation leaves of the energy, in parts of what half of the samples change on all cells. Measured on rough joints, it is 0.1 most often
-/// and 0.8 at most in 70 drawn ones, where the motion turns between samples.
+/// Error of the energy after extrapolation, as a fraction of the change due to halving the steps, summed over
+/// all cells. Measured on 70 random rough joints, it is mostly 0.1. It reaches 0.8 where the motion turns
+/// between samples.
 const LEFT: f64 = 0.8;
 
-/// What it leaves where the motion is a history: a table of places has corners, at which steps are of first order. Measured, it is 1.33 at most.
+/// The same error if the motion is a history: its corners make the steps of first order. Measured, it is at
+/// most 1.33.
 const LEFT_OF_HISTORY: f64 = 1.6;
 
-/// The least of that change, in parts of the energy of a cell times the square of the samples: of a single cell half of them may change nothing by
-/// chance.
+/// Smallest change that the error estimate assumes per cell, as a fraction of the cell's energy, times the
+/// square of the number of samples. On a single cell, halving the steps may change nothing by chance.
 const LEAST_CHANGE: f64 = 16.0;
 
-/// Part of what a cell slips and dissipates that extrapolation leaves it at least: where half of the samples change it by more, it is
-/// not yet of second order, and to take all of it would be to say that the cell sticks.
+/// Smallest fraction of a cell's slip path and energy that extrapolation keeps. A larger change shows that
+/// the cell is not yet of second order, and a full extrapolation would make it stick.
 const LEAST_EXTRAPOLATED: f64 = 0.5;
 
-/// Half of fewer samples has no inside.
+/// Smallest number of samples that can be halved.
 pub(super) const FEWEST: usize = 8;
 
 impl FrettingJoint {
-    /// Marches sample by sample until the cycle closes. An odd number of samples, fewer than 8, and any without
-    /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate) are marched once.
+    /// Computes the cycle sample by sample until it closes. The cycle is computed once, without
+    /// extrapolation, if the number of samples is odd or below 8, or without
+    /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate).
     ///
-    /// The fields are those of the march over all samples: extrapolated are slip path and energy alone.
+    /// The fields come from the cycle over all samples: only slip path and energy are extrapolated.
     pub(super) fn by_samples(
         &mut self,
         wear: &[f64],
@@ -536,7 +547,7 @@ impl FrettingJoint {
         wanted: &dyn Fn(usize) -> bool,
     ) -> Result<(CycleSolution, Vec<InstantFields>), WearError> {
         let samples = self.motion.samples();
-        // The last instant is the first one again.
+        // The last instant equals the first.
         let instants: Vec<usize> = (0..=samples).filter(|k| wanted(*k)).collect();
         let limits = self.limits_over_cycle(wear, contact, !instants.is_empty())?;
         let halved = self.options.extrapolate && samples.is_multiple_of(2) && samples >= FEWEST;
@@ -554,13 +565,13 @@ impl FrettingJoint {
         } = Sequence::new(self, &limits, 1, start)?
             .keeping(&instants)
             .close()?;
-        let left = match self.motion.by_order {
+        let error_part = match self.motion.by_order {
             true => LEFT_OF_HISTORY,
             false => LEFT,
         };
         match &coarse {
-            Some(coarse) => extrapolate(&mut tally, &coarse.tally, samples, left, cell_area),
-            // So few samples say nothing of what they leave.
+            Some(coarse) => extrapolate(&mut tally, &coarse.tally, samples, error_part, cell_area),
+            // So few samples give no estimate of their own error.
             None if self.options.extrapolate && samples < FEWEST => {
                 let part = LEAST_CHANGE / (samples * samples) as f64;
                 tally.dissipation_error += part * tally.energy.iter().sum::<f64>() * cell_area;
@@ -573,17 +584,17 @@ impl FrettingJoint {
             0 => kept.get(&0).cloned(),
             _ => kept.remove(&(instant % samples)),
         };
-        let kept = instants.into_iter().map(|instant| InstantShear {
+        let shears = instants.into_iter().map(|instant| InstantShear {
             instant,
             sample: instant % samples,
             shear: shear_of(instant).expect("every sample of a cycle is marched"),
         });
-        let kept = kept.collect();
-        let fields = self.fields(contact, Some(&limits), &solution, kept);
+        let shears = shears.collect();
+        let fields = self.fields(contact, Some(&limits), &solution, shears);
         Ok((solution, fields))
     }
 
-    /// Shifts displacements that were found, and are known up to a constant, to the middle of their range.
+    /// Shifts displacements that are known up to a constant, so that the middle of their range is zero.
     fn about_their_middle(&self, instants: &mut [Instant]) {
         let shift = |instants: &mut [Instant], value: fn(&mut Instant, usize) -> &mut f64, k| {
             let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -612,12 +623,13 @@ impl FrettingJoint {
     }
 }
 
-/// Takes slip path and energy to steps of no length, and estimates what that leaves: the part `left` of what half of the samples change.
+/// Extrapolates slip path and energy to steps of zero length. Estimates the remaining error as `error_part`
+/// times the change due to halving the steps.
 fn extrapolate(
     tally: &mut CycleAccumulator,
     coarse: &CycleAccumulator,
     samples: usize,
-    left: f64,
+    error_part: f64,
     cell_area: f64,
 ) {
     let least = LEAST_CHANGE / (samples * samples) as f64;
@@ -636,32 +648,35 @@ fn extrapolate(
             *fine = extrapolated(*fine, *coarse).max(LEAST_EXTRAPOLATED * *fine);
         }
     }
-    // The errors of the solves are amplified as the energies are.
-    let of_solves = [tally.dissipation_error, -coarse.dissipation_error];
-    tally.dissipation_error = extrapolated(of_solves[0], of_solves[1]) + left * change * cell_area;
+    // The extrapolation amplifies the errors of the solves like the energies.
+    let solve_errors = [tally.dissipation_error, -coarse.dissipation_error];
+    tally.dissipation_error =
+        extrapolated(solve_errors[0], solve_errors[1]) + error_part * change * cell_area;
 }
 
-// The shear of Ciavarella and Jäger: two pressures superposed, in place of a tangential solve.
+// Shear of Ciavarella and Jäger: the superposition of two pressures replaces a tangential solve.
 //
-// Under constant load and a motion along a line d from rest, q = µ (p − p*) d, where p* is a pressure of the same surfaces at a
-// reduced load, N* = N − T/µ, or a reduced approach, δ* = δ − u/(µκ), with κ the tangential over the normal compliance
-// (Ciavarella 1998; Jäger 1998). Cells with p* > 0 stick. Between half spaces of one material this is exact where shear displaces
-// as pressure does, κ times as far and along itself alone: for ν = 0. Otherwise it is an approximation: the stick cells
-// slip a little and the displacement is not the one asked for. Both count in [`TangentialSolution::error`], the relative duality
-// gap of this shear as the exact solve has it, for the true kernels.
+// Under constant load and a motion along a line d from rest, q = µ (p − p*) d. Here p* is a pressure of the
+// same surfaces at a reduced load, N* = N − T/µ, or a reduced approach, δ* = δ − u/(µκ), with κ the ratio of
+// the tangential to the normal compliance (Ciavarella 1998; Jäger 1998). Cells with p* > 0 stick. Between
+// half spaces of one material this is exact if shear displaces the surface like pressure does, κ times as far
+// and only along itself: for ν = 0. Otherwise it is an approximation: the stick cells slip a little, and the
+// displacement differs from the prescribed one. [`TangentialSolution::error`] includes both: it is the
+// relative duality gap of this shear for the true kernels.
 //
-// On the cells in contact p* is the pressure of heights K p against a flat, so that cells at the pressure's cap and bodies that
-// turned are taken as they are.
+// On the cells in contact, p* is the pressure of heights K p against a flat. So capped cells and rotated
+// bodies need no special treatment.
 
-/// Tolerance of the reduced pressure. What it leaves is far below the error of the superposition itself.
+/// Tolerance of the reduced pressure. The resulting error is far below the error of the superposition itself.
 const SUPERPOSITION_TOLERANCE: f64 = 1e-3;
 
 impl FrettingJoint {
-    /// The first loading from rest to `end`, a state of the motion's channels, under the static `contact`. `start` is a shear of
-    /// an earlier one, used for speed alone.
+    /// Computes the first loading from rest to `end`, a state of the motion's channels, under the static
+    /// `contact`. `start` is the shear of an earlier loading, which only saves time.
     ///
     /// # Errors
-    /// [`WearError::NotSuperposed`] unless what moves is displaced, or loaded, along all its axes, and does not turn.
+    /// [`WearError::NotSuperposed`] unless all moving axes have a prescribed displacement, or all a
+    /// prescribed force, and the motion has no rotation.
     pub(super) fn superposed(
         &mut self,
         contact: &NormalSolution,
@@ -669,7 +684,7 @@ impl FrettingJoint {
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
         let axes = self.motion.drive.len();
-        let (along, turned) = end.split_at(axes);
+        let (along, rotation) = end.split_at(axes);
         let amount = along.iter().map(|e| e * e).sum::<f64>().sqrt();
         let moving = || {
             self.motion
@@ -679,14 +694,14 @@ impl FrettingJoint {
                 .filter(|(_, e)| **e != 0.0)
         };
         let by_force = moving().any(|(channel, _)| channel.is_force());
-        if turned.iter().any(|e| *e != 0.0) || moving().any(|(c, _)| c.is_force() != by_force) {
+        if rotation.iter().any(|e| *e != 0.0) || moving().any(|(c, _)| c.is_force() != by_force) {
             return Err(WearError::NotSuperposed);
         }
         let limit = self.limit(&contact.pressure);
         let mut shear = vec![vec![0.0; limit.len()]; axes];
         if amount > 0.0 {
             let direction: Vec<f64> = along.iter().map(|e| e / amount).collect();
-            let reduced = self.reduced(contact, &direction, amount, by_force, start)?;
+            let reduced = self.reduced_pressure(contact, &direction, amount, by_force, start)?;
             for (q, direction) in shear.iter_mut().zip(&direction) {
                 let pressures = contact.pressure.iter().zip(&reduced);
                 for (q, (p, reduced)) in q.iter_mut().zip(pressures) {
@@ -710,8 +725,8 @@ impl FrettingJoint {
         )?)
     }
 
-    /// The pressure p* on the cells in contact, 0 elsewhere.
-    fn reduced(
+    /// Returns the pressure p* on the cells in contact, and 0 elsewhere.
+    fn reduced_pressure(
         &mut self,
         contact: &NormalSolution,
         direction: &[f64],
@@ -756,7 +771,7 @@ impl FrettingJoint {
         Ok(normal::solve(&mut self.half_space, &problem, Some(&first), options)?.pressure)
     }
 
-    /// κ: the energy of shear in proportion to the pressure over that of the pressure.
+    /// Returns κ: the energy of a shear proportional to the pressure, over the energy of the pressure.
     fn compliance_ratio(&mut self, pressure: &[f64], normal: &[f64], direction: &[f64]) -> f64 {
         let energy = |u: &[f64]| pressure.iter().zip(u).map(|(p, u)| p * u).sum::<f64>();
         let mut displacement = vec![0.0; pressure.len()];
@@ -780,15 +795,16 @@ impl FrettingJoint {
     }
 }
 
-// Cycles in which each place of a joint has a load of its own: its nodes come closer to each other at one end of the motion than at the
-// other, although the load of the joint hardly varies.
+// Cycles in which each place of a joint has its own load: its nodes are closer together at one end of the
+// motion than at the other, although the total load hardly varies.
 //
-// The static contact is found under the load of the joint, by the half spaces alone. From there on the nodes are displaced as the
-// structure says, and what the cells between them answer with is the half spaces less what the mesh has of them
-// ([`crate::contact::nodes`]), as it is in the plane.
+// The static contact under the total load uses the half spaces alone. From there on the structure prescribes
+// the nodal displacements. The cells between the nodes then respond with the half spaces less the compliance
+// that the mesh represents ([`crate::contact::nodes`]), as they do in the plane.
 
 impl FrettingJoint {
-    /// The contacts at every sample, one after the other; none where every place has the load of the static contact.
+    /// Computes the contacts at all samples in order, and passes each to `each`. Returns false, without any
+    /// contact, if every place keeps the load of the static contact.
     pub(super) fn contacts_by_place(
         &mut self,
         contact: &NormalSolution,
@@ -800,11 +816,12 @@ impl FrettingJoint {
         };
         let approaches = (0..self.motion.samples()).map(|k| own.approach_of_cells(k));
         let approaches: Vec<Vec<f64>> = approaches.collect();
-        self.closer(contact, approaches, self.options.normal, &mut each)?;
+        self.solve_approaches(contact, approaches, self.options.normal, &mut each)?;
         Ok(true)
     }
 
-    /// Pressures where cells come closer than in a static contact by each of these \[m\], one field after the other \[Pa\].
+    /// Computes the pressures if cells come closer than in the static contact by each field of `approaches`
+    /// \[m\], in order \[Pa\].
     ///
     /// # Errors
     /// [`WearError::Contact`].
@@ -815,20 +832,20 @@ impl FrettingJoint {
         options: NormalOptions,
     ) -> Result<Vec<Vec<f64>>, WearError> {
         let mut pressures = Vec::with_capacity(approaches.len());
-        self.closer(contact, approaches, options, &mut |_, found| {
-            pressures.push(found.pressure.clone());
+        self.solve_approaches(contact, approaches, options, &mut |_, solution| {
+            pressures.push(solution.pressure.clone());
         })?;
         Ok(pressures)
     }
 
-    fn closer(
+    fn solve_approaches(
         &mut self,
         contact: &NormalSolution,
         approaches: Vec<Vec<f64>>,
         options: NormalOptions,
-        each: &mut impl FnMut(&Self, &NormalSolution),
+        on_contact: &mut impl FnMut(&Self, &NormalSolution),
     ) -> Result<(), WearError> {
-        // The height under which the static contact is one of the kernel that answers the nodes.
+        // Heights for which the static contact also solves the contact with the nodal kernel.
         let mut rest = vec![0.0; self.patch.grid.len()];
         self.half_space.normal(&contact.pressure, &mut rest);
         rest.iter_mut().zip(&contact.gap).for_each(|(u, g)| *u -= g);
@@ -843,22 +860,24 @@ impl FrettingJoint {
                 rotation: Rotation::Given([0.0; 2]),
                 pressure_cap: self.pressure_cap,
             };
-            let found = normal::solve(&mut self.half_space, &problem, Some(&start), options)?;
-            each(self, &found);
-            start = found.pressure;
+            let solution = normal::solve(&mut self.half_space, &problem, Some(&start), options)?;
+            on_contact(self, &solution);
+            start = solution.pressure;
         }
         Ok(())
     }
 }
 
-// The first loading of a joint along its motion, from rest to an end of it and beyond.
+// First loading of a joint along its motion, from rest to an end of the motion and beyond.
 
-/// Relative duality gap of a point on the way: its force is in error by some thousandths of the largest. Half of the loop of a straight
-/// motion is twice this loading (Masing), so that points are no more exact than what is made of the loop.
+/// Relative duality gap of a point of the loading. The error of its force is some thousandths of the largest
+/// force. Half the loop of a straight motion is twice this loading (Masing), so its points need no higher
+/// accuracy than the loop.
 const TOLERANCE: f64 = 1e-5;
 
 impl FrettingJoint {
-    /// Shear of the cells at `parts` of the way from the middle of a straight motion to its end, ascending; 1 is the end \[Pa\].
+    /// Computes the shear at `parts` of the way from the middle of a straight motion to its end, in ascending
+    /// order \[Pa\]. 1 is the end.
     ///
     /// # Errors
     /// [`WearError::NotStraight`], and [`WearError::Contact`].

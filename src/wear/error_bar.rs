@@ -1,15 +1,18 @@
-//! Error bars: how far a worn state's figures may be from those of exact wear steps and exact contact solves of the same model,
-//! and of a vibration with all harmonics whose elements each move and are loaded by themselves.
+//! Error bars: distance of a worn state's figures from the exact result of the same model. The exact result
+//! has exact wear steps, exact contact solves, and a vibration with all harmonics in which each element moves
+//! and is loaded individually.
 //!
-//! The worn volume is in error by what the wear steps estimate of themselves, times a factor of safety; by the duality gaps
-//! of the cycles, which bound what friction dissipates, and what their samples leave; and by what the vibration makes wrong in
-//! the energy of every cycle. Every other figure follows the volume: its error is what the last step changed it by, in proportion
-//! (a vibration in force: the last update), and what vibration and cycle make wrong in it directly. Where wear dies out the energy
-//! of a cycle falls by a large part while little volume is worn, so that a small error of volume is a large one of the energy; the
-//! bar says so.
+//! The error of the worn volume has three parts: the estimates of the wear steps, times a safety factor; the
+//! duality gaps of the cycles, which bound the dissipation of friction, with the sampling error; and the
+//! error of the vibration in the energy of every cycle. The error of every other figure follows the volume.
+//! It is proportional to the figure's change over the last step, or over the last update if a vibration
+//! drives the joint. Direct errors by the vibration and the cycle are added. Where wear dies out, the energy
+//! per cycle falls strongly while little volume is worn. A small error of the volume is then a large error of
+//! the energy, and the bar shows it.
 //!
-//! Where single cells decide between sticking and wearing, wear makes large errors of small ones. Under a prescribed motion a coarse
-//! trajectory ([`super::coarse`]) is worn beside, and one and a half times what it differs by is the least that the bar of any figure is.
+//! Where single cells decide between sticking and wearing, wear amplifies small errors. Under a prescribed
+//! motion a coarse trajectory ([`super::coarse`]) is therefore computed too. The bar of any figure is at
+//! least one and a half times the difference of both trajectories.
 
 use std::ops::Add;
 
@@ -18,27 +21,27 @@ use super::WearLaw;
 /// Error of a worn volume, by source \[m³\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VolumeError {
-    /// Wear steps, each by itself.
+    /// Error of the single wear steps.
     pub steps: f64,
-    /// Cycles: their solves, samples and ends.
+    /// Error of the cycles: their solves, samples and closure.
     pub cycles: f64,
-    /// What wear has made of them, beyond that.
+    /// Propagation of these errors by wear, beyond their sum.
     pub propagation: f64,
-    /// Harmonics left out of the vibration.
+    /// Error by the harmonics that the vibration omits.
     pub harmonics: f64,
-    /// Mean displacement and total load, by which a vibration drives the contact.
+    /// Error by driving the contact with the mean displacement and the total load of a vibration.
     pub closure: f64,
-    /// The grid, where half of it has been looked at.
+    /// Error of the grid, if it was estimated with a grid half as fine.
     pub grid: f64,
 }
 
 impl VolumeError {
-    /// By the contact alone: wear steps and cycles.
+    /// Returns the error by the contact alone: wear steps and cycles.
     pub fn of_contact(self) -> f64 {
         self.steps + self.cycles
     }
 
-    /// Errors need not cancel.
+    /// Returns the sum of all errors, because they need not cancel.
     pub fn total(self) -> f64 {
         self.of_contact() + self.propagation + self.harmonics + self.closure + self.grid
     }
@@ -59,21 +62,25 @@ impl Add for VolumeError {
     }
 }
 
-/// Of an error estimated from two results alone, as in [Roache 1994]: what a step does wrong goes on to change the later ones.
-/// Measured, true errors are 0.3 to 2.8 times the estimate.
+/// Safety factor of an error estimated from two results alone, as in [Roache 1994]. The error of a step
+/// changes the later steps, and the estimate misses that. Measured, true errors are 0.3 to 2.8 times the
+/// estimate.
 const SAFETY: f64 = 3.0;
 
-/// Safety factor of an error estimated beside a coarse trajectory, which has what a step goes on to change.
+/// Safety factor of an error estimated along with a coarse trajectory, which includes the effect on later
+/// steps.
 const SAFETY_BESIDE_COARSE: f64 = 2.0;
 
-/// Part of the volume's relative error that every figure has at least, of itself or of its change since the unworn state: one that happens not to
-/// change in a step is not right for that.
+/// Smallest relative error of every figure, of itself or of its change since the unworn state, as a fraction
+/// of the volume's relative error. A figure that happens not to change in a step need not be exact.
 pub const LEAST: f64 = 0.125;
 
-/// Part of the volume's relative error that the energy of a cycle has at least: its errors are nearly as large where the force is given.
+/// Smallest relative error of the energy per cycle, as a fraction of the volume's relative error. If the
+/// force is prescribed, the errors of the energy are nearly as large as the volume's.
 pub const LEAST_OF_ENERGY: f64 = 0.4;
 
-/// Error of the volume worn in a step, its own estimate being `estimate`, with a coarse trajectory beside it or without \[m³\].
+/// Returns the error of the volume worn in a step, from the step's own `estimate`, with or without a coarse
+/// trajectory \[m³\].
 pub fn of_step(estimate: f64, beside_coarse: bool) -> f64 {
     let safety = match beside_coarse {
         true => SAFETY_BESIDE_COARSE,
@@ -82,8 +89,9 @@ pub fn of_step(estimate: f64, beside_coarse: bool) -> f64 {
     safety * estimate
 }
 
-/// Relative error of a figure that changed from `before` to `after` while `volume` was worn, under an `error` of the volume worn in
-/// `all` steps (all three \[m³\]). The part `wears` of the figure is what wear has changed it by. 0 where nothing wears.
+/// Returns the relative error of a figure that changed from `before` to `after` while `volume` was worn.
+/// `error` is the error of the volume `all` worn in all steps (all three \[m³\]). `wears` is the fraction of
+/// the figure that wear has changed. Returns 0 if nothing wears.
 pub fn of_figure(
     [before, after]: [f64; 2],
     wears: f64,
@@ -104,8 +112,9 @@ pub fn of_figure(
     }
 }
 
-/// What an explicit step of `cycles` makes wrong, as it takes the rate of its beginning for that of all its length: half the
-/// change of the energy per area \[J/m²\] over it, summed over cells of `cell_area` \[m²\]. A volume \[m³\].
+/// Returns the error of an explicit step of `cycles`, which assumes its initial rate throughout, as a volume
+/// \[m³\]. It is half the change of the energy per area over the step \[J/m²\], summed over cells of area
+/// `cell_area` \[m²\].
 pub fn of_constant_rate(
     [begin, end]: [&[f64]; 2],
     law: WearLaw,

@@ -1,38 +1,40 @@
-//! Where a wear step has to end for an event to fall on its end rather than inside of it.
+//! Search for the wear step that ends at an event, instead of passing it.
 //!
-//! What is computed up to the end of the step that meets a condition, an update of the contact elements say, would otherwise
-//! depend on the steps that happened to be taken.
+//! Some computations run up to the end of the step that meets a condition, for example an update of the
+//! contact elements. Without this search, their result would depend on the steps that happened to be taken.
 
 use super::WearLaw;
 use super::implicit::{self, Limits, Step};
 use super::joint::{FrettingJoint, WearError, WornState};
 
-/// Lengths tried for one event, after which the shortest that passes it stands.
+/// Largest number of lengths tried for one event. Then the shortest length beyond it is used.
 const MOST: usize = 8;
 
-/// A step that would pass so many such events is not cut: they are finer than what wear is resolved to, and every step ends
-/// beyond one.
+/// A step that would pass this many such events is not shortened. The events are then finer than the
+/// resolution of the wear, and every step ends beyond one.
 const MANY: f64 = 30.0;
 
-/// How far beyond the event a step may end, in parts of the tolerance: late in a run stiffness hardly rises any more, and a little of
-/// it is many cycles.
+/// Largest overshoot of a step beyond the event, as a fraction of the tolerance. Late in a run the stiffness
+/// hardly rises, so that a small overshoot is many cycles.
 const LANDED: f64 = 0.1;
 
-/// The way to an event goes like this power of the cycles, until two lengths tell: stiffness rises fast at first.
+/// Initial exponent of the progress as a power of the cycles, until two lengths give one. The stiffness rises
+/// fast at first.
 const EXPONENT: f64 = 0.7;
 
-/// Powers that two lengths are believed to tell.
+/// Bounds on the exponent that two lengths give; another exponent is ignored.
 const EXPONENTS: (f64, f64) = (0.02, 5.0);
 
-/// What is left of a length at least from one try to the next.
+/// Smallest ratio of one length to the length tried before.
 const SHORTEST: f64 = 0.1;
 
-/// The search for the length of one step. How far its end is on the way to the event is a number that reaches 1 there.
+/// Search for the length of one step. The progress towards the event is a number that reaches 1 at the event.
 #[derive(Debug, Clone)]
 pub struct EventSearch {
     begin: f64,
     tolerance: f64,
-    /// The longest step that ends before the event, the shortest beyond it, and the last one tried.
+    /// Longest step that ends before the event, the shortest beyond it, and the last one tried with its
+    /// progress.
     below: u64,
     above: Option<u64>,
     last: Option<(u64, f64)>,
@@ -40,8 +42,8 @@ pub struct EventSearch {
 }
 
 impl EventSearch {
-    /// `begin` is how far on its way the beginning of the step is. A step may end beyond the event by a part of `tolerance`, or, where
-    /// the way has jumps, by `tolerance` of its length.
+    /// Starts a search. `begin` is the progress at the beginning of the step. A step may overshoot the event
+    /// by a fraction of `tolerance`. If the progress jumps, the length is found within `tolerance` of itself.
     pub fn new(begin: f64, tolerance: f64) -> EventSearch {
         EventSearch {
             begin,
@@ -53,11 +55,12 @@ impl EventSearch {
         }
     }
 
-    /// An implicit step as [`implicit::advance`] makes it, but shorter where it would pass the event. `reached` says how far on its way
-    /// a step ends, whose contact is then that of its wear. Steps tried before count as rejected.
+    /// Makes an implicit step like [`implicit::advance`], but shorter if it would pass the event. `reached`
+    /// returns the progress at the end of a step, whose contact is then the contact of its worn surface.
+    /// Lengths tried before count as rejected.
     ///
     /// # Errors
-    /// Those of the steps, of the contact after them, and of `reached`.
+    /// Errors of the steps, of the contact after them, and of `reached`.
     pub fn advance<E: From<WearError>>(
         mut self,
         joint: &mut FrettingJoint,
@@ -70,14 +73,15 @@ impl EventSearch {
         let load = joint.motion.mean_load;
         let mut attempt = |proposal, limits| -> Result<(Step, f64), E> {
             let mut step = implicit::advance(joint, state, law, proposal, limits)?;
-            // The step's own contact is that of its last stage; an update sees the one that is found on the worn surface.
+            // The step's own contact comes from its last stage. An update uses the contact of the worn
+            // surface.
             let start = Some(&step.contact.pressure[..]);
             step.contact = joint.contact(&step.wear, None, load, start)?;
             let reached = reached(joint, &step)?;
             Ok((step, reached))
         };
         let (mut step, mut far) = attempt(proposal, limits)?;
-        // What accuracy would allow to the next step, had this one not been cut.
+        // Cycles that accuracy would allow for the next step, had this one not been shortened.
         let uncut = step.proposal.min(step.cycles as f64);
         let (mut rejected, mut beyond) = (step.rejected, None);
         while let Some(cycles) = self.next(step.cycles, far) {
@@ -86,7 +90,7 @@ impl EventSearch {
             }
             match beyond.take_if(|beyond| beyond.cycles == cycles) {
                 Some(shortest) => {
-                    // It counted as rejected, which the other one is now.
+                    // This step counted as rejected; the other step is rejected in its place.
                     step = shortest;
                     break;
                 }
@@ -105,8 +109,8 @@ impl EventSearch {
         Ok(step)
     }
 
-    /// The length to try after a step of `cycles` that got as far as `reached`; `None` if that may stand: it ends at the event, or
-    /// before it with no longer one known to pass it.
+    /// Returns the length to try after a step of `cycles` with the progress `reached`. Returns `None` to
+    /// accept that step: it ends at the event, or before it while no longer step is known to pass it.
     pub fn next(&mut self, cycles: u64, reached: f64) -> Option<u64> {
         self.tried += 1;
         if self.begin >= 1.0 || self.above.is_none() && reached - self.begin > MANY {
@@ -127,10 +131,10 @@ impl EventSearch {
             return (cycles != above).then_some(above);
         }
         let target = 1.0 + 0.5 * band - self.begin;
-        let gone = reached - self.begin;
-        let exponent = self.exponent(cycles, gone).unwrap_or(EXPONENT);
-        self.last = Some((cycles, gone));
-        let guess = cycles as f64 * (target / gone).powf(1.0 / exponent).max(SHORTEST);
+        let progress = reached - self.begin;
+        let exponent = self.exponent(cycles, progress).unwrap_or(EXPONENT);
+        self.last = Some((cycles, progress));
+        let guess = cycles as f64 * (target / progress).powf(1.0 / exponent).max(SHORTEST);
         let (least, most) = (self.below as f64 + 1.0, above as f64 - 1.0);
         if guess >= least && guess <= most {
             Some(guess as u64)
@@ -139,9 +143,9 @@ impl EventSearch {
         }
     }
 
-    fn exponent(&self, cycles: u64, gone: f64) -> Option<f64> {
-        let (last, before) = self.last?;
-        let exponent = (gone / before).ln() / (cycles as f64 / last as f64).ln();
+    fn exponent(&self, cycles: u64, progress: f64) -> Option<f64> {
+        let (last, last_progress) = self.last?;
+        let exponent = (progress / last_progress).ln() / (cycles as f64 / last as f64).ln();
         (exponent >= EXPONENTS.0 && exponent <= EXPONENTS.1).then_some(exponent)
     }
 }

@@ -1,14 +1,16 @@
-//! The published wear step: explicit, with the cycles that wear a given depth [A eq. 2.7–2.8].
+//! Published wear step: explicit, for as many cycles as wear a given depth [A eq. 2.7–2.8].
 
 use super::WearLaw;
 
-/// N = floor(Δh_max / max Δh), at least one cycle [A eq. 2.7]. `deepest` is the largest wear depth of one cycle \[m\].
+/// Returns N = floor(Δh_max / max Δh), at least one cycle [A eq. 2.7]. `deepest` is the largest wear depth
+/// per cycle \[m\].
 pub fn cycles(depth_step: f64, deepest: f64) -> u64 {
     // The conversion saturates, so that a joint that hardly wears makes one very long step.
     ((depth_step / deepest).floor() as u64).max(1)
 }
 
-/// h ← h + N Δh [A eq. 2.8], written for the wear depth \[m\]; `energy` is that of a cycle per area \[J/m²\].
+/// Returns h + N Δh [A eq. 2.8], written for the wear depth \[m\]. `energy` is the energy per area and cycle
+/// \[J/m²\].
 pub fn advance(wear: &[f64], energy: &[f64], law: WearLaw, cycles: u64) -> Vec<f64> {
     let reach = law.over(cycles);
     wear.iter()
@@ -17,14 +19,16 @@ pub fn advance(wear: &[f64], energy: &[f64], law: WearLaw, cycles: u64) -> Vec<f
         .collect()
 }
 
-/// The smallest eigenvalue of the half spaces' compliance on a grid, in parts of a cell's own compliance: that of pressures
-/// which alternate from cell to cell.
+/// Smallest eigenvalue of the half spaces' compliance on a grid, over a cell's own compliance. It belongs to
+/// pressures that alternate from cell to cell.
 const ALTERNATING: f64 = 0.5;
 
-/// How far a step is beyond the stability of the explicit scheme: N α µ·(slip path) of the fastest cell in contact over twice
-/// the smallest eigenvalue of the compliance. Above 1 cells overshoot, lift off and come back.
+/// Returns how far a step exceeds the stability limit of the explicit scheme: N α µ·(slip path) of the
+/// fastest cell in contact, over twice the smallest eigenvalue of the compliance. Above 1, cells overshoot,
+/// lift off and come back.
 ///
-/// `slip_path` \[m\] and `pressure` \[Pa\] have one value a cell; `self_compliance` is a cell's own \[m/Pa\].
+/// `slip_path` \[m\] and `pressure` \[Pa\] have one value per cell; `self_compliance` is a cell's own
+/// \[m/Pa\].
 pub fn beyond_stability(
     slip_path: &[f64],
     pressure: &[f64],
@@ -42,8 +46,8 @@ pub fn beyond_stability(
     compliance / (2.0 * ALTERNATING * self_compliance)
 }
 
-/// The deepest step at which a cell under this pressure that wears fastest is stable \[m\]: a step of depth d makes N α µ·(slip
-/// path) = d/p, so that it is stable up to d = 2 λ_min p.
+/// Returns the largest depth of a stable step for the fastest-wearing cell under this pressure \[m\]. A step
+/// of depth d makes N α µ·(slip path) = d/p, so that it is stable up to d = 2 λ_min p.
 pub fn largest_stable_depth(pressure: f64, self_compliance: f64) -> f64 {
     2.0 * ALTERNATING * self_compliance * pressure
 }

@@ -1,7 +1,8 @@
-//! Fields at chosen instants of a steady cycle: pressure, shear, slip and, where the load varies, gap.
+//! Fields at selected instants of a steady cycle: pressure, shear, slip and, if the load varies, gap.
 //!
-//! A march keeps the shear of these instants alone. Slip follows from it and from where the bodies are, as v = δ − K q on every cell, less
-//! what it is at t = 0: so it is zero on stick cells to the tolerance of the solves, and goes on beside the contact.
+//! The cycle stores only the shear of these instants. The slip follows from the shear and from the positions
+//! of the bodies as v = δ − K q on every cell, minus its value at t = 0. So it is zero on stick cells to the
+//! tolerance of the solves, and continuous beyond the contact.
 
 use super::cycle::{CycleSolution, Instant};
 use super::joint::FrettingJoint;
@@ -9,14 +10,14 @@ use super::limits::FrictionLimits;
 use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
 
-/// The fields at an instant of a cycle, on all cells.
+/// Fields at one instant of a cycle, on all cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InstantFields {
     /// Number of the instant in [`CycleSolution::instants`].
     pub instant: usize,
     /// Pressure \[Pa\].
     pub pressure: Vec<f64>,
-    /// Gap \[m\]; none where the load of no cell changes over the cycle.
+    /// Gap \[m\]; `None` if no cell's load changes over the cycle.
     pub gap: Option<Vec<f64>>,
     /// Shear on the lower body, along the displacement of the upper one that causes it \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
@@ -24,7 +25,7 @@ pub struct InstantFields {
     pub slip: ByAxis<Vec<f64>>,
 }
 
-/// The shear at an instant of a cycle, and at which sample of the motion that is.
+/// Shear at an instant of a cycle, and the sample of the motion at that instant.
 pub(super) struct InstantShear {
     pub(super) instant: usize,
     pub(super) sample: usize,
@@ -32,42 +33,47 @@ pub(super) struct InstantShear {
 }
 
 impl FrettingJoint {
-    /// The fields of the instants `kept`, in their order. `limits` are those of a cycle whose load may vary; without them the contact is the
-    /// static one throughout.
+    /// Computes the fields of the instants in `shears`, in their order. `limits` belong to a cycle whose load
+    /// may vary; without them the static contact applies throughout.
     pub(super) fn fields(
         &mut self,
         contact: &NormalSolution,
         limits: Option<&FrictionLimits>,
         solution: &CycleSolution,
-        kept: Vec<InstantShear>,
+        shears: Vec<InstantShear>,
     ) -> Vec<InstantFields> {
-        if kept.is_empty() {
+        if shears.is_empty() {
             return Vec::new();
         }
         let begin = self.unslipped(&solution.instants[0], 0, &solution.shear);
-        let fields = kept.into_iter().map(|kept| {
-            let mut slip =
-                self.unslipped(&solution.instants[kept.instant], kept.sample, &kept.shear);
+        let fields = shears.into_iter().map(|instant_shear| {
+            let mut slip = self.unslipped(
+                &solution.instants[instant_shear.instant],
+                instant_shear.sample,
+                &instant_shear.shear,
+            );
             for (slip, begin) in slip.iter_mut().zip(&begin) {
                 slip.iter_mut().zip(begin).for_each(|(v, v0)| *v -= v0);
             }
-            let of_sample = limits.and_then(|limits| limits.contact_at(kept.sample));
-            let (pressure, gap) = match of_sample {
+            let contact_at_sample =
+                limits.and_then(|limits| limits.contact_at(instant_shear.sample));
+            let (pressure, gap) = match contact_at_sample {
                 Some((pressure, gap)) => (pressure.to_vec(), Some(gap.to_vec())),
                 None => (contact.pressure.clone(), None),
             };
             InstantFields {
-                instant: kept.instant,
+                instant: instant_shear.instant,
                 pressure,
                 gap,
-                shear: kept.shear,
+                shear: instant_shear.shear,
                 slip,
             }
         });
         fields.collect()
     }
 
-    /// δ − K q: what the bodies are displaced by at each cell less what the shear lets the surfaces follow \[m\]. Zero on cells that are not kept.
+    /// Returns δ − K q at each cell: the displacement of the bodies minus the elastic displacement due to
+    /// shear \[m\]. It is zero on cells that are not kept.
     fn unslipped(
         &mut self,
         instant: &Instant,

@@ -1,33 +1,34 @@
-//! Motions of one harmonic.
+//! Motions with a single harmonic.
 
 use std::f64::consts::TAU;
 
 use super::motion::{Channel, Motion, SAME, with_middles};
 
-/// A harmonic channel, `amplitude · cos(2πt/T + phase)`.
+/// Harmonic channel, `amplitude · cos(2πt/T + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Harmonic {
-    /// Half range, of a displacement \[m\] or force \[N\], a rotation \[rad\] or moment \[N m\].
+    /// Half range of a displacement \[m\] or force \[N\], a rotation \[rad\] or moment \[N m\].
     pub amplitude: f64,
-    /// Lead \[rad\].
+    /// Phase lead \[rad\].
     pub phase: f64,
-    /// Whether it is the force or moment that is given.
+    /// Whether the force or moment is prescribed.
     pub is_force: bool,
 }
 
-/// What drives a joint harmonically, under the normal load `load + normal_load_amplitude · cos(2πt/T)`.
+/// Harmonic drive of a joint, under the normal load `load + normal_load_amplitude · cos(2πt/T)`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct HarmonicMotion {
-    /// Along x, and along y where there is shear.
+    /// Drive along x, and along y if there is shear in that direction.
     pub axes: Vec<Harmonic>,
-    /// About z.
+    /// Drive about z.
     pub rotation: Option<Harmonic>,
     /// Half range of the normal load \[N\].
     pub normal_load_amplitude: f64,
 }
 
 impl HarmonicMotion {
-    /// The phase of what moves \[turns\], if all of it turns together: it then goes along a line.
+    /// Returns the common phase of all moving channels, in turns, if all of them turn at the same time. The
+    /// motion is then along a line.
     fn turns_together(&self) -> Option<f64> {
         let mut moving = self
             .axes
@@ -41,13 +42,14 @@ impl HarmonicMotion {
             .then_some(first)
     }
 
-    /// True if it goes along a line.
+    /// Returns true if the motion is along a line.
     pub fn is_straight(&self) -> bool {
         self.turns_together().is_some()
     }
 
-    /// One cycle about the mean `load`: half of the samples equally spaced, with the two ends of a motion whose axes turn together, and
-    /// one in the middle between any two of these. So every other one is a motion of its own.
+    /// Samples one cycle about the mean `load`. Half of the samples are equally spaced, plus the two ends if
+    /// all axes turn at the same time. The other half lies in the middle between any two of these. So every
+    /// other sample is a motion of its own.
     pub fn sampled(&self, load: f64, samples: usize) -> Motion {
         let half = samples.div_ceil(2);
         let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();
@@ -88,8 +90,8 @@ impl HarmonicMotion {
 }
 
 impl Motion {
-    /// Harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under `load + load_amplitude · cos(2πt/T)`, sampled as
-    /// by [`HarmonicMotion::sampled`].
+    /// Returns the harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under
+    /// `load + load_amplitude · cos(2πt/T)`, sampled as in [`HarmonicMotion::sampled`].
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
         let axes: Vec<Harmonic> = axes
             .iter()

@@ -1,22 +1,25 @@
-//! The second-order implicit wear step.
+//! Second-order implicit wear step.
 //!
-//! Wear depth w grows by dw/dn = α(c p + f) per cycle, where c = ∮µ|dv| is the slip seen by friction (so that c p is the
-//! dissipated energy). Where the load varies in the cycle p is the pressure under its largest load, under which all cells touch that ever
-//! do, and c what they dissipate in proportion to that; f is what is left where p is zero. With c frozen, a step that is implicit in p
-//! is a *normal contact with an additional diagonal compliance* N α c, and stable at any size:
+//! The wear depth w grows by dw/dn = α(c p + f) per cycle. Here c = ∮µ|dv| weights the slip path by friction,
+//! so that c p is the dissipated energy. If the load varies in the cycle, p is the pressure under the largest
+//! load, under which all cells touch that ever do. Then c is the dissipated energy per p, and f is the
+//! remaining energy, mainly of cells with p = 0. With c frozen, a step that is implicit in p is a *normal
+//! contact with an additional diagonal compliance* N α c, and stable at any size:
 //!
-//! 1. half a step with c at its beginning, by backward Euler: pressure p½ on the surface w½;
-//! 2. the fretting cycle there: c½, f½ — the midpoint rule in the slip;
-//! 3. the whole step with c½ by the L-stable two-stage SDIRK method (γ = 1 − 1/√2) in the pressure: p₁, p₂.
+//! 1. Half a step with c of the beginning, by backward Euler, gives the pressure p½ on the surface w½.
+//! 2. The fretting cycle there gives c½ and f½: the midpoint rule in the slip.
+//! 3. The whole step with c½ uses the L-stable two-stage SDIRK method (γ = 1 − 1/√2) in the pressure: p₁, p₂.
 //!
-//! Both are of second order, and all coefficients are positive: wear only grows, and nowhere but where c p or f is positive.
+//! Both rules are of second order and all coefficients are positive. So wear only grows, and only where c p
+//! or f is positive.
 //!
-//! The embedded error compares with Simpson's rule over c₀p₀, c½p½ and the extrapolated (2c½ − c₀)p₂: it sees the change of
-//! slip *and* of pressure, and is of third order as the step's own error is. Where cycles are stepped a few cells may decide whether the joint
-//! slides, so that a step is held against Simpson's rule over the energies of three cycles too, that of its end among them, which is the
-//! cycle of the next state and costs nothing more.
+//! The embedded error estimate compares with Simpson's rule over c₀p₀, c½p½ and the extrapolated (2c½ −
+//! c₀)p₂. It includes the change of slip *and* of pressure, and is of third order like the error of the step.
+//! With stepped cycles a few cells may decide whether the joint slides. Such a step is also compared with
+//! Simpson's rule over the energies of three cycles: at its beginning, its middle and its end. The end cycle
+//! costs nothing, because the next state uses it.
 //!
-//! Where the motion changes as the joint wears, each of these cycles has that of its own contact.
+//! If the motion changes as the joint wears, each of these cycles uses the motion of its own contact.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -31,26 +34,28 @@ use crate::grid::ByAxis;
 /// γ of the two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
-/// A proportion c above this many times µ·(slip path) comes from a cell whose pressure is larger under another load than the largest; what is
-/// above it is worn explicitly.
+/// Largest ratio of the proportion c to µ·(slip path). A larger ratio comes from a cell whose pressure peaks
+/// under another load than the largest. The energy above this ratio wears the cell explicitly.
 const LARGEST_RATIO: f64 = 4.0;
 
-/// Part of the step that the error estimate would allow, taken.
+/// Safety factor on the step length that the error estimate allows.
 const SAFETY: f64 = 0.85;
 
-/// Part of the volume worn so far that counts as if the step wore it. Where wear dies out, the step's own volume falls below
-/// what the solves' tolerances leave of error, and no step would be short enough.
+/// Fraction of the volume worn before the step that is added to the step's volume in the error test. Where
+/// wear dies out, the step's own volume falls below the errors of the solves, and no step would be short
+/// enough.
 const SETTLED: f64 = 0.005;
 
-/// Bounds on the change of the step from one to the next.
+/// Bounds on the ratio of the next step length to this one.
 const CHANGE: (f64, f64) = (0.2, 3.0);
 
-/// Times the tolerance of a normal solve to which half step and first stage are solved, up to [`LOOSEST`]. They enter the wear by the slip of the
-/// middle and by a part of the pressure alone: with 100 the worn volume changed by 10⁻⁵.
+/// Factor on the normal solve's tolerance for the half step and the first stage, up to [`LOOSEST`]. These
+/// solves enter the wear only by the slip of the middle and by a part of the pressure: 100 changed the worn
+/// volume by 10⁻⁵.
 const LOOSER: f64 = 100.0;
 const LOOSEST: f64 = 1e-4;
 
-/// Tolerance of a normal solve that need not be as exact as the contact of a state.
+/// Returns the tolerance of a normal solve that may be less exact than the contact of a state.
 pub(super) fn looser(tolerance: f64) -> f64 {
     tolerance.max((LOOSER * tolerance).min(LOOSEST))
 }
@@ -61,84 +66,86 @@ pub(super) struct Rate {
     pub(super) rest: Vec<f64>,
 }
 
-/// What a step begins with.
+/// State at the beginning of a step.
 pub(super) struct Begin {
     pub(super) rate: Rate,
     /// Pressure under the largest load of the cycle \[Pa\].
     pub(super) pressure: Vec<f64>,
 }
 
-/// A finished step.
+/// Accepted wear step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Cycles of the step.
     pub cycles: u64,
-    /// Wear depth after it \[m\].
+    /// Wear depth after the step \[m\].
     pub wear: Vec<f64>,
-    /// Contact after it under the largest load of the cycle, as the last stage found it: what the next contact starts from.
+    /// Contact after the step under the largest load of the cycle, from the last stage. The next contact
+    /// starts from it.
     pub contact: NormalSolution,
-    /// Shear at t = 0 in its middle, to start the next cycle from \[Pa\].
+    /// Shear at t = 0 in the middle of the step \[Pa\]. The next cycle starts from it.
     pub shear: ByAxis<Vec<f64>>,
-    /// The cycle of its middle.
+    /// Cycle in the middle of the step.
     pub middle: MiddleCycle,
-    /// Estimated error of the worn volume in this step (L1 of the wear field) \[m³\].
+    /// Estimated error of the volume worn in this step (L1 norm of the wear field) \[m³\].
     pub error: f64,
-    /// Cycles that the error would allow to the next step.
+    /// Cycles that the error allows for the next step.
     pub proposal: f64,
-    /// Steps that were tried and found inaccurate before this one.
+    /// Number of longer steps that were rejected before this one.
     pub rejected: usize,
-    /// The cycle at its end, where cycles are stepped.
+    /// Cycle at the end of the step, if cycles are stepped.
     pub end: Option<EndCycle>,
 }
 
-/// The steady cycle in the middle of a step, in few numbers.
+/// Summary of the steady cycle in the middle of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MiddleCycle {
     /// Energy dissipated \[J\].
     pub dissipation: f64,
     /// Half range of the force along the motion \[N\].
     pub force: f64,
-    /// Tangential compliance of the contact there \[m/N\]; none where the motion stays.
+    /// Tangential compliance of the contact in the middle \[m/N\]; `None` if the motion does not change.
     pub compliance: Option<f64>,
 }
 
-/// The steady cycle at the end of a step, with all that it hangs on: who asks for it there need not march it again.
+/// Steady cycle at the end of a step, with all its inputs. A caller with the same inputs can reuse the cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndCycle {
-    /// The motion.
+    /// Motion.
     pub motion: Motion,
     /// Wear depth \[m\].
     pub wear: Vec<f64>,
     /// Static pressure at the mean load \[Pa\].
     pub pressure: Vec<f64>,
-    /// Shear that it was marched from \[Pa\].
+    /// Shear that the cycle was started from \[Pa\].
     pub start: ByAxis<Vec<f64>>,
-    /// The cycle.
+    /// Steady cycle.
     pub cycle: CycleSolution,
-    /// Transform pairs that it took; they count for who asks for it.
+    /// Transform pairs of this cycle. The caller that reuses the cycle counts them.
     pub fft_pairs: f64,
 }
 
-/// What bounds a step.
+/// Bounds on a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Error allowed, as a part of the volume worn in the step and, to a small share, before it.
+    /// Error allowed, as a fraction of the volume worn in the step plus a small share of the volume worn
+    /// before.
     pub tolerance: f64,
-    /// Largest wear depth at the rate of its beginning \[m\].
+    /// Largest wear depth of a step, at the rate of its beginning \[m\].
     pub depth_step: Option<f64>,
     /// Cycles left.
     pub remaining: u64,
 }
 
-/// Cycles for a first step, before any error is known: the fastest-wearing cell's wear compliance is then the half
-/// space's own.
+/// Returns the cycles for a first step, before any error is known. In these cycles the wear compliance of the
+/// fastest-wearing cell reaches the half space's own compliance.
 pub fn first_proposal(joint: &FrettingJoint, state: &WornState, law: WearLaw) -> f64 {
-    let farthest = state.cycle.slip_path.iter();
-    let farthest = farthest.fold(0.0f64, |m, path| m.max(*path));
-    joint.half_space.self_compliance() / law.depth(joint.friction_coefficient * farthest)
+    let longest_path = state.cycle.slip_path.iter();
+    let longest_path = longest_path.fold(0.0f64, |m, path| m.max(*path));
+    joint.half_space.self_compliance() / law.depth(joint.friction_coefficient * longest_path)
 }
 
-/// Makes one step of at most `proposal` cycles, shorter ones until its error is within the limits.
+/// Makes one step of at most `proposal` cycles. Shortens the step until its error is within the limits.
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,
@@ -151,7 +158,7 @@ pub fn advance(
     let begin = begin(joint, state)?;
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let by_depth = limits.depth_step.map_or(f64::INFINITY, |d| d / deepest);
-    let mut cycles = whole(proposal.min(by_depth), limits.remaining);
+    let mut cycles = whole_cycles(proposal.min(by_depth), limits.remaining);
     let mut rejected = 0;
     loop {
         let mut step = attempt(joint, state, &begin, law, cycles)?;
@@ -159,11 +166,11 @@ pub fn advance(
         let volume = joint.volume(&step.wear) - before + SETTLED * before;
         let mut end = None;
         if joint.march == March::Stepped && step.error <= limits.tolerance * volume {
-            let found = end_cycle(joint, &step)?;
+            let final_cycle = end_cycle(joint, &step)?;
             step.error = step
                 .error
-                .max(in_retrospect(joint, state, law, &step, &found));
-            end = Some(found);
+                .max(simpson_difference(joint, state, law, &step, &final_cycle));
+            end = Some(final_cycle);
         }
         let relative = if volume > 0.0 {
             step.error / volume
@@ -189,13 +196,13 @@ pub fn advance(
                 tolerance,
             });
         }
-        cycles = whole(step.proposal.min(0.9 * cycles as f64), limits.remaining);
+        cycles = whole_cycles(step.proposal.min(0.9 * cycles as f64), limits.remaining);
         rejected += 1;
     }
 }
 
-/// A whole number of cycles near `wanted` that does not leave a stub before the end.
-fn whole(wanted: f64, remaining: u64) -> u64 {
+/// Returns a whole number of cycles near `wanted` that leaves no short step at the end.
+fn whole_cycles(wanted: f64, remaining: u64) -> u64 {
     if wanted >= remaining as f64 {
         return remaining;
     }
@@ -208,7 +215,7 @@ fn whole(wanted: f64, remaining: u64) -> u64 {
     (cycles as u64).clamp(1, remaining)
 }
 
-/// One step of `cycles`, whatever its error.
+/// Computes one step of `cycles`, whatever its error.
 pub(super) fn attempt(
     joint: &mut FrettingJoint,
     state: &WornState,
@@ -236,7 +243,7 @@ pub(super) fn attempt(
     };
     let scaled =
         |factor: f64, field: &[f64]| -> Vec<f64> { field.iter().map(|v| factor * v).collect() };
-    let worn = |rate: &Rate, pressure: &[f64]| -> Vec<f64> {
+    let wear_rate = |rate: &Rate, pressure: &[f64]| -> Vec<f64> {
         rate.proportion
             .iter()
             .zip(pressure)
@@ -245,9 +252,9 @@ pub(super) fn attempt(
     };
 
     let base = add(&state.wear, &[(0.5 * reach, &begin.rest)]);
-    let of_wear = scaled(0.5 * reach, &begin.proportion);
-    let half = joint.contact_to(looser, &base, &of_wear, load, pressure)?;
-    let half_wear = add(&base, &[(0.5 * reach, &worn(begin, &half.pressure))]);
+    let wear_compliance = scaled(0.5 * reach, &begin.proportion);
+    let half = joint.contact_to(looser, &base, &wear_compliance, load, pressure)?;
+    let half_wear = add(&base, &[(0.5 * reach, &wear_rate(begin, &half.pressure))]);
     let shear = Some(&state.cycle.shear);
     let at_rest = match joint.motion.constant_load() {
         true => None,
@@ -258,33 +265,34 @@ pub(super) fn attempt(
     let cycle = joint.cycle(&half_wear, at_rest, shear)?;
     let middle = split(joint, &half.pressure, &cycle.slip_path, &cycle.energy);
 
-    let of_wear = scaled(GAMMA * reach, &middle.proportion);
+    let wear_compliance = scaled(GAMMA * reach, &middle.proportion);
     let base = add(&state.wear, &[(GAMMA * reach, &middle.rest)]);
-    // On the line through the pressures of the beginning and the middle, at a part of the step.
+    // Extrapolates the pressures of the beginning and the middle linearly to a fraction of the step.
     let on_line = |part: f64| -> Vec<f64> {
         let cells = pressure.iter().zip(&half.pressure);
         cells
             .map(|(begin, half)| (begin + 2.0 * part * (half - begin)).max(0.0))
             .collect()
     };
-    let first = joint.contact_to(looser, &base, &of_wear, load, &on_line(GAMMA))?;
-    let first_worn = worn(&middle, &first.pressure);
+    let first = joint.contact_to(looser, &base, &wear_compliance, load, &on_line(GAMMA))?;
+    let first_rate = wear_rate(&middle, &first.pressure);
     let base = add(
         &state.wear,
-        &[((1.0 - GAMMA) * reach, &first_worn), (reach, &middle.rest)],
+        &[((1.0 - GAMMA) * reach, &first_rate), (reach, &middle.rest)],
     );
-    let second = joint.contact(&base, Some(&of_wear), load, Some(&on_line(1.0)))?;
-    let second_worn = worn(&middle, &second.pressure);
-    let wear = add(&base, &[(GAMMA * reach, &second_worn)]);
+    let second = joint.contact(&base, Some(&wear_compliance), load, Some(&on_line(1.0)))?;
+    let second_rate = wear_rate(&middle, &second.pressure);
+    let wear = add(&base, &[(GAMMA * reach, &second_rate)]);
 
     let lambda = joint.half_space.self_compliance();
     let error = (0..wear.len()).map(|c| {
         let last = (2.0 * middle.proportion[c] - begin.proportion[c]).max(0.0) * second.pressure[c];
         let between = middle.proportion[c] * half.pressure[c];
         let simpson = (begin.proportion[c] * pressure[c] + 4.0 * between + last) / 6.0;
-        let taken = (1.0 - GAMMA) * first_worn[c] + GAMMA * second_worn[c];
-        // Where wear is stiff (its compliance above the half space's), an implicit step damps what a quadrature sees.
-        reach * (taken - simpson).abs() / (1.0 + reach * middle.proportion[c] / lambda)
+        let step_rate = (1.0 - GAMMA) * first_rate[c] + GAMMA * second_rate[c];
+        // Where wear is stiff (its compliance exceeds the half space's), the implicit step damps the
+        // quadrature's error.
+        reach * (step_rate - simpson).abs() / (1.0 + reach * middle.proportion[c] / lambda)
     });
     let error = error.sum::<f64>() * joint.patch.grid.cell_area();
     Ok(Step {
@@ -304,7 +312,7 @@ pub(super) fn attempt(
     })
 }
 
-/// The cycle at the end of a step.
+/// Computes the cycle at the end of a step.
 fn end_cycle(joint: &mut FrettingJoint, step: &Step) -> Result<EndCycle, WearError> {
     let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure))?;
     joint.follow(&contact.pressure)?;
@@ -322,10 +330,11 @@ fn end_cycle(joint: &mut FrettingJoint, step: &Step) -> Result<EndCycle, WearErr
     })
 }
 
-/// What a step has worn otherwise than Simpson's rule over the cycles of its beginning, its middle and its `end` says \[m³\], where wear grows
-/// towards its end: a joint that begins to slide, or new cells that come to bear, may show there alone. Where wear dies out an implicit step
-/// damps what the quadrature sees.
-fn in_retrospect(
+/// Returns by how much the volume worn in a step differs from Simpson's rule over its three cycles \[m³\]: at
+/// the beginning, in the middle and at the `end`. Only a rate that grows towards the end counts: a joint that
+/// begins to slide, or new cells that touch, may show there alone. Where wear dies out, the implicit step
+/// damps this difference.
+fn simpson_difference(
     joint: &FrettingJoint,
     begin: &WornState,
     law: WearLaw,
@@ -345,7 +354,7 @@ fn in_retrospect(
     (law.over(step.cycles) * (first + 4.0 * middle + last) / 6.0 - worn).abs()
 }
 
-/// The rate at the beginning of a step, with the pressure that it is in proportion to.
+/// Computes the wear rate at the beginning of a step, and the pressure to which it is proportional.
 pub(super) fn begin(joint: &mut FrettingJoint, state: &WornState) -> Result<Begin, WearError> {
     let pressure = if joint.motion.constant_load() {
         state.pressure.clone()
@@ -364,7 +373,8 @@ pub(super) fn begin(joint: &mut FrettingJoint, state: &WornState) -> Result<Begi
     })
 }
 
-/// Splits the energy of a cycle into c·p and f, p under the largest load. With a constant load c is µ times the slip path, and f is zero.
+/// Splits the energy of a cycle into c·p and f, with p under the largest load. Under constant load c is µ
+/// times the slip path, and f is zero.
 fn split(joint: &FrettingJoint, pressure: &[f64], slip_path: &[f64], energy: &[f64]) -> Rate {
     let constant = joint.motion.constant_load();
     let mut rate = Rate {

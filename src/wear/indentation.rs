@@ -1,4 +1,4 @@
-//! Pressing elastically different bodies together with friction: they slip under the rising load.
+//! Indentation of elastically different bodies with friction: they slip while the load rises.
 
 use super::curves::Curve;
 use super::{FrettingJoint, WearError};
@@ -7,25 +7,25 @@ use crate::contact::coupled::{self, CoupledOptions};
 use crate::contact::normal::{Control, NormalProblem, NormalSolution};
 use crate::grid::ByAxis;
 
-/// What friction did in a static contact.
+/// Solver effort and error of the friction in a static contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     /// Newton steps of all load steps.
     pub steps: usize,
-    /// Relative duality gap of the worst of them.
+    /// Largest relative duality gap of a load step.
     pub error: f64,
 }
 
-/// A contact that was pressed together.
+/// Contact after indentation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressedContact {
-    /// That under the full load; its iterations are those of all load steps.
+    /// Contact under the full load, with the iterations of all load steps.
     pub solution: NormalSolution,
     /// Shear traction on the upper body \[Pa\], row-major with x fastest.
     pub shear: ByAxis<Vec<f64>>,
-    /// What friction took.
+    /// Solver effort and error of the friction.
     pub friction: Friction,
-    /// Load over approach on the way.
+    /// Load over approach during the indentation.
     pub curve: Curve,
 }
 

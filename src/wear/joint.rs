@@ -1,4 +1,4 @@
-//! A rough joint that frets: what the wear steps ask for contact and cycle.
+//! Rough joint under fretting: the contact and cycle solves that the wear steps use.
 
 use std::rc::Rc;
 
@@ -14,7 +14,7 @@ use crate::contact::tangential::TangentialOptions;
 use crate::contact::{ContactError, Coupling, HalfSpace, Shear};
 use crate::grid::Patch;
 
-/// What can go wrong in a fretting cycle or a wear step.
+/// Errors of a fretting cycle or a wear step.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WearError {
     /// A contact solve failed.
@@ -22,54 +22,54 @@ pub enum WearError {
     Contact(#[from] ContactError),
     /// The motion turns elsewhere than at two opposite ends, or the load changes.
     #[error(
-        "`reversal` needs a straight motion about zero under constant normal load; march it `stepped`"
+        "`reversal` needs a straight motion about zero under constant normal load; use `stepped` instead"
     )]
     NotStraight,
-    /// The motion is not one along a line in the plane.
+    /// The motion is not along a line in the plane.
     #[error(
-        "`superposition` needs displacements given along all axes that move, or forces along all of them, and no rotation about z; march it by `reversal`"
+        "`superposition` needs a prescribed displacement along every moving axis, or a prescribed force along every one, and no rotation about z; use `reversal` instead"
     )]
     NotSuperposed,
-    /// The cycle does not repeat itself.
+    /// The cycle does not become periodic.
     #[error(
-        "the fretting cycle did not become steady: after {cycles} cycles its energy may still change by more than {tolerance:.1e} of itself"
+        "the fretting cycle did not become periodic: after {cycles} cycles its energy may still change by more than the fraction {tolerance:.1e}; raise fidelity.cycle_tolerance"
     )]
     NotSteady {
-        /// Cycles marched.
+        /// Cycles computed.
         cycles: usize,
-        /// The closure asked for.
+        /// Required closure.
         tolerance: f64,
     },
-    /// No force of a bolt presses the joint as is wanted.
+    /// No force of the bolt gives the joint the required load.
     #[error(
-        "no force of the bolt presses the joint by {load:e} N: with {preload:e} N in the bolt it bears {found:e} N; is contact.preload where the bolt is?"
+        "no force of the bolt gives the joint a load of {load:e} N: with {preload:e} N in the bolt the joint bears {found:e} N; check the place of the bolt in contact.preload"
     )]
     NotTightened {
-        /// The load wanted \[N\].
+        /// Required load \[N\].
         load: f64,
-        /// The last force tried \[N\].
+        /// Last force tried \[N\].
         preload: f64,
-        /// What the joint bore under it \[N\].
+        /// Load of the joint under that force \[N\].
         found: f64,
     },
     /// A single cycle wears far more than a step of its scheme may.
     #[error(
-        "a single cycle wears {times:.2e} times what a wear step can, and no step is shorter: lower wear.coefficient (is its unit right?) or the motion"
+        "a single cycle wears {times:.2e} times as much as a wear step should, and no step is shorter than a cycle: lower wear.coefficient (check its unit) or the motion"
     )]
     CycleWearsTooMuch {
-        /// How many times.
+        /// Wear of a single cycle, relative to a step's.
         times: f64,
     },
-    /// A wear step that could not be made accurate enough.
+    /// A wear step could not be made accurate enough.
     #[error(
-        "a wear step of {cycles} cycle has an error of {error:.2e} of its volume, {tolerance:.1e} asked: a single cycle wears too much; raise wear.tolerance, or lower wear.coefficient or the motion"
+        "a wear step of {cycles} cycle has an error of {error:.2e} of its volume, and the tolerance is {tolerance:.1e}: a single cycle wears too much; raise wear.tolerance, or lower wear.coefficient or the motion"
     )]
     StepTooSmall {
         /// Cycles of the smallest step tried.
         cycles: u64,
-        /// Its error.
+        /// Relative error of that step.
         error: f64,
-        /// The error asked for.
+        /// Required relative error.
         tolerance: f64,
     },
 }
@@ -77,22 +77,25 @@ pub enum WearError {
 /// Tolerances of the solves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrettingOptions {
-    /// Of the normal contact.
+    /// Options of the normal contact.
     pub normal: NormalOptions,
-    /// Of each tangential step.
+    /// Options of each tangential step.
     pub tangential: TangentialOptions,
-    /// Closure of the steady cycle: what its shear still changes by would dissipate, in parts of what it dissipates.
+    /// Closure of the steady cycle: the energy that its remaining change of shear would dissipate, over its
+    /// dissipation.
     pub cycle_tolerance: f64,
-    /// Whether a cycle of samples is marched by steps of second order, over every other sample too, and extrapolated to steps of no length.
+    /// Whether a stepped cycle uses second-order steps, is also computed over every other sample, and is
+    /// extrapolated to steps of zero length.
     pub extrapolate: bool,
 }
 
-/// Part of the closure of a cycle that the gap of each of its steps may have. Where all slides, a gap of g lets the shear lag behind the slip by
-/// √(2g), and that changes the energy of a motion that turns: by 0.2 % for 1e-4.
+/// Tolerance of each step's duality gap, as a fraction of the cycle's closure. In gross slip a gap g lets the
+/// shear lag behind the slip by √(2g). For a motion that turns, 1e-4 changes the energy by 0.2 %.
 const GAP_OF_CLOSURE: f64 = 0.1;
 
 impl FrettingOptions {
-    /// Those of tangential steps that follow one another, each from the shear that the last has left.
+    /// Returns the options of tangential steps in a sequence, each of which starts from the shear of the last
+    /// one.
     pub fn tangential_in_sequence(&self) -> TangentialOptions {
         let closure = GAP_OF_CLOSURE * self.cycle_tolerance;
         TangentialOptions {
@@ -102,58 +105,61 @@ impl FrettingOptions {
     }
 }
 
-/// A motion that changes as the joint wears: by the tangential compliance of the fine contact \[m/N\].
+/// Motion that changes as the joint wears, as a function of the tangential compliance of the fine contact
+/// \[m/N\].
 #[derive(Clone)]
 pub struct EvolvingMotion {
-    /// The motion at a compliance.
+    /// Motion at a given compliance.
     pub motion: Rc<dyn Fn(f64) -> Motion>,
-    /// The compliance at the beginning of a step.
+    /// Compliance at the beginning of a step.
     pub begin: f64,
-    /// How the compliance is found.
+    /// Directions of shear in the solve for the compliance.
     pub shear: Shear,
-    /// Whether normal and tangential displacements are coupled in it.
+    /// Coupling of normal and tangential displacements in that solve.
     pub coupling: Coupling,
 }
 
-/// A joint, its unworn surface and its motion.
+/// Joint: its unworn surface and its motion.
 pub struct FrettingJoint {
-    /// The two half spaces.
+    /// Both half spaces.
     pub half_space: HalfSpace,
     /// Grid and kept cells.
     pub patch: Patch,
     /// Unworn composite height, positive towards the other body \[m\].
     pub height: Vec<f64>,
-    /// The bodies that press each other under loads of their own; none: a load or an approach presses half spaces together.
+    /// Bodies that press each other under loads of their own. `None`: a load or an approach presses half
+    /// spaces together.
     pub pressing: Option<Pressing>,
-    /// Rotation about x and y, or the moments under which the bodies turn.
+    /// Rotation about x and y, or the moments under which the bodies rotate.
     pub rotation: Rotation,
     /// Pressure cap \[Pa\].
     pub pressure_cap: Option<f64>,
     /// Friction coefficient µ.
     pub friction_coefficient: f64,
-    /// The motion.
+    /// Motion.
     pub motion: Motion,
-    /// What the motion goes on to as the joint wears; none: it stays as it is.
+    /// Evolution of the motion as the joint wears; `None` if the motion does not change.
     pub course: Option<EvolvingMotion>,
-    /// How a cycle is marched.
+    /// Method that computes a cycle.
     pub march: March,
     /// Tolerances.
     pub options: FrettingOptions,
 }
 
-/// A joint at some point of its wear: all that a step needs, and all that a restart needs.
+/// Joint at some point of its wear: the input of a step, and of a restart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WornState {
     /// Cumulative wear depth ≥ 0 \[m\].
     pub wear: Vec<f64>,
     /// Static pressure at the mean load \[Pa\].
     pub pressure: Vec<f64>,
-    /// The steady cycle there.
+    /// Steady cycle of the worn surface.
     pub cycle: CycleSolution,
 }
 
 impl FrettingJoint {
-    /// Normal contact of the surface worn by `wear` under `load`, with an optional diagonal compliance.
+    /// Solves the normal contact of the surface worn by `wear` under `load`, with an optional diagonal
+    /// compliance.
     pub fn contact(
         &mut self,
         wear: &[f64],
@@ -164,7 +170,8 @@ impl FrettingJoint {
         self.pressed(wear, compliance, Control::Load(load), start)
     }
 
-    /// Normal contact with a diagonal compliance, to the tolerance that `tolerance` makes of the joint's own.
+    /// Solves the normal contact with a diagonal compliance. `tolerance` maps the joint's own tolerance to
+    /// the one used.
     pub(super) fn contact_to(
         &mut self,
         tolerance: impl FnOnce(f64) -> f64,
@@ -180,8 +187,9 @@ impl FrettingJoint {
         solution
     }
 
-    /// Normal contact of the surface worn by `wear` under a load or at an approach, with an optional diagonal compliance. Bodies of a structure
-    /// have loads of their own, and `control` is not asked.
+    /// Solves the normal contact of the surface worn by `wear` under a load or at an approach, with an
+    /// optional diagonal compliance. Bodies of a structure have loads of their own, so that `control` is
+    /// ignored.
     pub fn pressed(
         &mut self,
         wear: &[f64],
@@ -202,8 +210,9 @@ impl FrettingJoint {
             rotation: self.rotation,
             pressure_cap: self.pressure_cap,
         };
-        // How bodies press each other is the half spaces' doing and the structure's, as it bends under loads that stay. What its mesh has of half
-        // spaces matters to what displaces it.
+        // Static loads bend the structure, so that the bodies respond with the half spaces and the structure.
+        // The nodal kernel, half spaces less the mesh's own compliance, only serves for prescribed nodal
+        // displacements.
         let options = self.options.normal;
         let Some(pressing) = &self.pressing else {
             let solve = |half_space: &mut _| normal::solve(half_space, &problem, start, options);
@@ -214,11 +223,11 @@ impl FrettingJoint {
         solution.approach = pressing.approach(&self.patch, &solution);
         self.pressing
             .iter_mut()
-            .for_each(|of| of.shortening = shortening);
+            .for_each(|pressing| pressing.shortening = shortening);
         Ok(solution)
     }
 
-    /// The static contact, at the mean load.
+    /// Solves the static contact, at the mean load.
     pub fn static_contact(
         &mut self,
         wear: &[f64],
@@ -227,14 +236,15 @@ impl FrettingJoint {
         self.contact(wear, None, self.motion.mean_load, start)
     }
 
-    /// Moves as at the beginning of a step.
+    /// Resets the motion to the beginning of a step.
     pub(super) fn follow_from_begin(&mut self) {
         if let Some(course) = &self.course {
             self.motion = (course.motion)(course.begin);
         }
     }
 
-    /// Moves as the joint does under these pressures, and says its tangential compliance \[m/N\]; none where its motion stays.
+    /// Updates the motion to these pressures, and returns the tangential compliance of the contact \[m/N\].
+    /// Returns `None` if the motion does not change.
     pub(super) fn follow(&mut self, pressure: &[f64]) -> Result<Option<f64>, WearError> {
         let Some(course) = self.course.clone() else {
             return Ok(None);
@@ -245,18 +255,18 @@ impl FrettingJoint {
         Ok(Some(compliance))
     }
 
-    /// Worn volume of a wear field \[m³\].
+    /// Returns the worn volume of a wear field \[m³\].
     pub fn volume(&self, wear: &[f64]) -> f64 {
         wear.iter().sum::<f64>() * self.patch.grid.cell_area()
     }
 }
 
-// Stiffness of a joint at a contact that it has.
+// Stiffness of a joint at a known contact.
 
 impl FrettingJoint {
-    /// kn and kt \[N/m\] under `pressure` \[Pa\], of half spaces. Capped cells count in kt alone; kn is that of bodies that turn where the
-    /// rotation is free. Those of coupled bodies are at full stick, but for kn without friction.
-    /// They are right to 1e-6.
+    /// Returns kn and kt \[N/m\] of the half spaces under `pressure` \[Pa\], with a relative accuracy of
+    /// 1e-6. Capped cells count only in kt. If the rotation is free, kn is the stiffness of bodies that
+    /// rotate. The stiffnesses of coupled bodies assume full stick, except for kn without friction.
     ///
     /// # Errors
     /// [`WearError::Contact`].
@@ -270,8 +280,9 @@ impl FrettingJoint {
         Ok(self.half_space.without_nodal(solve)?)
     }
 
-    /// kn and kt \[N/m\] as [`FrettingJoint::stiffness`], without the compliance of a structure's own mesh where that is taken from the
-    /// half spaces; right to some 1e-4, enough to hold them against the contact elements'.
+    /// Returns kn and kt \[N/m\] like [`FrettingJoint::stiffness`], without the compliance that the
+    /// structure's mesh represents, if that is subtracted from the half spaces. The accuracy of some 1e-4
+    /// suffices for a comparison with the contact elements.
     ///
     /// # Errors
     /// [`WearError::Contact`].
@@ -285,7 +296,7 @@ impl FrettingJoint {
         Ok(solve(&mut self.half_space)?)
     }
 
-    /// What finds both stiffnesses on a half space.
+    /// Returns a function that computes both stiffnesses on a half space.
     fn linearised<'a>(
         &self,
         pressure: &'a [f64],
@@ -295,14 +306,14 @@ impl FrettingJoint {
     ) -> impl FnOnce(&mut HalfSpace) -> Result<(f64, f64), ContactError> + use<'a> {
         let (cap, rotation) = (self.pressure_cap, self.rotation);
         move |half_space| {
-            of(
+            linearised_stiffness(
                 half_space, pressure, cap, rotation, shear, coupling, tolerance,
             )
         }
     }
 }
 
-fn of(
+fn linearised_stiffness(
     half_space: &mut HalfSpace,
     pressure: &[f64],
     cap: Option<f64>,

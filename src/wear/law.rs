@@ -1,4 +1,5 @@
-//! The wear law: worn volume goes with dissipated energy.
+//! Wear law: the worn volume is proportional to the dissipated energy.
+//!
 //!
 //! ```
 //! use fretwear::wear::WearLaw;
@@ -10,7 +11,7 @@
 //! assert!((law.energy(volume) / 100.0 - 1.0).abs() < 1e-12);
 //! ```
 
-/// Wear by dissipated energy.
+/// Wear law by dissipated energy.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearLaw {
     /// Worn volume per dissipated energy α \[m³/J\].
@@ -18,22 +19,23 @@ pub struct WearLaw {
 }
 
 impl WearLaw {
-    /// Worn volume V = α E \[m³\] of a dissipated energy \[J\], [A eq. 2.5].
+    /// Returns the worn volume V = α E \[m³\] for a dissipated energy \[J\] [A eq. 2.5].
     pub fn volume(self, energy: f64) -> f64 {
         self.coefficient * energy
     }
 
-    /// Dissipated energy \[J\] of a worn volume \[m³\], [A eq. 2.5].
+    /// Returns the dissipated energy \[J\] for a worn volume \[m³\] [A eq. 2.5].
     pub fn energy(self, volume: f64) -> f64 {
         volume / self.coefficient
     }
 
-    /// Wear depth Δh = α ∫ q·ds \[m\] of an energy that is dissipated per area \[J/m²\], [A eq. 2.6].
+    /// Returns the wear depth Δh = α ∫ q·ds \[m\] for an energy dissipated per area \[J/m²\] [A eq. 2.6].
     pub fn depth(self, energy: f64) -> f64 {
         self.coefficient * energy
     }
 
-    /// Wear depth \[m\] after so many equal cycles, per energy that each dissipates per area \[m³/J\]: N α.
+    /// Returns the wear depth \[m\] after `cycles` equal cycles, per energy that each dissipates per area
+    /// \[m³/J\]: N α.
     pub fn over(self, cycles: u64) -> f64 {
         cycles as f64 * self.coefficient
     }

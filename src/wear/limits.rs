@@ -1,37 +1,41 @@
-//! Friction limits over a cycle, and which part of a step a cell is in contact where it closes or opens within it.
+//! Friction limits over a cycle, and the fraction of a step in which a closing or opening cell is in contact.
 
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Motion, SAME, Step};
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::Drive;
 
-/// Part of a step before a change of contact where the gaps beside it do not say it: on average it is in the middle.
+/// Fraction of a step before a change of contact if the neighbouring gaps give none: the middle, as on
+/// average.
 const MIDDLE: f64 = 0.5;
 
-/// Part of what friction carries that forces leave, from which on a solve is the more exact, and how exact at most. Else an orbit that leaves
-/// 3e-3 was 0.3 % off in the energy of a cycle, one that leaves 3e-4 1.4 to 10 %.
+/// Reserve of friction over the prescribed forces, as a fraction of the friction capacity, below which a
+/// solve needs a tighter tolerance, and the smallest factor on that tolerance. Without these, an orbit with a
+/// reserve of 3e-3 had an error of 0.3 % in the energy per cycle, and one with 3e-4 had an error of 1.4 to 10
+/// %.
 const RESERVE: f64 = 1.0 / 30.0;
 const MOST_EXACT: f64 = 1e-3;
 
-/// Friction limits of the samples of a cycle.
+/// Friction limits at the samples of a cycle.
 pub(super) struct FrictionLimits {
-    /// µp on every cell \[Pa\], one field for each load that differs.
+    /// µp on every cell \[Pa\], one field for each distinct load.
     fields: Vec<Vec<f64>>,
-    /// Gap on every cell \[m\], likewise; none under constant load. Gaps only say when cells close, for which single precision is ample.
+    /// Gap on every cell \[m\], one field for each distinct load; empty under constant load. Gaps only give
+    /// the time at which cells close, so single precision suffices.
     gaps: Vec<Vec<f32>>,
-    /// Pressure \[Pa\] and gap \[m\] of the same contacts, where fields of the cycle are wanted.
+    /// Pressure \[Pa\] and gap \[m\] of the same contacts, if fields of the cycle are wanted.
     contacts: Option<Vec<[Vec<f64>; 2]>>,
-    /// The field of each sample.
+    /// Index of the field of each sample.
     of_sample: Vec<usize>,
 }
 
-/// A cell that closes or opens within a step.
+/// Cell that closes or opens within a step.
 pub(super) struct Change {
-    /// The cell.
+    /// Number of the cell.
     pub(super) cell: usize,
-    /// Part of the step in which the cell is open.
+    /// Fraction of the step in which the cell is open.
     pub(super) open: f64,
-    /// Whether the cell closes; it opens otherwise.
+    /// Whether the cell closes; otherwise it opens.
     pub(super) closes: bool,
 }
 
@@ -54,24 +58,24 @@ impl FrictionLimits {
         }
     }
 
-    /// Limits at a sample, counted on over the end of the cycle \[Pa\].
+    /// Returns the limits at a sample, counted periodically \[Pa\].
     pub(super) fn at(&self, sample: usize) -> &[f64] {
         &self.fields[self.of_sample[sample % self.of_sample.len()]]
     }
 
-    /// Pressure and gap at a sample, where they are held and change over the cycle.
+    /// Returns pressure and gap at a sample, if they are stored and change over the cycle.
     pub(super) fn contact_at(&self, sample: usize) -> Option<(&[f64], &[f64])> {
         let [pressure, gap] = &self.contacts.as_ref()?[self.of_sample[sample]];
         Some((pressure, gap))
     }
 
-    /// True if the limits are not the same throughout.
+    /// Returns true if the limits vary over the cycle.
     pub(super) fn vary(&self) -> bool {
         self.fields.len() > 1
     }
 
-    /// Cells that close or open between the samples `k` and `k + stride` of the `motion`. The gap of two samples beside the change,
-    /// continued as a straight line, says when.
+    /// Returns the cells that close or open between the samples `k` and `k + stride` of the `motion`. The
+    /// time of a change is extrapolated linearly from the gaps at the two samples on its open side.
     pub(super) fn changes(&self, motion: &Motion, k: usize, stride: usize) -> Vec<Change> {
         if !self.vary() {
             return Vec::new();
@@ -83,7 +87,8 @@ impl FrictionLimits {
             [before, from, to].map(|sample| motion.load_change(sample, stride));
         let [gap_before, gap_from, gap_to, gap_after] = [before, from, to, to + stride].map(gap);
         let (limit_from, limit_to) = (self.at(from), self.at(to));
-        // Of a gap that is `near` beside the change and was, or will be, `far` a step of this length away.
+        // Returns the open fraction of the step. The gap is `near` at the sample next to the change, and
+        // `far` one step further away.
         let open = |near: f32, far: f32, length: f64| {
             let (near, rate) = (f64::from(near), f64::from(far - near) / length);
             if rate > 0.0 {
@@ -111,8 +116,9 @@ impl FrictionLimits {
     }
 }
 
-/// What the tolerance of a step is to be multiplied by, under friction limits at its end \[Pa\]: near what friction carries, a force leaves the
-/// displacement to what little sticks, and an error of the solve is the larger in it. 1 where no force is given.
+/// Returns the factor on the tolerance of a step under the friction limits at its end \[Pa\]. Near the
+/// friction capacity a force leaves the displacement to the few cells that stick, which amplifies errors of
+/// the solve. Returns 1 without a prescribed force.
 pub(super) fn exactness(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
     let forces = driven.drive.iter().map(|drive| match drive {
         Drive::Force(force) => force * force,
@@ -127,22 +133,23 @@ pub(super) fn exactness(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
 }
 
 impl FrettingJoint {
-    /// Friction limits over the cycle, on a surface of which `wear` is gone, with its static contact at the mean load. Loads that
-    /// come back are solved once. With `hold` the pressures and gaps of a load that varies are held too.
+    /// Computes the friction limits over the cycle on a surface worn by `wear`, with its static contact at
+    /// the mean load. Each distinct load is solved once. With `store_contacts` the pressures and gaps of a
+    /// varying load are stored too.
     pub(super) fn limits_over_cycle(
         &mut self,
         wear: &[f64],
         contact: &NormalSolution,
-        hold: bool,
+        store_contacts: bool,
     ) -> Result<FrictionLimits, WearError> {
         let samples = self.motion.samples();
         let mut limits = FrictionLimits {
             fields: Vec::new(),
             gaps: Vec::new(),
-            contacts: hold.then(Vec::new),
+            contacts: store_contacts.then(Vec::new),
             of_sample: (0..samples).collect(),
         };
-        if self.contacts_by_place(contact, |joint, found| limits.add(joint, found))? {
+        if self.contacts_by_place(contact, |joint, solution| limits.add(joint, solution))? {
             return Ok(limits);
         }
         if self.motion.constant_load() {
@@ -156,9 +163,9 @@ impl FrettingJoint {
             limits.of_sample[k] = match loads.iter().position(same) {
                 Some(field) => field,
                 None => {
-                    let found = self.contact(wear, None, load, Some(&pressure))?;
-                    limits.add(self, &found);
-                    pressure = found.pressure;
+                    let solution = self.contact(wear, None, load, Some(&pressure))?;
+                    limits.add(self, &solution);
+                    pressure = solution.pressure;
                     loads.push(load);
                     loads.len() - 1
                 }

@@ -1,46 +1,50 @@
-//! The motion of one vibration cycle: what drives the bodies in the plane, and the total normal load, against time.
+//! Motion of one vibration cycle: the in-plane drive of the bodies and the total normal load, against time.
 
 use super::nodal_motion::NodalMotion;
 use crate::contact::tangential::Drive;
 use crate::grid::ByAxis;
 
-/// Two loads or displacements this close, relative to the largest, are the same: rounding of cosines.
+/// Relative tolerance at which two loads or displacements count as equal, to allow for the rounding of
+/// cosines.
 pub(super) const SAME: f64 = 1e-12;
 
-/// One closed cycle, by samples: sample 0 is at t = 0, and the cycle returns to it at t = T.
+/// One closed cycle in samples. Sample 0 is at t = 0, and the cycle returns to it at t = T.
 ///
 /// A joint that does not move has no axis and one sample of the load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
-    /// Time of each sample as a part of the period, increasing from 0 and below 1.
+    /// Time of each sample as a fraction of the period, increasing from 0 and below 1.
     pub time: Vec<f64>,
-    /// Whether the samples are places on a way of which only the order counts, as those of a history, whatever their times; else the motion
-    /// is smooth in time.
+    /// Whether only the order of the samples counts, whatever their times, as in a history. Otherwise the
+    /// motion is smooth in time.
     pub by_order: bool,
-    /// What moves the upper body along each axis.
+    /// Drive of the upper body along each axis.
     pub drive: ByAxis<Channel>,
-    /// What turns it about z through the grid's centre; none: nothing, without storage. Needs both axes.
+    /// Rotation of the upper body about z through the grid's centre. It needs both axes. `None` takes no
+    /// storage.
     pub rotation: Option<Channel>,
     /// Total normal load \[N\].
     pub normal_load: Vec<f64>,
-    /// Static load, about which `normal_load` varies \[N\]: that of the contact, or the mean of the samples of a history with loads of its own or of a
-    /// computed motion. What is made of a motion keeps it.
+    /// Static load about which `normal_load` varies \[N\]: the load of the contact. For a history with loads
+    /// of its own, and for a computed motion, it is the mean of the samples. Motions derived from this one
+    /// keep it.
     pub mean_load: f64,
-    /// What cells move along the axes on top of that; none: all move alike, without storage.
+    /// Motion of the cells along the axes in addition to the rigid drive. `None` (all cells move alike) takes
+    /// no storage.
     pub own: Option<NodalMotion>,
 }
 
-/// What is given of a rigid motion, at every sample.
+/// Prescribed component of a rigid motion, at every sample.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Channel {
     /// Relative displacement \[m\], or rotation \[rad\].
     Displacement(Vec<f64>),
-    /// Force on the joint \[N\], or moment \[N m\]. Zero throughout leaves the direction free.
+    /// Force on the joint \[N\], or moment \[N m\]. If all samples are zero, the direction is free.
     Force(Vec<f64>),
 }
 
 impl Channel {
-    /// The samples.
+    /// Returns the samples.
     pub fn values(&self) -> &Vec<f64> {
         match self {
             Channel::Displacement(values) | Channel::Force(values) => values,
@@ -60,17 +64,17 @@ impl Channel {
         }
     }
 
-    /// True if the force or moment is given.
+    /// Returns true if the force or moment is prescribed.
     pub fn is_force(&self) -> bool {
         matches!(self, Channel::Force(_))
     }
 
-    /// True unless all samples are zero.
+    /// Returns true unless all samples are zero.
     pub fn moves(&self) -> bool {
         self.values().iter().any(|v| *v != 0.0)
     }
 
-    /// The drive of a step between two of its values.
+    /// Returns the drive of a step between two values of this channel.
     fn between(&self, from: f64, to: f64) -> Drive {
         match self {
             Channel::Displacement(_) => Drive::Displacement(to - from),
@@ -79,19 +83,19 @@ impl Channel {
     }
 }
 
-/// What drives one step.
+/// Drive of one step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Along each axis.
+    /// Drive along each axis.
     pub drive: ByAxis<Drive>,
-    /// About z.
+    /// Drive about z.
     pub rotation: Option<Drive>,
-    /// What cells are displaced by on top, one field an axis \[m\].
+    /// Additional displacement of the cells, one field per axis \[m\].
     pub offset: Option<ByAxis<Vec<f64>>>,
 }
 
 impl Step {
-    /// Displaces cells by this, on top \[m\].
+    /// Adds a displacement of the cells \[m\].
     pub(super) fn displace(&mut self, by: ByAxis<Vec<f64>>) {
         match &mut self.offset {
             None => self.offset = Some(by),
@@ -103,10 +107,11 @@ impl Step {
     }
 }
 
-/// A motion along a straight line that only turns at its two ends, under constant load and about zero.
+/// Motion along a straight line about zero that turns only at its two ends, under constant load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StraightMotion {
-    /// The state of the motion at the end that is reached at `top`, as [`Motion::at`] has it; the other end is its negative.
+    /// State of the motion at the end reached at sample `top`, as in [`Motion::at`]. The other end is its
+    /// negative.
     pub end: Vec<f64>,
     /// Sample of that end.
     pub top: usize,
@@ -114,14 +119,14 @@ pub struct StraightMotion {
     pub bottom: usize,
 }
 
-/// The mean of samples, of which there is one at least: exactly that of samples that are all the same.
+/// Returns the mean of at least one sample. It is exact for equal samples.
 pub(crate) fn mean_of(samples: &[f64]) -> f64 {
     let first = samples[0];
     first + samples.iter().map(|sample| sample - first).sum::<f64>() / samples.len() as f64
 }
 
 impl Motion {
-    /// A joint that only bears a load.
+    /// Returns the motion of a joint that only bears a load.
     pub fn none(load: f64) -> Self {
         Motion {
             time: vec![0.0],
@@ -134,7 +139,7 @@ impl Motion {
         }
     }
 
-    /// This motion under a load whose mean is `load`: the rest of it stays as it is.
+    /// Shifts the normal load so that its mean is `load`. The variation of the load stays.
     pub fn with_mean_load(mut self, load: f64) -> Motion {
         let shift = load - self.mean_load;
         self.normal_load.iter_mut().for_each(|n| *n += shift);
@@ -142,7 +147,7 @@ impl Motion {
         self
     }
 
-    /// This motion with a sample in the middle between any two, on the straight line between them.
+    /// Returns this motion with a linearly interpolated sample in the middle between any two samples.
     pub fn halved(&self) -> Motion {
         let halve = |series: &Vec<f64>| with_middles(series, series[0]);
         Motion {
@@ -156,7 +161,7 @@ impl Motion {
         }
     }
 
-    /// This motion with the middles of its samples, of those, and so on, until it has at least `samples`.
+    /// Halves the sample spacing of this motion until it has at least `samples` samples.
     pub fn refined(self, samples: usize) -> Motion {
         let mut motion = self;
         while motion.samples() < samples {
@@ -165,7 +170,7 @@ impl Motion {
         motion
     }
 
-    /// Every `step`-th sample, from the first on.
+    /// Returns every `step`-th sample, starting with the first.
     pub fn every(&self, step: usize) -> Motion {
         let thin = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();
         Motion {
@@ -179,8 +184,8 @@ impl Motion {
         }
     }
 
-    /// This motion with the middle of its range at zero, axis by axis: where a cycle is about is lost in the steady state but
-    /// for shear that is locked in by the way there.
+    /// Shifts the middle of each axis' range to zero. The steady state does not depend on the middle, except
+    /// for shear that the way to the cycle locks in.
     pub fn about_its_middle(mut self) -> Motion {
         let displaced = self.drive.iter_mut().filter(|channel| !channel.is_force());
         for series in displaced.map(Channel::values_mut) {
@@ -192,10 +197,11 @@ impl Motion {
         self
     }
 
-    /// The two reversals of this motion about their middle, under its mean load, if that is what it amounts to: every sample lies
-    /// within `tolerance` of the reach from the line between the ends, the motion turns by no more than that anywhere else, and
-    /// the load stays within `of_load` of its mean. Of displacements along the axes alone.
-    pub fn reversals(&self, tolerance: f64, of_load: f64) -> Option<Motion> {
+    /// Returns the motion between the two reversals of this one about their middle, under its mean load.
+    /// Returns `None` unless every sample lies within `tolerance` times the reach from the line between the
+    /// ends, the motion turns by no more than that elsewhere, and the load stays within `load_tolerance` of
+    /// its mean. Also returns `None` for a rotation or a force.
+    pub fn reversals(&self, tolerance: f64, load_tolerance: f64) -> Option<Motion> {
         if self.rotation.is_some() || self.drive.iter().any(Channel::is_force) {
             return None;
         }
@@ -204,7 +210,7 @@ impl Motion {
         if self
             .normal_load
             .iter()
-            .any(|load| (load - mean).abs() > of_load * mean.abs())
+            .any(|load| (load - mean).abs() > load_tolerance * mean.abs())
         {
             return None;
         }
@@ -232,7 +238,8 @@ impl Motion {
                 }
                 along.push(a);
             }
-            // Walking from one end to the other, nowhere back by more than the tolerance.
+            // Returns true if the motion from one end to the other never goes back by more than the
+            // tolerance.
             let one_way = |from: usize, to: usize, sign: f64| {
                 let mut farthest = f64::NEG_INFINITY;
                 (0..=(to + n - from) % n).all(|step| {
@@ -248,8 +255,8 @@ impl Motion {
         Some(self.between_ends([top, bottom]))
     }
 
-    /// The motion to and fro between these samples about their middle, under the mean load of this one. Of displacements along the axes
-    /// alone.
+    /// Returns the motion to and fro between these samples about their middle, under this motion's mean load.
+    /// Only for displacements along the axes.
     #[must_use]
     pub fn between_ends(&self, [top, bottom]: [usize; 2]) -> Motion {
         let end = self.end([top, bottom]);
@@ -267,7 +274,8 @@ impl Motion {
         }
     }
 
-    /// The two samples that are farthest apart along the axis of the larger range; none of a motion without axes.
+    /// Returns the two samples that are farthest apart along the axis with the larger range; `None` without
+    /// axes.
     fn widest_ends(&self) -> Option<[usize; 2]> {
         let axes = self.drive.iter().map(Channel::values);
         let series = axes.max_by(|a, b| extent(a).total_cmp(&extent(b)))?;
@@ -277,14 +285,15 @@ impl Motion {
         Some([top, bottom])
     }
 
-    /// Half of what lies between two samples, along the axes.
+    /// Returns half the difference between two samples, along the axes.
     fn end(&self, [top, bottom]: [usize; 2]) -> ByAxis<f64> {
         let axes = self.drive.iter().map(Channel::values);
         axes.map(|s| 0.5 * (s[top] - s[bottom])).collect()
     }
 
-    /// What the joint carries along its motion under this `shear` \[Pa\], of cells of this area \[m²\]: along the direction of each node where
-    /// nodes move on their own, else along the line between the ends of the motion \[N\].
+    /// Returns the force that the joint carries along its motion under `shear` \[Pa\] on cells of area
+    /// `cell_area` \[m²\], in newtons. If nodes move individually, it sums the forces along each node's
+    /// direction. Otherwise the force is along the line between the ends of the motion.
     pub fn force_along(&self, shear: &ByAxis<Vec<f64>>, cell_area: f64) -> f64 {
         if let Some(own) = &self.own {
             return own.force_along(shear, cell_area);
@@ -300,15 +309,16 @@ impl Motion {
         }
     }
 
-    /// What a cycle between two reversals under the mean load leaves out of the work of friction by the variation of the load, relative to
-    /// it, if all slid all the way: of first order where the load has twice the frequency.
+    /// Returns the relative error of the work of friction if reversals under the mean load replace this
+    /// motion, in gross slip. The error comes from the variation of the load; it is of first order if the
+    /// load has twice the frequency.
     pub fn reversal_energy_error(&self) -> f64 {
         let (mean, samples) = (self.mean_load, self.samples());
         let (mut work, mut varied) = (0.0, 0.0);
         for k in 0..samples {
             let next = (k + 1) % samples;
-            let moved = self.drive.iter().map(Channel::values);
-            let path = moved.map(|s| (s[next] - s[k]).powi(2)).sum::<f64>().sqrt();
+            let axes = self.drive.iter().map(Channel::values);
+            let path = axes.map(|s| (s[next] - s[k]).powi(2)).sum::<f64>().sqrt();
             work += mean * path;
             varied += (0.5 * (self.normal_load[k] + self.normal_load[next]) - mean) * path;
         }
@@ -319,23 +329,23 @@ impl Motion {
         }
     }
 
-    /// Number of samples of the cycle.
+    /// Returns the number of samples of the cycle.
     pub fn samples(&self) -> usize {
         self.normal_load.len()
     }
 
-    /// Time of a sample as a part of the period; sample n is at 1.
+    /// Returns the time of a sample as a fraction of the period. Sample n is at 1.
     pub fn time_of(&self, sample: usize) -> f64 {
         self.time.get(sample).copied().unwrap_or(1.0)
     }
 
-    /// The channels: along the axes, then that of the rotation if there is one.
+    /// Returns the channels: along the axes, then the rotation if there is one.
     pub fn channels(&self) -> impl Iterator<Item = &Channel> {
         self.drive.iter().chain(&self.rotation)
     }
 
-    /// The state of the motion at a sample: values of the channels, then what the nodes move on their own. Sample n is sample 0
-    /// again.
+    /// Returns the state of the motion at a sample: values of the channels, then the individual motion of the
+    /// nodes. Sample n is sample 0.
     pub fn at(&self, sample: usize) -> Vec<f64> {
         let k = sample % self.samples();
         let channels = self.channels().map(|channel| channel.values()[k]);
@@ -343,7 +353,8 @@ impl Motion {
         channels.chain(own.copied()).collect()
     }
 
-    /// What drives a step between two states of the motion: along the axes, about z, and what cells are displaced by on top.
+    /// Returns the drive of a step between two states of the motion: along the axes, about z, and the
+    /// additional displacement of the cells.
     pub fn between(&self, from: &[f64], to: &[f64]) -> Step {
         let axes = self.drive.len();
         let drive = |(k, channel): (usize, &Channel)| channel.between(from[k], to[k]);
@@ -356,7 +367,8 @@ impl Motion {
         }
     }
 
-    /// True if the second half of the cycle, of every `stride`-th sample, is the first with all signs turned, under constant load.
+    /// Returns true if the second half of the cycle, at every `stride`-th sample, is the negative of the
+    /// first half, under constant load.
     pub fn is_antiperiodic(&self, stride: usize) -> bool {
         let n = self.samples();
         let constant =
@@ -377,7 +389,7 @@ impl Motion {
             })
     }
 
-    /// Largest normal load of the cycle \[N\]; the mean one where it never changes.
+    /// Returns the largest normal load of the cycle \[N\]; the mean load if it never changes.
     pub fn largest_load(&self) -> f64 {
         match self.constant_load() {
             true => self.mean_load,
@@ -385,7 +397,7 @@ impl Motion {
         }
     }
 
-    /// True if the normal load never changes.
+    /// Returns true if the normal load never changes.
     pub fn constant_load(&self) -> bool {
         let mean = self.mean_load;
         self.normal_load
@@ -393,7 +405,8 @@ impl Motion {
             .all(|n| (n - mean).abs() <= SAME * mean.abs())
     }
 
-    /// The ends of the motion, if it is straight, about zero, turns at its ends only, and the load is constant.
+    /// Returns the ends of a straight motion: about zero, turning only at its ends, under constant load.
+    /// Otherwise `None`.
     pub fn straight(&self) -> Option<StraightMotion> {
         if !self.constant_load() || self.own.as_ref().is_some_and(|own| !own.is_straight()) {
             return None;
@@ -428,19 +441,20 @@ impl Motion {
             (0..self.samples()).fold(top, |best, k| if along(k) < along(best) { k } else { best });
         let centred = (along(bottom) + reach).abs() <= SAME * reach;
         let n = self.samples();
-        let falls = |from: usize, to: usize, sign: f64| {
+        let is_monotonic = |from: usize, to: usize, sign: f64| {
             let steps = (to + n - from) % n;
             (0..steps)
                 .all(|s| sign * (along((from + s + 1) % n) - along((from + s) % n)) <= SAME * reach)
         };
-        let turns_at_ends = falls(top, bottom, 1.0) && falls(bottom, top, -1.0);
+        let turns_at_ends = is_monotonic(top, bottom, 1.0) && is_monotonic(bottom, top, -1.0);
         (straight && centred && turns_at_ends).then(|| StraightMotion {
             end: self.at(top),
             top,
             bottom,
         })
     }
-    /// Factors that make a rotation comparable with displacements: 1 but for that of a rotation beside something that moves.
+    /// Returns factors that make a rotation comparable with displacements. Each is 1, except for a rotation
+    /// together with a moving axis.
     fn scales(&self) -> Vec<f64> {
         let largest =
             |channel: &Channel| channel.values().iter().fold(0.0f64, |m, v| m.max(v.abs()));
@@ -457,7 +471,7 @@ impl Motion {
     }
 }
 
-/// Least and largest of a series.
+/// Returns the smallest and the largest value of a series.
 fn range(series: &[f64]) -> (f64, f64) {
     series
         .iter()
@@ -471,7 +485,8 @@ pub(super) fn extent(series: &[f64]) -> f64 {
     most - least
 }
 
-/// A series with the middle of any two of its values between them; that of the last is towards `next`.
+/// Inserts the middle between any two values of a series. The last middle is between the last value and
+/// `next`.
 pub(super) fn with_middles(series: &[f64], next: f64) -> Vec<f64> {
     let after = series.iter().skip(1).chain([&next]);
     series

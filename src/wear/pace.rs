@@ -1,20 +1,22 @@
-//! How the steps of a motion compare with the steps before them.
+//! Ratios of successive steps of a motion.
 
 use super::motion::{Motion, extent};
 
-/// Ratio of a way to the one before at most: after equal steps (β = 1/3) what a step remembers may be 3, which BDF2 has at a ratio of 6.5.
+/// Largest ratio of a step's path to the path of the step before. After equal steps (β = 1/3) the next β is
+/// at most 3, which BDF2 reaches at a ratio of 6.5.
 const LARGEST_PACE: f64 = 6.0;
 
 impl Motion {
-    /// Duration of the step between two samples that are `stride` apart, as a part of the period.
+    /// Returns the duration of the step from one sample to the sample `stride` later, as a fraction of the
+    /// period.
     fn duration(&self, sample: usize, stride: usize) -> f64 {
         let k = sample % self.samples();
         self.time_of(k + stride) - self.time[k]
     }
 
-    /// How much faster the bodies move from the sample `k` to the next than in the step before it, between samples that are `stride` apart,
-    /// if each step takes as long: the ratio of durations, where the motion is smooth in time, else that of the ways, up to a bound. 0 after
-    /// a step in which they rest.
+    /// Returns the ratio of the step from sample `k` to the step before it, between samples `stride` apart.
+    /// If the motion is smooth in time, it is the ratio of the durations. Otherwise it is the ratio of the
+    /// paths, up to a bound. After a step at rest it is 0.
     pub(super) fn pace(&self, k: usize, stride: usize) -> f64 {
         if !self.by_order {
             let before = k + self.samples() - stride;
@@ -28,7 +30,8 @@ impl Motion {
         }
     }
 
-    /// What the load changes by from a sample to that `stride` later: by its time, where it is smooth in that.
+    /// Returns a measure of the load's change from a sample to the sample `stride` later: the duration if the
+    /// motion is smooth in time, otherwise the change itself.
     pub(super) fn load_change(&self, sample: usize, stride: usize) -> f64 {
         if !self.by_order {
             return self.duration(sample, stride);
@@ -37,9 +40,9 @@ impl Motion {
         (load(sample + stride) - load(sample)).abs()
     }
 
-    /// The cosine of the angle between the step that follows sample `k` and the one before it, each between samples that are `stride`
-    /// apart: 1 along a line, negative where the motion turns back, 0 where it stands still. Displacements count over the largest of
-    /// their ranges, and so do forces, and a rotation over its own.
+    /// Returns the cosine of the angle between the steps before and after sample `k`, between samples
+    /// `stride` apart. It is 1 along a line, negative where the motion turns back, and 0 at rest.
+    /// Displacements and forces are divided by the largest of their ranges, a rotation by its own.
     pub fn ahead(&self, k: usize, stride: usize) -> f64 {
         let [along, before, after] = self.turn(k, stride);
         if before * after > 0.0 {
@@ -49,7 +52,8 @@ impl Motion {
         }
     }
 
-    /// Product of the step before sample `k` and the one that follows, and their squares, as [`Self::ahead`] counts them.
+    /// Returns the product of the steps before and after sample `k`, and their squares, scaled as in
+    /// [`Self::ahead`].
     fn turn(&self, k: usize, stride: usize) -> [f64; 3] {
         let n = self.samples();
         let widest = |force: bool| {

@@ -1,15 +1,20 @@
-//! How the bodies of a structure press each other under loads that stay.
+//! Normal contact of a structure's bodies under static loads.
 //!
-//! The gap of a cell is g = −h + K p + A S (G − M) Sᵀ p + S u − (δ + θ_x y − θ_y x): K is the half spaces' compliance, M what the structure's mesh has
-//! of it between the nodes of the joint, G the structure's flexibility there, u what the loads open, S the mean of the nodes' hats over each
-//! cell, and A the area of a cell. Approach δ and rotations θ are those along which the bodies are free.
+//! The gap of a cell is g = −h + K p + A S (G − M) Sᵀ p + S u − (δ + θ_x y − θ_y x), with
+//! - K the compliance of the half spaces,
+//! - G the compliance of the structure between the nodes of the joint,
+//! - M the compliance of the half spaces that the structure's mesh already represents between these nodes,
+//! - S the mean of each node's shape function over a cell, and A the area of a cell,
+//! - u the opening of the nodes by the loads,
+//! - δ and θ the approach and the rotations along which the bodies are free.
 //!
-//! G = Q + V C Vᵀ, with the soft compliance C of the motions V that are held ([`crate::structure::statics`]). Contact is solved with Q and with all motions
-//! free, the held ones in exchange for resultants r, which are found such that these motions are −C r: a few solves by Broyden's method
-//! [Broyden 1965]. A softness far beyond that of the contact never enters its solver.
+//! The compliance splits into G = Q + V C Vᵀ, with the soft compliance C along the held motions V
+//! ([`crate::structure::statics`]). The contact solver uses Q alone and frees all motions. The held motions
+//! are driven by resultants r, and Broyden's method [Broyden 1965] finds r such that these motions are −C r.
+//! That takes a few solves, and the solver never meets a compliance far softer than the contact.
 //!
-//! A given *load* acts through this. Displacements that are given to the nodes act through K − A S M Sᵀ, because they have G already
-//! ([`super::cycle`]).
+//! A prescribed *load* acts through this compliance. Prescribed nodal displacements act through K − A S M Sᵀ,
+//! because they already include G ([`super::cycle`]).
 
 use std::sync::Arc;
 
@@ -22,54 +27,55 @@ use crate::contact::{ContactError, HalfSpace};
 use crate::grid::Patch;
 use crate::linalg::RowMatrix;
 
-/// What loads that stay do at a joint, node by node.
+/// Effect of static loads on a joint, node by node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodalLoad {
-    /// By how much it opens each node, where no pressure answers it \[m\].
+    /// Opening of each node by the loads alone, without contact pressure \[m\].
     pub opening: Vec<f64>,
-    /// For each free motion the resultant of the pressure that bears it \[N m\].
+    /// Resultant of the pressure along each free motion that balances the loads \[N m\].
     pub resultants: Vec<f64>,
-    /// Its work under the preload, and under the other loads, where no pressure answers them \[N m\].
+    /// Work of these loads under the preload and under the other loads, without contact pressure \[N m\].
     pub work: [f64; 2],
 }
 
-/// What a structure leaves its bodies to do against each other.
+/// Rigid motions between the bodies of a structure.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bodies {
-    /// Motions along which they are free: approach and rotations.
+    /// Motions along which the bodies are free: approach and rotations.
     pub free: Vec<[f64; 3]>,
-    /// Other motions, along which the structure holds them softly.
+    /// Other motions, which the structure holds softly.
     pub held: Vec<[f64; 3]>,
-    /// Compliance between these, row by row \[m/N\].
+    /// Compliance between the held motions, row by row \[m/N\].
     pub compliance: Vec<f64>,
 }
 
-/// The bodies of a structure, which press each other under a preload and other loads that stay.
+/// Bodies of a structure, pressed together by a preload and other static loads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pressing {
     added: Arc<NodalCompliance>,
     bodies: Bodies,
-    /// The opening of the cells and the resultants, of a preload of 1 N and of the other loads.
+    /// Opening of the cells by a preload of 1 N and by the other loads, and the resultants of both.
     opening: [Vec<f64>; 2],
     resultants: [Vec<f64>; 2],
-    /// Opening of all cells where the bodies first touch \[m\].
+    /// Opening of all cells at first touch \[m\].
     touch: f64,
-    /// The preload \[N\].
+    /// Preload \[N\].
     pub preload: f64,
-    /// Part of all loads that acts.
+    /// Fraction of all loads that acts.
     pub part: f64,
-    /// By how much the ends of the preload are closer in the last contact \[m\].
+    /// Approach of the preload's ends towards each other in the last contact \[m\].
     pub shortening: f64,
     /// Work of a preload of 1 N under itself and under the other loads.
     work: [f64; 2],
-    /// The structure's flexibility between neighbouring nodes over that of its mesh on half spaces; none of a joint too small to tell.
+    /// Ratio of the structure's compliance between neighbouring nodes to the compliance of its mesh on half
+    /// spaces. `None` if the joint is too small for an estimate.
     pub mesh_ratio: Option<f64>,
 }
 
 impl Pressing {
-    /// Bodies with the compliance `added` to that of half spaces along the normal, Q − M \[m/N\]. The loads
-    /// are a preload of 1 N, and the others. Bodies that are not free to come closer begin where a surface first touches whose highest point
-    /// is `top` \[m\]. The preload is 0 at first.
+    /// Creates bodies whose normal compliance is `added` to the compliance of the half spaces, Q − M \[m/N\].
+    /// The `loads` are a preload of 1 N, and the other loads. If the bodies are not free to approach, they
+    /// start where a surface with the highest point `top` \[m\] first touches. The preload starts at 0.
     pub fn new(
         added: Arc<NodalCompliance>,
         bodies: Bodies,
@@ -101,32 +107,34 @@ impl Pressing {
         }
     }
 
-    /// By how much the loads open each cell, without an answer of the pressure \[m\].
+    /// Returns the opening of each cell by the loads alone, without contact pressure \[m\].
     pub(super) fn opening(&self) -> Vec<f64> {
         let [preload, others] = &self.opening;
         let both = preload.iter().zip(others);
-        both.map(|(of_preload, other)| self.touch + self.part * (self.preload * of_preload + other))
+        both.map(|(by_preload, other)| self.touch + self.part * (self.preload * by_preload + other))
             .collect()
     }
 
-    /// What the bodies are free to do under the loads, and with the `held` resultants in exchange for the motions that are held.
-    fn control(&self, held: &[f64]) -> Control {
+    /// Returns the free motions with the loads along them, and the held motions with their resultants.
+    fn control(&self, held_resultants: &[f64]) -> Control {
         let mut freedom = Freedom::default();
         let [preload, others] = &self.resultants;
-        for (motion, (of_preload, other)) in self.bodies.free.iter().zip(preload.iter().zip(others))
+        for (motion, (by_preload, other)) in self.bodies.free.iter().zip(preload.iter().zip(others))
         {
-            freedom.add(*motion, self.part * (self.preload * of_preload + other));
+            freedom.add(*motion, self.part * (self.preload * by_preload + other));
         }
-        for (motion, resultant) in self.bodies.held.iter().zip(held) {
+        for (motion, resultant) in self.bodies.held.iter().zip(held_resultants) {
             freedom.add(*motion, *resultant);
         }
         Control::Free(freedom)
     }
 
-    /// The contact of a `problem` without what presses it, of heights from which the opening by the loads is taken.
+    /// Solves the contact of `problem`, whose control and rotation are replaced by the loads of these bodies.
+    /// The opening by the loads must already be subtracted from its heights.
     ///
     /// # Errors
-    /// [`ContactError`] of a contact; [`ContactError::NotConverged`] too where the held motions are not found.
+    /// [`ContactError`] if a contact fails; [`ContactError::NotConverged`] also if the held motions do not
+    /// converge.
     pub(super) fn solve(
         &self,
         half_space: &mut HalfSpace,
@@ -137,7 +145,7 @@ impl Pressing {
         let added = Some(self.added.clone());
         let solved = half_space.with_nodal(added, |half_space| match self.bodies.held.is_empty() {
             true => {
-                let problem = self.with(problem, &[]);
+                let problem = self.with_resultants(problem, &[]);
                 normal::solve(half_space, &problem, start, options)
             }
             false => self.solve_held(half_space, problem, start, options),
@@ -145,9 +153,13 @@ impl Pressing {
         Ok(solved??)
     }
 
-    fn with<'a>(&self, problem: NormalProblem<'a>, held: &[f64]) -> NormalProblem<'a> {
+    fn with_resultants<'a>(
+        &self,
+        problem: NormalProblem<'a>,
+        held_resultants: &[f64],
+    ) -> NormalProblem<'a> {
         NormalProblem {
-            control: self.control(held),
+            control: self.control(held_resultants),
             rotation: Rotation::FIXED,
             ..problem
         }
@@ -166,10 +178,10 @@ impl Pressing {
         let count = held.len();
         let patch = problem.patch;
         let grid = patch.grid;
-        let kept: Vec<usize> = (0..grid.len()).filter(|&c| patch.kept[c]).collect();
+        let kept_cells: Vec<usize> = (0..grid.len()).filter(|&c| patch.kept[c]).collect();
         let fields: Vec<Vec<f64>> = held
             .iter()
-            .map(|motion| field_of(patch, &kept, motion))
+            .map(|motion| approach_field(patch, &kept_cells, motion))
             .collect();
         let squares: Vec<f64> = fields
             .iter()
@@ -179,13 +191,14 @@ impl Pressing {
             .iter()
             .map(|f| f.iter().fold(0.0, |m: f64, v| m.max(v.abs())))
             .collect();
-        // A smooth punch as large as the joint is a first guess of what the contact yields along each motion.
+        // Initial estimate of the contact's compliance along each motion: a smooth punch with the area of the
+        // joint.
         let punch = half_space.pair().compliance() * std::f64::consts::PI
             / (2.0 * (patch.area() / std::f64::consts::PI).sqrt());
         let mut slope = RowMatrix::zeros(count, count);
         for k in 0..count {
             for m in 0..count {
-                let own = punch * kept.len() as f64 / squares[k];
+                let own = punch * kept_cells.len() as f64 / squares[k];
                 slope.set(
                     k,
                     m,
@@ -194,33 +207,33 @@ impl Pressing {
             }
         }
         let mut resultants = match start {
-            Some(pressure) if kept.iter().any(|&c| pressure[c] > 0.0) => fields
+            Some(pressure) if kept_cells.iter().any(|&c| pressure[c] > 0.0) => fields
                 .iter()
                 .map(|f| {
                     f.iter()
-                        .zip(&kept)
+                        .zip(&kept_cells)
                         .map(|(v, &c)| v * pressure[c])
                         .sum::<f64>()
                         * grid.cell_area()
                 })
                 .collect(),
-            _ => self.first_resultants(&problem, &kept, &fields, &squares, &slope)?,
+            _ => self.first_resultants(&problem, &kept_cells, &fields, &squares, &slope)?,
         };
         let mut pressure = start.map(<[f64]>::to_vec);
-        // The last resultants that a pressure had, and what they left.
+        // The last resultants that a pressure could balance, and their residual.
         let mut last: Option<(Vec<f64>, Vec<f64>)> = None;
-        let (mut iterations, mut left) = (0, f64::INFINITY);
-        let mut is_even = false;
+        let (mut iterations, mut error) = (0, f64::INFINITY);
+        let mut is_uniform = false;
         for _ in 0..MOST_SOLVES {
-            let found = normal::solve(
+            let solution = normal::solve(
                 half_space,
-                &self.with(problem, &resultants),
+                &self.with_resultants(problem, &resultants),
                 pressure.as_deref(),
                 options,
             );
-            let mut found = match (found, &last) {
-                (Ok(found), _) => found,
-                // Beyond what a pressure can have.
+            let mut solution = match (solution, &last) {
+                (Ok(solution), _) => solution,
+                // No pressure balances these resultants: return half-way to the last ones.
                 (Err(ContactError::MomentNotCarried { .. }), Some((before, _))) => {
                     resultants
                         .iter_mut()
@@ -228,56 +241,61 @@ impl Pressing {
                         .for_each(|(r, b)| *r = 0.5 * (*r + b));
                     continue;
                 }
-                (Err(ContactError::MomentNotCarried { .. }), None) if !is_even => {
-                    // An even pressure has all resultants.
-                    resultants = self.even_resultants(patch, &kept, &fields, &resultants);
-                    is_even = true;
+                (Err(ContactError::MomentNotCarried { .. }), None) if !is_uniform => {
+                    // A uniform pressure can balance its own resultants.
+                    resultants =
+                        self.uniform_pressure_resultants(patch, &kept_cells, &fields, &resultants);
+                    is_uniform = true;
                     continue;
                 }
                 (Err(error), _) => return Err(error),
             };
-            iterations += found.iterations;
-            let moved = [found.approach, found.rotation[0], found.rotation[1]];
+            iterations += solution.iterations;
+            let displacement = [
+                solution.approach,
+                solution.rotation[0],
+                solution.rotation[1],
+            ];
             let all: Vec<[f64; 3]> = held.iter().chain(&self.bodies.free).copied().collect();
-            let moved = parts_along(&all, patch, moved);
-            let off: Vec<f64> = (0..count)
+            let displacement = parts_along(&all, patch, displacement);
+            let residual: Vec<f64> = (0..count)
                 .map(|k| {
                     let row = &compliance[k * count..(k + 1) * count];
-                    moved[k] + row.iter().zip(&resultants).map(|(c, r)| c * r).sum::<f64>()
+                    displacement[k] + row.iter().zip(&resultants).map(|(c, r)| c * r).sum::<f64>()
                 })
                 .collect();
-            let peak = found.pressure.iter().fold(0.0, |m: f64, p| m.max(*p));
-            let displaced: f64 = off.iter().zip(&reach).map(|(o, r)| o.abs() * r).sum();
-            left = displaced / (half_space.self_compliance() * peak);
-            if left <= options.tolerance {
-                found.iterations = iterations;
-                found.error = found.error.max(left);
-                return Ok(found);
+            let peak = solution.pressure.iter().fold(0.0, |m: f64, p| m.max(*p));
+            let displaced: f64 = residual.iter().zip(&reach).map(|(o, r)| o.abs() * r).sum();
+            error = displaced / (half_space.self_compliance() * peak);
+            if error <= options.tolerance {
+                solution.iterations = iterations;
+                solution.error = solution.error.max(error);
+                return Ok(solution);
             }
-            if let Some((before, off_before)) = &last {
+            if let Some((before, residual_before)) = &last {
                 let step: Vec<f64> = resultants.iter().zip(before).map(|(r, b)| r - b).collect();
                 let square: f64 = step.iter().map(|s| s * s).sum();
-                let told = slope.apply(&step);
+                let predicted = slope.apply(&step);
                 for k in 0..count {
-                    let missed = off[k] - off_before[k] - told[k];
+                    let misfit = residual[k] - residual_before[k] - predicted[k];
                     for m in 0..count {
-                        slope.set(k, m, slope.at(k, m) + missed * step[m] / square);
+                        slope.set(k, m, slope.at(k, m) + misfit * step[m] / square);
                     }
                 }
             }
-            last = Some((resultants.clone(), off.clone()));
-            let mut step = off;
+            last = Some((resultants.clone(), residual.clone()));
+            let mut step = residual;
             let factors = slope.clone().factorize();
             factors
-                .map_err(|_| self.not_held(iterations, left, options))?
+                .map_err(|_| self.not_converged(iterations, error, options))?
                 .solve(&mut step);
             resultants.iter_mut().zip(&step).for_each(|(r, s)| *r -= s);
-            pressure = Some(found.pressure);
+            pressure = Some(solution.pressure);
         }
-        Err(self.not_held(iterations, left, options))
+        Err(self.not_converged(iterations, error, options))
     }
 
-    fn not_held(&self, iterations: usize, error: f64, options: NormalOptions) -> ContactError {
+    fn not_converged(&self, iterations: usize, error: f64, options: NormalOptions) -> ContactError {
         ContactError::NotConverged {
             problem: "normal contact of bodies that a structure holds",
             iterations,
@@ -286,16 +304,16 @@ impl Pressing {
         }
     }
 
-    /// Resultants along the held motions of an even pressure, as large as the loads along the free ones want it, or where there are none these
-    /// `resultants`.
-    fn even_resultants(
+    /// Returns the resultants of a uniform pressure along the held motions. The pressure fits the loads along
+    /// the free motions, or `resultants` if no motion is free.
+    fn uniform_pressure_resultants(
         &self,
         patch: &Patch,
-        kept: &[usize],
+        kept_cells: &[usize],
         fields: &[Vec<f64>],
         resultants: &[f64],
     ) -> Vec<f64> {
-        let mean = |field: &[f64]| field.iter().sum::<f64>() / kept.len() as f64;
+        let mean = |field: &[f64]| field.iter().sum::<f64>() / kept_cells.len() as f64;
         let means: Vec<f64> = fields.iter().map(|field| mean(field)).collect();
         let Control::Free(freedom) = self.control(&[]) else {
             return means;
@@ -303,7 +321,7 @@ impl Pressing {
         let free = freedom
             .motions()
             .iter()
-            .map(|motion| mean(&field_of(patch, kept, motion)));
+            .map(|motion| mean(&approach_field(patch, kept_cells, motion)));
         let wanted: Vec<(f64, f64)> = match freedom.motions().is_empty() {
             true => means
                 .iter()
@@ -318,32 +336,36 @@ impl Pressing {
         means.into_iter().map(|mean| load * mean).collect()
     }
 
-    /// Resultants to begin with: those by which the held motions take the faces apart as far as they overlap, in part.
+    /// Returns initial resultants. They move the faces apart by their mean overlap and by a part of the
+    /// peaks' height.
     fn first_resultants(
         &self,
         problem: &NormalProblem<'_>,
-        kept: &[usize],
+        kept_cells: &[usize],
         fields: &[Vec<f64>],
         squares: &[f64],
         slope: &RowMatrix,
     ) -> Result<Vec<f64>, ContactError> {
-        let count = kept.len() as f64;
-        let mean = kept.iter().map(|&c| problem.height[c]).sum::<f64>() / count;
+        let count = kept_cells.len() as f64;
+        let mean = kept_cells.iter().map(|&c| problem.height[c]).sum::<f64>() / count;
         let mut overlap: Vec<f64> = fields
             .iter()
             .zip(squares)
             .map(|(f, square)| {
-                let terms = f.iter().zip(kept).map(|(v, &c)| v * problem.height[c]);
+                let terms = f
+                    .iter()
+                    .zip(kept_cells)
+                    .map(|(v, &c)| v * problem.height[c]);
                 terms.sum::<f64>() / square
             })
             .collect();
-        let top = kept
+        let top = kept_cells
             .iter()
             .map(|&c| problem.height[c])
             .fold(f64::NEG_INFINITY, f64::max);
         for (k, overlap) in overlap.iter_mut().enumerate() {
-            let of_one = fields[k].iter().sum::<f64>() / squares[k];
-            *overlap += FIRST_PART * (top - mean) * of_one;
+            let uniform = fields[k].iter().sum::<f64>() / squares[k];
+            *overlap += FIRST_PART * (top - mean) * uniform;
         }
         if let Ok(factors) = slope.clone().factorize() {
             factors.solve(&mut overlap);
@@ -351,19 +373,19 @@ impl Pressing {
         Ok(overlap)
     }
 
-    /// By how much the ends of the preload come closer in a contact of bodies that moved by its approach and rotations \[m\]: by the work of the
-    /// preload under the pressure, the loads and these motions.
+    /// Returns by how much the ends of the preload approach each other \[m\]. This is the work that a preload
+    /// of 1 N does under the pressure, the loads, and the approach and rotations of the contact.
     pub(super) fn shortening(&self, patch: &Patch, solution: &NormalSolution) -> f64 {
         let opening = solution.pressure.iter().zip(&self.opening[0]);
         let by_pressure: f64 = opening.map(|(p, u)| p * u).sum();
-        let moved = [
+        let displacement = [
             solution.approach,
             solution.rotation[0],
             solution.rotation[1],
         ];
         let Bodies { free, held, .. } = &self.bodies;
         let all: Vec<[f64; 3]> = free.iter().chain(held).copied().collect();
-        let by_motion: f64 = parts_along(&all, patch, moved)
+        let by_motion: f64 = parts_along(&all, patch, displacement)
             .iter()
             .zip(&self.resultants[0])
             .map(|(m, r)| m * r)
@@ -372,15 +394,15 @@ impl Pressing {
         patch.grid.cell_area() * by_pressure + by_loads + by_motion
     }
 
-    /// By how much the bodies are closer on average over a `patch` than at first touch of height 0, beside what half spaces give \[m\]: the approach
-    /// of a punch, if these bodies were one.
+    /// Returns the mean approach over `patch`, from first touch at height 0 \[m\]. It is the approach of a
+    /// punch on half spaces alone, without the opening by the loads and the added compliance.
     pub(super) fn approach(&self, patch: &Patch, solution: &NormalSolution) -> f64 {
         let mut opening = self.opening();
         self.added.add_normal(&solution.pressure, &mut opening);
         let grid = patch.grid;
-        let kept = (0..grid.len()).filter(|&c| patch.kept[c]);
+        let kept_cells = (0..grid.len()).filter(|&c| patch.kept[c]);
         let [x, y] = solution.rotation;
-        let closer = kept.map(|c| {
+        let closer = kept_cells.map(|c| {
             let (i, j) = grid.cell(c);
             let (at_x, at_y) = grid.centre(i, j);
             solution.approach + x * at_y - y * at_x - opening[c]
@@ -389,8 +411,8 @@ impl Pressing {
     }
 }
 
-/// By how much a motion brings the bodies closer on some cells.
-fn field_of(patch: &Patch, cells: &[usize], motion: &[f64; 3]) -> Vec<f64> {
+/// Returns by how much a motion brings the bodies closer at each of the `cells`.
+fn approach_field(patch: &Patch, cells: &[usize], motion: &[f64; 3]) -> Vec<f64> {
     let at = |&c: &usize| {
         let (i, j) = patch.grid.cell(c);
         let (x, y) = patch.grid.centre(i, j);
@@ -399,13 +421,16 @@ fn field_of(patch: &Patch, cells: &[usize], motion: &[f64; 3]) -> Vec<f64> {
     cells.iter().map(at).collect()
 }
 
-/// The parts of up to three independent motions that a combination of them has: by their normal equations.
-fn parts_along(motions: &[[f64; 3]], patch: &Patch, moved: [f64; 3]) -> Vec<f64> {
-    // Rotations count by a lever, so that all entries are displacements.
+/// Decomposes a rigid displacement into up to three independent `motions`, by their normal equations.
+fn parts_along(motions: &[[f64; 3]], patch: &Patch, displacement: [f64; 3]) -> Vec<f64> {
+    // A lever turns rotations into displacements, so that all entries have one unit.
     let [lx, ly] = patch.grid.size();
     let lever = lx.hypot(ly);
     let dot = |[a, x, y]: [f64; 3], [b, u, v]: [f64; 3]| a * b + lever * lever * (x * u + y * v);
-    let mut parts: Vec<f64> = motions.iter().map(|motion| dot(*motion, moved)).collect();
+    let mut parts: Vec<f64> = motions
+        .iter()
+        .map(|motion| dot(*motion, displacement))
+        .collect();
     let mut gram = RowMatrix::zeros(motions.len(), motions.len());
     for (k, own) in motions.iter().enumerate() {
         for (m, other) in motions.iter().enumerate() {
@@ -419,51 +444,51 @@ fn parts_along(motions: &[[f64; 3]], patch: &Patch, moved: [f64; 3]) -> Vec<f64>
     parts
 }
 
-/// Contact solutions in which held motions are found at most.
+/// Largest number of contact solutions in the search for the held motions.
 const MOST_SOLVES: usize = 40;
 
-/// Part of the height of peaks above the mean that first resultants push away.
+/// Fraction of the peaks' height above the mean by which the first resultants move the faces apart.
 const FIRST_PART: f64 = 0.5;
 
-/// Contact solutions in which the forces of a bolt are found at most, and the error of the load that is left, over the load; and the one that does
-/// where the errors of the contacts keep from less.
+/// Limits of the search for the bolt force: the largest number of contact solutions, the relative error of
+/// the load at convergence, and the error that is accepted if the secant method stalls.
 const MOST_TIGHTENINGS: usize = 30;
 const TIGHTENED: f64 = 1e-7;
 const ALL_BUT_TIGHTENED: f64 = 1e-6;
 
 impl FrettingJoint {
-    /// The contact of the unworn surface whose preload is found such that the pressure has the `load` \[N\]: a bolt that is a part of the structure
-    /// is tightened.
+    /// Finds the preload at which the unworn contact carries `load` \[N\], and returns that contact. Use this
+    /// for a bolt that is a part of the structure.
     ///
     /// # Errors
-    /// [`WearError::NotTightened`], and those of a contact.
+    /// [`WearError::NotTightened`], or the error of a contact.
     ///
     /// # Panics
-    /// Where no structure presses the joint.
+    /// Panics if no structure presses the joint.
     pub fn tighten_bolt(&mut self, load: f64) -> Result<NormalSolution, WearError> {
         let wear = vec![0.0; self.patch.grid.len()];
         let mut pressure: Option<Vec<f64>> = None;
-        // Secants, from no preload and one that bears all of the load.
+        // Secant method, starting from no preload and a preload of the whole load.
         let (mut before, mut preload) = ([0.0, 0.0], load);
         for _ in 0..MOST_TIGHTENINGS {
             let pressing = self.pressing.as_mut();
             pressing
                 .expect("a structure that presses the joint")
                 .preload = preload;
-            let found = self.contact(&wear, None, load, pressure.as_deref())?;
-            if (found.load - load).abs() <= TIGHTENED * load {
-                return Ok(found);
+            let solution = self.contact(&wear, None, load, pressure.as_deref())?;
+            if (solution.load - load).abs() <= TIGHTENED * load {
+                return Ok(solution);
             }
-            let slope = (found.load - before[1]) / (preload - before[0]);
-            before = [preload, found.load];
+            let slope = (solution.load - before[1]) / (preload - before[0]);
+            before = [preload, solution.load];
             if !(slope > 0.0 && slope.is_finite()) {
-                if (found.load - load).abs() <= ALL_BUT_TIGHTENED * load {
-                    return Ok(found);
+                if (solution.load - load).abs() <= ALL_BUT_TIGHTENED * load {
+                    return Ok(solution);
                 }
                 break;
             }
-            preload += (load - found.load) / slope;
-            pressure = Some(found.pressure);
+            preload += (load - solution.load) / slope;
+            pressure = Some(solution.pressure);
         }
         Err(WearError::NotTightened {
             load,

@@ -1,4 +1,4 @@
-//! The wear step: which there are, and one of them made.
+//! Wear schemes, and one step of any of them.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,60 +7,60 @@ use super::joint::{FrettingJoint, WearError, WornState};
 use super::{WearLaw, explicit, semi_implicit};
 use crate::grid::ByAxis;
 
-/// Which wear step.
+/// Wear scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scheme {
-    /// [`super::implicit`].
+    /// Second-order implicit scheme, [`super::implicit`].
     Implicit,
-    /// [`super::semi_implicit`].
+    /// First-order implicit scheme, [`super::semi_implicit`].
     #[serde(rename = "semi_implicit")]
     SemiImplicit,
-    /// [`super::explicit`].
+    /// Explicit scheme, [`super::explicit`].
     Explicit,
 }
 
-/// A step that was made, with the contact that it predicts.
+/// Accepted step, with the contact that it predicts.
 pub struct StepOutcome {
-    /// Wear depth after it \[m\].
+    /// Wear depth after the step \[m\].
     pub wear: Vec<f64>,
-    /// Its cycles.
+    /// Cycles of the step.
     pub cycles: u64,
-    /// Estimated error of its volume \[m³\]; 0 of a scheme without an estimate.
+    /// Estimated error of the volume worn in the step \[m³\]; 0 if the scheme has no estimate.
     pub error: f64,
-    /// Cycles proposed to the next step.
+    /// Cycles proposed for the next step.
     pub proposal: f64,
-    /// Other lengths that were tried.
+    /// Number of other step lengths that were tried.
     pub rejected: usize,
-    /// Gap \[m\]; none of a scheme that solves no contact.
+    /// Gap \[m\]; `None` if the scheme solves no contact.
     pub gap: Option<Vec<f64>>,
     /// Pressure \[Pa\].
     pub pressure: Vec<f64>,
     /// Shear \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
-    /// The cycle in its middle; none of a scheme that keeps the cycle of its beginning.
+    /// Cycle in the middle of the step; `None` if the scheme keeps the cycle of its beginning.
     pub middle: Option<MiddleCycle>,
-    /// The cycle at its end, if that was marched.
+    /// Cycle at the end of the step, if it was computed.
     pub end: Option<EndCycle>,
 }
 
 impl Scheme {
-    /// True of a scheme whose step estimates its error.
+    /// Returns true if the scheme estimates the error of its steps.
     pub fn estimates_error(self) -> bool {
         self == Scheme::Implicit
     }
 
-    /// True of a scheme that has no other measure of its steps than a depth.
+    /// Returns true if a depth is the scheme's only measure of a step.
     pub fn needs_depth_step(self) -> bool {
         self != Scheme::Implicit
     }
 
-    /// True of the published step, whose length stability bounds.
+    /// Returns true for the published step, whose length is limited by stability.
     pub fn is_explicit(self) -> bool {
         self == Scheme::Explicit
     }
 
-    /// What its step is, of this tolerance and depth \[m\], and why.
+    /// Describes the step for this tolerance and depth \[m\], and the reason for it.
     pub fn describe(self, tolerance: f64, depth_step: f64) -> (String, &'static str) {
         match self {
             Scheme::Implicit => (
@@ -69,21 +69,22 @@ impl Scheme {
             ),
             Scheme::SemiImplicit => (
                 format!(
-                    "implicit in the pressure, first order, {depth_step:e} m a step at the rate of its beginning"
+                    "implicit in the pressure, first order, {depth_step:e} m per step at its initial rate"
                 ),
-                "wear.scheme = \"semi_implicit\": the slip of a step's beginning, without an error to set the step",
+                "wear.scheme = \"semi_implicit\": uses the slip at the beginning of a step, and estimates no error",
             ),
             Scheme::Explicit => (
-                format!("explicit, {depth_step:e} m a step"),
+                format!("explicit, {depth_step:e} m per step"),
                 "wear.scheme = \"explicit\": the published step [A eq. 2.7-2.8]",
             ),
         }
     }
 
-    /// Makes one step from a worn state. `implicit` makes that of the implicit scheme; those of the others wear the depth of the limits.
+    /// Makes one step from a worn state. The closure `implicit` makes the step of the implicit scheme. Steps
+    /// of the other schemes wear the depth in `limits`.
     ///
     /// # Errors
-    /// Those of `implicit` and of the contact.
+    /// Errors of `implicit` and of the contact.
     pub fn advance<E: From<WearError>>(
         self,
         joint: &mut FrettingJoint,
@@ -92,7 +93,7 @@ impl Scheme {
         limits: Limits,
         implicit: impl FnOnce(&mut FrettingJoint) -> Result<Step, E>,
     ) -> Result<StepOutcome, E> {
-        let of_depth = |cycles: u64, wear: Vec<f64>| StepOutcome {
+        let outcome = |cycles: u64, wear: Vec<f64>| StepOutcome {
             wear,
             cycles,
             error: 0.0,
@@ -126,23 +127,24 @@ impl Scheme {
                 Ok(StepOutcome {
                     gap: Some(contact.gap),
                     pressure: contact.pressure,
-                    ..of_depth(cycles, wear)
+                    ..outcome(cycles, wear)
                 })
             }
             Scheme::Explicit => {
                 let cycles = by_depth(joint, state, law, limits)?;
                 let wear = explicit::advance(&state.wear, &state.cycle.energy, law, cycles);
-                Ok(of_depth(cycles, wear))
+                Ok(outcome(cycles, wear))
             }
         }
     }
 }
 
-/// Times that a single cycle may wear more than a step is to. Far beyond that a step may still look accurate: what wears at once has no rate. At
-/// 62 times a torsion wore three times as much as in many cycles that wear as much together, with a bar of 9 %.
+/// Largest wear of a single cycle, relative to a step's. A much larger ratio gives steps that only look
+/// accurate: wear within one cycle has no rate. At a ratio of 62 a torsion joint wore three times as much as
+/// in many cycles with the same total wear, and its error bar was 9 %.
 const LARGEST_CYCLE: f64 = 10.0;
 
-/// Refuses a cycle that wears far more than a step of `proposal` cycles, a part of one.
+/// Rejects a cycle that wears far more than a step of `proposal` cycles, with `proposal` below 1.
 pub(super) fn check_cycle(proposal: f64) -> Result<(), WearError> {
     let times = 1.0 / proposal;
     match times > LARGEST_CYCLE {
@@ -151,7 +153,8 @@ pub(super) fn check_cycle(proposal: f64) -> Result<(), WearError> {
     }
 }
 
-/// Cycles that wear the depth of a step at the rate of its beginning [A eq. 2.7], no more than remain.
+/// Returns the cycles that wear the depth of a step at the rate of its beginning [A eq. 2.7], at most the
+/// remaining ones.
 fn by_depth(
     joint: &FrettingJoint,
     state: &WornState,
@@ -161,7 +164,7 @@ fn by_depth(
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let depth_step = limits.depth_step.unwrap_or(f64::INFINITY);
     check_cycle(first_proposal(joint, state, law))?;
-    // A joint that does not wear would make a step without end.
+    // Without wear the step would be infinite.
     Ok(match deepest > 0.0 {
         true => explicit::cycles(depth_step, deepest).min(limits.remaining),
         false => limits.remaining,

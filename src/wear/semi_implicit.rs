@@ -1,14 +1,15 @@
-//! The first-order implicit wear step: implicit in the pressure, with the slip of its beginning.
+//! First-order implicit wear step: implicit in the pressure, with the slip of its beginning.
 //!
-//! One normal contact with the wear compliance N α c added, which is backward Euler: stable at any step, and of first order. It
-//! costs a third of the [`super::implicit`] step and has no error of its own; it is for comparison with that one.
+//! It solves one normal contact with the added wear compliance N α c. That is backward Euler: stable at any
+//! step, and of first order. It costs a third of the [`super::implicit`] step and estimates no error. It
+//! serves for comparison.
 
 use super::WearLaw;
 use super::implicit::{Begin, begin};
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::contact::normal::NormalSolution;
 
-/// Wear depth \[m\] after `cycles`, and the contact there under the largest load of the cycle.
+/// Returns the wear depth after `cycles` \[m\], and the contact there under the largest load of the cycle.
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,

@@ -1,15 +1,17 @@
-//! A march from sample to sample until the cycle repeats itself.
+//! March from sample to sample until the cycle is periodic.
 //!
-//! A step of second order takes the slip along the shear at its end not as what a cell moves by in the step, Δv, but as its rate there by
-//! the backward difference of two steps: Δv − β Δv', with Δv' of the step before, β = w²/(1 + 2w) and w the ratio of their durations, or
-//! of their ways where only the order of places counts (BDF2, [Curtiss and Hirschfelder 1952]). That is an offset of the tangential
-//! problem, and is so only where a cell slid in the step before as well: a cell that begins to slip has no rate before it. Where the
-//! motion bends, β is reduced by the cosine of the bend, which is of second order where it is smooth, and is zero where it turns back.
-//! What a cell dissipates is its |Δv| times the mean of the limits at both ends.
+//! A step of second order aligns the shear at its end with the slip rate there, not with the slip Δv over the
+//! step. The backward difference of two steps gives this rate as Δv − β Δv'. Here Δv' belongs to the step
+//! before, β = w²/(1 + 2w), and w is the ratio of the steps' durations (BDF2,
+//! [Curtiss and Hirschfelder 1952]). If only the order of the samples counts, w is the ratio of their paths.
+//! The term −β Δv' is an offset of the tangential problem. It applies only to cells that also slid in the
+//! step before: a cell that begins to slip has no rate before it. Where the motion bends, β is multiplied by
+//! the cosine of the bend; that is of second order on a smooth path, and β is zero where the motion turns
+//! back. A cell dissipates its |Δv| times the mean of the limits at both ends.
 //!
-//! A cell that closes within a step is stuck to where it was when it closed, not where it was when the step began: what it moved by until
-//! then is an offset too, with the rate of the step before. Without it the error of a varying load is of first order. It dissipates only
-//! while it is in contact.
+//! A cell that closes within a step sticks to its position at closure, not to its position at the beginning
+//! of the step. Its motion until closure is another offset, at the rate of the step before. Without it the
+//! error under a varying load is of first order. The cell dissipates only while it is in contact.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,84 +22,89 @@ use super::motion::Channel;
 use crate::contact::tangential::CellState;
 use crate::grid::ByAxis;
 
-/// Cycles after which a motion that has not closed is given up.
+/// Largest number of cycles before the march fails.
 const MAX_CYCLES: usize = 60;
 
-/// How often in a span it is looked at whether the cycle has closed.
+/// Number of closure checks per span.
 const CHECKS: usize = 4;
 
-/// Ratios of the change of shear from one span to the next: the least and the largest that are believed. A cycle may settle more slowly than
-/// two spans say, and the errors of the solves go on changing it.
+/// Bounds on the ratio of the changes of shear in successive spans, for the estimate of the remaining change.
+/// A cycle may converge more slowly than two spans show, and errors of the solves keep changing it.
 const RATIOS: [f64; 2] = [0.5, 0.9];
 
-/// Ratios of a cell's change of shear from one span to the next at which the march goes on to where it leads: what is locked in over half a
-/// cycle has the ratio −1. Of those of the other sign, which slow cells have, the largest are not known well enough, nor are the first.
+/// Ratios of a cell's changes of shear in successive spans at which the march extrapolates. Shear that is
+/// locked in over half a cycle has the ratio −1 (`ALTERNATING`). Slowly converging cells have positive ratios
+/// (`SLOW`); the largest of these are too inaccurate, and so are all before the span `FIRST`.
 const ALTERNATING: [f64; 2] = [-1.05, -0.6];
 const SLOW: [f64; 2] = [0.6, 0.9];
 const FIRST: usize = 4;
 
-/// A shear this near to its limit is on it.
+/// Fraction of the friction limit from which on a shear counts as being at its limit.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// A cycle that closed.
+/// Closed cycle.
 pub(super) struct Closed {
     pub(super) tally: CycleAccumulator,
     /// Shear at t = 0 \[Pa\].
     pub(super) shear: ByAxis<Vec<f64>>,
-    /// From t = 0 to t = T.
+    /// Instants from t = 0 to t = T.
     pub(super) instants: Vec<Instant>,
-    /// The shear at the samples that are kept \[Pa\].
+    /// Shear at the requested samples \[Pa\].
     pub(super) kept: BTreeMap<usize, ByAxis<Vec<f64>>>,
 }
 
-/// The march.
+/// State of the march.
 pub(super) struct Sequence<'a> {
     joint: &'a mut FrettingJoint,
     limits: &'a FrictionLimits,
     /// Samples from one step to the next.
     stride: usize,
-    /// Steps of a cycle.
+    /// Steps per cycle.
     steps: usize,
-    /// Steps after which the march repeats itself, with the sign of `sign`: those of half a cycle whose second half is the first with all
-    /// signs turned.
+    /// Steps after which the march repeats itself, up to the factor `sign`. This is half a cycle if the
+    /// second half is the negative of the first.
     span: usize,
     sign: f64,
     second_order: bool,
-    /// Shear now, and at the ends of the two steps before \[Pa\].
+    /// Current shear, and the shear at the ends of the two steps before \[Pa\].
     shear: ByAxis<Vec<f64>>,
     earlier: Vec<ByAxis<Vec<f64>>>,
     last: Option<Last>,
-    /// Displacements and rotation now. Where force or moment is given, they are the sums of what was found.
+    /// Current displacements and rotation. Under a prescribed force or moment they are sums of the computed
+    /// steps.
     place: Vec<f64>,
-    /// Samples whose shear is kept.
+    /// Samples whose shear is stored.
     keeps: BTreeSet<usize>,
 }
 
-/// What a step needs of the one before.
+/// Results of the last step that the next one needs.
 struct Last {
-    /// What the cells moved by \[m\].
+    /// Motion of the cells in the step \[m\].
     moved: ByAxis<Vec<f64>>,
     state: Vec<CellState>,
-    /// Its β.
+    /// β of the step.
     memory: f64,
 }
 
-/// A part of a span.
+/// Part of a span.
 struct Segment {
     tally: CycleAccumulator,
     instants: Vec<Instant>,
-    /// Steps from the beginning of the march to its end, and the shear and the place there.
+    /// Number of the step at its end, counted from the beginning of the march, and the shear and the position
+    /// there.
     end: usize,
     shear: ByAxis<Vec<f64>>,
     place: Vec<f64>,
-    /// The shear at samples that are kept, or half a cycle away from such \[Pa\].
+    /// Shear at the stored samples, or half a cycle away from them \[Pa\].
     kept: Vec<(usize, ByAxis<Vec<f64>>)>,
-    /// What its shear had changed by over a span would dissipate \[J/m²\], summed over the cells; none in the first span.
+    /// Energy that the change of shear over a span would dissipate, summed over the cells \[J/m²\]; `None` in
+    /// the first span.
     unsteady: Option<f64>,
 }
 
 impl<'a> Sequence<'a> {
-    /// Begins at sample 0 with the shear `start`, cut back to the limits, or with that of a first loading from rest.
+    /// Starts at sample 0 with the shear `start`, cut back to the limits, or with the shear of a first
+    /// loading from rest.
     pub(super) fn new(
         joint: &'a mut FrettingJoint,
         limits: &'a FrictionLimits,
@@ -105,7 +112,7 @@ impl<'a> Sequence<'a> {
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<Self, WearError> {
         let shear = match start {
-            Some(shear) => within(shear, limits.at(0)),
+            Some(shear) => cut_to_limits(shear, limits.at(0)),
             None => {
                 let first = joint.motion.at(0);
                 let zero = vec![0.0; first.len()];
@@ -134,21 +141,21 @@ impl<'a> Sequence<'a> {
         })
     }
 
-    /// Keeps the shear at these instants, counted in samples of the motion.
+    /// Stores the shear at these instants, given as sample numbers.
     pub(super) fn keeping(mut self, instants: &[usize]) -> Self {
         let samples = self.joint.motion.samples();
         self.keeps = instants.iter().map(|instant| instant % samples).collect();
         self
     }
 
-    /// The sample half a cycle later, where the march is over half of it.
+    /// Returns the sample half a cycle later, if the march covers half a cycle.
     fn opposite(&self, sample: usize) -> Option<usize> {
         let samples = self.joint.motion.samples();
         (self.sign < 0.0).then_some((sample + samples / 2) % samples)
     }
 
-    /// Marches until what the shear still changes by over a span would dissipate no more than the tolerance of the cycle, should it go on
-    /// to change as a geometric series does.
+    /// Marches until the remaining change of the shear would dissipate no more than the tolerance of the
+    /// cycle. The remaining change is extrapolated as a geometric series.
     pub(super) fn close(mut self) -> Result<Closed, WearError> {
         let checks = CHECKS.min(self.span);
         let mut segments: Vec<Option<Segment>> = (0..checks).map(|_| None).collect();
@@ -178,21 +185,21 @@ impl<'a> Sequence<'a> {
                     .sum();
                 let ratio = old.unsteady.map_or(0.0, |before| unsteady / before);
                 let ratio = ratio.clamp(RATIOS[0], RATIOS[1]);
-                let left = unsteady * ratio / (1.0 - ratio);
-                if left <= tolerance * tally.energy.iter().sum::<f64>() {
-                    tally.dissipation_error += left * self.joint.patch.grid.cell_area();
-                    return Ok(self.whole(tally, &old.place, segments));
+                let remaining = unsteady * ratio / (1.0 - ratio);
+                if remaining <= tolerance * tally.energy.iter().sum::<f64>() {
+                    tally.dissipation_error += remaining * self.joint.patch.grid.cell_area();
+                    return Ok(self.assemble(tally, &old.place, segments));
                 }
                 if let Some(new) = &mut segments[check] {
                     new.unsteady = Some(unsteady);
                 }
             }
-            let arrived = self.shear.clone();
+            let before_extrapolation = self.shear.clone();
             if self.sign < 0.0 {
                 self.unlock(&begin, &segments);
             }
-            drift = self.hasten(span, &begin, drift);
-            self.carry_back(&arrived, segments.iter_mut().flatten());
+            drift = self.extrapolate(span, &begin, drift);
+            self.carry_back(&before_extrapolation, segments.iter_mut().flatten());
         }
         Err(WearError::NotSteady {
             cycles: MAX_CYCLES,
@@ -200,7 +207,7 @@ impl<'a> Sequence<'a> {
         })
     }
 
-    /// Marches from one step to another, counted from the beginning.
+    /// Marches from one step to another, both counted from the beginning of the march.
     fn segment(&mut self, from: usize, to: usize) -> Result<Segment, WearError> {
         let mut tally = CycleAccumulator::new(self.joint.patch.grid.len());
         let mut instants = Vec::with_capacity(to - from);
@@ -224,7 +231,7 @@ impl<'a> Sequence<'a> {
         })
     }
 
-    /// Marches from the sample `k` to the next, and adds what is slipped and dissipated.
+    /// Marches from the sample `k` to the next, and adds its slip and dissipation.
     fn step(&mut self, k: usize, tally: &mut CycleAccumulator) -> Result<Instant, WearError> {
         let (joint, stride) = (&mut *self.joint, self.stride);
         let next = k + stride;
@@ -234,22 +241,23 @@ impl<'a> Sequence<'a> {
         let limits = [k, next].map(|sample| self.limits.at(sample));
         let mut part_in_contact = vec![1.0; limits[0].len()];
         let mut offset: Option<ByAxis<Vec<f64>>> = None;
-        let mut remembered = 0.0;
+        let mut beta = 0.0;
         if self.second_order {
             let changes = self.limits.changes(&joint.motion, k, stride);
             for change in &changes {
                 part_in_contact[change.cell] = 1.0 - change.open;
             }
             if let Some(last) = &self.last {
-                // Along one axis slip has a sign and no direction: what a cell moved by is exact.
+                // Along one axis the slip has a sign but no direction, so the motion of a cell is exact.
                 let bend = match last.moved.len() {
                     1 => 0.0,
                     _ => joint.motion.ahead(k, stride).max(0.0),
                 };
-                // What β takes over of an error twice may not grow: of equal steps that is a ninth.
+                // The product of two successive β must not exceed 1, or errors would grow. For equal steps it
+                // is 1/9.
                 let memory = bend * ratio * ratio / (1.0 + 2.0 * ratio);
                 let memory = memory.min(1.0 / last.memory);
-                remembered = memory;
+                beta = memory;
                 let slid = last.state.iter().map(|state| match state {
                     CellState::Slip => memory,
                     CellState::Stick | CellState::Open => 0.0,
@@ -263,59 +271,58 @@ impl<'a> Sequence<'a> {
                 offset = Some(last.moved.iter().map(scaled).collect());
             }
         }
-        let start = self.second_order.then(|| ahead(&self.shear, &self.earlier));
+        let start = self
+            .second_order
+            .then(|| next_shear(&self.shear, &self.earlier));
         let mut driven = joint.motion.between(&from, &to);
         if let Some(offset) = &offset {
             driven.displace(offset.clone());
         }
         let mut options = joint.options.tangential_in_sequence();
         options.tolerance *= exactness(&driven, limits[1], joint.patch.grid.cell_area());
-        let found_step = joint.driven(
+        let solution = joint.driven(
             options,
             limits[1],
             Some(&self.shear),
             &driven,
             start.as_ref(),
         )?;
-        let mut moved = found_step.slip.clone();
+        let mut moved = solution.slip.clone();
         for (moved, offset) in moved.iter_mut().zip(offset.iter().flatten()) {
             moved.iter_mut().zip(offset).for_each(|(m, o)| *m -= o);
         }
-        tally.add_moved(&found_step, &moved, limits, &part_in_contact);
-        let moves = to
-            .iter()
-            .zip(found(&found_step))
-            .zip(joint.motion.channels());
+        tally.add_moved(&solution, &moved, limits, &part_in_contact);
+        let moves = to.iter().zip(found(&solution)).zip(joint.motion.channels());
         for (place, ((to, change), channel)) in self.place.iter_mut().zip(moves) {
             *place = match channel {
                 Channel::Displacement(_) => *to,
                 Channel::Force(_) => *place + change,
             };
         }
-        let axes = found_step.force.len();
+        let axes = solution.force.len();
         let rotated = joint.motion.rotation.as_ref();
         let cell_area = joint.patch.grid.cell_area();
         let instant = Instant {
             time: joint.motion.time_of(next),
             displacement: self.place[..axes].to_vec(),
             normal_load: joint.motion.normal_load[next % samples],
-            torsion: rotated.map(|_| [self.place[axes], found_step.moment]),
-            force_along: joint.motion.force_along(&found_step.shear, cell_area),
-            force: found_step.force,
+            torsion: rotated.map(|_| [self.place[axes], solution.moment]),
+            force_along: joint.motion.force_along(&solution.shear, cell_area),
+            force: solution.force,
         };
         self.last = Some(Last {
             moved,
-            state: found_step.state,
-            memory: remembered,
+            state: solution.state,
+            memory: beta,
         });
         self.earlier
-            .insert(0, std::mem::replace(&mut self.shear, found_step.shear));
+            .insert(0, std::mem::replace(&mut self.shear, solution.shear));
         self.earlier.truncate(2);
         Ok(instant)
     }
 
-    /// Takes the mean out of the shear of cells that stuck since it was `begin`, half a cycle ago: it hangs on the way to the cycle alone, and
-    /// no cycle would ever change it.
+    /// Removes the mean of the shear now and at `begin`, half a cycle ago, from cells that stuck in between.
+    /// This shear only depends on the way to the cycle, and no cycle would change it.
     fn unlock(&mut self, begin: &ByAxis<Vec<f64>>, segments: &[Option<Segment>]) {
         let stuck = |c: usize| {
             let mut all = segments.iter().flatten();
@@ -332,9 +339,10 @@ impl<'a> Sequence<'a> {
         }
     }
 
-    /// Goes on to where the shear of a cell leads that a span changes in proportion to what the span before changed it by, and hardly less. `begin`
-    /// is the shear before the span, `drift` what the span before changed. Returns what this one changed; none where it went on.
-    fn hasten(
+    /// Extrapolates each cell's shear by a geometric series (Aitken), if its changes in two successive spans
+    /// have a suitable ratio. `begin` is the shear before the span, and `drift` the change of shear in the
+    /// span before. Returns the change in this span, or `None` after an extrapolation.
+    fn extrapolate(
         &mut self,
         span: usize,
         begin: &ByAxis<Vec<f64>>,
@@ -361,15 +369,16 @@ impl<'a> Sequence<'a> {
                 }
             }
         }
-        self.shear = within(&self.shear, self.limits.at(0));
+        self.shear = cut_to_limits(&self.shear, self.limits.at(0));
         None
     }
 
-    /// Takes what was added to the shear since it `arrived` at the end of a span for having been there all along. The cycle is put together of
-    /// the last of each of its parts, which would not fit else. Forces that are given stay as they are.
+    /// Adds the extrapolation of the shear `before_extrapolation` to the stored segments. The cycle is
+    /// assembled from the last segment of each part, and they would not match otherwise. Changes nothing if a
+    /// force or moment is prescribed.
     fn carry_back<'s>(
         &self,
-        arrived: &ByAxis<Vec<f64>>,
+        before_extrapolation: &ByAxis<Vec<f64>>,
         segments: impl Iterator<Item = &'s mut Segment>,
     ) {
         let motion = &self.joint.motion;
@@ -377,13 +386,13 @@ impl<'a> Sequence<'a> {
             return;
         }
         let grid = self.joint.patch.grid;
-        let pairs = self.shear.iter().zip(arrived);
+        let pairs = self.shear.iter().zip(before_extrapolation);
         let added: ByAxis<Vec<f64>> = pairs
             .map(|(now, before)| now.iter().zip(before).map(|(a, b)| a - b).collect())
             .collect();
         let force: ByAxis<f64> = added
             .iter()
-            .map(|of| of.iter().sum::<f64>() * grid.cell_area())
+            .map(|field| field.iter().sum::<f64>() * grid.cell_area())
             .collect();
         let about_z = |c: usize| {
             let (i, j) = grid.cell(c);
@@ -401,15 +410,15 @@ impl<'a> Sequence<'a> {
             for instant in &mut segment.instants {
                 let values = instant.force.iter_mut().zip(&force);
                 values.for_each(|(value, by)| *value += by);
-                if let Some([_, of_instant]) = &mut instant.torsion {
-                    *of_instant += moment;
+                if let Some([_, instant_moment]) = &mut instant.torsion {
+                    *instant_moment += moment;
                 }
             }
         }
     }
 
-    /// The whole cycle, whose place was `old` a span ago.
-    fn whole(
+    /// Assembles the whole cycle. `old` is the position one span ago.
+    fn assemble(
         mut self,
         mut tally: CycleAccumulator,
         old: &[f64],
@@ -428,7 +437,7 @@ impl<'a> Sequence<'a> {
                     kept.insert(sample, shear);
                 }
             }
-            // The last one ends where a cycle begins, or in its middle.
+            // The last segment ends at the beginning of a cycle, or in its middle.
             shear = segment.shear;
             if segment.end % self.steps != 0 {
                 shear.iter_mut().flatten().for_each(|q| *q *= self.sign);
@@ -462,8 +471,8 @@ impl<'a> Sequence<'a> {
     }
 }
 
-/// The shear that the last ones lead to, as a parabola or a straight line.
-fn ahead(shear: &ByAxis<Vec<f64>>, earlier: &[ByAxis<Vec<f64>>]) -> ByAxis<Vec<f64>> {
+/// Extrapolates the shear from the last steps by a parabola or a straight line.
+fn next_shear(shear: &ByAxis<Vec<f64>>, earlier: &[ByAxis<Vec<f64>>]) -> ByAxis<Vec<f64>> {
     let mut next = shear.clone();
     for (axis, next) in next.iter_mut().enumerate() {
         for (c, q) in next.iter_mut().enumerate() {
@@ -477,8 +486,9 @@ fn ahead(shear: &ByAxis<Vec<f64>>, earlier: &[ByAxis<Vec<f64>>]) -> ByAxis<Vec<f
     next
 }
 
-/// By how much two shears differ for what dissipates, `sign` times the second, on every cell \[Pa\]: shears at their limit only turn against
-/// each other, and what is across the slip does not dissipate.
+/// Returns the change between two shears that matters for the dissipation, with `sign` times the second, on
+/// every cell \[Pa\]. Shears at their limit only rotate relative to each other, and the component across the
+/// slip does not dissipate.
 fn change([shear, before]: [&ByAxis<Vec<f64>>; 2], sign: f64, limit: &[f64]) -> Vec<f64> {
     let square = |c: usize| -> f64 {
         let axes = shear.iter().zip(before);
@@ -497,8 +507,8 @@ fn change([shear, before]: [&ByAxis<Vec<f64>>; 2], sign: f64, limit: &[f64]) -> 
         .collect()
 }
 
-/// Shears cut back to their limits, direction kept.
-fn within(shear: &ByAxis<Vec<f64>>, limit: &[f64]) -> ByAxis<Vec<f64>> {
+/// Cuts shears back to their limits, with unchanged direction.
+fn cut_to_limits(shear: &ByAxis<Vec<f64>>, limit: &[f64]) -> ByAxis<Vec<f64>> {
     let mut cut = shear.clone();
     for (c, &limit) in limit.iter().enumerate() {
         let size = cut.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();

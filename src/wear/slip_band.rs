@@ -1,45 +1,52 @@
-//! How many cells wide the slipping rims of the contact spots are: a rim thinner than a cell has its energy from a few cells.
+//! Width of the slip bands at the rims of the contact spots, in cells. A band thinner than a cell takes its
+//! energy from a few cells.
 //!
-//! Under a steady tangential force T the cells that slip are those that a normal load less by T/µ would leave out of contact (Jäger 1998; Ciavarella 1998),
-//! on a grid as between smooth bodies. Their area over the rim of the contact is the width of the band.
+//! Under a steady tangential force T, a cell slips if the normal load reduced by T/µ would leave it out of
+//! contact (Jäger 1998; Ciavarella 1998). The area of the slipping cells over the rim of the contact is the
+//! width of the band.
 
 use crate::grid::Patch;
 
-/// Less than this is an error of the grid as other figures have it, which no bar holds.
+/// Smallest relative error that is reported. A smaller one is an ordinary grid error, which no error bar
+/// includes.
 const LEAST: f64 = 0.2;
 
-/// Widths of the band in cells, and the relative error of the energy of one of several spots below them: their errors are independent. Of 96 energies of rough
-/// faces, held against grids of 2 to 8 times as many cells along a side, 2 were off by more than this over the root of the number of spots and 1 %.
+/// Relative error of the energy of one of several spots, for bands narrower than each width in cells. The
+/// errors of the spots are independent. Of 96 energies of rough faces, 2 differed from finer grids by more
+/// than this error over the root of the number of spots, plus 1 %. The finer grids had 2 to 8 times as many
+/// cells along a side.
 const OF_SEVERAL: [(f64, f64); 2] = [(0.4, 1.2), (1.5, 0.25)];
-/// The same of one spot alone, whose cells may lie alike on all sides: against Mindlin's energy 416 round spots of 3 to 20 cells were off by up to 470 % below
-/// 0.15 cells, and by 41 to 70 % up to 0.6.
+/// The same for a single spot, whose cells may lie alike on all sides. 416 round spots of 3 to 20 cells were
+/// compared with Mindlin's energy: they were off by up to 470 % below 0.15 cells, and by 41 to 70 % up to
+/// 0.6.
 const OF_ONE: [(f64, f64); 4] = [(0.15, 5.0), (0.4, 1.5), (0.8, 0.75), (1.5, 0.25)];
-/// Spread from which on a contact is one spot.
+/// Smallest spread at which the contact counts as one spot.
 const ALONE: f64 = 0.9;
 
-/// The slipping rims of the contact spots of which a part sticks throughout the cycle. The energy of a spot that slips as a whole depends on no rim.
+/// Slip bands of the contact spots that partly stick throughout the cycle. A spot that slips as a whole has
+/// no band that its energy depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlipBand {
     /// Mean width, in cells.
     pub cells: f64,
-    /// √Σe² over Σe of the energies of all spots: one over the root of their number, if they are alike.
+    /// √Σe² over Σe, with the energies e of all spots: for equal spots, one over the root of their number.
     pub spread: f64,
 }
 
-/// Cells in contact that share an edge.
+/// Cells in contact that share edges.
 #[derive(Default)]
 struct Spot {
     cells: usize,
     slipping: usize,
     /// Edges to kept cells that are not in contact.
     edges: usize,
-    /// Energy per area of the cycle, summed over the cells \[J/m²\].
+    /// Energy per area and cycle, summed over the cells \[J/m²\].
     energy: f64,
 }
 
 impl SlipBand {
-    /// That of a contact of these pressures \[Pa\] and these energies of a cycle per area \[J/m²\], on the grid. Where no spot sticks in a part it is that of
-    /// all spots, and there is no spread.
+    /// Measures the slip band from the pressures \[Pa\] and the energies per area and cycle \[J/m²\] on the
+    /// grid. If no spot partly sticks, all spots count and the spread is 0.
     pub fn of(patch: &Patch, wraps: bool, pressure: &[f64], energy: &[f64]) -> SlipBand {
         let spots = spots(patch, wraps, pressure, energy);
         let sticks = |spot: &Spot| spot.slipping < spot.cells;
@@ -54,7 +61,7 @@ impl SlipBand {
         let squares: f64 = spots.iter().map(|spot| spot.energy.powi(2)).sum();
         let spread = match is_partial && edges > 0 {
             true if squares > 0.0 => squares.sqrt() / whole,
-            // Nothing slips on this grid, and nothing is known of what does on a finer one.
+            // Nothing slips on this grid, so that the slip on a finer one is unknown.
             true => 1.0,
             false => 0.0,
         };
@@ -64,14 +71,14 @@ impl SlipBand {
         }
     }
 
-    /// Relative error of the energy of the cycle that the grid leaves; 0 where the band is resolved.
+    /// Returns the relative error of the energy per cycle due to the grid; 0 if the band is resolved.
     pub fn relative_error(&self) -> f64 {
         let table = match self.spread > ALONE {
             true => &OF_ONE[..],
             false => &OF_SEVERAL[..],
         };
-        let of_one = table.iter().find(|(below, _)| self.cells < *below);
-        of_one
+        let entry = table.iter().find(|(below, _)| self.cells < *below);
+        entry
             .map(|(_, error)| error * self.spread)
             .filter(|error| *error > LEAST)
             .unwrap_or(0.0)

@@ -109,7 +109,7 @@ fn npy_headers_that_are_none() {
     for (text, length, part) in [
         (&deep[..], deep.len() as u32, "120000 bytes"),
         ("x", u32::MAX, "4294967295 bytes"),
-        ("(((((((((1)))))))))", 19, "at most 8 deep"),
+        ("(((((((((1)))))))))", 19, "at most 8 levels of brackets"),
         ("{{{{{{{{1}}}}}}}}", 17, "the header"),
     ] {
         let (message, _) = in_time(|| failure("map.npy", header(text, length), &MICROMETRES));

@@ -2,23 +2,24 @@
 
 use crate::grid::Grid;
 
-/// Terms of the quadratic, the most there are.
+/// Number of terms of the quadratic, the largest polynomial.
 const MOST: usize = 6;
 
-/// A pivot below this share of its diagonal means that the points do not tell the terms apart. Well-spread points have
-/// pivots of order 0.1; rounding leaves 1e-16.
+/// Smallest ratio of a pivot to its diagonal. Below it, the points do not determine the terms. Well-spread
+/// points have pivots of order 0.1; rounding gives 1e-16.
 const SINGULAR: f64 = 1e-11;
 
-/// One solve leaves an error of rounding times condition; the second, on what is left, removes it.
+/// Number of solves. The first has an error of rounding times condition number; the second, on the residual,
+/// removes it.
 const ROUNDS: usize = 2;
 
-/// Number of terms of a polynomial of order 0, 1 or 2.
+/// Returns the number of terms of a polynomial of order 0, 1 or 2.
 pub(super) fn terms(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
-/// A polynomial in the coordinates of the map, each from -1 to 1: the space of planes, or of quadratics, does not depend on
-/// the spacing, and these coordinates keep the equations well conditioned.
+/// Polynomial in the coordinates of the map, each from -1 to 1. The space of planes or quadratics does not
+/// depend on the spacing, and these coordinates keep the equations well conditioned.
 pub(super) struct Polynomial {
     pub(super) coefficients: [f64; MOST],
 }
@@ -34,7 +35,8 @@ impl Polynomial {
     }
 }
 
-/// The polynomial of the given order nearest to the heights that are not NaN; `None` if they do not determine it.
+/// Fits the polynomial of this order to the heights that are not NaN. Returns `None` if they do not determine
+/// it.
 pub(super) fn fit(grid: &Grid, heights: &[f64], order: usize) -> Option<Polynomial> {
     let terms = terms(order);
     let mut matrix = [[0.0; MOST]; MOST];
@@ -73,7 +75,7 @@ fn monomials(grid: &Grid, index: usize) -> [f64; MOST] {
     [1.0, u, v, u * u, u * v, v * v]
 }
 
-/// The lower factor of a symmetric positive definite matrix, `None` if it is not one.
+/// Returns the lower Cholesky factor of a symmetric matrix; `None` if the matrix is not positive definite.
 fn cholesky(mut a: [[f64; MOST]; MOST], n: usize) -> Option<[[f64; MOST]; MOST]> {
     for k in 0..n {
         let whole = a[k][k];
@@ -83,8 +85,8 @@ fn cholesky(mut a: [[f64; MOST]; MOST], n: usize) -> Option<[[f64; MOST]; MOST]>
         }
         a[k][k] = pivot.sqrt();
         for i in k + 1..n {
-            let known: f64 = (0..k).map(|c| a[i][c] * a[k][c]).sum();
-            a[i][k] = (a[i][k] - known) / a[k][k];
+            let eliminated: f64 = (0..k).map(|c| a[i][c] * a[k][c]).sum();
+            a[i][k] = (a[i][k] - eliminated) / a[k][k];
         }
     }
     Some(a)
@@ -92,12 +94,12 @@ fn cholesky(mut a: [[f64; MOST]; MOST], n: usize) -> Option<[[f64; MOST]; MOST]>
 
 fn solve(factor: &[[f64; MOST]; MOST], mut b: [f64; MOST], n: usize) -> [f64; MOST] {
     for i in 0..n {
-        let known: f64 = (0..i).map(|k| factor[i][k] * b[k]).sum();
-        b[i] = (b[i] - known) / factor[i][i];
+        let eliminated: f64 = (0..i).map(|k| factor[i][k] * b[k]).sum();
+        b[i] = (b[i] - eliminated) / factor[i][i];
     }
     for i in (0..n).rev() {
-        let known: f64 = (i + 1..n).map(|k| factor[k][i] * b[k]).sum();
-        b[i] = (b[i] - known) / factor[i][i];
+        let eliminated: f64 = (i + 1..n).map(|k| factor[k][i] * b[k]).sum();
+        b[i] = (b[i] - eliminated) / factor[i][i];
     }
     b[n..].fill(0.0);
     b

@@ -1,20 +1,23 @@
-//! Holes filled with the solution of the Laplace equation.
+//! Filling of holes with the solution of the Laplace equation.
 //!
-//! Each unmeasured point is the mean of its four neighbours, weighted by the inverse squares of their distances; measured
-//! neighbours are boundary values, the edge of the map is free. The mean plane is taken off first, so that a plane is
-//! continued exactly also where a hole touches the edge. Conjugate gradients with the diagonal as preconditioner.
+//! Each unmeasured point is the mean of its four neighbours, weighted by the inverse squares of their
+//! distances. Measured neighbours are boundary values; the edge of the map is free. The mean plane is
+//! subtracted first, so that a plane is continued exactly even if a hole touches the edge. The solver is the
+//! conjugate gradient method with a diagonal preconditioner.
 
 use super::PrepareError;
 use super::detrend::fit;
 use crate::grid::Grid;
 
-/// Largest residual of the mean-value property as a share of the range of heights: far below any instrument's noise.
+/// Largest residual of the mean-value property, as a fraction of the range of heights: far below the noise of
+/// any instrument.
 const TOLERANCE: f64 = 1e-12;
 
-/// A hole of n points across takes some n iterations; this is beyond the largest map.
+/// Largest number of iterations, beyond the need of the largest map. A hole n points wide takes some n
+/// iterations.
 const MOST_ITERATIONS: usize = 20_000;
 
-/// No neighbour there.
+/// Marks a missing neighbour.
 const EDGE: usize = usize::MAX;
 
 /// Replaces every NaN. At least one height must be a number.
@@ -25,7 +28,7 @@ pub(super) fn harmonic(grid: &Grid, heights: &mut [f64]) -> Result<(), PrepareEr
     if unknown.is_empty() {
         return Ok(());
     }
-    // Three points on a line have no plane, but a mean they always have.
+    // Three points on a line do not determine a plane, but always a mean.
     let trend = fit(grid, heights, 1).or_else(|| fit(grid, heights, 0));
     let trend_at = |index: usize| trend.as_ref().map_or(0.0, |t| t.at(grid, index));
     let about: Vec<f64> = (0..heights.len())
@@ -56,7 +59,7 @@ fn solve(
     for (row, &k) in unknown.iter().enumerate() {
         row_of[k] = row;
     }
-    // In units of 1/dx², which leaves the diagonal of order one to ten.
+    // In units of 1/dx², which makes the diagonal of order one to ten.
     let weights = [
         1.0,
         1.0,

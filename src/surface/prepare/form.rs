@@ -1,4 +1,4 @@
-//! The form of a whole map: its tilt and its curvature.
+//! Form of a whole map: its tilt and curvature.
 
 use super::detrend::{self, Polynomial};
 use crate::grid::Grid;
@@ -6,16 +6,16 @@ use crate::surface::topography::Topography;
 
 /// Tilt and curvature of a map, by least squares over its measured points.
 pub struct Form {
-    /// What the mean plane rises by from end to end along x and y \[m\].
+    /// Rise of the mean plane from end to end along x and y \[m\].
     pub rise: [f64; 2],
-    /// What the ends stand above the middle along x and y by the mean paraboloid \[m\].
+    /// Height of the ends above the middle along x and y in the mean paraboloid \[m\].
     pub bow: [f64; 2],
     plane: Polynomial,
     grid: Grid,
 }
 
 impl Form {
-    /// That of a map; none where its points do not determine a paraboloid.
+    /// Fits the form of a map. Returns `None` if its points do not determine a paraboloid.
     pub fn of(map: &Topography) -> Option<Form> {
         let [dx, dy] = map.spacing.unwrap_or([1.0; 2]);
         let grid = Grid {
@@ -36,7 +36,7 @@ impl Form {
         })
     }
 
-    /// The heights of the map less its mean plane \[m\].
+    /// Returns the heights of the map minus its mean plane \[m\].
     pub fn without_plane(&self, map: &Topography) -> Vec<f64> {
         let points = map.heights.iter().enumerate();
         points

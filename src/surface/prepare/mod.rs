@@ -1,8 +1,12 @@
-//! From a measured height map to heights on the joint's grid.
+//! Conversion of a measured height map to heights on the joint's grid.
 //!
-//! In this order: the map is laid on the joint, centred but for a shift (its own spacing decides how much of it the joint needs, nothing is
-//! stretched silently); where its spacing is that of the joint's cells a window of whole points is taken; the trend is fitted to the measured points that belong to the joint, and subtracted; points that were
-//! not measured are masked or filled; the map is resampled to the joint's cells, unless it has their shape already.
+//! The steps, in this order:
+//! 1. The map is placed on the joint, centred up to a shift. Its own spacing decides how much of it the joint
+//!    needs; it is never stretched silently.
+//! 2. If the spacing equals the size of the joint's cells, a window of whole points is taken.
+//! 3. The trend is fitted to the measured points of the joint, and subtracted.
+//! 4. Unmeasured points are masked or filled.
+//! 5. The map is resampled to the joint's cells, unless it already has their shape.
 
 mod detrend;
 mod fill;
@@ -17,99 +21,103 @@ use super::statistics::moments;
 use super::topography::Topography;
 use crate::grid::{Grid, Patch};
 
-/// A map and a joint whose sizes differ by less than this share are taken as one and the same.
+/// Largest relative difference in size at which a map and a joint count as equally large.
 pub const SIZE_TOLERANCE: f64 = 0.01;
 
-/// Sides of a map beyond which its spacing is doubtful \[m\].
+/// Range of plausible sides of a map \[m\]; beyond it the spacing is doubtful.
 pub const SIDES: [f64; 2] = [1e-6, 1.0];
 
-/// Heights of a map beyond which its unit is doubtful \[m\].
+/// Range of plausible heights of a map \[m\]; beyond it the unit is doubtful.
 pub const HEIGHTS: [f64; 2] = [1e-9, 1e-3];
 
-/// A map of fewer points along a side of the joint has no roughness.
+/// Smallest number of points along a side of the joint; with fewer a map shows no roughness.
 const FEWEST_POINTS: f64 = 4.0;
 
-/// The points of a map are those of the joint's cells if they stay within this share of a cell over the joint.
+/// Largest deviation, in cells over the joint, at which the map's points coincide with the joint's cells.
 const SAME_CELLS: f64 = 0.01;
 
-/// Below this a difference in size is rounding (SUR keeps its spacing in single precision).
+/// Relative differences in size below this are rounding (SUR stores its spacing in single precision).
 const ROUNDING: f64 = 1e-5;
 
-/// A cell belongs to the joint if at least this share of it was measured.
+/// Smallest measured fraction of a cell that belongs to the joint.
 const MEASURED_SHARE: f64 = 0.5;
 
-/// What is subtracted from the map: a polynomial in x and y fitted by least squares to the measured points of the joint.
+/// Trend to subtract from the map: a polynomial in x and y, fitted by least squares to the measured points of
+/// the joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Detrend {
-    /// Nothing: the heights are kept as they are, with their mean.
+    /// Subtracts nothing: the heights keep their mean.
     None,
-    /// The mean.
+    /// Mean height.
     Mean,
-    /// The mean plane.
+    /// Mean plane.
     Plane,
     /// Plane and curvature (six terms).
     Quadratic,
 }
 
-/// What becomes of points that were not measured.
+/// Treatment of points that were not measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fill {
-    /// Cells less than half measured leave the joint: they carry no load.
+    /// Removes cells from the joint that are less than half measured: they carry no load.
     Mask,
-    /// The smoothest surface through the rim of the hole: the Laplace equation with the measured neighbours as boundary values,
-    /// solved about the mean plane (exact for a plane). It has neither roughness nor a peak of its own.
+    /// Fills with the smoothest surface through the rim of the hole: the Laplace equation with the measured
+    /// neighbours as boundary values, solved about the mean plane (exact for a plane). The fill has no
+    /// roughness and no peak of its own.
     Interpolate,
 }
 
-/// The choices of the user.
+/// User's choices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrepareOptions {
     /// Trend to subtract.
     pub detrend: Detrend,
-    /// What becomes of holes.
+    /// Treatment of holes.
     pub fill: Fill,
-    /// Place of the map's middle, from the middle of the joint along x and y \[m\].
+    /// Position of the map's centre relative to the joint's centre along x and y \[m\].
     pub shift: [f64; 2],
 }
 
-/// A topography on the joint.
+/// Topography on the joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreparedSurface {
-    /// The joint: as given, without the cells that were not measured if holes are masked.
+    /// Input joint. If holes are masked, without the cells that were not measured.
     pub patch: Patch,
-    /// Heights \[m\], one a cell; 0 outside the patch. With a trend subtracted their mean over the patch is zero.
+    /// Heights \[m\], one per cell; 0 outside the patch. After a trend is subtracted, their mean over the
+    /// patch is zero.
     pub heights: Vec<f64>,
-    /// What was done that the user should know.
+    /// Actions that the user should know.
     pub notices: Vec<Notice>,
-    /// Heights of the first and the second face, of a composite of two \[m\].
+    /// Heights of the first and the second face, if this is a composite \[m\].
     pub faces: Option<[Vec<f64>; 2]>,
-    /// How the map fits to the joint; of two faces the one that fits less, figure by figure.
+    /// Fit of the map to the joint; for two faces the worse value of each figure.
     pub fit: Fit,
 }
 
-/// How a map fits to its joint.
+/// Figures that show how well a map fits its joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
     /// Points of the map along x and y of the joint.
     pub points: [f64; 2],
-    /// Spacing of the points along x over that along y.
+    /// Ratio of the point spacing along x to the spacing along y.
     pub aspect: f64,
-    /// The map states no spacing and is taken to cover the joint.
+    /// Whether the map states no spacing and is assumed to cover the joint.
     pub is_assumed: bool,
-    /// Share of the joint's points that was not measured.
+    /// Fraction of the joint's points that was not measured.
     pub unmeasured: f64,
-    /// Autocorrelation of the heights over two points along x and y, after the trend; none of a flat or an empty map.
+    /// Autocorrelation of the heights over two points along x and y, after the trend; `None` for a flat or an
+    /// empty map.
     pub correlation: [Option<f64>; 2],
-    /// Longer side of the map \[m\]; none of a map without spacing.
+    /// Longer side of the map \[m\]; `None` for a map without spacing.
     pub side: Option<f64>,
-    /// Highest less lowest point of the joint, after the trend \[m\].
+    /// Range of heights on the joint, after the trend \[m\].
     pub range: f64,
 }
 
 impl Fit {
-    /// Rejects a map of which the joint covers hardly any points.
+    /// Rejects a map if the joint covers too few of its points.
     ///
     /// # Errors
     /// [`PrepareError::FewPoints`]
@@ -121,12 +129,13 @@ impl Fit {
         }
     }
 
-    /// The worse of two, figure by figure.
+    /// Returns the worse of two fits, figure by figure.
     fn worse(self, other: Fit) -> Fit {
-        let of_both = |a: Option<f64>, b: Option<f64>, worse: fn(f64, f64) -> f64| match (a, b) {
-            (Some(a), Some(b)) => Some(worse(a, b)),
-            (a, b) => a.or(b),
-        };
+        let worse_of_both =
+            |a: Option<f64>, b: Option<f64>, worse: fn(f64, f64) -> f64| match (a, b) {
+                (Some(a), Some(b)) => Some(worse(a, b)),
+                (a, b) => a.or(b),
+            };
         let skew = |aspect: f64| aspect.max(1.0 / aspect);
         let is_other = skew(other.aspect) > skew(self.aspect);
         Fit {
@@ -138,17 +147,19 @@ impl Fit {
                 self.is_assumed
             },
             unmeasured: self.unmeasured.max(other.unmeasured),
-            correlation: [0, 1]
-                .map(|axis| of_both(self.correlation[axis], other.correlation[axis], f64::min)),
-            side: of_both(self.side, other.side, f64::max),
+            correlation: [0, 1].map(|axis| {
+                worse_of_both(self.correlation[axis], other.correlation[axis], f64::min)
+            }),
+            side: worse_of_both(self.side, other.side, f64::max),
             range: self.range.max(other.range),
         }
     }
 }
 
 impl PreparedSurface {
-    /// The composite of two faces, whose heights count outwards from their own bodies: the sum on the cells that both have. Where cells are masked
-    /// its mean is not zero.
+    /// Returns the composite of two faces: the sum of their heights on the cells that both have. The heights
+    /// of each face point outwards from its own body. Where cells are masked, the mean of the composite is
+    /// not zero.
     pub fn composite(self, second: PreparedSurface) -> PreparedSurface {
         let mut patch = self.patch;
         for (kept, other) in patch.kept.iter_mut().zip(&second.patch.kept) {
@@ -161,34 +172,34 @@ impl PreparedSurface {
         let faces = [self.heights, second.heights].map(on_both);
         let [first, other] = &faces;
         let heights = first.iter().zip(other).map(|(a, b)| a + b).collect();
-        let of_second = second.notices.into_iter();
-        let of_second = of_second.map(|notice| Notice::OfSecond(Box::new(notice)));
+        let second_notices = second.notices.into_iter();
+        let second_notices = second_notices.map(|notice| Notice::OfSecond(Box::new(notice)));
         PreparedSurface {
             patch,
             heights,
-            notices: self.notices.into_iter().chain(of_second).collect(),
+            notices: self.notices.into_iter().chain(second_notices).collect(),
             faces: Some(faces),
             fit: self.fit.worse(second.fit),
         }
     }
 }
 
-/// Something done to a topography that the user should know. `Display` says it in a sentence.
+/// Action on a topography that the user should know. `Display` writes it as a sentence.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Notice {
-    /// It was done to the second of two faces.
+    /// The action concerns the second of two faces.
     #[error("second face: {0}")]
     OfSecond(Box<Notice>),
-    /// The reader's remark on the file.
+    /// Reader's remark on the file.
     #[error("{0}")]
     Remark(String),
-    /// A window of whole points was taken that is not the middle of the map, or not where the shift puts it.
+    /// The map was moved to a window of whole points: not its middle, or not exactly at the shift.
     #[error("the map is moved by {:.3e} x {:.3e} m, so that its points lie on the cells of the joint; nothing is resampled", offset[0], offset[1])]
     Moved {
-        /// What the map is moved by \[m\].
+        /// Displacement of the map \[m\].
         offset: [f64; 2],
     },
-    /// The map is larger than the joint: its middle was used.
+    /// The map is larger than the joint, and its middle was used.
     #[error("the map of {:.6e} x {:.6e} m is larger than the joint of {:.6e} x {:.6e} m: its middle is used", map[0], map[1], joint[0], joint[1])]
     Cropped {
         /// Sides of the map \[m\].
@@ -196,7 +207,7 @@ pub enum Notice {
         /// Sides of the joint \[m\].
         joint: [f64; 2],
     },
-    /// The map differs in size by less than [`SIZE_TOLERANCE`]: its spacing was adjusted.
+    /// The size of the map differs by less than [`SIZE_TOLERANCE`], and its spacing was adjusted.
     #[error("the map of {:.6e} x {:.6e} m is fitted to the joint of {:.6e} x {:.6e} m", map[0], map[1], joint[0], joint[1])]
     Fitted {
         /// Sides of the map \[m\].
@@ -204,7 +215,7 @@ pub enum Notice {
         /// Sides of the joint \[m\].
         joint: [f64; 2],
     },
-    /// The map has another shape than the joint's grid.
+    /// The shape of the map differs from the joint's grid.
     #[error("{} x {} points of the map are resampled to the joint's grid of {} x {}: Rq goes from {:.3e} to {:.3e} m{}", from[0], from[1], to[0], to[1],
         rq[0], rq[1], if *assumed { "; it states no spacing and is taken to cover the joint (surface.spacing)" } else { "" })]
     Resampled {
@@ -214,29 +225,29 @@ pub enum Notice {
         from: [usize; 2],
         /// Cells of the joint.
         to: [usize; 2],
-        /// The map states no spacing, so its size is an assumption.
+        /// Whether the map states no spacing, so that its size is an assumption.
         assumed: bool,
     },
-    /// Cells left the joint.
+    /// Cells were removed from the joint.
     #[error(
         "{points} points of the joint ({}) were not measured: {cells} cells are taken out of the joint",
         percent(*share)
     )]
     Masked {
-        /// Their share.
+        /// Fraction of the unmeasured points.
         share: f64,
         /// Unmeasured points of the map within the joint.
         points: usize,
-        /// Cells taken out.
+        /// Cells removed.
         cells: usize,
     },
-    /// Heights were made up.
+    /// Unmeasured heights were interpolated.
     #[error(
         "{points} points of the joint ({}) were not measured: filled smoothly from their rims",
         percent(*share)
     )]
     Filled {
-        /// Their share.
+        /// Fraction of the unmeasured points.
         share: f64,
         /// Unmeasured points of the map within the joint.
         points: usize,
@@ -247,7 +258,7 @@ fn percent(share: f64) -> String {
     format!("{:.2} %", 100.0 * share)
 }
 
-/// A topography that cannot be brought onto the joint.
+/// Errors of placing a topography on the joint.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PrepareError {
     /// The map does not cover the joint.
@@ -260,26 +271,26 @@ pub enum PrepareError {
         /// Sides of the joint \[m\].
         joint: [f64; 2],
     },
-    /// A shift takes the map off the joint.
+    /// A shift moves the map off the joint.
     #[error(
         "with surface.second.shift the map lies from {:.6e} to {:.6e} m along {axis}, and the joint from {:.6e} to {:.6e} m: both faces must cover the joint; \
          make the shift or joint.size smaller", map[0], map[1], joint[0], joint[1]
     )]
     Uncovered {
-        /// x or y.
+        /// Axis, x or y.
         axis: char,
-        /// Ends of the map, from the middle of the joint \[m\].
+        /// Ends of the map, from the centre of the joint \[m\].
         map: [f64; 2],
         /// Ends of the joint \[m\].
         joint: [f64; 2],
     },
-    /// A map without a spacing has no place but over the whole joint.
+    /// A map without spacing covers the whole joint and cannot be shifted.
     #[error("surface.second.shift moves a map that states no spacing; give surface.second.spacing")]
     ShiftWithoutSpacing,
-    /// Hardly any points.
+    /// The joint covers too few points of the map.
     #[error(
-        "the joint covers {:.3} x {:.3} points of the map, and {least} x {least} are the least: correct the distance of its points (surface.spacing, \
-         or surface.correct.spacing over that of the file), or joint.size", points[0], points[1], least = FEWEST_POINTS
+        "the joint covers {:.3} x {:.3} points of the map, and at least {least} x {least} are needed: correct the distance of its points (surface.spacing, \
+         or surface.correct.spacing if the file is wrong), or joint.size", points[0], points[1], least = FEWEST_POINTS
     )]
     FewPoints {
         /// Points along x and y.
@@ -290,7 +301,7 @@ pub enum PrepareError {
         "{points} measured points do not determine the {terms} terms of detrend = \"{detrend}\"; see whether surface.spacing is right, or use a simpler trend"
     )]
     Underdetermined {
-        /// The trend, as the scene spells it.
+        /// Trend, as the scene spells it.
         detrend: &'static str,
         /// Measured points within the joint.
         points: usize,
@@ -299,33 +310,33 @@ pub enum PrepareError {
     },
     /// The filling of holes did not converge.
     #[error(
-        "filling the holes did not converge: residual {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked; use fill = \"mask\""
+        "filling the holes did not converge: residual {residual:.3e} after {iterations} iterations, and the tolerance is {tolerance:.1e}; use fill = \"mask\""
     )]
     NotConverged {
-        /// Iterations spent.
+        /// Iterations used.
         iterations: usize,
-        /// Largest residual reached, as a share of the range of heights.
+        /// Largest residual reached, as a fraction of the range of heights.
         residual: f64,
-        /// The residual asked for.
+        /// Required residual.
         tolerance: f64,
     },
-    /// Nothing of the joint was measured.
+    /// No cell of the joint was measured.
     #[error("none of the joint's {cells} cells was measured")]
     NothingMeasured {
         /// Kept cells of the joint.
         cells: usize,
     },
-    /// A topography that contradicts itself, which no reader returns.
+    /// The number of heights contradicts the number of points. No reader returns such a topography.
     #[error("the topography has {found} heights for {nx} x {ny} points")]
     Length {
-        /// Heights.
+        /// Number of heights.
         found: usize,
         /// Points along x.
         nx: usize,
         /// Points along y.
         ny: usize,
     },
-    /// A height that is neither a number nor a hole.
+    /// A height is infinite.
     #[error(
         "the height of point ({i}, {j}) is {value}; heights are finite, or NaN where nothing was measured"
     )]
@@ -339,13 +350,14 @@ pub enum PrepareError {
     },
 }
 
-/// Brings a topography onto the joint.
+/// Converts a topography to heights on the joint.
 ///
-/// A map with the shape of the joint's grid is used point by point; another one is resampled conservatively (see the source of
-/// `resample`): the mean is preserved, a plane stays a plane, and coarsening averages over the cell rather than picking points.
+/// A map with the shape of the joint's grid is used point by point. Another map is resampled conservatively
+/// (see the source of `resample`): the mean is preserved, a plane stays a plane, and coarsening averages over
+/// the cell rather than picking points.
 ///
 /// # Errors
-/// [`PrepareError`]; above all a map that is smaller than the joint.
+/// [`PrepareError`], mostly for a map that is smaller than the joint.
 pub fn onto_joint(
     topography: &Topography,
     patch: &Patch,
@@ -366,7 +378,8 @@ pub fn onto_joint(
     let measured: Vec<bool> = map.heights.iter().map(|h| !h.is_nan()).collect();
     let rq_of_points = map.rq();
     let masks = missing > 0 && options.fill == Fill::Mask;
-    // Resampling looks at neighbours: what lies in the bolt hole or was not measured must not leak into the joint.
+    // Resampling uses neighbours, so that points in the bolt hole and unmeasured points must not affect the
+    // joint.
     if !map.is_on_cells || (missing > 0 && options.fill == Fill::Interpolate) {
         for (height, &within) in map.heights.iter_mut().zip(&map.within) {
             if !within {
@@ -382,16 +395,21 @@ pub fn onto_joint(
     };
 
     let mut patch = patch.clone();
-    let mut of_holes = None;
+    let mut holes_notice = None;
     if masks {
-        // Outside the joint "not measured" means nothing.
-        let known = (0..measured.len()).map(|k| f64::from(measured[k] || !map.within[k]));
-        let share = resample::constant(&map.grid, &known.collect::<Vec<_>>(), &map.window, &grid);
+        // Points outside the joint do not count as unmeasured.
+        let is_measured = (0..measured.len()).map(|k| f64::from(measured[k] || !map.within[k]));
+        let share = resample::constant(
+            &map.grid,
+            &is_measured.collect::<Vec<_>>(),
+            &map.window,
+            &grid,
+        );
         let before = patch.cells();
         for (kept, share) in patch.kept.iter_mut().zip(&share) {
             *kept &= *share >= MEASURED_SHARE;
         }
-        of_holes = Some(Notice::Masked {
+        holes_notice = Some(Notice::Masked {
             share: unmeasured,
             points: missing,
             cells: before - patch.cells(),
@@ -400,24 +418,24 @@ pub fn onto_joint(
             return Err(PrepareError::NothingMeasured { cells: before });
         }
     } else if missing > 0 {
-        of_holes = Some(Notice::Filled {
+        holes_notice = Some(Notice::Filled {
             share: unmeasured,
             points: missing,
         });
     }
     if !map.is_on_cells {
-        let kept = patch.gather(&heights);
+        let kept_heights = patch.gather(&heights);
         notices.push(Notice::Resampled {
             rq: [
                 rq_of_points,
-                moments(kept.iter().copied()).map_or(0.0, |found| found.rq),
+                moments(kept_heights.iter().copied()).map_or(0.0, |statistics| statistics.rq),
             ],
             from: [map.grid.nx, map.grid.ny],
             to: [grid.nx, grid.ny],
             assumed: topography.spacing.is_none(),
         });
     }
-    notices.extend(of_holes);
+    notices.extend(holes_notice);
     let shift = match options.detrend {
         Detrend::None => 0.0,
         _ => mean(&patch, &heights),
@@ -434,16 +452,16 @@ pub fn onto_joint(
     })
 }
 
-/// The part of a topography that covers the joint.
+/// Part of a topography that covers the joint.
 struct Map {
-    /// Its points, with the spacing that they have on the joint.
+    /// Points, with their spacing on the joint.
     grid: Grid,
     heights: Vec<f64>,
-    /// True for a point that lies in a kept cell of the joint.
+    /// True for a point in a kept cell of the joint.
     within: Vec<bool>,
-    /// Where the joint begins and ends on this map, along x and y, in points.
+    /// Ends of the joint on this map along x and y, in points.
     window: [[f64; 2]; 2],
-    /// Its points are the cells of the joint.
+    /// Whether the points coincide with the cells of the joint.
     is_on_cells: bool,
 }
 
@@ -480,26 +498,27 @@ impl Map {
             if !crops[axis] {
                 continue;
             }
-            // In points: the joint's length, and where it begins on the map.
+            // Length of the joint, and its start on the map, in points.
             let mut length = all / ratio[axis];
             let spacing = map[axis] / all;
             let centred = 0.5 * (all - length) - shift[axis] / spacing;
             if centred < -ROUNDING * all || centred + length > all * (1.0 + ROUNDING) {
-                let of_map = [-0.5, 0.5].map(|end| end * map[axis] + shift[axis]);
+                let map_ends = [-0.5, 0.5].map(|end| end * map[axis] + shift[axis]);
                 return Err(PrepareError::Uncovered {
                     axis: ['x', 'y'][axis],
-                    map: of_map,
+                    map: map_ends,
                     joint: [-0.5, 0.5].map(|end| end * joint[axis]),
                 });
             }
             let mut start = centred.clamp(0.0, all - length);
             if (length - cells[axis] as f64).abs() <= SAME_CELLS {
                 length = cells[axis] as f64;
-                // The lower one of two that are as near; half a point is no whole number but for rounding.
+                // Of two equally near windows, take the lower. Half a point rounds down up to rounding
+                // errors.
                 start = (centred - ROUNDING).round().clamp(0.0, all - length);
-                let moved = centred - start;
-                offset[axis] = if moved.abs() > SAME_CELLS {
-                    moved * spacing
+                let displacement = centred - start;
+                offset[axis] = if displacement.abs() > SAME_CELLS {
+                    displacement * spacing
                 } else {
                     0.0
                 };
@@ -535,36 +554,38 @@ impl Map {
             let (i, j) = (cell(0, i, patch.grid.nx), cell(1, j, patch.grid.ny));
             patch.kept[patch.grid.index(i, j)]
         });
-        let found = Map {
+        let map_on_joint = Map {
             grid,
             heights: heights.collect(),
             within: within.collect(),
             window,
             is_on_cells: count == cells && window == cells.map(|cells| [0.0, cells as f64]),
         };
-        if (0..grid.len()).all(|k| !found.within[k] || found.heights[k].is_nan()) {
+        if (0..grid.len()).all(|k| !map_on_joint.within[k] || map_on_joint.heights[k].is_nan()) {
             return Err(PrepareError::NothingMeasured {
                 cells: patch.cells(),
             });
         }
-        Ok(found)
+        Ok(map_on_joint)
     }
 
-    /// Heights of the points of the joint that were measured \[m\].
-    fn known(&self) -> impl Iterator<Item = f64> + Clone {
+    /// Returns the measured heights of the joint's points \[m\].
+    fn measured_heights(&self) -> impl Iterator<Item = f64> + Clone {
         let points = self.heights.iter().zip(&self.within);
         points.filter_map(|(&h, &within)| (within && !h.is_nan()).then_some(h))
     }
 
-    /// Of the points of the joint that were measured \[m\].
+    /// Returns the Rq of the measured points of the joint \[m\].
     fn rq(&self) -> f64 {
-        moments(self.known()).map_or(0.0, |found| found.rq)
+        moments(self.measured_heights()).map_or(0.0, |statistics| statistics.rq)
     }
 
-    /// `topography` is the whole map, with its trend.
+    /// Computes the figures of the fit. `topography` is the whole map, with its trend.
     fn fit(&self, topography: &Topography, unmeasured: f64) -> Fit {
         let ends = |(low, high): (f64, f64), h: f64| (low.min(h), high.max(h));
-        let (low, high) = self.known().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+        let (low, high) = self
+            .measured_heights()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), ends);
         Fit {
             points: self.window.map(|[start, end]| end - start),
             aspect: self.grid.dx / self.grid.dy,
@@ -576,22 +597,22 @@ impl Map {
         }
     }
 
-    /// Autocorrelation of the heights about their mean, over a lag in points.
+    /// Computes the autocorrelation of the heights about their mean, over a lag in points.
     fn correlation(&self, [along_x, along_y]: [usize; 2]) -> Option<f64> {
         let (nx, ny) = (self.grid.nx, self.grid.ny);
-        let found = moments(self.known())?;
+        let statistics = moments(self.measured_heights())?;
         let (mut sum, mut pairs) = (0.0, 0.0);
         for i in 0..nx.saturating_sub(along_x) {
             for j in 0..ny.saturating_sub(along_y) {
                 let ends = [(i, j), (i + along_x, j + along_y)].map(|(i, j)| self.grid.index(i, j));
-                let [a, b] = ends.map(|end| self.heights[end] - found.mean);
+                let [a, b] = ends.map(|end| self.heights[end] - statistics.mean);
                 if ends.iter().all(|end| self.within[*end]) && !a.is_nan() && !b.is_nan() {
                     sum += a * b;
                     pairs += 1.0;
                 }
             }
         }
-        (pairs > 0.0 && found.rq > 0.0).then(|| sum / pairs / found.rq.powi(2))
+        (pairs > 0.0 && statistics.rq > 0.0).then(|| sum / pairs / statistics.rq.powi(2))
     }
 
     fn detrend(&mut self, trend: Detrend) -> Result<(), PrepareError> {

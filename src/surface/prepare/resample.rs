@@ -1,17 +1,20 @@
 //! Conservative resampling between regular grids.
 //!
-//! A height stands for the mean over its cell. Along each axis in turn the heights are reconstructed as a parabola in every
-//! old cell that has the cell's mean and meets its neighbours at the edges (the edge heights are those of a cubic through four
-//! cell means, as in the piecewise parabolic method of Colella and Woodward, 1984, here without limiters), and the new height
-//! is the mean of the reconstruction over the new cell. So
+//! A height represents the mean over its cell. Along each axis in turn, the heights are reconstructed as a
+//! parabola in every old cell. The parabola has the cell's mean and meets its neighbours at the edges. The
+//! edge heights are those of a cubic through four cell means, as in the piecewise parabolic method of Colella
+//! and Woodward (1984), but without limiters. The new height is the mean of the reconstruction over the new
+//! cell. So
 //! - the mean over the map is preserved to rounding, on any pair of grids;
-//! - a coarser grid averages: no aliasing, and at a whole ratio it is the plain block mean;
+//! - a coarser grid averages without aliasing, and at a whole ratio it gives the plain block mean;
 //! - planes and quadratics are reproduced, as cell means, up to the edges; equal grids give the identity;
-//! - without limiters it is linear in the heights; next to a spike it undershoots by up to an eighth of the spike.
+//! - without limiters it is linear in the heights; next to a spike it undershoots by up to an eighth of the
+//!   spike.
 
 use crate::grid::Grid;
 
-/// Heights of the map on the part of it that the target grid covers, `window` giving its ends along x and y in points.
+/// Resamples the part of the map that the target grid covers. `window` gives the ends of that part along x
+/// and y, in points.
 pub(super) fn parabolic(
     from: &Grid,
     heights: &[f64],
@@ -21,15 +24,15 @@ pub(super) fn parabolic(
     both_axes(from, heights, window, to, edges_of_parabolas)
 }
 
-/// A field on the cells of the target grid, with a constant in each old cell: the share of each new cell that a field of ones and zeros
-/// covers.
+/// Resamples a field that is constant in each old cell. For a field of ones and zeros, the result is the
+/// fraction of each new cell that the ones cover.
 pub(super) fn constant(from: &Grid, field: &[f64], window: &[[f64; 2]; 2], to: &Grid) -> Vec<f64> {
     both_axes(from, field, window, to, |line| {
         line.iter().map(|&h| [h, h]).collect()
     })
 }
 
-/// Height at the lower and upper edge of each cell.
+/// Function that returns the height at the lower and upper edge of each cell.
 type Edges = fn(&[f64]) -> Vec<[f64; 2]>;
 
 fn both_axes(
@@ -49,19 +52,19 @@ fn both_axes(
             &mut along_y[i * to.ny..(i + 1) * to.ny],
         );
     }
-    let mut found = vec![0.0; to.nx * to.ny];
+    let mut resampled = vec![0.0; to.nx * to.ny];
     let mut new = vec![0.0; to.nx];
     for j in 0..to.ny {
         let line: Vec<f64> = (0..from.nx).map(|i| along_y[i * to.ny + j]).collect();
         means(&line, &edges(&line), window[0], &mut new);
         for (i, value) in new.iter().enumerate() {
-            found[i * to.ny + j] = *value;
+            resampled[i * to.ny + j] = *value;
         }
     }
-    found
+    resampled
 }
 
-/// The means over equal cells that divide the window.
+/// Computes the means over equal cells that divide the window.
 fn means(line: &[f64], edges: &[[f64; 2]], window: [f64; 2], new: &mut [f64]) {
     let n = line.len();
     let width = (window[1] - window[0]) / new.len() as f64;
@@ -72,7 +75,7 @@ fn means(line: &[f64], edges: &[[f64; 2]], window: [f64; 2], new: &mut [f64]) {
         let mut cell = (start as usize).min(n - 1);
         while cell < n && (cell as f64) < end {
             let (a, b) = ((start - cell as f64).max(0.0), (end - cell as f64).min(1.0));
-            // A whole cell has its mean exactly.
+            // Exact mean of a whole cell.
             sum += if a == 0.0 && b == 1.0 {
                 line[cell]
             } else {
@@ -84,7 +87,7 @@ fn means(line: &[f64], edges: &[[f64; 2]], window: [f64; 2], new: &mut [f64]) {
     }
 }
 
-/// The integral from a to b, in [0, 1], of the parabola with the given mean and edge heights.
+/// Returns the integral from a to b, in [0, 1], of the parabola with this mean and these edge heights.
 fn integral(mean: f64, [low, high]: [f64; 2], a: f64, b: f64) -> f64 {
     let linear = 3.0 * mean - 2.0 * low - high;
     let square = low + high - 2.0 * mean;
@@ -99,7 +102,7 @@ fn edges_of_parabolas(line: &[f64]) -> Vec<[f64; 2]> {
         (2, 0) => 1.5 * line[0] - 0.5 * line[1],
         (2, 1) => 0.5 * (line[0] + line[1]),
         (2, _) => 1.5 * line[1] - 0.5 * line[0],
-        // One-sided, exact for quadratics, at the two edges next to either end.
+        // One-sided formulas, exact for quadratics, at the two edges next to either end.
         (_, 0) => (11.0 * line[0] - 7.0 * line[1] + 2.0 * line[2]) / 6.0,
         (_, 1) => (2.0 * line[0] + 5.0 * line[1] - line[2]) / 6.0,
         (_, k) if k == n => (11.0 * line[n - 1] - 7.0 * line[n - 2] + 2.0 * line[n - 3]) / 6.0,

@@ -1,7 +1,8 @@
-//! Alicona's AL3D: tags of fixed width, then an image of depths in metres, single precision, line by line, x fastest.
+//! Alicona's AL3D: tags of fixed width, then an image of depths in metres, single precision, line by line, x
+//! fastest.
 //!
-//! A tag has 20 bytes of name, 30 of value, both filled with NUL, and a line end. Each line of the image is filled up to a
-//! multiple of eight points; a colour image may follow, which is not read.
+//! A tag has 20 bytes of name and 30 of value, both padded with NUL, and a line end. Each line of the image
+//! is padded to a multiple of eight points. A colour image may follow, which is ignored.
 
 use super::error::ReadProblem;
 use super::{Content, ReadOptions, from_lines, points, stated_unit};
@@ -13,13 +14,14 @@ const NAME: usize = 20;
 const VALUE: usize = 30;
 const TAG: usize = NAME + VALUE + 2;
 
-/// Lines of the image are as long as a multiple of this many points.
+/// Each line of the image has a multiple of this many points.
 const LINE_MULTIPLE: usize = 8;
 
-/// Bytes of one depth.
+/// Bytes per depth.
 const WIDTH: usize = 4;
 
-/// A depth this close to the value of an invalid pixel, as a share of it, is one: the tag may be printed with seven digits.
+/// Largest relative difference between a depth and the value of an invalid pixel at which the depth is
+/// invalid: the tag may have only seven digits.
 const SAME_VALUE: f64 = 1e-6;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
@@ -50,7 +52,8 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
         Some(_) => Some(tags.number("InvalidPixelValue")?),
         None => None,
     };
-    // Some programs leave the filling out; then the image is exactly as long as its points, or is followed by the colours there.
+    // Some programs omit the padding. Then the image ends exactly after its points, or the colours start
+    // there.
     let texture = tags.offset("TextureImageOffset")?;
     let room = texture.unwrap_or(bytes.len()).saturating_sub(start);
     let line = if room == nx.saturating_mul(ny).saturating_mul(WIDTH) {
@@ -71,7 +74,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
             "a depth image of {ny} lines of {line} points of {WIDTH} bytes from byte {start} on"
         ),
     })?;
-    // A colour image that begins within the depths says that the lines are shorter than they are taken for.
+    // A colour image that begins within the depths shows that the lines are shorter than assumed.
     if let Some(texture) = texture
         && (start..end).contains(&texture)
     {
@@ -104,7 +107,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
     Ok((topography, Some(1.0), Vec::new()))
 }
 
-/// The tags in front of the images, and the byte where they end.
+/// Tags in front of the images, and the byte where they end.
 struct Tags {
     pairs: Vec<(String, String)>,
     end: usize,
@@ -177,7 +180,7 @@ impl Tags {
         }
     }
 
-    /// Where a part begins that may be missing: 0 says that it is.
+    /// Returns the offset of a part that may be missing, which the file marks with 0.
     fn offset(&self, name: &str) -> Result<Option<usize>, ReadProblem> {
         match self.optional(name) {
             Some(_) => self.whole(name).map(|n| (n > 0).then_some(n)),

@@ -1,4 +1,4 @@
-//! Bytes to text.
+//! Decoding of bytes to text.
 
 use std::borrow::Cow;
 
@@ -6,11 +6,12 @@ use encoding_rs::{Encoding, UTF_8, WINDOWS_1252};
 
 use super::error::ReadProblem;
 
-/// The text of `bytes` and its encoding: that of the byte order mark, else the declared one, else UTF-8, else Windows-1252,
-/// which contains the characters of Latin-1.
+/// Decodes `bytes` and returns the text with the name of its encoding. The byte order mark decides, then the
+/// declared encoding. Otherwise the text is UTF-8 or, if that fails, Windows-1252, which contains the
+/// characters of Latin-1.
 ///
 /// # Errors
-/// For bytes that are no text in the encoding that the mark or the declaration names.
+/// If the bytes are invalid in the encoding that the mark or the declaration names.
 pub(super) fn decode<'a>(
     bytes: &'a [u8],
     declared: Option<&'static Encoding>,
@@ -35,17 +36,18 @@ pub(super) fn decode<'a>(
     }
 }
 
-/// Rejects a text with characters that no text has, such as those of a binary file or of UTF-16 without a byte order mark.
+/// Rejects a text with control characters, which occur in binary files and in UTF-16 without a byte order
+/// mark.
 pub(super) fn reject_controls(text: &str, encoding: &str) -> Result<(), ReadProblem> {
     let is_foreign = |c: char| c.is_control() && !matches!(c, '\t' | '\n' | '\r' | '\x0c');
-    let Some((at, found)) = text.char_indices().find(|&(_, c)| is_foreign(c)) else {
+    let Some((at, character)) = text.char_indices().find(|&(_, c)| is_foreign(c)) else {
         return Ok(());
     };
     Err(ReadProblem::malformed(
         &format!("line {}", text[..at].matches('\n').count() + 1),
         format!(
             "the control character {:#04x} in what is read as {encoding}",
-            u32::from(found)
+            u32::from(character)
         ),
         "plain text: save it as UTF-8, or as UTF-16 with a byte order mark",
     ))

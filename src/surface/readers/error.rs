@@ -1,4 +1,4 @@
-//! Why a topography file could not be read.
+//! Errors of reading a topography file.
 
 use std::path::PathBuf;
 
@@ -6,80 +6,80 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", path.display())]
 pub struct ReadError {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// Reason.
     pub problem: ReadProblem,
 }
 
-/// What is wrong with a topography file.
+/// Reason why a topography file could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadProblem {
-    /// The operating system refuses.
+    /// The operating system reports an error.
     #[error("cannot be read: {source}")]
     Io {
-        /// Its reason.
+        /// Reason given by the system.
         source: std::io::Error,
     },
-    /// Neither extension nor first bytes are those of a known format.
+    /// Neither the extension nor the first bytes belong to a known format.
     #[error(
         "the extension \"{extension}\" is not that of a topography format; known are {supported}"
     )]
     UnknownFormat {
-        /// The extension found, in lower case.
+        /// Extension found, in lower case.
         extension: String,
-        /// The formats there are.
+        /// Supported formats.
         supported: String,
     },
     /// The first bytes contradict the extension.
     #[error("is named as {format}, which starts with \"{expected}\", but starts with \"{found}\"{}",
         looks_like.map(|f| format!(": this looks like {f}, rename it")).unwrap_or_default())]
     WrongMagic {
-        /// The format of the extension.
+        /// Format of the extension.
         format: &'static str,
-        /// Its first bytes.
+        /// First bytes of that format.
         expected: String,
-        /// The first bytes found.
+        /// First bytes found.
         found: String,
-        /// The format they belong to, if known.
+        /// Format to which these bytes belong, if known.
         looks_like: Option<&'static str>,
     },
-    /// The file ends too early, or a part of it has another size than its description says.
+    /// The file ends too early, or the size of a part contradicts its description.
     #[error("{part} has {found} bytes; {expected} are needed for {reason}")]
     Size {
-        /// Which part of the file.
+        /// Part of the file.
         part: String,
-        /// Bytes there are.
+        /// Bytes found.
         found: u64,
-        /// Bytes there should be.
+        /// Bytes needed.
         expected: u64,
-        /// What asks for them.
+        /// Content that needs them.
         reason: String,
     },
-    /// Something else than the format prescribes.
+    /// The content violates the format.
     #[error("{place}: found {found}; expected {expected}")]
     Malformed {
-        /// Where in the file.
+        /// Place in the file.
         place: String,
-        /// What is there.
+        /// Content found.
         found: String,
-        /// What would be right.
+        /// Valid content.
         expected: String,
     },
-    /// A legal variant of the format that is not read.
+    /// The file uses a variant of the format that is not supported.
     #[error("{found} is not supported; {advice}")]
     Unsupported {
-        /// The variant.
+        /// Variant.
         found: String,
-        /// What the user can do.
+        /// Advice to the user.
         advice: String,
     },
-    /// The format states no unit and the user gave none.
+    /// The format states no unit, and the user gave none.
     #[error(
         "a {format} file does not say in which unit its heights are; give surface.unit, e.g. unit = \"um\""
     )]
     UnitMissing {
-        /// The format.
+        /// Name of the format.
         format: &'static str,
     },
     /// The user's unit contradicts the file's.
@@ -87,22 +87,22 @@ pub enum ReadProblem {
         "the file states its heights in units of {stated:e} m, surface.unit says {given:e} m; remove surface.unit, or give surface.correct.unit if the file is wrong"
     )]
     UnitConflict {
-        /// The user's unit \[m\].
+        /// User's unit \[m\].
         given: f64,
-        /// The file's unit \[m\].
+        /// File's unit \[m\].
         stated: f64,
     },
-    /// A spacing that is no distance.
+    /// A spacing is not a positive distance.
     #[error(
         "the spacing of the points is {dx:e} x {dy:e} m; both must be positive and finite (surface.spacing overrides the file)"
     )]
     Spacing {
-        /// Along x \[m\].
+        /// Spacing along x \[m\].
         dx: f64,
-        /// Along y \[m\].
+        /// Spacing along y \[m\].
         dy: f64,
     },
-    /// An infinite height. A point that was not measured is NaN.
+    /// A height is infinite. An unmeasured point must be NaN.
     #[error(
         "the height of point ({i}, {j}) is {value}; heights are finite, or NaN where nothing was measured"
     )]
@@ -111,10 +111,10 @@ pub enum ReadProblem {
         i: usize,
         /// Point along y.
         j: usize,
-        /// The value.
+        /// Value found.
         value: f64,
     },
-    /// Only holes.
+    /// All points are holes.
     #[error("none of the {nx} x {ny} points has a height")]
     NothingMeasured {
         /// Points along x.
@@ -122,33 +122,33 @@ pub enum ReadProblem {
         /// Points along y.
         ny: usize,
     },
-    /// More points than any topography has.
+    /// The file has more points than any topography.
     #[error("{found}; at most {limit} points are read: crop the map, or export it more coarsely")]
     TooMany {
-        /// What there is, or would be.
+        /// Number or description of the points found.
         found: String,
-        /// Most points.
+        /// Largest number of points.
         limit: usize,
     },
-    /// Points of a table that are not those of a regular grid.
+    /// The points of a table do not form a regular grid.
     #[error("row {row}: {found}; expected the points of one regular grid, each at most once")]
     NotRegular {
         /// Row of the table, from 1.
         row: usize,
-        /// What contradicts a regular grid.
+        /// Contradiction to a regular grid.
         found: String,
     },
 }
 
 impl ReadError {
-    /// True where nothing is wrong but that nobody has said the unit of the heights.
+    /// Returns true if the only problem is the missing unit of the heights.
     pub fn is_unit_missing(&self) -> bool {
         matches!(self.problem, ReadProblem::UnitMissing { .. })
     }
 }
 
 impl ReadProblem {
-    /// Something else than the format prescribes.
+    /// Creates the error for content that violates the format.
     pub(super) fn malformed(place: &str, found: impl ToString, expected: &str) -> Self {
         ReadProblem::Malformed {
             place: place.to_owned(),

@@ -3,30 +3,30 @@
 use super::error::ReadProblem;
 use super::length_unit;
 
-/// Lines that a header may have.
+/// Largest number of lines of a header.
 const LONGEST_HEADER: usize = 200;
 
-/// The names that Gwyddion gives to the lines of its header, in the languages of its user interface.
+/// Names of the lines in Gwyddion's header, in the languages of its user interface.
 const CHANNEL: &str = "Channel|Kanál|Kanal|Canal|Canale|チャネル|채널|Канал";
 const WIDTH: &str = "Width|Šířka|Breite|Anchura|Largeur|Larghezza|幅|폭|Largura|Ширина";
 const HEIGHT: &str = "Height|Výška|Höhe|Altura|Hauteur|Altezza|高さ|높이|Высота";
 const VALUE_UNITS: &str = "Value units|Jednotky hodnot|Einheiten|Unités|unità valore|値の単位|값 단위|Unidades de valor|Единицы измерения";
 
-/// The header of a matrix whose lines are lines of y.
+/// Header of a matrix whose lines are lines of y.
 pub(super) struct Header {
-    /// Which program writes such a header.
+    /// Program that writes such a header.
     pub program: &'static str,
-    /// Lengths of the map along x and y \[m\], and as the header says them.
+    /// Lengths of the map along x and y \[m\], and their text in the header.
     pub size: Option<([f64; 2], String)>,
     /// Points along x and y.
     pub points: Option<[usize; 2]>,
     /// Length of one unit of height \[m\].
     pub unit: Option<f64>,
-    /// A mask below the heights says which points were measured.
+    /// Whether a mask of the measured points follows the heights.
     pub voids: bool,
 }
 
-/// The comments above the numbers, without their mark.
+/// Returns the comments above the numbers, without their mark.
 pub(super) fn comments(text: &str) -> Vec<&str> {
     let lines = text.lines().take(LONGEST_HEADER).map(str::trim);
     lines
@@ -36,12 +36,12 @@ pub(super) fn comments(text: &str) -> Vec<&str> {
         .collect()
 }
 
-/// The value of the first comment `name: value` or `name = value` with one of the names.
+/// Returns the value of the first comment `name: value` or `name = value` with one of the names.
 fn value<'a>(comments: &[&'a str], names: &str) -> Option<&'a str> {
     comments.iter().find_map(|comment| {
         let (key, value) = comment.split_once([':', '=', '：'])?;
-        let is_it = names.split('|').any(|name| name == key.trim());
-        is_it.then_some(value.trim())
+        let is_named = names.split('|').any(|name| name == key.trim());
+        is_named.then_some(value.trim())
     })
 }
 
@@ -57,7 +57,7 @@ fn number<T: std::str::FromStr>(comments: &[&str], name: &str) -> Result<T, Read
     parsed.ok_or_else(|| wrong(name, found, "a number"))
 }
 
-/// The length of a unit that a comment names, if it does.
+/// Returns the length of the unit in a comment, if there is one.
 fn unit(comments: &[&str], name: &str) -> Result<Option<f64>, ReadProblem> {
     let Some(found) = value(comments, name) else {
         return Ok(None);
@@ -74,8 +74,8 @@ impl Header {
             return Header::of_spip(comments).map(Some);
         }
         let names = [CHANNEL, WIDTH, HEIGHT, VALUE_UNITS];
-        let there = names.iter().filter(|name| value(comments, name).is_some());
-        if there.count() < 3 {
+        let present = names.iter().filter(|name| value(comments, name).is_some());
+        if present.count() < 3 {
             return Ok(None);
         }
         let length = |name: &str| {
@@ -101,7 +101,8 @@ impl Header {
         }))
     }
 
-    /// Lengths are in nanometres unless `x-unit` says otherwise; heights in `z-unit`, or else in `Bit2nm` nanometres.
+    /// Parses a header of SPIP. Lengths are in nanometres unless `x-unit` differs. Heights are in `z-unit`,
+    /// or else in `Bit2nm` nanometres.
     fn of_spip(comments: &[&str]) -> Result<Header, ReadProblem> {
         let along_x = unit(comments, "x-unit")?.unwrap_or(1e-9);
         let along_y = unit(comments, "y-unit")?.unwrap_or(along_x);
@@ -142,7 +143,7 @@ impl Header {
     }
 }
 
-/// The units of positions and of heights \[m\] that Gwyddion writes above points.
+/// Returns the units of positions and of heights \[m\] that Gwyddion writes above points.
 pub(super) fn units_of_points(comments: &[&str]) -> Result<[Option<f64>; 2], ReadProblem> {
     match value(comments, "Lateral units") {
         Some(_) => Ok([
@@ -153,7 +154,7 @@ pub(super) fn units_of_points(comments: &[&str]) -> Result<[Option<f64>; 2], Rea
     }
 }
 
-/// Rejects several maps one below the other, each with a header.
+/// Rejects a text of several maps, each with a header.
 pub(super) fn reject_several(text: &str) -> Result<(), ReadProblem> {
     let comments = text.lines().filter_map(|line| line.strip_prefix('#'));
     let maps = comments.filter(|comment| {

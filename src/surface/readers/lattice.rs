@@ -1,22 +1,23 @@
-//! Scattered x, y, z rows that are the points of a regular grid, in any order and with points missing.
+//! Conversion of scattered x, y, z rows, in any order and with points missing, to a regular grid.
 
 use super::error::ReadProblem;
 use super::points;
 use crate::surface::topography::Topography;
 
-/// A coordinate may be this far off its grid line, in spacings: tables round their coordinates.
+/// Largest distance of a coordinate from its grid line, in spacings: tables round their coordinates.
 const OFF_LINE: f64 = 0.1;
 
-/// Coordinates closer than this, as a share of the range, are one grid line: what printing with few digits leaves of it.
+/// Largest distance between coordinates of one grid line, as a fraction of the range: the rounding of printed
+/// digits.
 const SAME_LINE: f64 = 1e-7;
 
-/// Gaps between lines are at least this share of the largest gap, where positions are not exact.
+/// Smallest gap between grid lines, as a fraction of the largest gap, if positions are not exact.
 const JITTER: f64 = 0.02;
 
-/// Fewer rows than this share of the grid's points mean that the points are not those of a grid.
+/// Smallest number of rows, as a fraction of the grid's points. With fewer rows the points are not a grid.
 const FILLED: f64 = 0.25;
 
-/// The topography of points at (x, y) with height z, all in metres. Missing points are holes.
+/// Builds the topography of points at (x, y) with height z, all in metres. Missing points are holes.
 pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
     if rows.is_empty() {
         return Err(ReadProblem::Malformed {
@@ -39,7 +40,7 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
     let exact = lines(0.0);
     let [x, y] = match is_filled(&exact) {
         true => exact,
-        // Positions as a stage reports them, each a little off.
+        // Positions reported by a stage are each a little off.
         false => lines(JITTER),
     };
     if !is_filled(&[x, y]) {
@@ -74,7 +75,7 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
         }
         heights[index] = z;
     }
-    // A single line has no spacing of its own; that of the other axis is as good as any.
+    // A single line has no spacing of its own; use the spacing of the other axis.
     let [dx, dy] = match (x.count, y.count) {
         (1, _) => [y.step, y.step],
         (_, 1) => [x.step, x.step],
@@ -88,18 +89,20 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
     })
 }
 
-/// More rows than this share of a grid that their first two columns span are points with further columns.
+/// Fraction of the grid spanned by the first two columns. With more rows than this, the rows are points with
+/// further columns.
 const OF_POINTS: f64 = 0.75;
 
-/// Rejects the rows of a matrix that are points with further columns: the first two fill a grid, each pair once.
+/// Rejects the rows of a matrix that are points with further columns: the first two columns fill a grid, each
+/// pair once.
 pub(super) fn reject_points(columns: usize, values: &[f64]) -> Result<(), ReadProblem> {
     let rows = values.chunks_exact(columns);
     let points: Vec<[f64; 3]> = rows.map(|row| [row[0], row[1], 0.0]).collect();
-    let is_of_points = |grid: &Topography| {
+    let fills_grid = |grid: &Topography| {
         let [nx, ny] = [grid.nx, grid.ny].map(|count| count as f64);
         nx.min(ny) > 1.0 && points.len() as f64 > OF_POINTS * nx * ny
     };
-    match from_points(&points).ok().filter(is_of_points) {
+    match from_points(&points).ok().filter(fills_grid) {
         Some(Topography { nx, ny, .. }) => Err(ReadProblem::Malformed {
             place: "the columns".into(),
             found: format!(
@@ -120,7 +123,7 @@ struct Lines {
 }
 
 impl Lines {
-    /// Gaps below the share `least` of the largest are not between lines.
+    /// Finds the lines. Gaps below the fraction `least` of the largest gap do not separate lines.
     fn of(coordinates: impl Iterator<Item = f64>, least: f64) -> Lines {
         let mut sorted: Vec<f64> = coordinates.collect();
         sorted.sort_by(f64::total_cmp);
@@ -134,8 +137,8 @@ impl Lines {
                 count: 1,
             };
         }
-        // Gaps are counted one by one in units of the usual gap, so that neither rounding of the coordinates adds up nor a
-        // missing line shifts the others.
+        // Each gap is counted in units of the usual gap. So neither do rounding errors of the coordinates add
+        // up, nor does a missing line shift the others.
         let gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).collect();
         let largest = gaps.iter().copied().fold(0.0, f64::max);
         let mut ordered: Vec<f64> = gaps
@@ -145,7 +148,7 @@ impl Lines {
             .collect();
         ordered.sort_by(f64::total_cmp);
         let usual = ordered[ordered.len() / 2];
-        // A gap of less than half a step is within one line.
+        // A gap of less than half a step rounds to 0: both coordinates belong to one line.
         let steps: f64 = gaps.iter().map(|gap| (gap / usual).round()).sum();
         Lines {
             first,

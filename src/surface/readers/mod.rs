@@ -1,7 +1,7 @@
-//! Files of measured topographies: bytes in, [`Reading`] out.
+//! Readers of measured topographies: bytes in, [`Reading`] out.
 //!
-//! A format is one module with a function from bytes to a topography, and one row in `FORMATS`; nothing else knows which
-//! formats there are.
+//! Each format is one module with a function from bytes to a topography, and one row in `FORMATS`. No other
+//! code depends on the list of formats.
 
 mod al3d;
 mod encoding;
@@ -23,66 +23,67 @@ use serde::{Deserialize, Serialize};
 use super::topography::Topography;
 use crate::files;
 
-/// Most points of a topography. An instrument gives some 10^8; what a reader holds of so many, some 4 GB at its fullest, fits
-/// into the memory of a usual machine.
+/// Largest number of points of a topography. An instrument gives some 10^8 points. A reader then needs at
+/// most some 4 GB, which fits into the memory of a usual machine.
 const MOST_POINTS: usize = 1 << 27;
 
-/// Bytes of the longest file: a text of the most points, each a position and a height, is about as long.
+/// Largest length of a file in bytes: about the length of a text with the most points, each with a position
+/// and a height.
 const LONGEST_FILE: u64 = 4 << 30;
 
-/// What the user adds to what the file says. All lengths in metres.
+/// User's additions to the content of a file. All lengths are in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ReadOptions {
-    /// Length of one unit of height \[m\], 1e-6 for micrometres (`surface.unit`). Needed by formats that do not state a unit;
-    /// for one that does it must say the same.
+    /// Length of one unit of height \[m\], for example 1e-6 for micrometres (`surface.unit`). Formats without
+    /// a unit need it. If the file states a unit, both must agree.
     pub height_unit: Option<f64>,
     /// Length of one unit of the x and y columns of an XYZ table \[m\]; the height unit if absent.
     pub lateral_unit: Option<f64>,
-    /// Distance between points along the joint's x and y \[m\] (`surface.spacing`), instead of what the file says.
+    /// Distance between points along the joint's x and y \[m\] (`surface.spacing`). It overrides the file.
     pub spacing: Option<[f64; 2]>,
-    /// Swaps the axes of the map, and the spacing that the file states with them (`surface.transpose`).
+    /// Whether to swap the axes of the map, and of the spacing that the file states (`surface.transpose`).
     pub transpose: bool,
-    /// Overrides what the file states (`surface.correct`).
+    /// Corrections of the file's statements (`surface.correct`).
     pub correct: Correction,
 }
 
-/// What is true where a file states otherwise.
+/// Corrections of wrong statements in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Correction {
-    /// Length of one unit of height \[m\]: the numbers of the file times this are the heights.
+    /// Length of one unit of height \[m\]: heights are the numbers of the file times this.
     pub unit: Option<f64>,
     /// Distance between points along the joint's x and y \[m\].
     pub spacing: Option<[f64; 2]>,
 }
 
 impl Correction {
-    /// True where the file is right.
+    /// Returns true if nothing is corrected.
     pub fn is_none(&self) -> bool {
         *self == Correction::default()
     }
 }
 
-/// What a file says.
+/// Content of a topography file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// The map.
+    /// Height map.
     pub topography: Topography,
     /// Name of the format, such as "X3P".
     pub format: &'static str,
     /// Length of one unit of height that the file states \[m\].
     pub stated_unit: Option<f64>,
-    /// Sentences on what the reader decided and the user must know.
+    /// Decisions of the reader that the user must know, one sentence each.
     pub remarks: Vec<String>,
 }
 
-/// What a format's parser finds: the map, the unit of height that the file states, and the remarks.
+/// Result of a format's parser: the map, the unit of height that the file states, and the remarks.
 type Content = (Topography, Option<f64>, Vec<String>);
 
-/// A file format: what it is called, how it is recognised, who reads it.
+/// File format: its name, how to recognise it, and its parser.
 struct Format {
     name: &'static str,
     extensions: &'static [&'static str],
-    /// The first bytes that such a file may have; none for text.
+    /// First bytes that such a file may have; empty for text.
     magics: &'static [&'static [u8]],
     parse: fn(&[u8], &ReadOptions) -> Result<Content, ReadProblem>,
 }
@@ -132,18 +133,18 @@ const FORMATS: [Format; 7] = [
     },
 ];
 
-/// Reads a topography. The format follows from the extension, or from the first bytes if the extension is none of ours.
+/// Reads a topography. The extension decides the format. If the extension is unknown, the first bytes decide.
 ///
 /// # Errors
-/// [`ReadError`] names the file, what was found, and what would be right.
+/// [`ReadError`], which names the file, what was found, and what would be right.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading, ReadError> {
     parse(path, &bytes(path)?, options)
 }
 
-/// The bytes of a topography's file, for [`parse`].
+/// Reads the bytes of a topography's file, for [`parse`].
 ///
 /// # Errors
-/// [`ReadError`] for what cannot be read, is no regular file, or is longer than any topography.
+/// [`ReadError`] if the path cannot be read, is not a regular file, or is longer than any topography.
 pub fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     files::read(path, LONGEST_FILE).map_err(|source| ReadError {
         path: path.to_owned(),
@@ -151,10 +152,10 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     })
 }
 
-/// The topography in the bytes of a file; of its path only the extension counts.
+/// Parses the topography in the bytes of a file. Only the extension of the path matters.
 ///
 /// # Errors
-/// As [`read`].
+/// As for [`read`].
 pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Reading, ReadError> {
     recognise(path, bytes)
         .and_then(|format| finish((format.parse)(bytes, options)?, format.name, options))
@@ -164,8 +165,8 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Reading
         })
 }
 
-/// Whether a file is that of a map, and not of the matrices of a structure: by its extension, and an NPY file by what is in it, for a symmetric
-/// array of two equal axes is a matrix.
+/// Returns true if a file is a map and not a matrix of a structure. The extension decides; for an NPY file
+/// the content decides, because a symmetric square array is a matrix.
 pub fn is_of_map(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     let extension = extension.to_lowercase();
@@ -204,11 +205,11 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> 
         });
     };
     match by_magic {
-        // A text file needs no magic, but it must not carry that of another format.
+        // A text file needs no magic, but it must not have the magic of another format.
         None if named.magics.is_empty() => Ok(named),
         Some(found) if std::ptr::eq(found, named) => Ok(named),
         found => {
-            // Another zip archive than X3P is not to be renamed to one.
+            // Do not advise to rename a zip archive of another kind to X3P.
             if bytes.starts_with(x3p::MAGIC) {
                 x3p::check(bytes)?;
             }
@@ -227,7 +228,8 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> 
     }
 }
 
-/// What holds for every format: the axes, a size, heights that are numbers or holes, a sane spacing.
+/// Applies and checks what is common to all formats: the axes, the spacing, and heights that are finite or
+/// holes.
 fn finish(
     (mut topography, stated_unit, mut remarks): Content,
     format: &'static str,
@@ -241,7 +243,7 @@ fn finish(
             |[x, y]: [f64; 2]| !(same_length(x, spacing[0]) && same_length(y, spacing[1]));
         if let Some([x, y]) = topography.spacing.filter(|stated| is_other(*stated)) {
             remarks.push(format!(
-                "points are {:e} x {:e} m apart as the scene says, in place of {x:e} x {y:e} m as the file says",
+                "the scene sets the distance of points to {:e} x {:e} m; the file states {x:e} x {y:e} m",
                 spacing[0], spacing[1]
             ));
         }
@@ -274,13 +276,14 @@ fn finish(
     })
 }
 
-/// The height unit of a format that states none.
+/// Returns the height unit for a format that states none.
 fn required_unit(options: &ReadOptions, format: &'static str) -> Result<f64, ReadProblem> {
-    let given = options.correct.unit.or(options.height_unit);
-    given.ok_or(ReadProblem::UnitMissing { format })
+    let user_unit = options.correct.unit.or(options.height_unit);
+    user_unit.ok_or(ReadProblem::UnitMissing { format })
 }
 
-/// The height unit of a file that states `stated`: what the user adds may not contradict it, but may correct it.
+/// Returns the height unit for a file that states `stated`. The user's unit must not contradict it, unless it
+/// is a correction.
 fn stated_unit(options: &ReadOptions, stated: f64) -> Result<f64, ReadProblem> {
     match (options.correct.unit, options.height_unit) {
         (Some(correct), _) => Ok(correct),
@@ -291,17 +294,17 @@ fn stated_unit(options: &ReadOptions, stated: f64) -> Result<f64, ReadProblem> {
     }
 }
 
-/// As near as single precision has it.
+/// Compares lengths to single precision.
 fn same_length(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() <= 1e-6
 }
 
-/// Units are powers of ten: anything but rounding is another unit.
+/// Compares units. Units are powers of ten, so that any difference beyond rounding is another unit.
 fn same_unit(a: f64, b: f64) -> bool {
     (a / b - 1.0).abs() <= 1e-9
 }
 
-/// The length of a unit of length \[m\], as instruments spell it.
+/// Returns the length of a unit of length \[m\], as instruments spell it.
 fn length_unit(text: &str) -> Option<f64> {
     Some(match text.trim() {
         "m" => 1.0,
@@ -313,7 +316,7 @@ fn length_unit(text: &str) -> Option<f64> {
     })
 }
 
-/// The number of points, before anything of that size is allocated.
+/// Returns the number of points. Rejects too many before anything of that size is allocated.
 fn points(nx: usize, ny: usize) -> Result<usize, ReadProblem> {
     nx.checked_mul(ny)
         .filter(|&points| points <= MOST_POINTS)
@@ -327,7 +330,7 @@ fn too_many(found: String) -> ReadProblem {
     }
 }
 
-/// Lines of constant y, x fastest, turned into our order.
+/// Converts lines of constant y, with x fastest, to our order.
 fn from_lines(nx: usize, ny: usize, height: impl Fn(usize) -> f64) -> Vec<f64> {
     (0..nx * ny)
         .map(|index| height((index % ny) * nx + index / ny))

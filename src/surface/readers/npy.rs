@@ -1,4 +1,5 @@
-//! NumPy arrays: two axes, axis 0 is x; floating-point or integer numbers, either byte order, C or Fortran order.
+//! NumPy arrays: two axes, axis 0 is x; floating-point or integer numbers, either byte order, C or Fortran
+//! order.
 
 use std::io::Read;
 
@@ -9,11 +10,11 @@ use super::lattice::reject_points;
 use super::{Content, ReadOptions, points, required_unit};
 use crate::surface::topography::Topography;
 
-/// A header of numbers in two axes is some hundred bytes long.
+/// Largest length of a header in bytes. A header of a numeric array with two axes has some hundred bytes.
 const LONGEST_HEADER: usize = 4096;
 
-/// A header is a dictionary with a tuple in it, that of a structured array a little deeper. Each level costs the library twice
-/// as long as the one above.
+/// Largest depth of brackets in a header. A header is a dictionary with a tuple in it; a structured array is
+/// a little deeper. Each further level doubles the time of the library.
 const DEEPEST_HEADER: usize = 8;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
@@ -53,7 +54,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
             reason: format!("{nx} x {ny} numbers of {size} bytes"),
         });
     }
-    // Below usize::MAX: the data of that many numbers is in memory.
+    // The numbers fit into usize, because so many values are in memory.
     let (nx, ny) = (nx as usize, ny as usize);
     points(nx, ny)?;
     let unit = required_unit(options, "NPY")?;
@@ -94,7 +95,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
     Ok((topography, None, remarks))
 }
 
-/// The bytes of magic, version and header text, after which the data follow.
+/// Returns the number of bytes of magic, version and header text. The data follow.
 fn check_header(bytes: &[u8]) -> Result<usize, ReadProblem> {
     let at = |k: usize| usize::from(bytes.get(k).copied().unwrap_or(0));
     let (start, length) = match at(6) {
@@ -116,8 +117,9 @@ fn check_header(bytes: &[u8]) -> Result<usize, ReadProblem> {
             _ => {}
         }
         if depth > DEEPEST_HEADER {
-            let expected = format!("an NPY header, at most {DEEPEST_HEADER} deep");
-            return wrong("brackets within brackets".into(), &expected);
+            let expected =
+                format!("an NPY header with at most {DEEPEST_HEADER} levels of brackets");
+            return wrong("more levels of brackets".into(), &expected);
         }
     }
     Ok((start + length).min(bytes.len()))

@@ -1,5 +1,5 @@
-//! Parquet tables: `i, j, height` as our own `surface.parquet`, or `x, y, z`. Units are those of the columns' metadata
-//! (`unit`), else those the user gives.
+//! Parquet tables: `i, j, height` as in our own `surface.parquet`, or `x, y, z`. The metadata of a column
+//! state its `unit`; otherwise the user's unit applies.
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
@@ -21,10 +21,11 @@ use super::{
 use crate::surface::topography::Topography;
 use crate::tables;
 
-/// The column of `surface.parquet` that is false for a cell which is not of the joint.
+/// Column of `surface.parquet` that is false for a cell outside the joint.
 const KEPT: &str = "kept";
 
-/// Fewer rows than this share of the cells that the indices span mean that the indices are not those of a grid.
+/// Smallest number of rows, as a fraction of the cells that the indices span. With fewer rows the indices are
+/// not a grid.
 const FILLED: f64 = 0.05;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
@@ -64,8 +65,7 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
         None => required_unit(options, "Parquet")?,
     };
     check(builder.metadata())?;
-    // Other columns may be of any kind and size.
-    // Cells that a run has taken out of its joint are no heights.
+    // Other columns may have any type and size. A cell that a run removed from its joint has no height.
     let has_kept = (schema.field_with_name(KEPT))
         .is_ok_and(|field| indexed && field.data_type() == &DataType::Boolean);
     let read = names.into_iter().chain(has_kept.then_some(KEPT));
@@ -87,7 +87,7 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
             _ => c[k] * height_unit,
         };
         rows.extend((0..batch.num_rows()).map(|k| [a[k], b[k], height(k)]));
-        // More than it announced.
+        // The file has more rows than it announced.
         if rows.len() > MOST_POINTS {
             return Err(too_many(format!("{} rows or more", rows.len())));
         }
@@ -95,7 +95,7 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     if indexed {
         return from_indices(&rows).map(|topography| (topography, stated, Vec::new()));
     }
-    // Positions have the unit of the heights, which a correction changes for the heights alone.
+    // Positions use the unit of the heights. A correction changes the unit of the heights only.
     let otherwise = stated.or(options.height_unit).unwrap_or(height_unit);
     let lateral = |name| -> Result<f64, ReadProblem> {
         let stated = unit_of(&schema, name)?;
@@ -110,7 +110,7 @@ fn decode(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
     Ok((topography, stated, Vec::new()))
 }
 
-/// What the file announces, before anything of it is unpacked.
+/// Checks the announced size before anything is unpacked.
 fn check(metadata: &ParquetMetaData) -> Result<(), ReadProblem> {
     let rows = tables::declared_rows(metadata);
     if rows > MOST_POINTS as i64 {
@@ -125,13 +125,13 @@ fn check(metadata: &ParquetMetaData) -> Result<(), ReadProblem> {
     }
 }
 
-/// Cells that are absent from the table (the bolt hole) are holes.
+/// Builds the grid. Cells that the table omits (the bolt hole) are holes.
 fn from_indices(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
     let mut shape = [0usize; 2];
     for (row, point) in rows.iter().enumerate() {
         for (axis, extent) in shape.iter_mut().enumerate() {
             let index = point[axis];
-            // Above u32 no grid is meant.
+            // An index above the range of u32 cannot be meant.
             if !(index >= 0.0 && index.fract() == 0.0 && index <= f64::from(u32::MAX)) {
                 return Err(ReadProblem::NotRegular {
                     row: row + 1,
@@ -178,7 +178,7 @@ fn from_indices(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
     })
 }
 
-/// The length of a column's unit \[m\], if it has a unit.
+/// Returns the length of a column's unit \[m\], if it has a unit.
 fn unit_of(schema: &Schema, name: &str) -> Result<Option<f64>, ReadProblem> {
     let Some(text) = schema
         .field_with_name(name)
@@ -196,7 +196,7 @@ fn unit_of(schema: &Schema, name: &str) -> Result<Option<f64>, ReadProblem> {
     })
 }
 
-/// The numbers of a column; null is NaN.
+/// Returns the numbers of a column; null becomes NaN.
 fn column(batch: &RecordBatch, name: &str) -> Result<Vec<f64>, ReadProblem> {
     fn values<T: ArrowPrimitiveType>(
         array: &dyn Array,
@@ -207,7 +207,7 @@ fn column(batch: &RecordBatch, name: &str) -> Result<Vec<f64>, ReadProblem> {
     }
     let array = batch
         .column_by_name(name)
-        .ok_or_else(|| ReadProblem::malformed("the columns", "a batch without it", name))?
+        .ok_or_else(|| ReadProblem::malformed("the columns", "a batch without this column", name))?
         .as_ref();
     Ok(match array.data_type() {
         DataType::Float64 => values::<Float64Type>(array, |v| v),

@@ -1,5 +1,5 @@
-//! SDF (ISO 25178-71), as text or binary: a header, then heights in units of `Zscale`, line by line, x fastest, then remarks
-//! that are not read. Lengths are in metres.
+//! SDF (ISO 25178-71), text or binary: a header, then heights in units of `Zscale`, line by line, x fastest,
+//! then remarks, which are ignored. Lengths are in metres.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -8,8 +8,8 @@ use super::error::ReadProblem;
 use super::{Content, ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
 
-/// The versions: `a` is text, `b` binary. BCR and NIST are the older names of what became ISO 1.0; ISO 2.0 counts points with
-/// 32 bits.
+/// Versions: `a` is text, `b` binary. BCR and NIST are older names of ISO 1.0. ISO 2.0 counts points with 32
+/// bits.
 pub(super) const MAGICS: &[&[u8]] = &[
     b"aISO-1.0",
     b"bISO-1.0",
@@ -20,13 +20,13 @@ pub(super) const MAGICS: &[&[u8]] = &[
     b"aNIST-1.0",
 ];
 
-/// Ends the header and the heights of a text file.
+/// Mark that ends the header and the heights of a text file.
 const END: &str = "*";
 
-/// What stands for a point that was not measured in a text file, in any case.
+/// Value of an unmeasured point in a text file, in upper or lower case.
 const HOLE: &str = "BAD";
 
-/// Two numbers that one instrument maker's binary files of version ISO 1.0 carry after the header of the standard.
+/// Two numbers that binary files of version ISO 1.0 by one instrument maker have after the standard's header.
 const LONGER_HEADER: [u8; 8] = [5, 0, 0, 0, 1, 0, 0, 0];
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
@@ -55,17 +55,18 @@ struct Header {
     kind: Kind,
 }
 
-/// How a height is stored.
+/// Storage type of a height.
 #[derive(Clone, Copy)]
 struct Kind {
     name: &'static str,
     width: usize,
     value: fn(&[u8]) -> f64,
-    /// The value of a point that was not measured: the least number of a signed type, the greatest of an unsigned one.
+    /// Returns true for the value of an unmeasured point: the smallest number of a signed type, the largest
+    /// of an unsigned one.
     hole: fn(f64) -> bool,
 }
 
-/// By the number that a header has for it.
+/// Storage types, indexed by their number in a header.
 const KINDS: [Kind; 8] = [
     Kind {
         name: "unsigned 8 bits",
@@ -90,7 +91,7 @@ const KINDS: [Kind; 8] = [
         name: "single precision",
         width: 4,
         value: |b| f64::from(f32::from_le_bytes(part(b))),
-        // "The least" is read as that of greatest magnitude by some writers, as C's FLT_MIN by others; neither is a height.
+        // Some writers use the number of largest magnitude, others C's FLT_MIN; neither is a height.
         hole: |v| v.abs() == f64::from(f32::MAX) || v == f64::from(f32::MIN_POSITIVE),
     },
     Kind {
@@ -120,13 +121,13 @@ const KINDS: [Kind; 8] = [
 ];
 
 impl Kind {
-    /// The height, or NaN for a point that was not measured.
+    /// Returns the height, or NaN for an unmeasured point.
     fn measured(&self, value: f64) -> f64 {
         if (self.hole)(value) { f64::NAN } else { value }
     }
 }
 
-/// What both forms state in numbers, checked alike; `number` finds a key's value.
+/// Checks the numbers that both forms state. `number` returns a key's value.
 fn header(number: impl Fn(&str) -> Result<f64, ReadProblem>) -> Result<Header, ReadProblem> {
     let wrong = |key: &str, found: f64, expected: &str| {
         ReadProblem::malformed(&place(key), found, expected)
@@ -170,7 +171,7 @@ fn place(key: &str) -> String {
 }
 
 fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
-    // Remarks may be in any code page; numbers are ASCII.
+    // Remarks may use any code page; numbers are ASCII.
     let text = String::from_utf8_lossy(bytes);
     let mut lines = text.lines().zip(1..).skip(1);
     let mut pairs: HashMap<&str, &str> = HashMap::new();
@@ -221,7 +222,7 @@ fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
                     "a number with a decimal point",
                 )
             }),
-            // Nothing is compressed or summed up unless the file says so.
+            // Without the key there is no compression and no checksum.
             None if matches!(key, "Compression" | "CheckType") => Ok(0.0),
             None => Err(ReadProblem::malformed(
                 "the header",
@@ -264,13 +265,13 @@ fn text(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
     Ok((header, heights))
 }
 
-/// Enough of a text to recognise it by.
+/// Returns the beginning of a text, long enough to recognise it.
 fn start_of(text: &str) -> String {
     text.chars().take(40).collect()
 }
 
 fn binary(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
-    // Version, maker and two dates are text; then the counts, four scales and three kinds.
+    // Version, maker and two dates are text. Then follow the counts, four scales and three types.
     let counts = 8 + 10 + 12 + 12;
     let wide = &bytes[1..8] == b"ISO-2.0";
     let scales = counts + if wide { 8 } else { 4 };
@@ -332,7 +333,7 @@ fn binary(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
     Ok((header, heights))
 }
 
-/// The first `N` bytes.
+/// Returns the first `N` bytes.
 fn part<const N: usize>(bytes: &[u8]) -> [u8; N] {
     std::array::from_fn(|k| bytes[k])
 }

@@ -1,5 +1,6 @@
-//! Digital Surf's SUR: a header of 512 bytes, a comment, a private zone, then integers, line by line, x fastest. They may be
-//! compressed: the number of streams, the lengths of each unpacked and packed, and the streams, one after the other.
+//! Digital Surf's SUR: a header of 512 bytes, a comment, a private zone, then integers, line by line, x
+//! fastest. The integers may be compressed. Then the file has the number of streams, the unpacked and packed
+//! length of each stream, and the streams in order.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -12,16 +13,16 @@ use crate::surface::topography::Topography;
 
 pub(super) const MAGICS: &[&[u8]] = &[b"DIGITAL SURF", COMPRESSED];
 
-/// The first bytes of the variant whose points are packed.
+/// First bytes of the variant with compressed points.
 const COMPRESSED: &[u8] = b"DSCOMPRESSED";
 
 const HEADER: usize = 512;
 
-/// The kinds of object that are maps of heights; others are profiles, images, series and spectra.
+/// Type of an object that is a height map. Other types are profiles, images, series and spectra.
 const SURFACE: i16 = 2;
-/// A map of heights with three images of its colours and one of its intensity behind it.
+/// Type of a height map that is followed by three images of its colours and one of its intensity.
 const SURFACE_WITH_IMAGES: i16 = 16;
-/// The kind of a profile, which Gwyddion writes for a map, and the name that it gives to the object.
+/// Type of a profile, which Gwyddion writes for a map, and Gwyddion's name of the object.
 const PROFILE: i16 = 1;
 const GWYDDION: &[u8] = b"SCRATCH";
 
@@ -110,7 +111,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
         ));
     }
     let offset = f64::from(header.f32(474));
-    // If the flag is set, a point that was not measured is two below the lowest point that was.
+    // If the flag is set, the value of an unmeasured point is two below the lowest measured point.
     let hole = (header.i16(86) == 1).then(|| i64::from(header.i32(100)) - 2);
     let point = |index: usize| {
         let raw = match width {
@@ -140,12 +141,12 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
     Ok((topography, Some(stated), remarks))
 }
 
-/// The `length` bytes of the compressed points from byte `start` of the file on.
+/// Unpacks the `length` bytes of points that are stored compressed from byte `start` of the file on.
 fn unpack(bytes: &[u8], start: usize, length: usize, reason: &str) -> Result<Vec<u8>, ReadProblem> {
     let number = |at: usize| {
-        let found = bytes.get(at..at + 4);
-        let found = found.ok_or_else(|| size(bytes, at + 4, "the lengths of the streams"))?;
-        Ok(u32::from_le_bytes([found[0], found[1], found[2], found[3]]) as usize)
+        let field = bytes.get(at..at + 4);
+        let field = field.ok_or_else(|| size(bytes, at + 4, "the lengths of the streams"))?;
+        Ok(u32::from_le_bytes([field[0], field[1], field[2], field[3]]) as usize)
     };
     let streams = number(start)?;
     let mut at = start + 4 + 8 * streams;
@@ -154,21 +155,22 @@ fn unpack(bytes: &[u8], start: usize, length: usize, reason: &str) -> Result<Vec
         let lengths = start + 4 + 8 * stream;
         let (unpacked, packed) = (number(lengths)?, number(lengths + 4)?);
         let part = format!("stream {}", stream + 1);
-        let found = bytes.get(at..at + packed);
-        let found = found.ok_or_else(|| size(bytes, at + packed, &part))?;
+        let packed_bytes = bytes.get(at..at + packed);
+        let packed_bytes = packed_bytes.ok_or_else(|| size(bytes, at + packed, &part))?;
         at += packed;
         let before = data.len();
-        // One byte more shows a stream that is longer, and ends every other: its checksum is compared at its end.
+        // One byte more detects a longer stream, and makes the library compare the checksum at the end of any
+        // other.
         let limit = unpacked.min(length - before) as u64 + 1;
-        ZlibDecoder::new(found)
+        ZlibDecoder::new(packed_bytes)
             .take(limit)
             .read_to_end(&mut data)
             .map_err(|e| ReadProblem::malformed(&part, e, "intact data"))?;
-        let there = data.len() - before;
-        if there != unpacked || data.len() > length {
+        let unpacked_length = data.len() - before;
+        if unpacked_length != unpacked || data.len() > length {
             return Err(ReadProblem::Size {
                 part,
-                found: there as u64,
+                found: unpacked_length as u64,
                 expected: unpacked as u64,
                 reason: reason.to_owned(),
             });
@@ -185,14 +187,14 @@ fn unpack(bytes: &[u8], start: usize, length: usize, reason: &str) -> Result<Vec
     Ok(data)
 }
 
-/// The 512 bytes before everything else; positions are bytes from the start of the file.
+/// Header of 512 bytes. Positions are bytes from the start of the file.
 struct Header<'a>(&'a [u8]);
 
 impl Header<'_> {
     fn bytes<const N: usize>(&self, at: usize) -> [u8; N] {
-        let mut found = [0; N];
-        found.copy_from_slice(&self.0[at..at + N]);
-        found
+        let mut field = [0; N];
+        field.copy_from_slice(&self.0[at..at + N]);
+        field
     }
 
     fn i16(&self, at: usize) -> i16 {
@@ -207,7 +209,8 @@ impl Header<'_> {
         f32::from_le_bytes(self.bytes(at))
     }
 
-    /// A text of 16 bytes in UTF-8 or the Western code page, in which 0xB5 is µ; in that of DOS, it is 0xE6.
+    /// Returns a text of 16 bytes in UTF-8 or the Western code page, in which 0xB5 is µ. In the code page of
+    /// DOS, 0xE6 is µ.
     fn text(&self, at: usize) -> String {
         let bytes = &self.0[at..at + 16];
         let bytes = bytes.split(|&b| b == 0).next().unwrap_or_default();

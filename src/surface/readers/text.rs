@@ -1,8 +1,9 @@
 //! Text: a matrix of heights, or a table of x, y, z.
 //!
-//! One line per x, its values along y, as `numpy.savetxt` writes the array whose axis 0 is x; below the header of Gwyddion or
-//! SPIP one line per y. Columns named x, y, z, and lines of exactly three numbers, are points. Separators are `;`, tab, `,` or
-//! blanks, found from the first lines; `#` starts a comment. A text that would be read wrongly is rejected.
+//! Each line is one x and has the values along y, like the output of `numpy.savetxt` for an array with axis 0
+//! along x. Below a header of Gwyddion or SPIP each line is one y. Columns named x, y, z, and lines of
+//! exactly three numbers, are points. The separator is `;`, tab, `,` or blanks, and follows from the first
+//! lines. `#` starts a comment. The reader rejects a text that it could misread.
 
 use csv::{ReaderBuilder, Trim};
 
@@ -16,10 +17,11 @@ use super::{
 };
 use crate::surface::topography::Topography;
 
-/// No height has so many of any unit: programs write such numbers where nothing was measured.
+/// Smallest magnitude that counts as a hole: programs write such numbers where nothing was measured.
 const FILLER: f64 = 1e30;
 
-/// The values that are holes, as remarks name them. Letters may be small or large, runs of `*` and of `-` longer.
+/// Values that are holes, as remarks name them. Their case is ignored, and runs of `*` and of `-` may be
+/// longer.
 const HOLES: [&str; 10] = [
     "",
     "nan",
@@ -33,7 +35,7 @@ const HOLES: [&str; 10] = [
     "1e30 or more",
 ];
 
-/// What to write in place of labels.
+/// Advice against labels.
 const NO_LABELS: &str =
     "heights: save the map without labels of columns and rows (pandas: header=False, index=False)";
 
@@ -76,7 +78,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
     Ok((topography, stated_unit, remarks))
 }
 
-/// A matrix of which each line is one x.
+/// Reads a matrix with one line per x.
 fn matrix(
     numbers: Numbers,
     options: &ReadOptions,
@@ -104,7 +106,7 @@ fn matrix(
     })
 }
 
-/// A matrix of which each line is one y, below a header that says so.
+/// Reads a matrix with one line per y, below a header that states this.
 fn below_header(
     header: &Header,
     mut numbers: Numbers,
@@ -115,7 +117,7 @@ fn below_header(
     let mut lines = numbers.values.len() / nx;
     let masked = |[_, y]: [usize; 2]| lines.is_multiple_of(2) && lines / 2 == y;
     if header.voids && header.points.is_some_and(masked) {
-        // The lower half is 0 for points that were not measured, 1 for others.
+        // The lower half is a mask: 0 for unmeasured points, 1 for others.
         lines /= 2;
         let (heights, mask) = numbers.values.split_at_mut(lines * nx);
         if let Some(found) = mask.iter().find(|v| **v != 0.0 && **v != 1.0) {
@@ -164,7 +166,7 @@ fn below_header(
     Ok((topography, header.unit))
 }
 
-/// Points x, y, z; `comments` has the units of positions and of heights that the comments state.
+/// Reads points x, y, z. `comments` contains the units of positions and of heights that the comments state.
 fn points(
     mut numbers: Numbers,
     comments: [Option<f64>; 2],
@@ -178,9 +180,9 @@ fn points(
         Some(stated) => stated_unit(options, stated)?,
         None => required_unit(options, "text")?,
     };
-    // Positions have the unit of the heights, which a correction changes for the heights alone.
-    let given = options.lateral_unit.or(options.height_unit);
-    let mut units = [given.or(stated).unwrap_or(unit); 3];
+    // Positions use the unit of the heights. A correction changes the unit of the heights only.
+    let user_unit = options.lateral_unit.or(options.height_unit);
+    let mut units = [user_unit.or(stated).unwrap_or(unit); 3];
     for axis in 0..2 {
         match bracketed_unit(name(axis))?.or(comments[0]) {
             Some(own) => units[axis] = own,
@@ -193,7 +195,7 @@ fn points(
         }
     }
     units[2] = unit;
-    // A correction contradicts the name of z on purpose.
+    // A correction may contradict the name of z.
     let checked = if options.correct.unit.is_some() { 2 } else { 3 };
     for (axis, unit) in units.into_iter().enumerate().take(checked) {
         if ending_unit(name(axis)).is_some_and(|hint| !same_unit(hint, unit)) {
@@ -213,7 +215,7 @@ fn points(
     from_points(rows).map(|topography| (topography, stated))
 }
 
-/// The names of all columns, and which of them are x, y and z.
+/// Names of all columns, and the indices of x, y and z.
 struct Names {
     all: Vec<String>,
     xyz: [usize; 3],
@@ -225,20 +227,20 @@ impl Names {
         for field in fields {
             let field = field.trim_matches(['"', '\'']);
             match all.last_mut() {
-                // Blanks separate a name from its unit, too.
+                // Blanks also separate a name from its unit.
                 Some(name) if field.starts_with(['[', '(']) => *name = format!("{name} {field}"),
                 _ => all.push(field.to_owned()),
             }
         }
-        let places = |of: fn(&str) -> &str, axis: &str| -> Vec<usize> {
-            let is_it = |&k: &usize| of(&all[k]).eq_ignore_ascii_case(axis);
-            (0..all.len()).filter(is_it).collect()
+        let places = |part_of_name: fn(&str) -> &str, axis: &str| -> Vec<usize> {
+            let is_axis = |&k: &usize| part_of_name(&all[k]).eq_ignore_ascii_case(axis);
+            (0..all.len()).filter(is_axis).collect()
         };
-        let found = ["x", "y", "z"].map(|axis| match places(bare, axis) {
+        let matches = ["x", "y", "z"].map(|axis| match places(bare, axis) {
             none if none.is_empty() => places(first_word, axis),
             exact => exact,
         });
-        match found.each_ref().map(|places| &places[..]) {
+        match matches.each_ref().map(|places| &places[..]) {
             [&[x], &[y], &[z]] => Ok(Names {
                 all,
                 xyz: [x, y, z],
@@ -268,7 +270,7 @@ impl Names {
     }
 }
 
-/// A name without its unit: `z` of `z [nm]` and of `z_nm`.
+/// Returns a name without its unit: `z` for `z [nm]` and for `z_nm`.
 fn bare(name: &str) -> &str {
     let name = name.split(['[', '(']).next().unwrap_or_default().trim();
     match name.rsplit_once('_') {
@@ -282,7 +284,7 @@ fn first_word(name: &str) -> &str {
     words.next().unwrap_or_default()
 }
 
-/// The unit in brackets behind a name \[m\].
+/// Returns the unit in brackets after a name \[m\].
 fn bracketed_unit(name: &str) -> Result<Option<f64>, ReadProblem> {
     let Some((_, rest)) = name.split_once(['[', '(']) else {
         return Ok(None);
@@ -294,14 +296,14 @@ fn bracketed_unit(name: &str) -> Result<Option<f64>, ReadProblem> {
     })
 }
 
-/// The unit that a name seems to end in, as `z_nm` \[m\].
+/// Returns the unit that a name seems to end with, as in `z_nm` \[m\].
 fn ending_unit(name: &str) -> Option<f64> {
     name.rsplit_once('_')
         .and_then(|(_, unit)| length_unit(unit))
 }
 
-/// Rejects a first line of numbers that are labels or positions of the columns, as data frames are saved, and a first column
-/// that counts the lines.
+/// Rejects a first line that contains labels or positions of the columns, as data frames are saved, and a
+/// first column that numbers the lines.
 fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadProblem> {
     let corner = usize::from(values[0].is_nan());
     let lines = values.chunks_exact(columns);
@@ -309,7 +311,7 @@ fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadPr
     let second_line = lines.clone().nth(1).map_or(&[][..], |next| &next[corner..]);
     let column = |k: usize| lines.clone().skip(corner).map(move |line| line[k]);
     let (first_column, second_column): (Vec<f64>, Vec<f64>) = match columns {
-        // Points, or one value a line.
+        // Points, or one value per line.
         1 | 3 => (Vec::new(), Vec::new()),
         _ => (column(0).collect(), column(1).collect()),
     };
@@ -317,15 +319,17 @@ fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadPr
     let along_column = steps(&first_column);
     let both = corner == 1 && along_line.is_some() && along_column.is_some();
     let whole = |heights: &[f64]| heights.iter().all(|h| h.is_nan() || h.fract() == 0.0);
-    // Heights may count, too: all of them whole, or of a plane.
-    let counts = |labels: &[f64], found: Option<(f64, f64)>, beside: &[f64]| match found {
-        Some((start, step)) => {
-            let by_one = step == 1.0 && (start == 0.0 || start == 1.0);
-            let positions = labels.len() > 4 || start == 0.0 && labels.len() > 3;
-            (by_one || positions) && steps(beside).is_none_or(|(_, other)| !near(other, step, step))
-        }
-        None => false,
-    };
+    // Heights may be equally spaced, too: if all are integers, or on a plane.
+    let counts =
+        |labels: &[f64], steps_found: Option<(f64, f64)>, neighbours: &[f64]| match steps_found {
+            Some((start, step)) => {
+                let by_one = step == 1.0 && (start == 0.0 || start == 1.0);
+                let positions = labels.len() > 4 || start == 0.0 && labels.len() > 3;
+                (by_one || positions)
+                    && steps(neighbours).is_none_or(|(_, other)| !near(other, step, step))
+            }
+            None => false,
+        };
     let fail = |place: String, labels: &[f64], of: &str| {
         let [a, b, c] = [labels[0], labels[1], labels[2]];
         Err(ReadProblem::Malformed {
@@ -344,7 +348,7 @@ fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadPr
     Ok(())
 }
 
-/// Start and step of three or more numbers in equal steps, but for the rounding of what is printed.
+/// Returns start and step of three or more equally spaced numbers, up to the rounding of printed digits.
 fn steps(values: &[f64]) -> Option<(f64, f64)> {
     let (&[start, ..], &[.., end]) = (values, values) else {
         return None;
@@ -362,35 +366,35 @@ fn near(a: f64, b: f64, step: f64) -> bool {
     (a - b).abs() <= 0.01 * step.abs()
 }
 
-/// Lines of as many numbers each.
+/// Lines with equally many numbers.
 struct Numbers {
-    /// Numbers of a line; 0 without any.
+    /// Numbers per line; 0 without numbers.
     columns: usize,
-    /// Line by line; of named columns x, y and z in this order.
+    /// Numbers line by line. For named columns: x, y and z in this order.
     values: Vec<f64>,
-    /// The line of the first.
+    /// Number of the first line.
     line: u64,
     names: Option<Names>,
-    /// How often each of [`HOLES`] occurs.
+    /// Number of occurrences of each of [`HOLES`].
     holes: [usize; HOLES.len()],
-    /// The first lines with a decimal comma and with a decimal point.
+    /// First lines with a decimal comma and with a decimal point.
     comma: Option<u64>,
     point: Option<u64>,
 }
 
 impl Numbers {
-    /// One of the `comments` above the numbers may name the columns.
+    /// Parses the numbers. One of the `comments` above them may name the columns.
     fn of(text: &str, comments: &[&str]) -> Result<Numbers, ReadProblem> {
         let separator = separator(text);
-        // A separator at the end of every line ends a field, it does not start one.
-        let mut ended = separator.is_some();
-        if ended {
+        // A separator at the end of every line does not start another field.
+        let mut has_trailing_separator = separator.is_some();
+        if has_trailing_separator {
             each_line(text, separator, |_, fields| {
-                ended &= fields.len() > 1 && fields[fields.len() - 1].is_empty();
+                has_trailing_separator &= fields.len() > 1 && fields[fields.len() - 1].is_empty();
                 Ok(())
             })?;
         }
-        let mut found = Numbers {
+        let mut numbers = Numbers {
             columns: 0,
             values: Vec::new(),
             line: 0,
@@ -400,17 +404,17 @@ impl Numbers {
             point: None,
         };
         let mut is_first = true;
-        // Fields of a line.
+        // Fields per line.
         let mut count = 0;
         each_line(text, separator, |line, mut fields| {
-            if ended {
+            if has_trailing_separator {
                 fields = &fields[..fields.len() - 1];
             }
             if std::mem::take(&mut is_first) {
-                if found.take_names(line, fields)? {
+                if numbers.take_names(line, fields)? {
                     return Ok(());
                 }
-                found.names = comments.iter().rev().find_map(|comment| {
+                numbers.names = comments.iter().rev().find_map(|comment| {
                     let names: Vec<&str> = match separator {
                         Some(separator) => comment.split(separator).map(str::trim).collect(),
                         None => comment.split_whitespace().collect(),
@@ -419,13 +423,13 @@ impl Numbers {
                     names.filter(|names| names.all.len() == fields.len())
                 });
             }
-            if found.columns == 0 {
-                found.line = line;
-                count = found.names.as_ref().map_or(fields.len(), |n| n.all.len());
-                found.columns = if found.names.is_some() { 3 } else { count };
+            if numbers.columns == 0 {
+                numbers.line = line;
+                count = numbers.names.as_ref().map_or(fields.len(), |n| n.all.len());
+                numbers.columns = if numbers.names.is_some() { 3 } else { count };
             }
             if fields.len() != count {
-                let above = if found.names.is_some() {
+                let above = if numbers.names.is_some() {
                     "names"
                 } else {
                     "numbers"
@@ -436,32 +440,32 @@ impl Numbers {
                     expected: format!("{count}, as in the first line of {above}"),
                 });
             }
-            match found.names.as_ref().map(|n| n.xyz) {
+            match numbers.names.as_ref().map(|n| n.xyz) {
                 Some(xyz) => xyz
                     .into_iter()
-                    .try_for_each(|k| found.take(line, k, fields[k], separator))?,
+                    .try_for_each(|k| numbers.take(line, k, fields[k], separator))?,
                 None => (0..)
                     .zip(fields)
-                    .try_for_each(|(k, field)| found.take(line, k, field, separator))?,
+                    .try_for_each(|(k, field)| numbers.take(line, k, field, separator))?,
             }
-            // A line of three is one point.
-            let points = found.values.len() / if found.columns == 3 { 3 } else { 1 };
+            // Three numbers are one point.
+            let points = numbers.values.len() / if numbers.columns == 3 { 3 } else { 1 };
             if points > MOST_POINTS {
                 return Err(too_many(format!("{points} points up to line {line}")));
             }
             Ok(())
         })?;
-        match (found.comma, found.point) {
+        match (numbers.comma, numbers.point) {
             (Some(comma), Some(point)) => Err(ReadProblem::malformed(
                 &format!("line {comma}"),
                 format!("a decimal comma, and a decimal point in line {point}"),
                 "one kind of decimal mark in the whole text",
             )),
-            _ => Ok(found),
+            _ => Ok(numbers),
         }
     }
 
-    /// Whether the first line has names, in place of numbers.
+    /// Reads the names if the first line has names instead of numbers. Returns whether it has.
     fn take_names(&mut self, line: u64, fields: &[&str]) -> Result<bool, ReadProblem> {
         let names = fields.iter().filter(|field| is_name(field)).count();
         let empty = fields.iter().filter(|field| field.is_empty()).count();
@@ -521,7 +525,7 @@ impl Numbers {
         Ok(())
     }
 
-    /// What was decided on the numbers.
+    /// Returns the decisions on the numbers.
     fn remarks(&self) -> impl Iterator<Item = String> {
         let names = self.names.as_ref().and_then(Names::remark);
         let commas = self
@@ -539,13 +543,13 @@ impl Numbers {
     }
 }
 
-/// What separates values: `;`, tab or `,` if the first line has it, else blanks.
+/// Returns the separator of values: `;`, tab or `,` if the first line contains it, otherwise blanks (`None`).
 fn separator(text: &str) -> Option<char> {
     let lines = text.lines().map(str::trim);
     let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
     let first = lines.clone().next().unwrap_or_default();
-    let found = [';', '\t', ','].into_iter().find(|&s| first.contains(s))?;
-    // Commas in numbers that blanks separate, as in "1,5 2,5", are decimal.
+    let candidate = [';', '\t', ','].into_iter().find(|&s| first.contains(s))?;
+    // Commas within numbers that blanks separate, as in "1,5 2,5", are decimal commas.
     let numbers =
         lines.find(|line| line.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c)));
     let words = numbers.unwrap_or_default().split_whitespace();
@@ -553,16 +557,16 @@ fn separator(text: &str) -> Option<char> {
         && words
             .clone()
             .all(|word| !word.starts_with(',') && !word.ends_with(','));
-    (found != ',' || !decimal).then_some(found)
+    (candidate != ',' || !decimal).then_some(candidate)
 }
 
-/// Hands on the number of each line in the file, and its fields.
+/// Calls `each` with every line's number in the file and its fields.
 fn each_line(
     text: &str,
     separator: Option<char>,
     mut each: impl FnMut(u64, &[&str]) -> Result<(), ReadProblem>,
 ) -> Result<(), ReadProblem> {
-    /// The only value of two words.
+    /// Only value with two words.
     const NO_DATA: &str = "No Data";
     let mut fields: Vec<&str> = Vec::new();
     let Some(separator) = separator else {
@@ -594,7 +598,7 @@ fn each_line(
             found: e.to_string(),
             expected: format!("values separated by {separator:?}"),
         })?;
-        // A record begins with the comments above it.
+        // A record includes the comments above it.
         let line = record.position().map_or(0, |start| {
             let lines = text[start.byte() as usize..].lines();
             let above = lines.take_while(|line| line.is_empty() || line.starts_with('#'));
@@ -609,14 +613,14 @@ fn each_line(
     Ok(())
 }
 
-/// A name, as against a number that is misspelt.
+/// Returns true for a name, and false for a misspelt number.
 fn is_name(field: &str) -> bool {
     let parsed = field.parse::<f64>().ok();
     let begins_a_number = |c: char| c.is_ascii_digit() || "+-.,".contains(c);
     parsed.is_none() && hole(field, None).is_none() && !field.starts_with(begins_a_number)
 }
 
-/// Which of [`HOLES`] a field is, and the number in it.
+/// Returns the index in [`HOLES`] if the field is a hole. `parsed` is the number in the field.
 fn hole(field: &str, parsed: Option<f64>) -> Option<usize> {
     let run_of = |c: u8| field.bytes().all(|byte| byte == c);
     match parsed {

@@ -1,6 +1,6 @@
-//! X3P (ISO 25178-72, formerly ISO 5436-2): a zip with `main.xml` and a binary file of points, line by line, x fastest, in
-//! metres. The members may lie in a folder. The zip's own checksums are verified on unpacking, so the MD5 sums that the standard
-//! adds are not.
+//! X3P (ISO 25178-72, formerly ISO 5436-2): a zip archive with `main.xml` and a binary file of points, line
+//! by line, x fastest, in metres. The members may be in a folder. Unpacking verifies the zip's own checksums,
+//! so the standard's additional MD5 sums are not verified.
 
 use std::collections::HashMap;
 use std::io::{Cursor, Read};
@@ -16,16 +16,16 @@ use super::error::ReadProblem;
 use super::{Content, ReadOptions, from_lines, points, stated_unit};
 use crate::surface::topography::Topography;
 
-/// The first bytes of a zip archive.
+/// First bytes of a zip archive.
 pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 
-/// A description is a few kilobytes; one of more than this is none.
+/// Largest size of a description in bytes; a real one has a few kilobytes.
 const LONGEST_DESCRIPTION: u64 = 16 << 20;
 
-/// The elements of the standard are less than ten deep; what nests deeper than this is none of its descriptions.
+/// Largest depth of elements; the standard's elements are less than ten deep.
 const DEEPEST_ELEMENT: usize = 64;
 
-/// The elements that are read, by their path below the root. No other text is kept.
+/// Elements that are read, by their path below the root. All other text is skipped.
 const ELEMENTS: [&str; 14] = [
     "Record1/FeatureType",
     "Record1/Axes/CX/AxisType",
@@ -43,7 +43,7 @@ const ELEMENTS: [&str; 14] = [
     DATA_LIST,
 ];
 
-/// Points as text, in place of a link to a member with them.
+/// Points as text, in place of a link to a member.
 const DATA_LIST: &str = "Record3/DataList";
 
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
@@ -99,7 +99,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
     };
     let offset = description.number("Record1/Axes/CZ/Offset")?.unwrap_or(0.0);
     let increment = description.number("Record1/Axes/CZ/Increment")?;
-    // Integers count increments; floating-point heights are metres already.
+    // Integers count increments; floating-point heights are already in metres.
     let scale = match (kind, increment) {
         ("F" | "D", increment) => {
             if let Some(other) = increment.filter(|step| *step != 1.0) {
@@ -175,10 +175,10 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
     Ok((topography, Some(1.0), remarks))
 }
 
-/// The description's name, in the folder of all members.
+/// File name of the description.
 const MAIN: &str = "main.xml";
 
-/// The names of the members, with `/` between folders, which Windows programs write otherwise.
+/// Returns the names of the members with `/` between folders. Some Windows programs write a backslash.
 fn names(archive: &Archive) -> impl Iterator<Item = String> {
     let names = archive.file_names();
     names.map(|name| name.map_or_else(|_| String::new(), |name| slashed(&name)))
@@ -188,15 +188,15 @@ fn slashed(name: &str) -> String {
     name.replace('\\', "/")
 }
 
-/// The description's path: at the top, or in the one folder that has one.
+/// Returns the path of the description: at the top, or in the only folder with one.
 fn main_member(archive: &Archive) -> Result<String, ReadProblem> {
-    let mut found: Vec<String> = names(archive)
+    let mut paths: Vec<String> = names(archive)
         .filter(|name| name.rsplit('/').next() == Some(MAIN))
         .collect();
-    if found.iter().any(|name| name == MAIN) {
+    if paths.iter().any(|name| name == MAIN) {
         return Ok(MAIN.into());
     }
-    match (found.pop(), found.len()) {
+    match (paths.pop(), paths.len()) {
         (Some(name), 0) => Ok(name),
         (Some(name), more) => Err(ReadProblem::malformed(
             "the zip archive",
@@ -207,7 +207,7 @@ fn main_member(archive: &Archive) -> Result<String, ReadProblem> {
     }
 }
 
-/// What other programs pack into zip archives: a part of a member's name, the file, and what to do.
+/// Other files that are zip archives: a part of a member's name, the kind of file, and advice.
 const OTHERS: [(&str, &str, &str); 5] = [
     (
         ".npy",
@@ -247,9 +247,9 @@ fn another_archive(names: &[String]) -> ReadProblem {
     }
 }
 
-/// The encoding that a description declares.
+/// Returns the encoding that a description declares.
 fn declared(bytes: &[u8]) -> Result<Option<&'static Encoding>, ReadProblem> {
-    // Without a byte order mark the first character, <, shows it.
+    // Without a byte order mark, the first character `<` shows UTF-16.
     match bytes {
         [b'<', 0, ..] => return Ok(Some(UTF_16LE)),
         [0, b'<', ..] => return Ok(Some(UTF_16BE)),
@@ -262,7 +262,7 @@ fn declared(bytes: &[u8]) -> Result<Option<&'static Encoding>, ReadProblem> {
     };
     let label = label.split(['"', '\'']).nth(1).unwrap_or_default();
     match Encoding::for_label(label.as_bytes()) {
-        // Whatever it says, the declaration could be read.
+        // The declaration was readable as bytes, so that it is not UTF-16, whatever it says.
         Some(wide) if wide == UTF_16LE || wide == UTF_16BE => Ok(Some(encoding_rs::UTF_8)),
         Some(encoding) => Ok(Some(encoding)),
         None => Err(ReadProblem::malformed(
@@ -273,7 +273,7 @@ fn declared(bytes: &[u8]) -> Result<Option<&'static Encoding>, ReadProblem> {
     }
 }
 
-/// The texts of [`ELEMENTS`] in `main.xml`, which may have namespace prefixes there.
+/// Texts of [`ELEMENTS`] in `main.xml`. Namespace prefixes are ignored.
 struct Description(HashMap<&'static str, String>);
 
 impl Description {
@@ -285,7 +285,7 @@ impl Description {
             .map_err(|e| ReadProblem::malformed("main.xml", e, "intact data"))?;
         let (text, _) = decode(&bytes, declared(&bytes)?)?;
         let mut texts: HashMap<&'static str, String> = HashMap::new();
-        // Where the reader is, and how long that was at each element above.
+        // Path of the current element, and its length at each element above.
         let mut path = String::new();
         let mut above: Vec<usize> = Vec::new();
         let mut reader = Reader::from_str(&text);
@@ -299,14 +299,14 @@ impl Description {
                 Ok(Event::Start(tag)) => {
                     if above.len() == DEEPEST_ELEMENT {
                         let place = format!("main.xml, byte {}", reader.buffer_position());
-                        let expected = format!("at most {DEEPEST_ELEMENT}, one in another");
+                        let expected = format!("at most {DEEPEST_ELEMENT} nested elements");
                         return Err(ReadProblem::malformed(
                             &place,
                             "one more element",
                             &expected,
                         ));
                     }
-                    // The root is in no path.
+                    // Paths do not contain the root.
                     if !above.is_empty() {
                         if !path.is_empty() {
                             path.push('/');
@@ -376,7 +376,7 @@ impl Description {
             })
     }
 
-    /// The spacing along an axis, which must be one of equal steps.
+    /// Returns the spacing along an axis, which must have equal steps.
     fn increment(&self, axis: &str) -> Result<f64, ReadProblem> {
         let kind = self.text(&format!("Record1/Axes/{axis}/AxisType"))?;
         if kind != "I" {
@@ -392,7 +392,7 @@ impl Description {
     }
 }
 
-/// A member by its path.
+/// Finds a member by its path.
 fn find<'a, 'b>(
     archive: &'a mut Archive<'b>,
     name: &str,
@@ -404,7 +404,7 @@ fn find<'a, 'b>(
     })
 }
 
-/// A binary member of exactly `expected` bytes; links count from the folder of the description.
+/// Reads a binary member of exactly `expected` bytes. Links are relative to the folder of the description.
 fn member(
     archive: &mut Archive,
     folder: &str,
@@ -424,12 +424,12 @@ fn member(
         expected,
         reason: reason.to_owned(),
     };
-    // The size of the directory entry, before anything is unpacked.
+    // The size in the directory is checked before anything is unpacked.
     if file.size() != expected {
         return Err(wrong(file.size()));
     }
     let mut data = Vec::new();
-    // One byte beyond the end: the archive compares its checksum when it meets the end of the member.
+    // Reading one byte beyond the end makes the library compare the checksum.
     file.take(expected + 1)
         .read_to_end(&mut data)
         .map_err(|e| ReadProblem::malformed(&name, e, "intact data"))?;
