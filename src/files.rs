@@ -1,31 +1,31 @@
-//! Files that the user names, read whole: regular ones only, and none longer than any of its kind.
+//! Reading of whole files that the user names. Only regular files up to a limit of length are read.
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-/// The bytes of a file of at most `limit` bytes. A link to a file is one.
+/// Reads the bytes of a file of at most `limit` bytes. Links to files are followed.
 ///
 /// # Errors
-/// Those of the operating system; [`ErrorKind::InvalidInput`] for what is no regular file, [`ErrorKind::FileTooLarge`] for what
-/// is longer.
+/// Errors of the operating system, [`ErrorKind::InvalidInput`] for anything but a regular file, and
+/// [`ErrorKind::FileTooLarge`] for a longer file.
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
-    // Before it is opened: opening a pipe waits for its other end.
+    // Checks before opening, because opening a pipe waits for its other end.
     check(&fs::metadata(path)?, limit)?;
     let file = File::open(path)?;
-    // Again, of what is open: the name may stand for something else by now.
+    // Checks the open file again, because the name may now belong to another file.
     check(&file.metadata()?, limit)?;
     let mut bytes = Vec::new();
-    // It may grow while it is read.
+    // The file may grow while it is read.
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     within(bytes.len() as u64, limit)?;
     Ok(bytes)
 }
 
-/// The text of a file of at most `limit` bytes.
+/// Reads the text of a file of at most `limit` bytes.
 ///
 /// # Errors
-/// As [`read`]; [`ErrorKind::InvalidData`] for what is not UTF-8.
+/// The errors of [`read`], and [`ErrorKind::InvalidData`] for text that is not UTF-8.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     String::from_utf8(read(path, limit)?).map_err(|e| {
         let place = e.utf8_error().valid_up_to() + 1;
@@ -34,17 +34,17 @@ pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     })
 }
 
-fn check(found: &Metadata, limit: u64) -> io::Result<()> {
-    if !found.is_file() {
-        let what = if found.is_dir() {
+fn check(metadata: &Metadata, limit: u64) -> io::Result<()> {
+    if !metadata.is_file() {
+        let kind = if metadata.is_dir() {
             "a folder"
         } else {
             "a pipe or a device"
         };
-        let reason = format!("it is {what}, not a regular file");
+        let reason = format!("it is {kind}, not a regular file");
         return Err(io::Error::new(ErrorKind::InvalidInput, reason));
     }
-    within(found.len(), limit)
+    within(metadata.len(), limit)
 }
 
 fn within(length: u64, limit: u64) -> io::Result<()> {

@@ -1,4 +1,4 @@
-//! JSON in one canonical form, and what differs between two values.
+//! Canonical form of JSON, and differences between two values.
 
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,11 +7,11 @@ use std::fmt;
 /// A key whose value differs between two JSON objects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyChange {
-    /// The key, with the keys above it: `wear.cycles`.
+    /// The key with its parents: `wear.cycles`.
     pub key: String,
-    /// Value before, `None` if there was none.
+    /// Value before, or `None` if the key was absent.
     pub before: Option<Value>,
-    /// Value now, `None` if there is none.
+    /// Value now, or `None` if the key is absent.
     pub after: Option<Value>,
 }
 
@@ -31,8 +31,8 @@ impl fmt::Display for KeyChange {
     }
 }
 
-/// The same value with the keys of every object in order. The order of `serde_json::Map` depends on the features that other
-/// crates ask for.
+/// Returns the same value with the keys of every object sorted. The order of `serde_json::Map` depends on the
+/// features that other crates enable.
 pub fn sorted(value: Value) -> Value {
     match value {
         Value::Object(object) => {
@@ -47,20 +47,20 @@ pub fn sorted(value: Value) -> Value {
     }
 }
 
-/// The JSON text with the keys of every object sorted, so that equal values give equal texts whatever order they came in.
+/// Returns the JSON text with the keys of every object sorted, so that equal values give equal texts.
 pub fn canonical(value: &Value) -> String {
     sorted(value.clone()).to_string()
 }
 
-/// The hash of the [canonical](canonical()) text, 64 hexadecimal digits.
+/// Returns the hash of the [canonical](canonical()) text, as 64 hexadecimal digits.
 pub fn hash(value: &Value) -> String {
     blake3::hash(canonical(value).as_bytes())
         .to_hex()
         .to_string()
 }
 
-/// Every value of nested objects under its dotted key. Arrays are values; so is an empty object, whose presence means
-/// something.
+/// Returns every value of nested objects under its dotted key. Arrays count as values. Empty objects also do, because
+/// their presence has a meaning.
 pub fn flatten(value: &Value) -> BTreeMap<String, Value> {
     fn walk(prefix: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
         match value {
@@ -84,11 +84,12 @@ pub fn flatten(value: &Value) -> BTreeMap<String, Value> {
     into
 }
 
-/// The keys whose values differ, in alphabetical order. What was not read from a file goes through [`as_read`] first.
+/// Returns the keys whose values differ, in alphabetical order. Pass values that were not read from a file through
+/// [`as_read`] first.
 pub fn differences(before: &Value, after: &Value) -> Vec<KeyChange> {
     let (before, after) = (flatten(before), flatten(after));
     let keys: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
-    // Null is how a resolved scene writes a key that is not given.
+    // A resolved scene contains null for a key that is not given.
     let text = |value: Option<&Value>| value.filter(|value| !value.is_null()).map(canonical);
     keys.into_iter()
         .filter(|&key| text(before.get(key)) != text(after.get(key)))
@@ -100,12 +101,13 @@ pub fn differences(before: &Value, after: &Value) -> Vec<KeyChange> {
         .collect()
 }
 
-/// The value as it is once it was written and read: reading a float back may change its last digit.
+/// Returns the value after writing and reading it. Reading a float may change its last digit.
 pub fn as_read(value: &Value) -> Value {
     serde_json::from_str(&canonical(value)).unwrap_or_else(|_| value.clone())
 }
 
-/// The changes that somebody made: without those of keys that follow from others, unless nothing else changed.
+/// Returns the changes that the user made. Changes of keys that follow from other keys are omitted, unless nothing
+/// else changed.
 pub fn made(mut changes: Vec<KeyChange>, following: &[String]) -> Vec<KeyChange> {
     let follows = |change: &KeyChange| matches(&change.key, following);
     if !changes.iter().all(follows) {
@@ -114,7 +116,7 @@ pub fn made(mut changes: Vec<KeyChange>, following: &[String]) -> Vec<KeyChange>
     changes
 }
 
-/// True if one of the patterns names the key: in full, or as a section by `section.*`.
+/// Returns true if one of the patterns matches the key: in full, or as a section `section.*`.
 pub fn matches(key: &str, patterns: &[String]) -> bool {
     patterns
         .iter()

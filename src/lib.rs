@@ -1,13 +1,14 @@
 //! Fretting wear of rough joints over millions of vibration cycles.
 //!
-//! The numerics ([`contact`], [`dynamics`], [`model_update`], [`surface`], [`structure`], [`wear`], [`mod@reference`]) are pure: they
-//! know no file, no scene and no terminal.
-//! [`scene`] is what the user writes, [`tables`] and [`store`] are what a run leaves on disk, and [`stages`] joins them.
+//! The numerics ([`contact`], [`dynamics`], [`model_update`], [`surface`], [`structure`], [`wear`],
+//! [`mod@reference`]) do not depend on files, scenes or the terminal.
+//! [`scene`] is the input of the user, [`tables`] and [`store`] define the files of a run, and [`stages`] connects
+//! them.
 //!
 //! # Notation
 //!
-//! Everything is in SI units. x runs along the first index `i` of a grid and y along the second, `j`; fields are stored row by row,
-//! `c = i·ny + j`.
+//! All quantities are in SI units. x runs along the first index `i` of a grid and y along the second index `j`.
+//! Fields are stored row by row, `c = i·ny + j`.
 //!
 //! | symbol | in the code | unit | meaning and sign | source |
 //! |---|---|---|---|---|
@@ -15,20 +16,20 @@
 //! | δ | `approach` | m | rigid approach of the bodies, positive when pressed together | \[A §2e\] |
 //! | p | `pressure` | Pa | positive in compression; 0 to the cap | \[A eq. 2.3, 4.3\] |
 //! | q | `shear` | Pa | shear traction, positive under a motion of the upper body along the axis; at most µp | \[A §2d\] |
-//! | u | `displacement` | m | of the upper body against the lower one, along x and y | \[A §2e\] |
-//! | v | `slip`, `slip_path` | m | slip of a point, and the length of its way in a cycle | \[A eq. 2.6\] |
+//! | u | `displacement` | m | displacement of the upper body relative to the lower one, along x and y | \[A §2e\] |
+//! | v | `slip`, `slip_path` | m | slip of a point, and the length of its path per cycle | \[A eq. 2.6\] |
 //! | N, T | `normal_load`, `force` | N | resultants of p and q | \[A §2e\] |
-//! | µ | `friction_coefficient` | 1 | Coulomb's | \[A §2c\] |
+//! | µ | `friction_coefficient` | 1 | Coulomb's friction coefficient | \[A §2c\] |
 //! | α | `coefficient` | m³/J | worn volume per dissipated energy | \[A eq. 2.5\] |
 //! | w | `wear`, `wear_depth` | m | cumulative worn depth, ≥ 0: worn height = h − w | \[A eq. 2.8\] |
 //! | n | `cycles` | 1 | vibration cycles | \[A eq. 2.7\] |
-//! | kn, kt | `kn`, `kt` | N/m | dN/dδ and dT/du of the joint or of a contact element, contact set and stick held | \[A §2e\] |
+//! | kn, kt | `kn`, `kt` | N/m | dN/dδ and dT/du of the joint or of a contact element, at fixed contact and stick areas | \[A §2e\] |
 //! | N₀, g₀ | `normal_load`, `gap` | N, m | static load of a contact element, and its gap where it is open | \[A §2e\] |
 //! | Q | `coefficients` | m | Fourier coefficients of displacements | \[A eq. 2.1–2.2\] |
 //! | Rq, Sk, Ku | `rq`, `sk`, `ku` | m, 1, 1 | root mean square, skewness and kurtosis of heights | \[A eq. 4.1–4.2\] |
-//! | E\*, G\*, β | `compliance`, [`contact::Pair`] | Pa, Pa, 1 | moduli of the two half spaces together, and Dundurs' parameter | |
+//! | E\*, G\*, β | `compliance`, [`contact::Pair`] | Pa, Pa, 1 | effective moduli of both half spaces, and Dundurs' parameter | |
 //!
-//! # A contact by itself
+//! # Example: contact without a scene
 //!
 //! ```
 //! use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
@@ -60,10 +61,10 @@
 
 #![forbid(unsafe_code)]
 
-/// The commit that this is built from, with `-dirty` where its sources are changed; `None` where it is not built from a checkout.
+/// Commit of the build, with `-dirty` if the sources were changed; `None` for a build outside of a checkout.
 pub const COMMIT: Option<&str> = option_env!("FRETWEAR_COMMIT");
 
-/// Version, and the commit in brackets where that is known.
+/// Version, with the commit in brackets if it is known.
 pub const VERSION: &str = env!("FRETWEAR_VERSION");
 
 pub mod campaign;

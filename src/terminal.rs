@@ -1,9 +1,10 @@
-//! All text of the program for its user: results go to stdout, everything else to stderr.
+//! All text output of the program: results go to stdout, and everything else goes to stderr.
 //!
-//! Titles, keys, names of files and what files say of themselves come from others. What a terminal would obey is shown in its place.
+//! Titles, keys, file names and texts inside files come from others. Control characters in them are shown as visible
+//! text, so that the terminal does not execute them.
 //!
-//! A run keeps what was said of it in `log.txt`, each line with its time: nothing reads that, and a log that cannot be written changes
-//! nothing.
+//! A run appends the messages about it to `log.txt`, each line with its time. The program never reads the log, and a
+//! log that cannot be written changes nothing.
 
 use std::fmt::Arguments;
 use std::fs::{self, File, OpenOptions};
@@ -18,20 +19,21 @@ use fretwear::store::{Layout, date};
 use fretwear::report::{is_control, visible};
 use serde_json::Value;
 
-/// One line on stderr, and in the log. A command does its work where nobody listens any more, or where the disk of its log is full.
+/// Writes one line to stderr and to the log. Errors are ignored: a command must finish its work even if nobody reads
+/// stderr or the disk of the log is full.
 pub fn say(text: &str) {
     let _ = io::stderr().write_all(format!("{}\n", visible(text)).as_bytes());
     note(text);
 }
 
-/// The log of the run that is computed.
+/// Log of the run that is computed.
 struct Log {
     file: Option<File>,
-    /// What was said before there was a run to keep it.
+    /// Messages from before the run was opened.
     before: String,
 }
 
-/// More than this is not kept until a run is there.
+/// Limit on the length of the messages that wait for a run \[B\].
 const MOST_BEFORE: usize = 1 << 16;
 
 static LOG: Mutex<Log> = Mutex::new(Log {
@@ -39,7 +41,7 @@ static LOG: Mutex<Log> = Mutex::new(Log {
     before: String::new(),
 });
 
-/// A line in the log alone.
+/// Writes a line to the log only.
 pub fn note(text: &str) {
     let mut log = LOG.lock().unwrap_or_else(PoisonError::into_inner);
     let now = date::now();
@@ -54,20 +56,20 @@ pub fn note(text: &str) {
     }
 }
 
-/// What is said from now on stands in the log of the run in this folder too, below what earlier starts have left there.
+/// Opens the log in the folder of the run and appends all messages from now on. Earlier content of the log remains.
 pub fn log_into(run: &Path) {
     let mut log = LOG.lock().unwrap_or_else(PoisonError::into_inner);
-    log.file = opened(&Layout::at(run).log()).ok();
+    log.file = open_log(&Layout::at(run).log()).ok();
     let before = std::mem::take(&mut log.before);
     if let Some(file) = &mut log.file {
         let _ = file.write_all(before.as_bytes());
     }
 }
 
-/// The file at its end. Where a run comes from a stranger it may be anything: what is no file of its own is left alone.
-fn opened(path: &Path) -> io::Result<File> {
+/// Opens a log for appending. Rejects anything but a regular file, since the run may come from a stranger.
+fn open_log(path: &Path) -> io::Result<File> {
     match fs::symlink_metadata(path) {
-        Ok(found) if !found.is_file() => return Err(ErrorKind::InvalidInput.into()),
+        Ok(metadata) if !metadata.is_file() => return Err(ErrorKind::InvalidInput.into()),
         _ => (),
     }
     let mut options = OpenOptions::new();
@@ -80,21 +82,22 @@ fn opened(path: &Path) -> io::Result<File> {
     options.open(path)
 }
 
-/// True if a person sees what is said.
+/// Returns true if stderr is a terminal.
 pub fn is_watched() -> bool {
     io::stderr().is_terminal()
 }
 
-/// Characters that a line of the results may have: as many as `COLUMNS` says, else as the terminal shows; none where there is neither.
+/// Returns the number of characters per line of the results: from `COLUMNS`, otherwise from the terminal; `None` if
+/// neither is known.
 pub fn width() -> Option<usize> {
-    let given = std::env::var("COLUMNS").ok();
-    let given = given.and_then(|text| text.trim().parse().ok());
-    given.or_else(terminal_width).filter(|width| *width > 0)
+    let columns = std::env::var("COLUMNS").ok();
+    let columns = columns.and_then(|text| text.trim().parse().ok());
+    columns.or_else(terminal_width).filter(|width| *width > 0)
 }
 
 #[cfg(unix)]
 fn terminal_width() -> Option<usize> {
-    // Fails where results go into a file or a pipe.
+    // Fails if stdout is a file or a pipe.
     let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
     Some(size.ws_col.into())
 }
@@ -104,7 +107,7 @@ fn terminal_width() -> Option<usize> {
     None
 }
 
-/// Text in lines of at most `width` characters, broken between words. A longer word has a line of its own.
+/// Wraps a text into lines of at most `width` characters between words. A longer word gets its own line.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -119,32 +122,33 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// True if a person can be asked.
+/// Returns true if the program can ask the user a question.
 pub fn is_asking() -> bool {
     is_watched() && io::stdin().is_terminal()
 }
 
-/// What a command prints as its result. Writing does not fail, so that the exit code says what became of the work before it says
-/// that nobody could be told: [`Results::end`] knows.
+/// Results that a command prints. Writing never fails immediately, so that the exit code first reports the result of
+/// the work. [`Results::end`] returns the first error.
 #[derive(Default)]
 pub struct Results {
     failed: Option<io::Error>,
 }
 
 impl Results {
-    /// What `write!` and `writeln!` call.
+    /// Writes formatted text. The macros `write!` and `writeln!` call this method.
     pub fn write_fmt(&mut self, text: Arguments) {
         let text = text.to_string();
         note(&text);
         self.put(&visible(&text));
     }
 
-    /// A name and a text beside it, in lines as wide as the terminal.
+    /// Prints a name and a text next to it, wrapped at the width of the terminal.
     pub fn item(&mut self, name: &str, text: &str) {
         self.beside(&format!("  {name:<24} "), text);
     }
 
-    /// A text after what it begins with, its further lines below its first, in lines as wide as the terminal.
+    /// Prints a text after a `beginning`, wrapped at the width of the terminal. Further lines are aligned with the
+    /// text in the first line.
     pub fn beside(&mut self, beginning: &str, text: &str) {
         const LEAST: usize = 24;
         let indent = beginning.chars().count();
@@ -155,12 +159,12 @@ impl Results {
         }
     }
 
-    /// One line of JSON.
+    /// Prints one line of JSON.
     pub fn json(&mut self, value: &Value) {
         let mut line = String::new();
         for c in value.to_string().chars() {
             match c {
-                // All that JSON lets stand of them is in texts, and below 0x10000.
+                // JSON allows control characters only in strings, and all of them are below 0x10000.
                 c if is_control(c) => line += &format!("\\u{:04x}", c as u32),
                 c => line.push(c),
             }
@@ -174,7 +178,7 @@ impl Results {
         }
     }
 
-    /// Why something could not be printed. A reader that has seen enough (`| head`) is no reason.
+    /// Returns the first error of printing. A closed pipe (`| head`) is not an error.
     pub fn end(self) -> io::Result<()> {
         let flushed = match self.failed {
             None => io::stdout().flush(),
@@ -182,12 +186,12 @@ impl Results {
         };
         match flushed {
             Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
-            other => other,
+            result => result,
         }
     }
 }
 
-/// A program that is started without the terminal: it reads nothing, and what it says is heard by nobody.
+/// Disconnects a program from the terminal: it reads nothing, and its output is discarded.
 #[cfg(feature = "polars")]
 pub fn silenced(program: &mut Command) -> &mut Command {
     program

@@ -1,4 +1,4 @@
-//! What a person sees of a run: a bar of cycles in a terminal, one line an iteration elsewhere. All on stderr.
+//! Progress of a run on stderr: a bar in a terminal, otherwise one line per iteration.
 
 mod rows;
 mod stopping;
@@ -22,27 +22,27 @@ use crate::terminal::{is_watched, log_into, note, say};
 pub use rows::Rows;
 pub use stopping::{ForwardedSignals, Stopping, stop_with_parent};
 
-/// Redraws of the bar between iterations, so that a long stage is seen to be alive.
+/// Interval between redraws of the bar within an iteration, which show that a long stage is running.
 const TICK: Duration = Duration::from_millis(200);
 
-/// Watches a run for a person.
+/// Observer that reports a run to the user.
 pub struct Watcher {
     root: PathBuf,
     quiet: bool,
     bar: Option<ProgressBar>,
     wear: Option<Wear>,
     pace: RefCell<Pace>,
-    /// The stage that is computed, and since when.
+    /// The running stage and its start.
     stage: Cell<Option<(Stage, Instant)>>,
     gauge: Gauge,
     at: Arc<Mutex<StageInProgress>>,
     end: Arc<Mutex<Option<End>>>,
-    /// Degrees of freedom of the structure's mesh.
+    /// Degrees of freedom of the finite element mesh of the structure.
     unknowns: Option<usize>,
     stopping: Option<Stopping>,
-    /// The index of the row that the run is, and the rows.
+    /// Index of the run in a campaign, and the rows of the campaign.
     row: Option<(usize, Rows)>,
-    /// What is said of the scene once a run begins.
+    /// Checks of the scene, printed when a run begins.
     checks: Vec<Check>,
     notices: RefCell<Vec<String>>,
 }
@@ -55,20 +55,20 @@ impl Watcher {
         );
         let end = Arc::new(Mutex::new(None));
         if !quiet && !is_watched() {
-            beat(gauge.clone(), &at);
+            report_regularly(gauge.clone(), &at);
         }
         let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(1000);
-            // Three short lines, which are whole on 80 columns.
+            // Three short lines, which fit into 80 columns.
             let template =
                 "{spinner} {wide_msg}\n  [{bar:24}] {elapsed_precise}{left}\n  {prefix}{within}";
-            let within = within(gauge.clone(), at.clone());
-            let left = left(end.clone());
+            let within = stage_progress(gauge.clone(), at.clone());
+            let remaining = remaining_time(end.clone());
             bar.set_style(
                 ProgressStyle::with_template(template)
                     .expect("the template is a constant")
                     .with_key("within", within)
-                    .with_key("left", left)
+                    .with_key("left", remaining)
                     .progress_chars("=> "),
             );
             bar.enable_steady_tick(TICK);
@@ -92,12 +92,12 @@ impl Watcher {
         }
     }
 
-    /// What has been said of the results so far.
+    /// Returns the notices about the results so far.
     pub fn notices(&self) -> Vec<String> {
         self.notices.borrow().clone()
     }
 
-    /// A run that begins says what an engineer would look at.
+    /// Sets the checks that are printed when a run begins.
     pub fn telling(self, checks: &[Check]) -> Self {
         Watcher {
             checks: checks.to_vec(),
@@ -105,7 +105,7 @@ impl Watcher {
         }
     }
 
-    /// The run may be ended by `stopping`, which then says how to go on.
+    /// Lets `stopping` end the run. It then prints how to continue.
     pub fn stopped_by(self, stopping: &Stopping, continuation: &str) -> Self {
         stopping.opens(continuation, self.bar.clone());
         Watcher {
@@ -114,7 +114,7 @@ impl Watcher {
         }
     }
 
-    /// The run is a row of a campaign, which shows the notices of its start.
+    /// Marks the run as a row of a campaign. The campaign prints the notices at its start.
     pub fn of_row(self, index: usize, rows: &Rows) -> Self {
         Watcher {
             row: Some((index, rows.clone())),
@@ -136,75 +136,76 @@ impl Watcher {
         }
     }
 
-    /// Takes the pace of earlier starts from the history of the run.
-    fn take_up(&self) {
+    /// Loads the pace of earlier starts from the history of the run.
+    fn load_pace(&self) {
         let reader = RunReader::open(Arc::new(RealFileSystem), &self.root);
         let history = reader.and_then(|reader| reader.history()).ok();
         let pace = history.and_then(|history| Pace::of(&history, self.wear.as_ref()).ok());
-        // No result depends on it: a damage is reported where it matters.
+        // No result depends on the pace. Damage is reported where it matters.
         if let Some(pace) = pace {
             self.pace.replace(pace);
         }
     }
 
-    /// Ends the stage that is computed.
-    fn leave(&self) {
+    /// Ends the running stage and records its time.
+    fn end_stage(&self) {
         if let Some((stage, since)) = self.stage.take() {
             let seconds = since.elapsed().as_secs_f64();
             self.pace.borrow_mut().spend(stage.name(), seconds);
         }
     }
 
-    /// Where the run is, and how long it will take: in one line, or beside the bar.
+    /// Returns the position of the run, and its rate and remaining time. Both are printed in one line, or the first
+    /// next to the bar.
     fn line(&self, progress: &Progress) -> (String, String) {
         let mut line = format!("iteration {}", progress.wear_iteration);
         let Some(wear) = &self.wear else {
             return (line, String::new());
         };
-        let of = wear
+        let goal = wear
             .cycles
             .map_or(String::new(), |all| format!(" of {}", grouped(all)));
         line += &format!(
-            ", {}{of} cycles, worn {}",
+            ", {}{goal} cycles, worn {}",
             grouped(progress.cycles),
             figure_with_bar(progress.volume, progress.error, 0.0, |volume| {
                 format!("{} mm³", VOLUME[0].rounded(volume, 4))
             })
         );
         let pace = self.pace.borrow();
-        let mut left_of = String::new();
-        if let Some(rate) = pace.cycles_per_second() {
-            left_of = format!(", {} cycles/s", grouped(rate as u64));
+        let mut rate = String::new();
+        if let Some(cycles_per_second) = pace.cycles_per_second() {
+            rate = format!(", {} cycles/s", grouped(cycles_per_second as u64));
         }
         let seconds = pace.seconds_left().filter(|_| pace.part() < 1.0);
         *locked(&self.end) = seconds.map(|seconds| (Instant::now(), seconds));
         if let Some(seconds) = seconds {
-            left_of += &format!(", about {} left", duration(seconds));
+            rate += &format!(", about {} left", duration(seconds));
         }
-        (line, left_of)
+        (line, rate)
     }
 }
 
-/// Degrees of freedom of the structure's mesh, if it has one.
+/// Returns the degrees of freedom of the finite element mesh of the structure, if it has one.
 fn unknowns_of(recipe: &Recipe) -> Option<usize> {
     let resonator = recipe.structure.as_ref()?.source.resonator()?;
     Some(3 * resonator.mesh().ok()?.mesh.nodes.len())
 }
 
-/// A stage that takes no time is not told of.
+/// Stages shorter than this are not reported.
 const SHORT: Duration = Duration::from_secs(1);
 
-/// The stage that is computed.
+/// The running stage.
 #[derive(Default)]
 struct StageInProgress {
     words: String,
     since: Option<Instant>,
-    /// After how long more is said of it, where nobody sees a bar.
+    /// Elapsed time at which the next line is printed if there is no bar.
     next: Duration,
 }
 
 impl StageInProgress {
-    fn begun(words: String) -> Self {
+    fn start(words: String) -> Self {
         StageInProgress {
             words,
             since: Some(Instant::now()),
@@ -221,30 +222,30 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How far a stage is: what its solvers have done, and its seconds.
-fn how_far(gauge: &Gauge, elapsed: Duration) -> String {
+/// Describes the progress of a stage: the work of its solvers, and its time.
+fn progress_text(gauge: &Gauge, elapsed: Duration) -> String {
     let words = gauge.words();
     let comma = if words.is_empty() { "" } else { ", " };
     format!(": {words}{comma}{}", duration(elapsed.as_secs_f64()))
 }
 
-fn within(
+fn stage_progress(
     gauge: Gauge,
     at: Arc<Mutex<StageInProgress>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
         let elapsed = locked(&at).elapsed();
         if elapsed >= SHORT {
-            let _ = write!(to, "{}", how_far(&gauge, elapsed));
+            let _ = write!(to, "{}", progress_text(&gauge, elapsed));
         }
     }
 }
 
-/// A stage that takes so long says how far it is where there is no bar, and again after twice the time.
+/// Without a bar, a stage reports its progress after this time, and again whenever the time has doubled.
 const FIRST_BEAT: Duration = Duration::from_secs(4);
 
-/// Says so as long as somebody has `at`.
-fn beat(gauge: Gauge, at: &Arc<Mutex<StageInProgress>>) {
+/// Reports the progress of a stage as long as `at` is in use.
+fn report_regularly(gauge: Gauge, at: &Arc<Mutex<StageInProgress>>) {
     let at = Arc::downgrade(at);
     thread::spawn(move || {
         while let Some(at) = at.upgrade() {
@@ -252,7 +253,7 @@ fn beat(gauge: Gauge, at: &Arc<Mutex<StageInProgress>>) {
             let elapsed = now.elapsed();
             if elapsed >= FIRST_BEAT && elapsed >= now.next {
                 now.next = 2 * elapsed;
-                say(&format!("{}{}", now.words, how_far(&gauge, elapsed)));
+                say(&format!("{}{}", now.words, progress_text(&gauge, elapsed)));
             }
             drop(now);
             drop(at);
@@ -261,11 +262,11 @@ fn beat(gauge: Gauge, at: &Arc<Mutex<StageInProgress>>) {
     });
 }
 
-/// An estimate of the remaining time, and when it was made.
+/// Estimate of the remaining time \[s\], and the time of the estimate.
 type End = (Instant, f64);
 
-/// The remaining time, counted down between iterations. Nothing is shown once it is over.
-fn left(
+/// Shows the remaining time, counted down between iterations. It shows nothing after the time has passed.
+fn remaining_time(
     end: Arc<Mutex<Option<End>>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {
     move |_, to| {
@@ -299,7 +300,7 @@ impl Observer for Watcher {
             )),
         }
         if !opening.created && opening.latest.is_some() {
-            self.take_up();
+            self.load_pace();
         }
         if opening.created {
             for line in lines_of(&self.checks) {
@@ -308,7 +309,7 @@ impl Observer for Watcher {
         }
         if !opening.drafts_kept.is_empty() {
             self.say(&format!(
-                "uses again what was computed of the next iteration: {}",
+                "reuses completed stages of the next iteration: {}",
                 opening.drafts_kept.join(", ")
             ));
         }
@@ -320,7 +321,7 @@ impl Observer for Watcher {
     }
 
     fn stage(&self, stage: Stage, wear_iteration: u64) {
-        self.leave();
+        self.end_stage();
         self.stage.set(Some((stage, Instant::now())));
         let at = format!("{stage} of iteration {wear_iteration}");
         if let Some(stopping) = &self.stopping {
@@ -331,7 +332,7 @@ impl Observer for Watcher {
         let at = unknowns.map_or(at.clone(), |all| {
             format!("{at}, {} unknowns", grouped(all as u64))
         });
-        *locked(&self.at) = StageInProgress::begun(at.clone());
+        *locked(&self.at) = StageInProgress::start(at.clone());
         if let Some(bar) = &self.bar {
             bar.set_prefix(at);
         }
@@ -342,7 +343,7 @@ impl Observer for Watcher {
     }
 
     fn committed(&self, progress: &Progress) {
-        self.leave();
+        self.end_stage();
         let mut pace = self.pace.borrow_mut();
         pace.commit(progress.cycles, progress.volume);
         let part = pace.part();
@@ -358,11 +359,11 @@ impl Observer for Watcher {
     }
 }
 
-/// The figures that an engineer would look at, a line each, and then what is to be remarked of them.
+/// Returns one line for each check, and then the remarks.
 pub fn lines_of(checks: &[Check]) -> Vec<String> {
     let mut lines = Vec::new();
     if !checks.is_empty() {
-        lines.push("to look at, by rules of thumb".to_owned());
+        lines.push("plausibility checks, by rules of thumb".to_owned());
     }
     lines.extend(checks.iter().map(|check| {
         let mark = if check.warning.is_some() {
@@ -377,7 +378,7 @@ pub fn lines_of(checks: &[Check]) -> Vec<String> {
     lines
 }
 
-/// 10000000 as 10 000 000.
+/// Formats 10000000 as `10 000 000`.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -390,6 +391,7 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
+/// Formats a duration \[s\] with a suitable unit.
 pub fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => "< 1 s".to_owned(),

@@ -1,4 +1,4 @@
-//! What a person sees of many runs: a bar in a terminal, a line a run elsewhere.
+//! Progress of a campaign: a bar in a terminal, otherwise one line per run.
 
 use std::time::Duration;
 
@@ -6,10 +6,10 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::terminal::{is_watched, note, say};
 
-/// Redraws of the bar, so that its clock goes on.
+/// Interval between redraws of the bar, which keep its clock running.
 const TICK: Duration = Duration::from_millis(200);
 
-/// The rows of a campaign that are run by this command.
+/// Rows of a campaign that this command runs.
 #[derive(Clone)]
 pub struct Rows {
     bar: Option<ProgressBar>,
@@ -17,7 +17,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// So many rows, of which some are done already.
+    /// Creates the progress of `all` rows, of which `done` are already done.
     pub fn new(all: usize, done: usize, quiet: bool) -> Rows {
         let bar = (!quiet && is_watched()).then(|| {
             let bar = ProgressBar::new(all as u64).with_position(done as u64);
@@ -32,7 +32,7 @@ impl Rows {
         Rows { bar, quiet }
     }
 
-    /// A row has come to an end.
+    /// Reports the end of a row.
     pub fn ended(&self, text: &str) {
         match &self.bar {
             Some(bar) => {
@@ -45,7 +45,7 @@ impl Rows {
         }
     }
 
-    /// A row has a notice.
+    /// Reports a notice about a row.
     pub fn notice(&self, text: &str) {
         match self.quiet {
             true => note(text),
@@ -53,7 +53,7 @@ impl Rows {
         }
     }
 
-    /// Something else is to be said.
+    /// Reports a message that is not about a row.
     pub fn say(&self, text: &str) {
         match &self.bar {
             Some(bar) => bar.suspend(|| say(text)),
@@ -61,7 +61,7 @@ impl Rows {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

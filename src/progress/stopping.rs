@@ -1,7 +1,7 @@
-//! Ctrl-C, SIGTERM and `--max-wall`.
+//! Handling of Ctrl-C, SIGTERM and `--max-wall`.
 //!
-//! The iteration that is being computed is ended if that takes no longer than a person waits. Else the process ends within its stage,
-//! as it may at any instant: nothing exists until it is committed.
+//! The running iteration may finish if that takes at most a short time. Otherwise the process ends within a stage.
+//! This is safe at any time, since only commits count.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,27 +16,27 @@ use signal_hook::flag;
 use super::duration;
 use crate::terminal::say;
 
-/// How often a signal is looked for.
+/// Interval between checks for a signal.
 const TICK: Duration = Duration::from_millis(50);
-/// What an iteration that is being computed has left once a stop is asked for.
+/// Time in which the running iteration may finish after a stop request.
 const GRACE: Duration = Duration::from_millis(1500);
 
-/// What a process is at, for who ends it.
+/// Current work of the process, for the thread that ends it.
 #[derive(Default)]
 pub struct ProcessPhase {
-    /// Stage and iteration in words, and since when; none between runs.
-    /// With whether it goes on from where it is interrupted.
+    /// Name of the stage and iteration, whether the stage continues after an interruption, and its start; `None`
+    /// between runs.
     stage: Option<(String, bool, Instant)>,
-    /// Stages that this start has begun, over all runs.
+    /// Number of stages that this start has begun, over all runs.
     begun: u64,
-    /// How to go on.
+    /// Command that continues the run.
     continuation: String,
     bar: Option<ProgressBar>,
-    /// The last stage is over: what is left to do is to say how it ended.
+    /// True after the last stage. Only the final report remains.
     over: bool,
 }
 
-/// Signals to a command that computes nothing itself, and hands them on to those that do.
+/// Signals to a command that computes nothing itself and forwards them to the processes that compute.
 pub struct ForwardedSignals(Arc<AtomicBool>);
 
 impl ForwardedSignals {
@@ -49,54 +49,55 @@ impl ForwardedSignals {
         Ok(ForwardedSignals(signalled))
     }
 
-    /// Listens to the first signal; a second ends the process with `exit`.
+    /// Listens to the first signal. A second signal ends the process with `exit`.
     ///
     /// # Errors
-    /// Those of the operating system.
+    /// Errors of the operating system.
     pub fn listen_once(exit: i32) -> io::Result<ForwardedSignals> {
         let signalled = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
-            // In this order: the first signal finds the flag down.
+            // The order matters: the first signal must find the flag unset.
             flag::register_conditional_shutdown(signal, exit, signalled.clone())?;
             flag::register(signal, signalled.clone())?;
         }
         Ok(ForwardedSignals(signalled))
     }
 
-    /// True once a signal has come.
+    /// Returns true after a signal.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// True if a signal has come since this was asked last.
+    /// Returns true if a signal has arrived since the last call.
     pub fn taken(&self) -> bool {
         self.0.swap(false, Ordering::Relaxed)
     }
 }
 
-/// Asks this process to stop when the process that started it ends.
+/// Asks this process to stop when its parent process ends.
 pub fn stop_with_parent() {
     #[cfg(target_os = "linux")]
     {
         let signal = rustix::process::Signal::TERM;
-        // Without it, the process computes to its end and nobody waits for it.
+        // Without this request, the process would compute to its end after its parent has ended.
         let _ = rustix::process::set_parent_process_death_signal(Some(signal));
     }
 }
 
-/// Ends a command that is asked to stop. Dropped, it ends nothing any more.
+/// Ends a command on a stop request. After the last clone is dropped, it no longer ends the process.
 #[derive(Clone)]
 pub struct Stopping {
     asked: Arc<AtomicBool>,
     begin: Instant,
     limit: Option<Duration>,
     at: Arc<Mutex<ProcessPhase>>,
-    /// The thread looks on as long as somebody has it.
+    /// The thread runs as long as a clone of this value exists.
     alive: Arc<()>,
 }
 
 impl Stopping {
-    /// Listens to signals, and to a limit of time \[s\]; where an iteration takes too long, the process ends with `exit`.
+    /// Listens to signals and to a limit of time \[s\]. If the running iteration takes too long, the process ends
+    /// with `exit`.
     pub fn listen(limit: Option<f64>, exit: i32) -> io::Result<Stopping> {
         let signalled = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
@@ -121,18 +122,18 @@ impl Stopping {
         Ok(stopping)
     }
 
-    /// True once a signal has come.
+    /// Returns true after a signal.
     pub fn is_asked(&self) -> bool {
         self.asked.load(Ordering::Relaxed)
     }
 
-    /// True once the limit of time is over.
+    /// Returns true after the limit of time.
     pub fn is_late(&self) -> bool {
         self.limit
             .is_some_and(|limit| self.begin.elapsed() >= limit)
     }
 
-    /// A run begins: its bar, and how it is continued.
+    /// Registers a new run, with its bar and the command that continues it.
     pub fn opens(&self, continuation: &str, bar: Option<ProgressBar>) {
         let mut at = self.at();
         at.stage = None;
@@ -140,14 +141,14 @@ impl Stopping {
         at.bar = bar;
     }
 
-    /// A stage begins, which may go on from where it is interrupted.
+    /// Registers the start of a stage. `goes_on` is true if the stage continues after an interruption.
     pub fn enters(&self, stage: String, goes_on: bool) {
         let mut at = self.at();
         at.begun += 1;
         at.stage = Some((stage, goes_on, Instant::now()));
     }
 
-    /// The last stage is over: from here on, nothing is said or ended from aside.
+    /// Registers the end of the last stage. From then on, the thread neither prints messages nor ends the process.
     pub fn closes(&self) {
         self.at().over = true;
     }
@@ -157,20 +158,20 @@ impl Stopping {
     }
 }
 
-/// What the thread looks at.
+/// Data of the thread that handles stop requests.
 struct Watch {
     signalled: Arc<AtomicBool>,
     asked: Arc<AtomicBool>,
     at: Arc<Mutex<ProcessPhase>>,
-    /// When the limit of time is over.
+    /// Time of the limit.
     end: Option<Instant>,
     exit: i32,
 }
 
 impl Watch {
     fn run(&self, is_wanted: impl Fn() -> bool) {
-        let mut hard: Option<Instant> = None;
-        let mut told = false;
+        let mut deadline: Option<Instant> = None;
+        let mut has_warned = false;
         while is_wanted() {
             thread::sleep(TICK);
             let now = Instant::now();
@@ -179,24 +180,26 @@ impl Watch {
                 self.end_now(false);
             }
             if signal {
-                hard = Some(now + GRACE);
-                self.tell("stopping: the iteration is ended if it takes less than 2 s; Ctrl-C again ends at once");
+                deadline = Some(now + GRACE);
+                self.report("stopping: waiting up to 2 s for the end of the iteration; press Ctrl-C again to stop at once");
             }
             let late = self.end.is_some_and(|end| now >= end);
-            if late && hard.is_none() {
-                hard = Some(now + GRACE);
+            if late && deadline.is_none() {
+                deadline = Some(now + GRACE);
             }
-            if late && !told && !signal {
-                told = true;
-                self.tell("--max-wall is over: the iteration is ended if it takes less than 2 s");
+            if late && !has_warned && !signal {
+                has_warned = true;
+                self.report(
+                    "--max-wall is reached: waiting up to 2 s for the end of the iteration",
+                );
             }
-            if hard.is_some_and(|hard| now >= hard) && is_wanted() {
+            if deadline.is_some_and(|deadline| now >= deadline) && is_wanted() {
                 self.end_now(late);
             }
         }
     }
 
-    fn tell(&self, text: &str) {
+    fn report(&self, text: &str) {
         let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
         if at.over {
             return;
@@ -209,7 +212,7 @@ impl Watch {
 
     /// Ends the process, unless its last stage is over.
     fn end_now(&self, late: bool) {
-        // Whoever holds it is about to say where the run is, and not to compute.
+        // A thread with this lock is about to report the state of the run and does not compute.
         let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
         if at.over {
             return;
@@ -218,23 +221,23 @@ impl Watch {
             bar.finish_and_clear();
         }
         if let Some((stage, goes_on, since)) = &at.stage {
-            let again = match goes_on {
+            let consequence = match goes_on {
                 true => "it continues after the solved points",
                 false => "it is computed again",
             };
             say(&format!(
-                "stopped within {stage}, {} after it began: {again}; what comes before it is kept",
+                "stopped within {stage}, {} after it began: {consequence}; earlier results are kept",
                 duration(since.elapsed().as_secs_f64())
             ));
-            // One start after another would get nowhere.
+            // Otherwise each start would end in this stage.
             if late && at.begun == 1 && !goes_on {
                 say(
-                    "it is the first stage of this start: give --max-wall more time, or no start gets past it",
+                    "this is the first stage of this start: increase --max-wall, or no start can finish the stage",
                 );
             }
         }
         match at.continuation.as_str() {
-            "" => say("stopped before a run began; the same command begins it"),
+            "" => say("stopped before a run began; repeat the command to begin it"),
             continuation => say(&format!("stopped; continue with: {continuation}")),
         }
         std::process::exit(self.exit)

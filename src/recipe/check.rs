@@ -1,16 +1,16 @@
-//! A figure that an engineer would look at, before a run or after it.
+//! A plausibility check, before or after a run.
 
 use serde::Serialize;
 
-/// A figure of a scene or of a run.
+/// A quantity of a scene or of a run that an engineer would check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Check {
-    /// What it is.
+    /// Name of the quantity.
     pub what: &'static str,
-    /// The figure in words, with its unit.
+    /// Value with its unit, as text.
     pub value: String,
-    /// The key to look at, and why, if the figure is out of bounds.
+    /// The key to check, with the reason, if the value is out of bounds.
     pub warning: Option<String>,
-    /// What the figure means, if it is in bounds and rare.
+    /// Meaning of the value, if it is within bounds but unusual.
     pub remark: Option<String>,
 }

@@ -20,90 +20,95 @@ use crate::wear::{FrettingJoint, Motion};
 pub struct Contact {
     /// The two bodies.
     pub bodies: Pair,
-    /// What presses and holds them.
+    /// Loads and supports of the bodies.
     #[serde(flatten)]
     pub conditions: Conditions,
-    /// What gives way of a bolt by its dimensions; none of another.
+    /// Compliance of a bolt from its dimensions; `None` for other joints.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bolt_compliance: Option<BoltCompliance>,
-    /// Points of the plane that fields are transformed on.
+    /// Size of the grid on which fields are transformed.
     pub plane: [usize; 2],
-    /// Coulomb's coefficient of friction; none where nothing moves.
+    /// Coulomb's coefficient of friction; `None` if nothing moves.
     pub friction_coefficient: Option<f64>,
     /// Tangential tractions.
     pub shear: Shear,
-    /// What happens to y where nothing drives it: true finds its displacement from no force.
+    /// True if nothing drives y, so that the displacement along y follows from zero force.
     pub transverse_free: bool,
     /// Coupling of pressure and shear.
     pub coupling: Coupling,
-    /// The structure's mesh under the joint, where what it has of the bodies' compliance is left out in shear.
+    /// Mesh of the structure under the joint. The compliance of this mesh is removed from the contact in shear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub structure_mesh: Option<StructureMesh>,
-    /// How the structure presses the joint. `None` where the bodies press each other as rigid punches on half spaces.
+    /// Pressing of the joint by the structure; `None` if the bodies press each other as rigid punches on half spaces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressing: Option<StructurePressing>,
-    /// Whether kn and kt are computed at every iteration.
+    /// True if kn and kt are computed in every iteration.
     pub stiffness: bool,
-    /// At which its solves and cycles end.
+    /// Tolerances of solves and cycles.
     #[serde(flatten)]
     pub tolerances: Tolerances,
-    /// The reasons.
+    /// Reasons for the choices.
     pub why: Reasons,
 }
 
-/// What gives way where a bolt clamps a joint, by VDI 2230 \[m/N\].
+/// Compliances of a bolted joint according to VDI 2230 \[m/N\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BoltCompliance {
     /// The bolt, δ_S.
     pub bolt: f64,
     /// The clamped parts, δ_P.
     pub plates: f64,
-    /// What of them the half spaces under the smooth patch have already; none where the structure presses the joint, which has all of it.
+    /// Part of the compliance of the clamped parts that the half spaces under the smooth patch already contain.
+    /// `None` if the structure presses the joint and contains both compliances.
     pub patch: Option<f64>,
 }
 
 impl BoltCompliance {
-    /// Stiffness between both faces of the joint, outside of the contact \[N/m\].
+    /// Returns the stiffness between both faces of the joint, without the contact \[N/m\].
     pub fn stiffness(self) -> f64 {
         let parts = self.patch.map_or(0.0, |patch| self.plates - patch);
         1.0 / (self.bolt + parts)
     }
 
-    /// In words, with the most that a joint loses while it wears.
+    /// Describes the compliances, and the maximum loss of load by wear.
     fn describe(self) -> String {
-        let told = |compliance: f64| 1e9 * compliance;
-        let (bolt, plates) = (told(self.bolt), told(self.plates));
-        let all = 1.0 / (self.bolt + self.plates);
+        let um_per_kn = |compliance: f64| 1e9 * compliance;
+        let (bolt, plates) = (um_per_kn(self.bolt), um_per_kn(self.plates));
+        let total_stiffness = 1.0 / (self.bolt + self.plates);
         let patch = match self.patch {
             Some(patch) if patch > self.plates => format!(
-                "; the half spaces under the joint give way by {:.4}, more than these parts, and the bolt counts as stiffer than it is",
-                told(patch)
+                "; the half spaces under the joint give way by {:.4}, more than these parts, so that the bolt counts as too stiff",
+                um_per_kn(patch)
             ),
-            Some(patch) => format!(", of which half spaces have {:.4} already", told(patch)),
-            None => ", which the structure has already".to_owned(),
+            Some(patch) => format!(
+                ", of which the half spaces already contain {:.4}",
+                um_per_kn(patch)
+            ),
+            None => ", which the structure already contains".to_owned(),
         };
         format!(
             "delta_S {bolt:.4}, delta_P {plates:.4} um/kN{patch}; k_b {:.4} N/um; at most {:.3} N lost per um of even wear",
             1e-6 * self.stiffness(),
-            1e-6 * all
+            1e-6 * total_stiffness
         )
     }
 }
 
-/// What presses the bodies together, and what holds them.
+/// Loads and supports of the bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
-    /// What lies beyond the edges.
+    /// Condition beyond the edges.
     pub boundary: Boundary,
-    /// Largest pressure a cell can carry \[Pa\], [A eq. 4.3]; none: elastic.
+    /// Largest pressure that a cell can carry \[Pa\], [A eq. 4.3]; `None` for an elastic contact.
     pub pressure_cap: Option<f64>,
-    /// Static load \[N\], of a history with loads of its own their mean; 0 where the approach is given.
+    /// Static load \[N\], or the mean load of a history with its own loads; 0 for a prescribed approach.
     pub normal_load: f64,
-    /// Approach of the bodies from height 0, in place of the load \[m\].
+    /// Prescribed approach of the bodies from height 0, in place of the load \[m\].
     pub approach: Option<f64>,
-    /// Stiffness of the bolt and of what it clamps \[N/m\]: the load falls as wear brings the bodies closer; none: it does not.
+    /// Stiffness of the bolt and of the clamped parts \[N/m\]. The load falls as wear brings the bodies closer.
+    /// `None` for a constant load.
     pub bolt_stiffness: Option<f64>,
-    /// What holds the bodies parallel.
+    /// Condition for the rotations of the bodies.
     pub rotation: Rotation,
 }
 
@@ -116,35 +121,36 @@ pub struct Tolerances {
     /// Relative duality gap of a tangential contact solve.
     #[serde(rename = "tangential_tolerance")]
     pub tangential: f64,
-    /// Closure of a sequence of tangential steps, a steady cycle or the way up to a load, in parts of the largest µp.
+    /// Closure of a sequence of tangential steps, relative to the largest µp. The sequence is a steady cycle or the
+    /// steps up to a load.
     #[serde(rename = "cycle_tolerance")]
     pub cycle: f64,
 }
 
-/// Peak pressure over Young's modulus from which on metals yield: their hardness is some E/100 to E/25.
+/// Ratio of peak pressure to Young's modulus above which metals yield: their hardness is about E/100 to E/25.
 pub const YIELDS: f64 = 1.0 / 25.0;
-/// Peak pressure over Young's modulus from which on a unit is wrong rather than a peak sharp.
+/// Ratio of peak pressure to Young's modulus above which a wrong unit is more likely than a sharp peak.
 const WRONG: f64 = 0.2;
 
 impl Contact {
-    /// Young's modulus of the softer body \[Pa\].
+    /// Returns Young's modulus of the softer body \[Pa\].
     pub fn least_modulus(&self) -> f64 {
         let (lower, upper) = (self.bodies.lower, self.bodies.upper);
         lower.youngs_modulus.min(upper.youngs_modulus)
     }
 
-    /// True if wear takes load away: a bolt gives way, or the approach is held.
+    /// Returns true if wear reduces the load: a bolt relaxes, or the approach is prescribed.
     pub fn load_falls(&self) -> bool {
         self.bolt_loses_load() || self.conditions.approach.is_some()
     }
 
-    /// True if wear takes load from a bolt, in the mesh or outside of it.
+    /// Returns true if wear reduces the load of a bolt, inside or outside the mesh.
     pub fn bolt_loses_load(&self) -> bool {
-        let preload = self.pressing.as_ref().map(|of| &of.preload);
+        let preload = self.pressing.as_ref().map(|pressing| &pressing.preload);
         self.conditions.bolt_stiffness.is_some() || preload.is_some_and(Preload::is_found)
     }
 
-    /// What is to be said of the peak pressure \[Pa\] of a contact without a cap, if a real one would yield.
+    /// Returns a note if a real contact would yield under this peak pressure \[Pa\] and no cap limits it.
     pub fn peak_pressure_note(&self, peak: f64) -> Option<String> {
         let modulus = self.least_modulus();
         if self.conditions.pressure_cap.is_some() || peak <= YIELDS * modulus {
@@ -162,14 +168,15 @@ impl Contact {
         ))
     }
 
-    /// The joint on the given unworn heights, at rest, of which the structure's mesh has a part between its contact elements, if it has one. Its bodies
-    /// are no structure's yet: see [`Contact::pressing`].
+    /// Creates the joint at rest on the given unworn heights. If there is a [`Contact::structure_mesh`], its
+    /// compliance between the contact elements is removed from the half spaces. The bodies are not yet pressed by a
+    /// structure: see [`Contact::pressing`].
     ///
     /// # Errors
     /// [`StructureError`] for a [`Contact::structure_mesh`] without boxes.
     ///
     /// # Panics
-    /// With such a mesh, without its contact elements.
+    /// If there is such a mesh but `elements` is `None`.
     pub fn joint(
         &self,
         patch: Patch,
@@ -180,8 +187,8 @@ impl Contact {
         if let Some(mesh) = &self.structure_mesh {
             let elements = elements.expect("a structure's mesh has contact elements");
             let nodal = self.taken_away(mesh, elements)?;
-            let set = half_space.set_nodal(Some(nodal.into()));
-            set.expect("matrices of these nodes, over this grid");
+            let result = half_space.set_nodal(Some(nodal.into()));
+            result.expect("matrices of these nodes, over this grid");
         }
         Ok(FrettingJoint {
             half_space,
@@ -209,15 +216,15 @@ impl Contact {
         })
     }
 
-    /// Says what was decided about the contact and its cells.
+    /// Explains the choices about the contact and its cells.
     pub(super) fn explain(&self, surface: &Surface, decisions: &mut Decisions) {
         let why = &self.why;
         let [x, y] = self.plane;
         decisions.add("transforms", format!("real, {x} x {y}"), why.of("boundary"));
         let cells = format!("{} of {}", surface.kept, surface.grid().len());
         decisions.add("cells", cells, surface.why.of("cells"));
-        if let Some(of) = &self.pressing {
-            decisions.add("pressing", of.describe(), why.of("pressing"));
+        if let Some(pressing) = &self.pressing {
+            decisions.add("pressing", pressing.describe(), why.of("pressing"));
         } else if !why.of("pressing").is_empty() {
             decisions.add(
                 "pressing",
@@ -226,7 +233,7 @@ impl Contact {
             );
         }
         if let Some(bolt) = self.bolt_compliance {
-            let why = "by VDI 2230; embedding and the scatter of tightening are in no bar";
+            let why = "by VDI 2230; no error bar covers embedding or the scatter of tightening";
             decisions.add("bolt", bolt.describe(), why);
         }
         let cap = self
@@ -251,7 +258,7 @@ impl Contact {
         };
         decisions.add("shear", shear, why.of("shear"));
         let rotation = match self.conditions.rotation {
-            _ if self.pressing.is_some() => "as the structure leaves them".to_owned(),
+            _ if self.pressing.is_some() => "determined by the structure".to_owned(),
             Rotation::Given(_) => "held; the moments of the pressure are reported".to_owned(),
             Rotation::Free { moment: [0.0, 0.0] } => {
                 "found such that the pressure has no moments, and reported".to_owned()

@@ -1,4 +1,4 @@
-//! The cycle that a rough contact goes through, and what moves it.
+//! The steady cycle of a rough contact, and its motion.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,29 +8,31 @@ use crate::dynamics::cycle::WorkBetweenEnds;
 use crate::wear::cycle::March;
 use crate::wear::{HarmonicMotion, Motion};
 
-/// What the decisions on a cycle are called.
+/// Name of the decisions about a cycle.
 pub(super) const CYCLE: &str = "fretting cycle";
 
-/// A computed motion that varies the load by less than this share of it, and leaves its line by less than this share of its
-/// reach, is marched between its two reversals: the error of wear is of second order in both.
+/// Limit for marching a computed motion between its two reversals, as a part of the load and of the amplitude. The
+/// load must vary by less, and the motion must leave its line by less. The error of wear is of second order in both.
 pub const STRAIGHT: f64 = 0.01;
-/// Where contact elements have laws of their own, a computed motion that leaves its line by less than this share of its reach may be
-/// marched between its two reversals: what the elements do beside the line, and where they turn once more next to an end, is in what they say of
-/// the work of friction ([`WorkBetweenEnds`]). The line is that of all elements, not of their mean.
-/// Laps of bars that leave it by a quarter dissipate between two ends within some percent of what stepped cycles do; an orbit leaves it by all. Where the joint
-/// wears, stepped cycles on half the grid tell what is missed. The published joint of Rq 1 µm comes to 0.33, and stepped cycles took it half an hour.
+/// The same limit on the deviation from the line, relative to the amplitude, for contact elements with their own
+/// friction laws. [`WorkBetweenEnds`] of the elements then accounts for the motion beside the line and for additional
+/// reversals next to an end of the motion. The line is fitted to the motion of all elements, not to their mean.
+///
+/// Motions of bars that leave the line by a quarter dissipate within some percent of stepped cycles, whereas an orbit
+/// leaves it completely. If the joint wears, stepped cycles on half the grid measure the remaining error. The
+/// published joint with Rq 1 µm has a deviation of 0.33, and its stepped cycles took half an hour.
 pub const STRAIGHT_WITH_LAWS: f64 = 0.4;
-/// Where contact elements have laws of their own, these say what the variation of their loads makes of the work of friction, and a cycle between
-/// two reversals is corrected by it ([`WorkBetweenEnds`]). Below this part of all friction, the correction is taken for it.
+/// Largest relative effect of the load variation on the work of friction for which a cycle between two reversals is
+/// corrected by [`WorkBetweenEnds`]. It applies to contact elements with their own friction laws.
 pub const CORRECTED: f64 = 0.5;
-/// What the correction leaves, in parts of it. Against cycles that are stepped under the load of each place it left at most 0.34 of the
-/// correction in five unworn joints or little worn ones, and 0.36 and 0.26 in two worn flat.
+/// Remaining error of the correction, relative to the correction. Stepped cycles with local loads gave at most 0.34
+/// in five joints with little or no wear, and 0.36 and 0.26 in two joints that were worn flat.
 const LEFT: f64 = 0.4;
 
-/// A motion that the cycle of a recipe cannot march.
+/// Error for a motion that the cycle of a recipe cannot follow.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CycleError {
-    /// `reversal` or `superposition` for another motion than they can march.
+    /// `reversal` or `superposition` does not support this motion.
     #[error(
         "`fidelity.cycle` is \"{mode}\", which needs a straight motion about zero that turns at its ends only, under constant normal load; use \"stepped\""
     )]
@@ -38,7 +40,7 @@ pub enum CycleError {
         /// The value of `fidelity.cycle`.
         mode: &'static str,
     },
-    /// The load lifts off within the cycle.
+    /// The normal load falls to zero within the cycle.
     #[error(
         "the normal load falls to {load:.6e} N within the cycle; it must stay above zero: make `motion.normal_load_amplitude` smaller than `contact.normal_load`, or raise `normal_load` of `motion.history`"
     )]
@@ -46,7 +48,7 @@ pub enum CycleError {
         /// The least load \[N\].
         load: f64,
     },
-    /// A vibration opens the whole joint within the cycle.
+    /// The vibration opens the whole joint within the cycle.
     #[error(
         "the vibration opens the joint: between samples of the cycle its normal load falls to {load:.4e} N, of {mean:.4e} N on average, and a fine contact without load has no steady cycle; raise `contact.normal_load`, or lower `dynamics.force`"
     )]
@@ -58,65 +60,67 @@ pub enum CycleError {
     },
 }
 
-/// The cycle of a rough contact.
+/// The steady cycle of a rough contact.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cycle {
-    /// What moves the joint.
+    /// Source of the motion.
     pub motion: MotionSource,
-    /// How the cycle is marched; none: decided from the motion that is computed, unless `asked` says so.
+    /// Scheme for marching the cycle; `None` to choose it from the computed motion, unless `asked` requests one.
     pub march: Option<March>,
-    /// How a computed motion is to be marched, if it allows it; none: between its reversals where it is straight and steady enough.
+    /// Requested scheme for a computed motion, if the motion allows it. `None` to march between the reversals if the
+    /// motion is straight and steady enough.
     pub asked: Option<March>,
-    /// Time steps of a stepped cycle.
+    /// Number of time steps of a stepped cycle.
     pub steps: usize,
-    /// Whether a stepped cycle has steps of second order, and is extrapolated to steps of no length from its samples and half of them.
+    /// True if a stepped cycle uses steps of second order and is extrapolated to a step of zero length. The
+    /// extrapolation uses all samples and every other sample.
     pub extrapolate: bool,
-    /// The reasons.
+    /// Reasons for the choices.
     pub why: Reasons,
 }
 
-/// Where the motion of a joint comes from.
+/// Source of the motion of a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum MotionSource {
-    /// It is harmonic.
+    /// Harmonic motion.
     Harmonic(HarmonicMotion),
-    /// One cycle as a table in a file.
+    /// One cycle, tabulated in a file.
     History {
-        /// Hash of its content.
+        /// Hash of the content.
         content: String,
-        /// Samples of the cycle.
+        /// Number of samples in the cycle.
         samples: usize,
-        /// Whether every other of them is there to extrapolate the cycle.
+        /// True if every other sample serves only to extrapolate the cycle.
         halved: bool,
     },
-    /// What the response of the structure gives the joint.
+    /// Response of the structure.
     Computed,
 }
 
-/// What kind of motion a joint is put through.
+/// Kind of the motion of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MotionKind {
-    /// To and fro along a line, under constant load.
+    /// Straight motion under constant load.
     Line,
-    /// Along a closed curve, under constant load.
+    /// Closed curve under constant load.
     Orbit,
-    /// Under a load that varies.
+    /// Motion under varying load.
     VaryingLoad,
-    /// Driven by a force, under constant load.
+    /// Motion driven by a force, under constant load.
     Force,
-    /// With a rotation about the normal.
+    /// Motion with a rotation about the normal.
     Torsion,
-    /// A table in a file.
+    /// Tabulated motion from a file.
     History,
-    /// What a structure gives it.
+    /// Motion from the response of a structure.
     Vibration,
-    /// None.
+    /// No motion.
     Rest,
 }
 
 impl MotionKind {
-    /// All of them, in the order in which they are told.
+    /// All kinds, in the order of reports.
     pub const ALL: [MotionKind; 8] = [
         MotionKind::Line,
         MotionKind::Orbit,
@@ -128,7 +132,8 @@ impl MotionKind {
         MotionKind::Rest,
     ];
 
-    /// The kind of a recipe; of several that it is, the one that stands last.
+    /// Returns the kind of motion of a recipe. If several kinds apply, returns the last of them in
+    /// [`MotionKind::ALL`].
     pub fn of(recipe: &Recipe) -> MotionKind {
         if recipe.response.is_some() {
             return MotionKind::Vibration;
@@ -154,7 +159,7 @@ impl MotionKind {
         }
     }
 
-    /// What a person calls it.
+    /// Returns the word for reports.
     pub fn word(self) -> &'static str {
         match self {
             MotionKind::Line => "line",
@@ -170,7 +175,7 @@ impl MotionKind {
 }
 
 impl Cycle {
-    /// The motion that the numbers of the recipe give; that of a file, and one that is computed, are none.
+    /// Returns the motion from the numbers of the recipe; `None` for a motion from a file and for a computed motion.
     pub fn harmonic_motion(&self, normal_load: f64) -> Option<Motion> {
         match &self.motion {
             MotionSource::Harmonic(motion) => Some(motion.sampled(normal_load, self.steps)),
@@ -178,13 +183,15 @@ impl Cycle {
         }
     }
 
-    /// The motion that is marched for a computed one, and how: between its reversals where it is straight and steady enough, else at
-    /// `steps` of its samples. Also what a march between reversals leaves out of the work of friction, relative to it.
+    /// Returns the motion to march for a computed motion, the scheme, and the relative error of the work of friction.
+    /// A motion that is straight and steady enough is marched between its reversals, other motions at `steps` of the
+    /// samples. The error is the part of the work that a march between reversals omits.
     ///
-    /// `fine` has many samples, a multiple of `steps`. Where contact elements have laws of their own, `work` is what they say of theirs.
+    /// `fine` has many samples, a multiple of `steps`. `work` is the work of contact elements that have their own
+    /// friction laws.
     ///
     /// # Errors
-    /// [`CycleError::NotStraight`] where `reversal` is asked for and not possible, [`CycleError::Opens`].
+    /// [`CycleError::NotStraight`] if `reversal` is requested but not possible, and [`CycleError::Opens`].
     pub fn of_computed(
         &self,
         fine: &Motion,
@@ -204,7 +211,7 @@ impl Cycle {
         if self.asked == Some(March::Stepped) {
             return Ok(stepped());
         }
-        let to_and_fro = match work {
+        let between_reversals = match work {
             None => {
                 let motion = fine.reversals(STRAIGHT, STRAIGHT);
                 motion.map(|motion| (motion, fine.reversal_energy_error()))
@@ -216,7 +223,7 @@ impl Cycle {
                 follows.then(|| (fine.between_ends(work.line.ends), left_out))
             }
         };
-        match (to_and_fro, self.asked) {
+        match (between_reversals, self.asked) {
             (Some((motion, left_out)), asked) => {
                 Ok((motion, asked.unwrap_or(March::Reversal), left_out))
             }
@@ -225,7 +232,7 @@ impl Cycle {
         }
     }
 
-    /// Says what was decided about the cycle.
+    /// Explains the choices about the cycle.
     pub(super) fn explain(&self, contact: &Contact, decisions: &mut Decisions) {
         if let MotionSource::Harmonic(HarmonicMotion { axes, rotation, .. }) = &self.motion {
             if axes
@@ -283,7 +290,7 @@ impl Cycle {
 }
 
 impl March {
-    /// The word for it in a scene.
+    /// Returns the name of the scheme in a scene.
     pub fn word(self) -> &'static str {
         match self {
             March::Superposition => "superposition",
@@ -293,7 +300,7 @@ impl March {
     }
 }
 
-/// Why a motion that is computed is marched as it is.
+/// Returns the reason for the scheme of a computed motion.
 pub(crate) fn why_computed(asked: Option<March>) -> String {
     let straight = format!(
         "the motion may leave its line by {STRAIGHT} of its reach and the joint's load vary by {STRAIGHT} of it; with sliders it may leave its line by {STRAIGHT_WITH_LAWS}, and loads vary by what changes their friction by {CORRECTED}, which corrects the cycle"

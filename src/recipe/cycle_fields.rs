@@ -1,4 +1,4 @@
-//! Which fields of the steady cycle a run writes.
+//! Fields of the steady cycle that a run writes.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -10,31 +10,31 @@ use crate::grid::Patch;
 use crate::wear::Motion;
 use crate::wear::cycle::March;
 
-/// Bytes of a number, and of an index, in a row of the table.
+/// Bytes per number, and per index, in a row of the table.
 const NUMBER: usize = 8;
 const INDEX: usize = 4;
-/// Rows at the reversals of a motion: t = 0, the two ends and t = T, of which the first may be an end.
+/// Rows at the reversals of a motion: t = 0, the two ends and t = T. The first row may be an end.
 const OF_REVERSALS: usize = 4;
 
-/// The fields of the steady cycle that are written: samples of it, cells, and iterations.
+/// Samples, cells and iterations for which the fields of the steady cycle are written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CycleFields {
-    /// The samples, by their rows in the table `cycle`; none: all.
+    /// Samples, by their rows in the table `cycle`; `None` for all.
     pub samples: Option<Vec<u64>>,
-    /// The first and the last cell along x, and along y; none: all.
+    /// First and last cell along x, and along y; `None` for all.
     pub cells: [Option<[u64; 2]>; 2],
-    /// Every so many iterations, and the last.
+    /// Interval in iterations. The last iteration is always included.
     pub every: u64,
 }
 
 impl CycleFields {
-    /// Whether they have a sample.
+    /// Returns true if the fields include a sample.
     pub fn has_sample(&self, sample: usize) -> bool {
         let samples = self.samples.as_ref();
         samples.is_none_or(|samples| samples.contains(&(sample as u64)))
     }
 
-    /// Whether they have a cell.
+    /// Returns true if the fields include a cell.
     pub fn has_cell(&self, cell: (usize, usize)) -> bool {
         let within = |at: usize, range: Option<[u64; 2]>| {
             range.is_none_or(|[first, last]| (first..=last).contains(&(at as u64)))
@@ -42,7 +42,7 @@ impl CycleFields {
         within(cell.0, self.cells[0]) && within(cell.1, self.cells[1])
     }
 
-    /// Moves the range of cells to a grid of other counts: `from` those of its own grid, `to` those of the other.
+    /// Maps the ranges of cells from a grid with `from` cells to a grid with `to` cells.
     pub(crate) fn on_grid(&mut self, from: [usize; 2], to: [usize; 2]) {
         for (range, (from, to)) in self.cells.iter_mut().zip(from.into_iter().zip(to)) {
             for end in range.iter_mut().flatten() {
@@ -51,7 +51,7 @@ impl CycleFields {
         }
     }
 
-    /// Samples of a cycle that they have, at most.
+    /// Returns the largest number of samples per cycle.
     pub(crate) fn samples_of(&self, cycle: &Cycle, normal_load: f64) -> usize {
         match &self.samples {
             Some(samples) => samples.len(),
@@ -59,14 +59,15 @@ impl CycleFields {
         }
     }
 
-    /// Cells of a joint that they have.
+    /// Returns the number of selected cells of a joint.
     pub(crate) fn count(&self, patch: &Patch) -> usize {
-        let kept = (0..patch.grid.len()).filter(|&cell| patch.kept[cell]);
-        kept.filter(|&cell| self.has_cell(patch.grid.cell(cell)))
+        let kept_cells = (0..patch.grid.len()).filter(|&cell| patch.kept[cell]);
+        kept_cells
+            .filter(|&cell| self.has_cell(patch.grid.cell(cell)))
             .count()
     }
 
-    /// Says what is written, and how large that is at most.
+    /// Explains which fields are written, and their maximum size.
     pub(super) fn explain(&self, recipe: &Recipe, decisions: &mut Decisions) {
         let (Some(surface), Some(contact), Some(cycle)) =
             (recipe.surface(), recipe.contact(), recipe.cycle())
@@ -79,7 +80,7 @@ impl CycleFields {
             Shear::AlongX => 1,
             Shear::InPlane => 2,
         };
-        // sample, i and j; time, pressure and gap, shear and slip.
+        // The indices are sample, i and j. The numbers are time, pressure and gap, then shear and slip for each axis.
         let row = 3 * INDEX + (3 + 2 * axes) * NUMBER;
         let bytes = samples * cells * row;
         let often = match self.every {
@@ -98,7 +99,8 @@ impl CycleFields {
 }
 
 impl Cycle {
-    /// Instants of the table `cycle` under a `motion`, if it is prescribed; none as long as it is not known how the cycle is marched.
+    /// Returns the number of rows of the table `cycle` under a prescribed `motion`; `None` while the scheme of the
+    /// march is unknown.
     pub(crate) fn instants(&self, motion: &Motion) -> Option<usize> {
         let is_computed = self.motion == MotionSource::Computed;
         Some(match self.march.or(self.asked)? {
@@ -111,7 +113,7 @@ impl Cycle {
         })
     }
 
-    /// The most that there may be.
+    /// Returns an upper bound of the number of rows.
     fn most_instants(&self, normal_load: f64) -> usize {
         let samples = match &self.motion {
             MotionSource::History { samples, .. } => *samples / self.samples_an_instant(),
@@ -126,7 +128,8 @@ impl Cycle {
         }
     }
 
-    /// Samples of a stepped motion from one instant that is written to the next: those between are there to extrapolate a history.
+    /// Returns the number of samples of a stepped motion per written row. Samples in between serve only to
+    /// extrapolate a history.
     pub fn samples_an_instant(&self) -> usize {
         match self.motion {
             MotionSource::History { halved: true, .. } => 2,
@@ -135,7 +138,7 @@ impl Cycle {
     }
 }
 
-/// `false` where there are none, as runs have it that could not write any.
+/// Writes `false` if there are no fields. This is the form of older runs.
 pub(super) fn serialize<S: Serializer>(
     fields: &Option<CycleFields>,
     to: S,
@@ -146,7 +149,7 @@ pub(super) fn serialize<S: Serializer>(
     }
 }
 
-/// See [`serialize`].
+/// Reads the form that [`serialize`] writes.
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(
     from: D,
 ) -> Result<Option<CycleFields>, D::Error> {

@@ -1,23 +1,24 @@
-//! A decision in words.
+//! A decision, as text.
 
 use serde::Serialize;
 
-/// One decision: what, whether it will exist, and why.
+/// One decision with its reason.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Decision {
-    /// What it is about.
+    /// Subject of the decision.
     pub what: String,
-    /// What was decided.
+    /// The choice.
     pub choice: String,
-    /// Why.
+    /// Reason for the choice.
     pub why: String,
 }
 
-/// The decisions that were told so far.
+/// Decisions collected so far.
 #[derive(Default)]
 pub(super) struct Decisions(pub(super) Vec<Decision>);
 
 impl Decisions {
+    /// Adds a decision.
     pub(super) fn add(&mut self, what: &str, choice: impl Into<String>, why: &str) {
         self.0.push(Decision {
             what: what.to_owned(),

@@ -1,4 +1,4 @@
-//! Contact elements from a table: those of a run, for this program and for others.
+//! Contact elements in a table, for exchange between runs and with other programs.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,8 +6,8 @@ use super::elements::Layout;
 use crate::dynamics::ContactElement;
 use crate::model_update::{ElementParameters, Sliders};
 
-/// Columns of the table, a row a slider: the element from 0, its centre and area, its coefficient of friction, the springs with which damping in modes of the
-/// stuck joint is counted, and the slider. In SI units.
+/// Columns of the table, with one row per slider, in SI units: the number of the element from 0, its centre, area and
+/// coefficient of friction, the springs for the modal damping of the stuck joint, and the slider.
 pub const COLUMNS: [&str; 11] = [
     "element",
     "x",
@@ -22,30 +22,30 @@ pub const COLUMNS: [&str; 11] = [
     "kt",
 ];
 
-/// Contact elements by a table, a bank of sliders each.
+/// Contact elements from a table. Each element is a bank of sliders.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct ElementTable {
     /// Hash of the file.
     pub content: String,
-    /// Centres from the middle of the joint \[m\].
+    /// Centres, relative to the middle of the joint \[m\].
     pub centres: Vec<[f64; 2]>,
     /// Coefficients of friction.
     pub friction_coefficient: Vec<f64>,
-    /// Normal and tangential springs of each with which damping in modes of the stuck joint is counted \[N/m\].
+    /// Normal and tangential spring of each element for the modal damping of the stuck joint \[N/m\].
     pub damping_springs: Vec<[f64; 2]>,
-    /// Element of each slider, ascending.
+    /// Element of each slider, in ascending order.
     pub element: Vec<usize>,
     /// The sliders: static load \[N\], gap \[m\], normal and tangential stiffness \[N/m\].
     pub sliders: Vec<[f64; 4]>,
 }
 
 impl ElementTable {
-    /// Number of elements.
+    /// Returns the number of elements.
     pub fn count(&self) -> usize {
         self.centres.len()
     }
 
-    /// The table of elements.
+    /// Creates the table of contact elements.
     pub fn of(
         elements: &[ContactElement],
         layout: &Layout,
@@ -76,12 +76,12 @@ impl ElementTable {
         }
     }
 
-    /// Sum of a column of the sliders over all elements: load, gap, kn, kt.
+    /// Returns the sum of a column of the sliders over all elements. The columns are load, gap, kn and kt.
     pub fn total(&self, column: usize) -> f64 {
         self.sliders.iter().map(|slider| slider[column]).sum()
     }
 
-    /// The coefficient of friction of all together, by load; the mean of elements without load.
+    /// Returns the mean coefficient of friction, weighted by load. Without load, returns the mean over the elements.
     pub fn mean_friction(&self) -> f64 {
         let (mut strength, mut load) = (0.0, 0.0);
         for (&e, slider) in self.element.iter().zip(&self.sliders) {
@@ -94,7 +94,7 @@ impl ElementTable {
         }
     }
 
-    /// As parameters of the elements, and their sliders.
+    /// Returns the parameters of the elements and their sliders.
     pub fn parameters(&self) -> ElementParameters {
         let summed = |column: usize| {
             let mut sums = vec![0.0; self.count()];
@@ -123,7 +123,7 @@ impl ElementTable {
         }
     }
 
-    /// As parameters of the springs with which damping in modes of the stuck joint is counted.
+    /// Returns the parameters of the springs for the modal damping of the stuck joint.
     pub fn damping_parameters(&self) -> ElementParameters {
         ElementParameters {
             kn: self

@@ -11,58 +11,58 @@ use crate::model_update::{Distribution, ElementParameters, StiffnessKind, Update
 /// The contact elements of a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Elements {
-    /// How many there are.
+    /// Number of contact elements.
     pub count: usize,
     /// Coulomb's coefficient of friction.
     pub friction_coefficient: f64,
     /// Friction in the plane.
     pub friction_law: FrictionLaw,
-    /// What they get as load and stiffness.
+    /// Source of load and stiffness.
     pub stiffness: ElementStiffness,
-    /// Each by a table, whose sums are given then.
+    /// Table of the elements; its sums are then the prescribed totals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table: Option<ElementTable>,
-    /// When they are renewed.
+    /// Updates of the elements.
     pub update: Updates,
-    /// The reasons.
+    /// Reasons for the choices.
     pub why: Reasons,
 }
 
-/// When contact elements are renewed, and what they do in between.
+/// Criterion for updates of the contact elements, and their motion between updates.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Updates {
-    /// What makes an update due.
+    /// Criterion for an update.
     pub criterion: UpdateCriterion,
-    /// Whether their motion goes on to change from one update to the next as it has since the one before.
+    /// True if the motion is extrapolated between updates, from its last change.
     pub extrapolates: bool,
 }
 
-/// What contact elements get as load and stiffness.
+/// Source of the load and stiffness of contact elements.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ElementStiffness {
-    /// Totals over the joint, shared by area.
+    /// Prescribed totals over the joint, shared by area.
     Given {
         /// Normal stiffness \[N/m\].
         kn: f64,
         /// Tangential stiffness \[N/m\].
         kt: f64,
-        /// Gap without load \[m\]; zero under load.
+        /// Gap without load \[m\]; zero for a loaded joint.
         gap: f64,
         /// Static load \[N\].
         normal_load: f64,
     },
-    /// That of the rough contact.
+    /// Stiffness of the rough contact.
     Contact {
-        /// Which stiffness of it.
+        /// Kind of the stiffness.
         stiffness: StiffnessKind,
-        /// How a stiffness of the whole joint is shared.
+        /// Distribution of a stiffness of the whole joint over the elements.
         distribution: Distribution,
     },
 }
 
 impl ElementStiffness {
-    /// Stiffness along the normal and in the plane \[N/m\] and static load \[N\], where they are given.
+    /// Returns the normal and the tangential stiffness \[N/m\] and the static load \[N\], if they are prescribed.
     pub fn given(&self) -> Option<[f64; 3]> {
         match *self {
             ElementStiffness::Given {
@@ -75,12 +75,12 @@ impl ElementStiffness {
         }
     }
 
-    /// True if each element has a stiffness of its own.
+    /// Returns true if each element has its own stiffness.
     pub fn is_tangent(&self) -> bool {
         self.is_kind(StiffnessKind::Tangent)
     }
 
-    /// True if each element is a bank of sliders.
+    /// Returns true if each element is a bank of sliders.
     pub fn is_sliders(&self) -> bool {
         self.is_kind(StiffnessKind::Sliders)
     }
@@ -90,45 +90,47 @@ impl ElementStiffness {
     }
 }
 
-/// Where the contact elements of a structure are.
+/// Positions and areas of the contact elements of a structure.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Layout {
-    /// Centres (x, y), from the middle of the joint \[m\].
+    /// Centres (x, y), relative to the middle of the joint \[m\].
     pub centres: Vec<[f64; 2]>,
-    /// Area of each \[m²\]; 0 for that of an oscillator.
+    /// Area of each element \[m²\]; 0 for an oscillator.
     pub areas: Vec<f64>,
     /// Half the length of the joint along x \[m\].
     pub lever: f64,
 }
 
 impl Elements {
-    /// The contact elements with these parameters.
+    /// Creates the contact elements with these parameters.
     pub fn with(&self, layout: &Layout, parameters: &ElementParameters) -> Vec<ContactElement> {
-        let of = |e: usize, sliders: Vec<Slider>| ContactElement {
+        let element = |e: usize, sliders: Vec<Slider>| ContactElement {
             springs: Vec::new(),
-            // A table of more elements than the structure has is refused where all are counted.
+            // A table may have more elements than the structure. The check of the number of elements rejects it
+            // later.
             area: layout.areas.get(e).copied().unwrap_or(0.0),
             friction_coefficient: self.friction_of(e),
             law: self.friction_law,
             sliders,
         };
         let Some(banks) = &parameters.sliders else {
-            let one = |e: usize| Slider {
+            let slider = |e: usize| Slider {
                 normal_load: parameters.normal_load[e],
                 gap: parameters.gap[e],
                 tangential_stiffness: parameters.kt[e],
                 normal_stiffness: parameters.kn[e],
             };
             let elements = 0..parameters.normal_load.len();
-            return elements.map(|e| of(e, vec![one(e)])).collect();
+            return elements.map(|e| element(e, vec![slider(e)])).collect();
         };
         let mut elements: Vec<ContactElement> = (0..parameters.normal_load.len())
-            .map(|e| of(e, Vec::new()))
+            .map(|e| element(e, Vec::new()))
             .collect();
         for (s, &e) in banks.element.iter().enumerate() {
             if e >= elements.len() {
-                // A slider of no element makes one too many, which is refused where all are counted.
-                elements.push(of(elements.len(), Vec::new()));
+                // A slider without an element adds one element, so that the check of the number of elements rejects
+                // the table.
+                elements.push(element(elements.len(), Vec::new()));
                 break;
             }
             elements[e].sliders.push(Slider {
@@ -142,17 +144,17 @@ impl Elements {
     }
 
     fn friction_of(&self, element: usize) -> f64 {
-        let own = self.table.as_ref();
-        let own = own.and_then(|table| table.friction_coefficient.get(element));
-        own.copied().unwrap_or(self.friction_coefficient)
+        let coefficient = self.table.as_ref();
+        let coefficient = coefficient.and_then(|table| table.friction_coefficient.get(element));
+        coefficient.copied().unwrap_or(self.friction_coefficient)
     }
 
-    /// True if each element is a bank of sliders.
+    /// Returns true if each element is a bank of sliders.
     pub fn has_banks(&self) -> bool {
         self.table.is_some() || self.stiffness.is_sliders()
     }
 
-    /// Parameters of elements that damping in modes of the stuck joint is counted with, where they are given.
+    /// Returns the prescribed parameters of the elements for the modal damping of the stuck joint, if there are any.
     pub fn given_for_damping(&self) -> Option<ElementParameters> {
         match &self.table {
             Some(table) => Some(table.damping_parameters()),
@@ -160,7 +162,8 @@ impl Elements {
         }
     }
 
-    /// Parameters of elements whose stiffness is given: by their table, else load and stiffness by area.
+    /// Returns the parameters of elements with prescribed stiffness: from their table, otherwise load and stiffness
+    /// shared by area.
     pub fn given(&self) -> Option<ElementParameters> {
         if let Some(table) = &self.table {
             return Some(table.parameters());
@@ -184,7 +187,7 @@ impl Elements {
         })
     }
 
-    /// Says what the contact elements are.
+    /// Explains the contact elements.
     pub(super) fn explain(&self, decisions: &mut Decisions) {
         let law = self.friction_law.formula();
         let choice = format!("{}, three-dimensional, {law}", self.count);
@@ -196,7 +199,7 @@ impl Elements {
         );
     }
 
-    /// Says what they get as stiffness, and when they are renewed.
+    /// Explains the stiffness and the updates of the elements.
     pub(super) fn tell_stiffness(&self, wears: bool, decisions: &mut Decisions) {
         let stiffness = match self.stiffness {
             ElementStiffness::Given { .. } if self.table.is_some() => "by contact.elements",

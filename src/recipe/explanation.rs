@@ -1,10 +1,11 @@
-//! A recipe in words: what will exist, what will not, and why. Each part of it says its own.
+//! Description of a recipe: the parts that it contains, the parts that it lacks, and the reasons. Each part describes
+//! itself.
 
 use super::Recipe;
 use super::cycle::CYCLE;
 use super::decision::{Decision, Decisions};
 
-/// The decisions of a recipe, in the order of the stages that they are about.
+/// Returns the decisions of a recipe, in the order of their stages.
 pub fn decisions(recipe: &Recipe) -> Vec<Decision> {
     let mut decisions = Decisions::default();
     let elements = recipe.elements();

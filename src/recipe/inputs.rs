@@ -1,4 +1,4 @@
-//! A recipe with what its files say.
+//! A recipe with the contents of its input files.
 
 use std::sync::Arc;
 
@@ -9,44 +9,45 @@ use crate::structure::imported::Imported;
 use crate::surface::prepare::PreparedSurface;
 use crate::wear::Motion;
 
-/// A recipe with what its files say: all that a run is computed from.
+/// A recipe with the contents of its input files: everything from which a run is computed.
 #[derive(Debug, Clone)]
 pub struct Inputs {
     /// The recipe.
     pub recipe: Recipe,
-    /// The motion over a cycle that is prescribed; of no axis where none is.
+    /// The prescribed motion over a cycle. It has no axis if the scene prescribes none.
     pub motion: Motion,
-    /// The heights of a surface from a file on the joint's cells; none of another surface. The file is read once: these are the
-    /// heights of the very bytes whose hash is in the recipe.
+    /// Heights of a surface from a file, on the cells of the joint; `None` for other surfaces. The file is read once,
+    /// so that the heights match the hash in the recipe.
     pub measured: Option<Arc<PreparedSurface>>,
-    /// The matrices of a structure that comes from files; none of another. They are those of the very bytes whose hash is in the recipe.
+    /// Matrices of a structure from files; `None` for other structures. They match the hash in the recipe.
     pub imported: Option<Arc<Imported>>,
-    /// What the same scene on half the grid has worn; none where that is not asked for, or not run yet.
+    /// Wear of the same scene on half the grid; `None` if the scene does not request this check, or if it has not run
+    /// yet.
     pub grid_twin: Option<Arc<GridTwin>>,
-    /// What the run is known by.
+    /// Identity of the run.
     pub identity: Identity,
 }
 
-/// The wear of a scene on half the grid, iteration by iteration.
+/// Wear of a scene on half the grid, for each iteration.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct GridTwin {
-    /// Cycles behind each.
+    /// Cycles up to each iteration.
     pub cycles: Vec<i64>,
-    /// Volume worn away \[m³\].
+    /// Worn volume \[m³\].
     pub volume: Vec<f64>,
 }
 
-/// What a run is known by: the scene, as the store compares and keeps it.
+/// Identity of a run: the scene, as the store compares and keeps it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identity {
-    /// The scene as resolved, with the hashes of its files and without what does not influence a result.
+    /// The resolved scene, with the hashes of its files and without keys that do not influence a result.
     pub scene: Value,
-    /// Keys of it whose values follow from others.
+    /// Keys of the scene whose values follow from other keys.
     pub following: [&'static str; 5],
     /// The text of `scene.toml`.
     pub scene_toml: String,
-    /// The text of `scene.original.toml`: the scene as it was written; none where that is not known.
+    /// Text of `scene.original.toml`: the scene as the user wrote it; `None` if it is not known.
     pub scene_written: Option<String>,
-    /// What `plan.json` says.
+    /// Content of `plan.json`.
     pub plan: Value,
 }

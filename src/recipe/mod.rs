@@ -1,8 +1,9 @@
-//! The recipe of a run: everything that it will use, as plain data, with the reason beside each choice.
+//! The recipe of a run: everything that the run will use, as plain data, with the reason for each choice.
 //!
-//! A scene is what a user writes; [`crate::scene::Plan`] makes a recipe of it, and that is the only place that chooses. What a part of a
-//! recipe builds decides nothing, and no stage knows the scene. All quantities are SI. Each part stands in one file with what is built from
-//! it and with its words for people: what kinds of a structure, a surface or a wear step there are, only that file knows.
+//! A scene is the input of the user. [`crate::scene::Plan`] converts it into a recipe, and all choices are made
+//! there. The functions that build objects from a recipe make no choices, and stages do not see the scene. All
+//! quantities are in SI units. Each part of the recipe has its own file, with the functions that build from it and
+//! with its texts for the user. Only that file distinguishes the kinds of its structures, surfaces or wear steps.
 
 mod check;
 mod contact;
@@ -50,100 +51,100 @@ pub use wear::Wear;
 /// Everything that a run will use.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// What the user calls it.
+    /// Title given by the user.
     pub title: Option<String>,
-    /// What vibrates; none without vibration.
+    /// The vibrating structure; `None` without vibration.
     pub structure: Option<Structure>,
-    /// The joints; none in a structure without contact.
+    /// The joints; empty for a structure without contact.
     pub joints: Vec<Joint>,
-    /// How the structure is made to vibrate, and what of its response is wanted; always together with `structure`.
+    /// Excitation of the structure and the requested response; always given together with `structure`.
     pub response: Option<Response>,
-    /// Wear over many cycles; none for a single pass.
+    /// Wear over many cycles; `None` for a single pass.
     pub wear: Option<Wear>,
-    /// What a run keeps.
+    /// Iterations and outputs that a run keeps.
     pub output: Output,
-    /// Bound that is asked for on the error bar of the worn volume; none: that of the other tolerances.
+    /// Requested bound on the error bar of the worn volume; `None` if only the other tolerances apply.
     pub asked_error: Option<f64>,
-    /// Whether the scene is run on half the grid too.
+    /// True if the scene also runs on half the grid.
     pub grid_check: bool,
-    /// Why the numbers of its parts that a preset has a say in are what they are, by their keys in a scene.
+    /// Reasons for the numbers that a preset may set, by their keys in a scene.
     pub why: Reasons,
 }
 
-/// A joint: rough, or of given stiffness.
+/// A joint, either rough or with prescribed stiffness.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
-    /// Its cells and unworn heights; none of a joint of given stiffness.
+    /// Cells and unworn heights; `None` for a joint with prescribed stiffness.
     pub surface: Option<Surface>,
-    /// The rough contact; there whenever there is a surface.
+    /// The rough contact; given whenever there is a surface.
     pub contact: Option<Contact>,
-    /// The cycle that the rough contact goes through; none where nothing moves it.
+    /// The cycle of the rough contact; `None` if nothing moves it.
     pub cycle: Option<Cycle>,
-    /// Its contact elements; there whenever there is a structure.
+    /// The contact elements; given whenever there is a structure.
     pub elements: Option<Elements>,
 }
 
-/// Why a choice was made, by the name of the field that holds it.
+/// Reasons for choices, by the name of the field that contains the choice.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Reasons(BTreeMap<String, String>);
 
 impl Reasons {
-    /// Notes the reason of a choice.
+    /// Records the reason for a choice.
     pub fn add(&mut self, choice: &str, why: impl Into<String>) {
         self.0.insert(choice.to_owned(), why.into());
     }
 
-    /// The reason of a choice; empty if there is none.
+    /// Returns the reason for a choice, or an empty text.
     pub fn of(&self, choice: &str) -> &str {
         self.0.get(choice).map_or("", String::as_str)
     }
 }
 
-/// What a run keeps and writes.
+/// Iterations and outputs that a run keeps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Output {
-    /// Which iterations are kept.
+    /// Iterations that the run keeps.
     pub keep: Keep,
-    /// Which fields of the steady cycle are written; none: none, and none are held.
+    /// Fields of the steady cycle that the run writes; `None` if it neither writes nor stores any.
     #[serde(with = "cycle_fields")]
     pub cycle_fields: Option<CycleFields>,
-    /// Indentation and hysteresis curves are written every so many iterations; 0: never.
+    /// Interval in iterations at which indentation and hysteresis curves are written; 0 for never.
     pub curves_every: u64,
-    /// Whether the stiffness of the joint is wanted at every iteration.
+    /// True if the stiffness of the joint is computed in every iteration.
     pub stiffness: bool,
-    /// Cycles at which a forced response of the worn state is computed, without feeding it back.
+    /// Cycles at which the run computes a forced response of the worn state. These responses do not drive the wear.
     pub response_at: Vec<u64>,
-    /// Which states of wear have a resonance of their own.
+    /// States of wear for which the run computes a separate resonance.
     #[serde(default)]
     pub resonance: ResonanceOf,
-    /// When what is written is on the disk.
+    /// Time at which data are flushed to disk.
     pub durability: Durability,
 }
 
-/// Which states of wear have a resonance of their own, which is not fed back.
+/// States of wear for which the run computes a separate resonance, which does not drive the wear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ResonanceOf {
-    /// Those of updates, and those with a forced response.
+    /// States with an update, and states with a forced response.
     #[default]
     Updates,
-    /// All.
+    /// All states.
     All,
 }
 
-/// When what a run writes is on the disk for good.
+/// Time at which the data of a run are flushed to disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Durability {
     /// At every commit.
     #[default]
     Commit,
-    /// Where the run ends or is stopped.
+    /// When the run ends or is stopped.
     End,
 }
 
-/// Which iterations are kept.
+/// Iterations that a run keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Keep {
@@ -152,17 +153,18 @@ pub enum Keep {
     /// Some of them.
     #[serde(untagged)]
     Some {
-        /// Every so many; none: only those below.
+        /// Interval in iterations; `None` to keep only the iterations below.
         every: Option<u64>,
-        /// The last so many, at least one.
+        /// Number of last iterations to keep, at least one.
         last: u64,
-        /// Those that updated the model.
+        /// True to keep iterations with a model update.
         updates: bool,
     },
 }
 
 impl Keep {
-    /// Iterations that are kept of this many states, updates not counted. The unworn state is always kept.
+    /// Returns the number of kept iterations out of this many states, not counting updates. The unworn state is
+    /// always kept.
     pub(crate) fn count(self, states: f64) -> f64 {
         match self {
             Keep::All => states,
@@ -175,17 +177,17 @@ impl Keep {
 }
 
 impl Recipe {
-    /// The joint, where there is one: a run has one at most as yet.
+    /// Returns the joint, if there is one. A run has at most one joint.
     pub fn joint(&self) -> Option<&Joint> {
         self.joints.first()
     }
 
-    /// Cells and heights of the joint, where it is rough.
+    /// Returns cells and heights of the joint, if it is rough.
     pub fn surface(&self) -> Option<&Surface> {
         self.joint()?.surface.as_ref()
     }
 
-    /// What a user should know of how the joint of a structure that comes from files is pressed.
+    /// Returns a notice about the pressing of the joint, for a structure that comes from files.
     pub fn pressing_notice(&self) -> Option<&'static str> {
         let structure = self.structure.as_ref()?;
         let contact = self
@@ -193,26 +195,27 @@ impl Recipe {
             .filter(|_| structure.source.import().is_some())?;
         match &contact.pressing {
             None => Some(
-                "the preload is distributed over the joint as by a rigid punch, not by the bodies of structure.file; loads and wear may be far from where they are, and no error bar covers this",
+                "the preload is distributed over the joint as by a rigid punch, not by the bodies of structure.file; the real loads and wear may lie elsewhere, and no error bar covers this",
             ),
             Some(pressing) if pressing.preload == Preload::Faces => Some(
-                "contact.normal_load presses both faces of the joint evenly, which no bolt does; contact.preload says where the head and the nut of a bolt press",
+                "contact.normal_load presses both faces of the joint evenly, which no bolt does; give the places where the head and the nut of the bolt press in contact.preload",
             ),
             Some(_) => None,
         }
     }
 
-    /// The rough contact of the joint.
+    /// Returns the rough contact of the joint.
     pub fn contact(&self) -> Option<&Contact> {
         self.joint()?.contact.as_ref()
     }
 
-    /// The cycle of the joint.
+    /// Returns the cycle of the joint.
     pub fn cycle(&self) -> Option<&Cycle> {
         self.joint()?.cycle.as_ref()
     }
 
-    /// True if the run ends with the iteration after one that bears this load \[N\], known to this relative bar.
+    /// Returns true if the run ends with the iteration after one with this load \[N\], known to the relative error
+    /// bar `bar`.
     pub fn ends_after(&self, load: Option<f64>, bar: Option<f64>) -> bool {
         let (Some(wear), Some(contact)) = (&self.wear, self.contact()) else {
             return false;
@@ -221,7 +224,7 @@ impl Recipe {
         load.is_some_and(|load| wear.has_lost(load, bar.unwrap_or(0.0), unworn))
     }
 
-    /// The contact elements of the joint.
+    /// Returns the contact elements of the joint.
     pub fn elements(&self) -> Option<&Elements> {
         self.joint()?.elements.as_ref()
     }

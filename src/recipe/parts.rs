@@ -1,4 +1,5 @@
-//! Parts of a recipe: what a stage declares that it reads, what it then sees, and what of it goes into its key.
+//! Parts of a recipe. A stage declares the parts that it reads. It sees only these parts, and only they enter its
+//! key.
 
 use serde_json::{Map, Value};
 
@@ -7,38 +8,38 @@ use super::{Durability, Joint, Keep, Output, Reasons, Recipe, ResonanceOf, Wear}
 /// A part of a recipe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// What vibrates.
+    /// The vibrating structure.
     Structure,
     /// Cells and heights of the joint.
     Surface,
     /// The rough contact.
     Contact,
-    /// The cycle, with the motion that is prescribed.
+    /// The cycle, with the prescribed motion.
     Cycle,
     /// The contact elements.
     Elements,
-    /// How the structure vibrates.
+    /// Excitation and response of the structure.
     Response,
-    /// Wear, with the cycles and the volume that end it.
+    /// Wear, with the cycles and the volume that end the run.
     Wear,
-    /// Wear but for its end: what a state of wear depends on.
+    /// Wear without its end: everything on which a state of wear depends.
     WearLaw,
-    /// Whether the curves of this iteration are wanted: not how often they are.
+    /// Whether this iteration writes the curves, without the interval in iterations.
     Curves,
-    /// Which fields of the cycle of this iteration are wanted, if any: not how often they are.
+    /// The fields of the cycle that this iteration writes, without the interval in iterations.
     CycleFields,
-    /// Whether this iteration is the last: not where the run ends.
+    /// Whether this iteration is the last one, without the end of the run.
     End,
-    /// The cycles at which a response is wanted.
+    /// The cycles at which a response is requested.
     ResponseAt,
-    /// Whether a forced response of this iteration is wanted: not of which others one is.
+    /// Whether this iteration writes a forced response, without the other iterations that do.
     ForcedResponse,
-    /// Whether the scene is run on half the grid too.
+    /// Whether the scene also runs on half the grid.
     GridCheck,
 }
 
 impl Part {
-    /// The name, as in a recipe that is written.
+    /// Returns the name of the part in a stored recipe.
     pub fn name(self) -> &'static str {
         match self {
             Part::Structure => "structure",
@@ -60,7 +61,7 @@ impl Part {
 }
 
 impl Recipe {
-    /// The recipe with nothing but these parts.
+    /// Returns a recipe that contains only these parts.
     pub fn only(&self, parts: &[Part]) -> Recipe {
         let has = |part| parts.contains(&part);
         let law = |wear: &Wear| Wear {
@@ -107,9 +108,10 @@ impl Recipe {
         }
     }
 
-    /// The parts by name, as they go into the key of a stage. Reasons do not influence a result.
+    /// Returns the parts by name, as they enter the key of a stage. Reasons are omitted, since they do not influence
+    /// a result.
     pub fn parameters(&self, parts: &[Part]) -> Map<String, Value> {
-        let of = |part: Part| {
+        let parameter = |part: Part| {
             let only = self.only(&[part]);
             let joint = only.joint();
             let value = match part {
@@ -130,18 +132,18 @@ impl Recipe {
             strip(&mut value);
             (part.name().to_owned(), value)
         };
-        let where_due = [
+        let scheduled_parts = [
             Part::Curves,
             Part::CycleFields,
             Part::End,
             Part::ForcedResponse,
         ];
-        let parts = parts.iter().filter(|part| !where_due.contains(part));
-        parts.map(|part| of(*part)).collect()
+        let parts = parts.iter().filter(|part| !scheduled_parts.contains(part));
+        parts.map(|part| parameter(*part)).collect()
     }
 }
 
-/// Takes away what does not influence a result.
+/// Removes fields that do not influence a result.
 fn strip(value: &mut Value) {
     match value {
         Value::Object(object) => {

@@ -1,4 +1,4 @@
-//! What presses the bodies of a joint together, and what of it the structure decides.
+//! Forces that press the bodies of a joint together, and the influence of the structure on them.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,22 +14,22 @@ use crate::structure::reduction::Reduced;
 use crate::structure::statics::PortForce;
 use crate::wear::{Bodies, NodalLoad, Pressing};
 
-/// A mesh of equal boxes under a joint, the same on both sides.
+/// A mesh of equal boxes under a joint, identical on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StructureMesh {
     /// Boxes along x and y.
     pub counts: [usize; 2],
-    /// Their sides \[m\].
+    /// Side lengths of the boxes \[m\].
     pub sides: [f64; 2],
-    /// Thickness of their layers, from the joint on \[m\].
+    /// Thickness of the layers, starting at the joint \[m\].
     pub layers: Vec<f64>,
-    /// What the boxes are.
+    /// Finite element formulation of the boxes.
     #[serde(default, skip_serializing_if = "Formulation::has_incompatible_modes")]
     pub formulation: Formulation,
 }
 
 impl StructureMesh {
-    /// What this mesh has of the compliance of half spaces.
+    /// Returns the compliance of half spaces that this mesh already contains.
     fn compliance(&self, bodies: Pair) -> Result<FaceCompliance, StructureError> {
         if let Some(&count) = self.counts.iter().find(|count| **count == 0) {
             return Err(StructureError::OutOfRange {
@@ -38,32 +38,32 @@ impl StructureMesh {
                 expected: "at least 1",
             });
         }
-        let of = |elastic| {
+        let face_compliance = |elastic| {
             let (sides, layers, counts) = (self.sides, &self.layers, self.counts);
             FaceCompliance::new(elastic, sides, layers, counts, self.formulation)
         };
-        let mut both = of(bodies.lower)?;
+        let mut both = face_compliance(bodies.lower)?;
         if bodies.upper == bodies.lower {
             both.add(&both.clone());
         } else {
-            both.add(&of(bodies.upper)?);
+            both.add(&face_compliance(bodies.upper)?);
         }
         Ok(both)
     }
 }
 
-/// How a structure presses its joint, by its own flexibility.
+/// Pressing of a joint by its structure, with the flexibility of the structure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StructurePressing {
-    /// What the load of the joint is.
+    /// Origin of the load of the joint.
     pub preload: Preload,
-    /// Constant loads beside it, which press the joint and are no part of the vibration \[N\].
+    /// Additional constant loads that press the joint and are not part of the vibration \[N\].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Force>,
 }
 
 impl StructurePressing {
-    /// The points of the structure where loads act.
+    /// Returns the points of the structure where loads act.
     pub fn points(&self) -> Vec<String> {
         let ends = match &self.preload {
             Preload::Bolt { points, .. } => points.to_vec(),
@@ -73,7 +73,7 @@ impl StructurePressing {
         ends.into_iter().chain(loads).collect()
     }
 
-    /// What presses, in words.
+    /// Describes the loads.
     pub(super) fn describe(&self) -> String {
         let preload = match &self.preload {
             Preload::Faces => "opposing forces on both faces, by area".to_owned(),
@@ -96,41 +96,43 @@ impl StructurePressing {
     }
 }
 
-/// What the load of a joint is.
+/// Origin of the load of a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Preload {
-    /// Opposing forces on the faces of the joint, spread by area.
+    /// Opposing forces on the faces of the joint, distributed by area.
     Faces,
-    /// Opposing forces at two points of the structure, which pull one towards the other.
+    /// Opposing forces at two points of the structure, which pull the points together.
     Bolt {
         /// The points.
         points: [String; 2],
-        /// From the first to the second, along the axes of the structure.
+        /// Direction from the first to the second point, along the axes of the structure.
         direction: [f64; 3],
-        /// The bolt is a part of the structure: its forces are found such that the pressure has the load wanted.
+        /// True if the bolt is part of the structure. Its forces are then computed so that the pressure has the
+        /// requested load.
         in_mesh: bool,
     },
 }
 
 impl Preload {
-    /// True where the forces are found such that the pressure has the load wanted.
+    /// Returns true if the forces are computed so that the pressure has the requested load.
     pub fn is_found(&self) -> bool {
         matches!(self, Preload::Bolt { in_mesh: true, .. })
     }
 
-    /// True of a bolt that is no part of the structure.
+    /// Returns true for a bolt that is not part of the structure.
     fn is_outside(&self) -> bool {
         matches!(self, Preload::Bolt { in_mesh: false, .. })
     }
 
-    /// Forces on ports for a preload of 1 N.
+    /// Returns the forces on ports for a preload of 1 N.
     fn forces(&self, reduced: &Reduced, areas: &[f64]) -> Vec<PortForce> {
         match self {
             Preload::Faces => {
-                let all: f64 = areas.iter().sum();
+                let total_area: f64 = areas.iter().sum();
                 let each = areas.iter().enumerate();
-                each.map(|(e, area)| (3 * e + 2, -area / all)).collect()
+                each.map(|(e, area)| (3 * e + 2, -area / total_area))
+                    .collect()
             }
             Preload::Bolt {
                 points, direction, ..
@@ -152,20 +154,21 @@ fn port_of(reduced: &Reduced, at: &str, axis: usize) -> usize {
     port.expect("the points of a recipe are ports of its structure")
 }
 
-/// Areas that differ by this part are the same.
+/// Relative difference below which areas count as equal.
 const ROUNDING: f64 = 1e-9;
 
-/// Least and largest ratio of the structure's flexibility to that of its mesh on half spaces, between neighbouring nodes within the joint. Twice the
-/// modulus has a half.
+/// Accepted range of the ratio of the structure's flexibility to the flexibility of its mesh on half spaces, between
+/// neighbouring nodes within the joint. Twice the modulus gives a ratio of one half.
 const SAME_MESH: [f64; 2] = [0.8, 1.25];
 
 impl Contact {
-    /// The structure as it vibrates: with the spring of a bolt that is no part of it, where that is given.
+    /// Returns the vibrating structure, including the spring of a bolt that is not part of the mesh, if its stiffness
+    /// is given.
     ///
     /// # Errors
-    /// Those of [`Reduced::with_spring`].
+    /// Errors of [`Reduced::with_spring`].
     pub fn with_bolt(&self, reduced: Reduced) -> Result<Reduced, StructureError> {
-        let bolt = self.pressing.as_ref().map(|of| &of.preload);
+        let bolt = self.pressing.as_ref().map(|pressing| &pressing.preload);
         match (
             bolt.filter(|bolt| bolt.is_outside()),
             self.conditions.bolt_stiffness,
@@ -177,7 +180,8 @@ impl Contact {
         }
     }
 
-    /// What the mesh of the structure takes away from half spaces, negative, between the nodes of the contact elements.
+    /// Returns the compliance that the mesh of the structure removes from the half spaces (negative), between the
+    /// nodes of the contact elements.
     pub(super) fn taken_away(
         &self,
         mesh: &StructureMesh,
@@ -193,30 +197,33 @@ impl Contact {
         })
     }
 
-    /// How the bodies of the `reduced` structure press each other at its contact elements, on a surface whose highest point is `top` \[m\].
+    /// Returns the pressing of the bodies of the `reduced` structure at its contact elements, for a surface with its
+    /// highest point at `top` \[m\].
     ///
     /// # Errors
-    /// [`StructureError::OtherMesh`] for a structure whose joint is not that of its mesh and material, and those of [`Reduced::statics`].
+    /// [`StructureError::OtherMesh`] if the joint does not match the mesh and the material of the structure, and
+    /// errors of [`Reduced::statics`].
     pub fn pressing(
         &self,
-        of: &StructurePressing,
+        structure_pressing: &StructurePressing,
         mesh: &StructureMesh,
         elements: &ContactElements,
         reduced: &Reduced,
         top: f64,
     ) -> Result<Pressing, StructureError> {
         let nodes = elements.nodes().expect("contact elements at nodes");
-        let preload = of.preload.forces(reduced, elements.areas());
+        let preload = structure_pressing.preload.forces(reduced, elements.areas());
         let port = |port: &Port| port_of(reduced, &port.at, port.axis);
-        let others = of.loads.iter();
-        let others = others.map(|force| (port(&force.port), force.amplitude * force.phase.cos()));
-        let of_pressure = of.preload == Preload::Faces;
-        let loads = [preload, others.collect()];
-        let statics = reduced.statics(elements.centres(), &loads, of_pressure)?;
-        let [of_mesh, ..] = mesh.compliance(self.bodies)?.matrices();
-        let all = nodes.interpolation.nodes();
-        let at = |e: usize, f: usize| nodes.numbers[e] * all + nodes.numbers[f];
-        let on_mesh = |e: usize, f: usize| of_mesh[at(e, f)];
+        let constant_forces = structure_pressing.loads.iter();
+        let constant_forces =
+            constant_forces.map(|force| (port(&force.port), force.amplitude * force.phase.cos()));
+        let on_faces = structure_pressing.preload == Preload::Faces;
+        let loads = [preload, constant_forces.collect()];
+        let statics = reduced.statics(elements.centres(), &loads, on_faces)?;
+        let [mesh_compliance, ..] = mesh.compliance(self.bodies)?.matrices();
+        let node_count = nodes.interpolation.nodes();
+        let at = |e: usize, f: usize| nodes.numbers[e] * node_count + nodes.numbers[f];
+        let on_mesh = |e: usize, f: usize| mesh_compliance[at(e, f)];
         let ratio = ratio_to_mesh(elements, |e, f| statics.flexibility[(e, f)], on_mesh);
         if let Some(ratio) = ratio
             && !(SAME_MESH[0]..=SAME_MESH[1]).contains(&ratio)
@@ -227,7 +234,7 @@ impl Contact {
                 most: SAME_MESH[1],
             });
         }
-        let mut added = vec![0.0; all * all];
+        let mut added = vec![0.0; node_count * node_count];
         for e in 0..elements.len() {
             for f in 0..elements.len() {
                 added[at(e, f)] = statics.stiff[(e, f)] - on_mesh(e, f);
@@ -235,7 +242,7 @@ impl Contact {
         }
         let mut loads: Vec<NodalLoad> = Vec::with_capacity(2);
         for load in statics.loads {
-            let mut opening = vec![0.0; all];
+            let mut opening = vec![0.0; node_count];
             for (&node, value) in nodes.numbers.iter().zip(&load.opening) {
                 opening[node] = *value;
             }
@@ -262,17 +269,18 @@ impl Contact {
     }
 }
 
-/// Ratio of the energy of the structure to that of its mesh on half spaces, under forces of 1, −2 and 1 on three nodes in a row with all faces
-/// around them. Such forces neither move nor turn the bodies as a whole, and hardly bend them: two nodes alone would turn a slender bar.
+/// Returns the ratio of the elastic energy of the structure to the energy of its mesh on half spaces. The forces are
+/// 1, −2 and 1 on three nodes in a row that have all their faces. These forces neither move nor rotate the bodies and
+/// hardly bend them, whereas forces on two nodes would rotate a slender bar.
 fn ratio_to_mesh(
     elements: &ContactElements,
-    own: impl Fn(usize, usize) -> f64,
+    on_structure: impl Fn(usize, usize) -> f64,
     on_mesh: impl Fn(usize, usize) -> f64,
 ) -> Option<f64> {
     let nodes = elements.nodes()?;
     let width = nodes.interpolation.counts()[1] + 1;
     let whole = elements.areas().iter().fold(0.0, |m: f64, a| m.max(*a));
-    // A node with all faces around it has a neighbour along each axis, so that a step never leads around the end of a row.
+    // A node with all its faces has a neighbour along each axis, so that no step wraps around the end of a row.
     let inner = |number: usize| {
         let element = nodes.numbers.binary_search(&number).ok();
         element.filter(|e| elements.areas()[*e] > (1.0 - ROUNDING) * whole)
@@ -289,7 +297,7 @@ fn ratio_to_mesh(
         for step in [width, 1] {
             let row = [0, 1, 2].map(|k| inner(number + k * step));
             if let [Some(a), Some(b), Some(c)] = row {
-                of_structure += energy(&own, [a, b, c]);
+                of_structure += energy(&on_structure, [a, b, c]);
                 of_mesh += energy(&on_mesh, [a, b, c]);
             }
         }

@@ -1,4 +1,4 @@
-//! How a structure is made to vibrate, and what of its response is wanted.
+//! Excitation of a structure, and the requested response.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use super::decision::Decisions;
 use super::{Reasons, Recipe};
 use crate::dynamics::{Load, Rayleigh};
 
-/// A point of a structure and a direction.
+/// A point of a structure with a direction.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Port {
     /// Name of the point.
@@ -18,44 +18,45 @@ pub struct Port {
 /// A force on a structure: `amplitude · cos(k ω t + phase)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Force {
-    /// Half range \[N\].
+    /// Half of the peak-to-peak range \[N\].
     pub amplitude: f64,
-    /// Where it acts, and along which axis.
+    /// Point and axis of the force.
     #[serde(flatten)]
     pub port: Port,
-    /// Lead \[rad\].
+    /// Phase lead \[rad\].
     pub phase: f64,
-    /// k; 0 for a constant force.
+    /// Harmonic number k; 0 for a constant force.
     pub harmonic: u32,
 }
 
 /// A motion of the ground: `amplitude · cos(k ω t + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Base {
-    /// What moves as given, and its half range.
+    /// The prescribed quantity and its amplitude.
     #[serde(flatten)]
     pub motion: BaseMotion,
     /// 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// Lead \[rad\].
+    /// Phase lead \[rad\].
     pub phase: f64,
-    /// k, one or more.
+    /// Harmonic number k, at least 1.
     pub harmonic: u32,
 }
 
-/// What of the ground moves as given, with its half range.
+/// The prescribed quantity of the ground motion, with its amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BaseMotion {
-    /// Its acceleration \[m/s²\].
+    /// Acceleration \[m/s²\].
     Acceleration(f64),
-    /// Its displacement \[m\].
+    /// Displacement \[m\].
     Displacement(f64),
 }
 
 impl Base {
-    /// The load −m·a on a `mass` \[kg\] that is seen from the ground. For a displacement u, whose acceleration is −(kω)²u, it is the
-    /// factor m·u \[N s²\] of (kω)², to be added by [`HarmonicBalance::with_inertial_loads`](crate::dynamics::HarmonicBalance::with_inertial_loads).
+    /// Returns the load −m·a on a `mass` \[kg\] in the frame of the ground. A displacement u has the acceleration
+    /// −(kω)²u. In this case the load is the factor m·u \[N s²\] of (kω)², for
+    /// [`HarmonicBalance::with_inertial_loads`](crate::dynamics::HarmonicBalance::with_inertial_loads).
     pub fn load(&self, mass: f64) -> Load {
         let amplitude = match self.motion {
             BaseMotion::Acceleration(a) => -mass * a,
@@ -69,7 +70,7 @@ impl Base {
         }
     }
 
-    /// Half range of that load \[N\] on a `mass` \[kg\] at a `frequency` of the fundamental \[Hz\].
+    /// Returns the amplitude of this load \[N\] on a `mass` \[kg\] at the fundamental `frequency` \[Hz\].
     pub fn force(&self, mass: f64, frequency: f64) -> f64 {
         mass * match self.motion {
             BaseMotion::Acceleration(a) => a,
@@ -80,53 +81,55 @@ impl Base {
     }
 }
 
-/// Of which structure the damped modes are.
+/// The structure whose modes are damped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DampingBasis {
-    /// The unworn contact closed and stuck.
+    /// The structure with the unworn contact closed and stuck.
     Stuck,
-    /// Without contact springs.
+    /// The structure without contact springs.
     Free,
 }
 
-/// How a structure is made to vibrate, and what of its response is wanted.
+/// Excitation of a structure, and the requested response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// The forces; the drive is the first of harmonic 1 at the response and along it, or the first of all where none is there. Without any, the ground is.
+    /// Forces on the structure. The drive is the first force of harmonic 1 at the point and along the axis of the
+    /// response, otherwise the first force. Without forces, the drive is the motion of the ground.
     pub forces: Vec<Force>,
-    /// How the ground of an oscillator moves; none: it rests.
+    /// Motion of the ground of an oscillator; `None` if the ground is at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<Base>,
-    /// Whose displacement is the response.
+    /// Port whose displacement is the response.
     pub at: Port,
-    /// Orders of the harmonics, 0 among them: all, or those to begin with if there is a `harmonic_tolerance`.
+    /// Harmonic numbers, including 0. With a `harmonic_tolerance`, these are the initial harmonics.
     pub harmonics: Vec<u32>,
-    /// Relative error by harmonics left out, up to which they are extended; none: they are not.
+    /// Relative truncation error up to which harmonics are added; `None` if they are fixed.
     pub harmonic_tolerance: Option<f64>,
-    /// Whether the response with about twice as many drives the wear.
+    /// True if a response with about twice as many harmonics drives the wear.
     pub harmonic_correction: bool,
-    /// Samples of a vibration cycle at which contact elements are evaluated.
+    /// Number of samples per vibration cycle at which contact elements are evaluated.
     pub samples: usize,
     /// Modal damping ratio.
     pub damping_ratio: f64,
     /// Loss factor of the structure.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub loss_factor: f64,
-    /// Damping by mass and stiffness beside it; none: there is none.
+    /// Additional Rayleigh damping, proportional to mass and stiffness; `None` without it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rayleigh: Option<Rayleigh>,
-    /// Of which structure the damped modes are.
+    /// The structure whose modes are damped.
     pub damping_basis: DampingBasis,
-    /// Frequency of the response that moves the joint \[Hz\]; none: that of the phase resonance.
+    /// Frequency of the response that drives the joint \[Hz\]; `None` for the phase resonance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_frequency: Option<f64>,
-    /// Range in which the resonance is looked for and the forced response is computed \[Hz\]; none with a given frequency, without a forced response.
+    /// Range of the search for the resonance and of the forced response \[Hz\]; `None` for a given frequency without
+    /// a forced response.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency: Option<[f64; 2]>,
-    /// Equidistant points of the forced response; none: as continuation places them.
+    /// Number of equidistant points of the forced response; `None` for points chosen by continuation.
     pub points: Option<usize>,
-    /// The reasons.
+    /// Reasons for the choices.
     pub why: Reasons,
 }
 
@@ -136,7 +139,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl Recipe {
-    /// The ports of the vibration that are no contact ports; of none without vibration.
+    /// Returns the ports of the vibration that are not contact ports; empty without vibration.
     pub fn points(&self) -> Vec<Port> {
         match (&self.structure, &self.response) {
             (Some(structure), Some(response)) => {
@@ -148,12 +151,13 @@ impl Recipe {
 }
 
 impl Response {
-    /// The frequencies that the response in force may have \[Hz\]: the given one, or the range of the resonance.
+    /// Returns the range of frequencies of the response in force \[Hz\]: the given frequency, or the range of the
+    /// resonance.
     pub fn frequencies_in_force(&self) -> Option<[f64; 2]> {
         self.at_frequency.map(|at| [at, at]).or(self.frequency)
     }
 
-    /// Says which harmonics there are.
+    /// Explains the harmonics, the damping and the excitation.
     pub(super) fn explain(&self, decisions: &mut Decisions) {
         let orders = &self.harmonics;
         let harmonics = match self.harmonic_tolerance {
@@ -195,7 +199,7 @@ impl Response {
         let points = match (self.frequency, self.points) {
             (None, _) => "none".to_owned(),
             (_, Some(points)) => format!("at {points} frequencies"),
-            (_, None) => "as continuation places its points".to_owned(),
+            (_, None) => "at points chosen by continuation".to_owned(),
         };
         decisions.add("forced response", points, self.why.of("points"));
     }

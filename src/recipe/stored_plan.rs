@@ -8,9 +8,9 @@ use super::Recipe;
 /// The recipe of a run and the warnings about its scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredPlan {
-    /// All that the run is computed from.
+    /// Recipe from which the run is computed.
     pub recipe: Recipe,
-    /// Warnings about the scene, from before the run.
+    /// Warnings about the scene, issued before the run.
     pub warnings: Vec<String>,
 }
 
@@ -18,44 +18,45 @@ impl StoredPlan {
     /// Parses a `plan.json` that this program wrote.
     ///
     /// # Errors
-    /// The field that is missing, unknown, or written in another form.
+    /// A text that names the field that is missing, unknown, or written in another form.
     pub fn of(value: &Value) -> Result<StoredPlan, String> {
         let plan = StoredPlan::deserialize(value).map_err(|error| error.to_string())?;
-        let written = serde_json::to_value(&plan).map_err(|error| error.to_string())?;
-        match difference("", value, &written) {
+        let expected = serde_json::to_value(&plan).map_err(|error| error.to_string())?;
+        match difference("", value, &expected) {
             None => Ok(plan),
             Some(difference) => Err(difference),
         }
     }
 }
 
-/// The first field, in words, in which a value differs from what the program writes of it.
-fn difference(at: &str, found: &Value, written: &Value) -> Option<String> {
-    match (found, written) {
-        (Value::Object(found), Value::Object(written)) => {
+/// Returns a text about the first field in which the `stored` value differs from the value that the program writes.
+fn difference(at: &str, stored: &Value, expected: &Value) -> Option<String> {
+    match (stored, expected) {
+        (Value::Object(stored), Value::Object(expected)) => {
             let path = |key: &str| match at {
                 "" => key.to_owned(),
                 at => format!("{at}.{key}"),
             };
-            let unknown = found.keys().find(|key| !written.contains_key(*key));
+            let unknown = stored.keys().find(|key| !expected.contains_key(*key));
             if let Some(key) = unknown {
                 return Some(format!("unknown field `{}`", path(key)));
             }
-            written
+            expected
                 .iter()
-                .find_map(|(key, written)| match found.get(key) {
+                .find_map(|(key, expected)| match stored.get(key) {
                     None => Some(format!("missing field `{}`", path(key))),
-                    Some(found) => difference(&path(key), found, written),
+                    Some(stored) => difference(&path(key), stored, expected),
                 })
         }
-        (Value::Array(found), Value::Array(written)) if found.len() == written.len() => {
-            let mut pairs = found.iter().zip(written).enumerate();
-            pairs
-                .find_map(|(k, (found, written))| difference(&format!("{at}[{k}]"), found, written))
+        (Value::Array(stored), Value::Array(expected)) if stored.len() == expected.len() => {
+            let mut pairs = stored.iter().zip(expected).enumerate();
+            pairs.find_map(|(k, (stored, expected))| {
+                difference(&format!("{at}[{k}]"), stored, expected)
+            })
         }
-        _ if found == written => None,
+        _ if stored == expected => None,
         _ => Some(format!(
-            "`{at}` is {found}; this program would write {written}"
+            "`{at}` is {stored}; this program would write {expected}"
         )),
     }
 }

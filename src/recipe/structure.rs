@@ -1,4 +1,4 @@
-//! Where a structure comes from, and its vibration.
+//! Source of a structure, and its vibration.
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -25,31 +25,31 @@ use crate::structure::reduction::{ContactPorts, Reduced};
 use crate::structure::resonator::Resonator;
 use crate::threads::Threads;
 
-/// What vibrates.
+/// A vibrating structure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Structure {
-    /// Where it comes from.
+    /// Source of the structure.
     pub source: StructureSource,
-    /// Elastic modes that are kept of it.
+    /// Number of elastic modes of the reduced structure.
     pub modes: usize,
-    /// What its contact elements are.
+    /// Position of the contact elements: on faces, or at nodes.
     pub contact_ports: ContactPorts,
-    /// The reasons.
+    /// Reasons for the choices.
     pub why: Reasons,
 }
 
-/// Where a structure comes from.
+/// Source of a structure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StructureSource {
     /// The single-lap-joint resonator, bonded without a contact.
     Resonator {
-        /// Its dimensions, mesh and material; the lap has the size and the elements of the joint.
+        /// Dimensions, mesh and material. The lap has the size and the elements of the joint.
         geometry: Box<Resonator>,
     },
     /// Stiffness and mass from another program.
     Matrices(Box<Import>),
-    /// One mass on springs and dampers, and one contact element to the ground.
+    /// A single mass on springs and dampers, with one contact element to the ground.
     Oscillator {
         /// Mass along x, y, z \[kg\].
         mass: [f64; 3],
@@ -57,62 +57,62 @@ pub enum StructureSource {
         damping: [f64; 3],
         /// Stiffness without the contact along x, y, z \[N/m\].
         stiffness: [f64; 3],
-        /// Springs to the ground whose force is no multiple of displacement.
+        /// Nonlinear springs to the ground.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         springs: Vec<Spring>,
     },
 }
 
-/// Stiffness and mass from another program, and what they are.
+/// Stiffness and mass matrices from another program, with their meaning.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Import {
-    /// Where the files stand, absolute; that is not part of a recipe.
+    /// Absolute paths of the files. The paths are not part of a recipe.
     #[serde(skip)]
     pub files: ImportFiles,
-    /// The word of their format; none: their content decides.
+    /// Name of the file format; `None` to detect it from the content.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub format: Option<String>,
-    /// Their units.
+    /// Units of the files.
     pub unit: UnitSystem,
-    /// Rows that are held.
+    /// Fixed degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fixed: Option<String>,
-    /// Sets of nodes at the joint; none: pairs of nodes, from a file.
+    /// Node sets at the joint; `None` if a file lists pairs of nodes.
     #[serde(rename = "interface", default, skip_serializing_if = "Option::is_none")]
     pub sets: Option<JointSets>,
-    /// What the joint must be.
+    /// Requirements on the joint.
     #[serde(flatten)]
     pub wanted: JointRequirements,
-    /// Hash of the files; none before they are read.
+    /// Hash of the files; `None` before they are read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub content: Option<String>,
-    /// Points at which forces act and displacements are read; none before the files are read.
+    /// Points at which forces act and displacements are evaluated; empty before the files are read.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<String>,
-    /// Where a preload acts; none before the files are read.
+    /// Points at which a preload acts; `None` before the files are read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preload: Option<EndsOfPreload>,
-    /// The hexahedra of the files' elements, where they have such alone.
+    /// Formulation of the finite elements, if all of them are hexahedra.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hexahedra: Option<Formulation>,
-    /// The files have a damping matrix.
+    /// True if the files contain a damping matrix.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_damping: bool,
-    /// The files have elements, whose edges can be drawn.
+    /// True if the files contain finite elements, whose edges can be drawn.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub has_outline: bool,
-    /// Stiffness of its nodes over a side of its contact elements \[Pa\]; none before the files are read.
+    /// Stiffness of the nodes per side length of a contact element \[Pa\]; `None` before the files are read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub apparent_modulus: Option<f64>,
-    /// The joint; none before the files are read.
+    /// The joint; `None` before the files are read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<Interface>,
 }
 
-/// Files of a structure.
+/// Paths of the files of a structure.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ImportFiles {
-    /// Stiffness, mass and damping by their own files, or without a role one that has several.
+    /// Matrix files, each with its role; the role is `None` for a file with several matrices.
     pub matrices: Vec<(Option<Role>, PathBuf)>,
     /// Positions of nodes.
     pub nodes: Option<PathBuf>,
@@ -120,12 +120,12 @@ pub struct ImportFiles {
     pub pairs: Option<PathBuf>,
 }
 
-/// Sets of nodes that face each other.
+/// Node sets that face each other at the joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct JointSets {
-    /// Of the upper body.
+    /// Node set of the upper body.
     pub upper: String,
-    /// Of the lower body.
+    /// Node set of the lower body.
     pub lower: String,
 }
 
@@ -144,7 +144,7 @@ impl From<Resonator> for StructureSource {
 }
 
 impl StructureSource {
-    /// An oscillator of mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] along x, y, z.
+    /// Creates an oscillator with mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] along x, y, z.
     pub fn oscillator(mass: [f64; 3], damping: [f64; 3], stiffness: [f64; 3]) -> Self {
         StructureSource::Oscillator {
             mass,
@@ -154,8 +154,8 @@ impl StructureSource {
         }
     }
 
-    /// An oscillator with other springs to the ground: cubic stiffness \[N/m³\], stiffness \[N/m\] and gap \[m\] of stops along
-    /// x, y, z; those of no stiffness are none.
+    /// Adds nonlinear springs to the ground along x, y, z: cubic stiffness \[N/m³\], and stiffness \[N/m\] and gap
+    /// \[m\] of stops. A stiffness of zero adds no spring.
     pub fn with_springs(mut self, cubic: [f64; 3], stop: [f64; 3], gap: [f64; 3]) -> Self {
         if let StructureSource::Oscillator { springs, .. } = &mut self {
             for direction in 0..3 {
@@ -177,7 +177,7 @@ impl StructureSource {
         self
     }
 
-    /// Springs whose force is no multiple of displacement.
+    /// Returns the nonlinear springs.
     pub fn springs(&self) -> &[Spring] {
         match self {
             StructureSource::Oscillator { springs, .. } => springs,
@@ -185,7 +185,7 @@ impl StructureSource {
         }
     }
 
-    /// The geometry of what is meshed and reduced; none of an oscillator.
+    /// Returns the geometry of a resonator; `None` for other structures.
     pub fn resonator(&self) -> Option<&Resonator> {
         match self {
             StructureSource::Resonator { geometry } => Some(geometry),
@@ -193,7 +193,7 @@ impl StructureSource {
         }
     }
 
-    /// What comes from another program; none of another structure.
+    /// Returns the import from another program; `None` for other structures.
     pub fn import(&self) -> Option<&Import> {
         match self {
             StructureSource::Matrices(import) => Some(import),
@@ -201,7 +201,7 @@ impl StructureSource {
         }
     }
 
-    /// What comes from another program, to be completed by what its files say; none of another structure.
+    /// Returns the import from another program, mutably, to complete it from its files; `None` for other structures.
     pub fn import_mut(&mut self) -> Option<&mut Import> {
         match self {
             StructureSource::Matrices(import) => Some(import),
@@ -209,12 +209,12 @@ impl StructureSource {
         }
     }
 
-    /// True of one mass on springs.
+    /// Returns true for an oscillator.
     pub fn is_oscillator(&self) -> bool {
         matches!(self, StructureSource::Oscillator { .. })
     }
 
-    /// Where its contact elements are; nowhere of an oscillator, and before its files are read.
+    /// Returns the array of contact elements; `None` for an oscillator, and before the files are read.
     pub fn contact_array(&self) -> Option<ContactArray> {
         match self {
             StructureSource::Resonator { geometry } => Some(geometry.contact_array()),
@@ -225,7 +225,7 @@ impl StructureSource {
         }
     }
 
-    /// Thickness of the layers of finite elements from the joint on \[m\]; none where they are not known.
+    /// Returns the thickness of the layers of finite elements, starting at the joint \[m\]; empty if it is not known.
     pub fn layers(&self) -> Vec<f64> {
         match self {
             StructureSource::Resonator { geometry } => geometry.layers(),
@@ -237,7 +237,8 @@ impl StructureSource {
         }
     }
 
-    /// What boxes of its mesh are: of matrices, which do not say it, those that do not lock.
+    /// Returns the finite element formulation of the mesh. Matrices that do not state it count as elements without
+    /// locking.
     pub fn formulation(&self) -> Formulation {
         let import = self.import();
         import
@@ -245,7 +246,7 @@ impl StructureSource {
             .unwrap_or_default()
     }
 
-    /// Number of its contact elements, where there is a contact.
+    /// Returns the number of contact elements, if there is a contact.
     pub fn contact_elements(&self, ports: ContactPorts) -> usize {
         if self.is_oscillator() {
             return 1;
@@ -256,7 +257,8 @@ impl StructureSource {
         })
     }
 
-    /// Names of the points at which forces act and displacements are read, the usual one first; none of a structure with nodes of its own.
+    /// Returns the names of the points at which forces act and displacements are evaluated, the default point first;
+    /// empty for an imported structure, which has its own points.
     pub fn points(&self) -> &'static [&'static str] {
         match self {
             StructureSource::Matrices(_) => &[],
@@ -265,7 +267,7 @@ impl StructureSource {
         }
     }
 
-    /// Mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] along an axis, of an oscillator.
+    /// Returns mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] of an oscillator along an axis.
     pub fn oscillator_along(&self, axis: usize) -> Option<[f64; 3]> {
         match self {
             StructureSource::Oscillator {
@@ -278,7 +280,7 @@ impl StructureSource {
         }
     }
 
-    /// Why it is there.
+    /// Returns the reason for this kind of structure.
     pub fn why(&self) -> &'static str {
         match self {
             StructureSource::Resonator { .. } | StructureSource::Matrices(_) => {
@@ -290,18 +292,20 @@ impl StructureSource {
 }
 
 impl Structure {
-    /// True of a structure that is reduced to modes before it vibrates.
+    /// Returns true for a structure that is reduced to modes before it vibrates.
     pub fn is_reduced(&self) -> bool {
         !self.source.is_oscillator()
     }
 
-    /// The reduced structure and its outline; none of one that needs no reduction. `imported` has the matrices of one that comes from files.
+    /// Reduces the structure. Returns the reduced structure and its outline, or `None` for a structure that needs no
+    /// reduction. `imported` contains the matrices of a structure that comes from files.
     ///
     /// # Errors
-    /// [`ImportError`] for a geometry that cannot be meshed, for matrices that are those of no structure, and for modes that are not found.
+    /// [`ImportError`] for a geometry that cannot be meshed, for matrices that do not describe a structure, and for
+    /// modes that are not found.
     ///
     /// # Panics
-    /// Without the matrices of a structure that comes from files.
+    /// If the structure comes from files and its matrices are missing.
     pub fn reduce(
         &self,
         imported: Option<&Imported>,
@@ -320,19 +324,20 @@ impl Structure {
         })
     }
 
-    /// Peak of memory of [`Structure::reduce`] \[B\]; none of a structure that needs no reduction or has none.
+    /// Returns the peak memory of [`Structure::reduce`] \[B\]; `None` if no reduction is needed or possible.
     pub fn memory_to_reduce(&self, imported: Option<&Imported>) -> Option<f64> {
         match &self.source {
             StructureSource::Oscillator { .. } => None,
             StructureSource::Resonator { geometry } => geometry.memory_to_reduce(self.modes).ok(),
             StructureSource::Matrices(_) => {
-                let needed = imported?.memory_to_reduce(self.modes, self.contact_ports);
-                needed.ok()
+                let bytes = imported?.memory_to_reduce(self.modes, self.contact_ports);
+                bytes.ok()
             }
         }
     }
 
-    /// Adds the springs of an oscillator to its contact element, or makes one of them alone where it has no contact.
+    /// Adds the springs of an oscillator to its contact element. Without a contact, creates an element that has only
+    /// these springs.
     pub fn add_springs(&self, elements: &mut Vec<ContactElement>) {
         let springs = self.source.springs();
         if springs.is_empty() {
@@ -350,7 +355,7 @@ impl Structure {
         elements[0].springs = springs.to_vec();
     }
 
-    /// Says what the structure is.
+    /// Explains the structure.
     pub(super) fn explain(&self, decisions: &mut Decisions) {
         let source = match &self.source {
             StructureSource::Resonator { .. } => format!(
@@ -372,21 +377,17 @@ impl Structure {
         decisions.add("structure", source, self.why.of("source"));
         for spring in self.source.springs() {
             let axis = ["x", "y", "z"][spring.direction()];
-            let told_as = match spring {
+            let law = match spring {
                 Spring::Cubic { stiffness, .. } => format!("cubic along {axis}: {stiffness} N/m³"),
                 Spring::Stop { stiffness, gap, .. } => {
                     format!("stop along {axis}: {stiffness} N/m beyond {gap} m")
                 }
             };
-            decisions.add(
-                "spring",
-                told_as,
-                "sampled, as its force is no multiple of displacement",
-            );
+            decisions.add("spring", law, "sampled, because its force is nonlinear");
         }
     }
 
-    /// Where the contact elements are.
+    /// Returns the layout of the contact elements.
     pub fn layout(&self) -> Layout {
         match &self.source {
             StructureSource::Oscillator { .. } => Layout {
@@ -410,8 +411,8 @@ impl Structure {
         }
     }
 
-    /// The ports of the vibration that are no contact ports, in their order: those of the loads and of the response, each once.
-    /// The mass of an oscillator is its contact, unless it has none.
+    /// Returns the ports of the vibration that are not contact ports, in their order: the ports of the loads and of
+    /// the response, each once. The mass of an oscillator is its contact port, unless it has no contact.
     pub fn points(&self, response: &Response, has_contact: bool) -> Vec<Port> {
         match &self.source {
             StructureSource::Oscillator { .. } if has_contact => Vec::new(),
@@ -434,14 +435,14 @@ impl Structure {
         }
     }
 
-    /// The vibration, but for its contact elements. `reduced` is the structure, none for an oscillator; damping in modes of the stuck
-    /// joint is that of the `unworn` contact elements.
+    /// Returns the vibration without its contact elements. `reduced` is the reduced structure, or `None` for an
+    /// oscillator. Modal damping of the stuck joint uses the `unworn` contact elements.
     ///
     /// # Errors
-    /// [`DynamicsError`] for numbers that the dynamics refuses.
+    /// [`DynamicsError`] for invalid parameters of the vibration.
     ///
     /// # Panics
-    /// On a structure that is reduced before it vibrates, without its reduction.
+    /// If the structure needs a reduction and `reduced` is missing.
     pub fn vibration(
         &self,
         response: &Response,
@@ -460,9 +461,9 @@ impl Structure {
                 stiffness,
                 ..
             } => {
-                let own = mass_on_springs(*mass, *damping, *stiffness, 3 * unworn.len())?;
+                let oscillator = mass_on_springs(*mass, *damping, *stiffness, 3 * unworn.len())?;
                 (
-                    with_damping_ratio(own, response.damping_ratio, springs)?,
+                    with_damping_ratio(oscillator, response.damping_ratio, springs)?,
                     None,
                 )
             }
@@ -489,8 +490,8 @@ impl Structure {
         };
         let model = match response.rayleigh {
             Some(rayleigh) => {
-                let none = vec![0.0; model.contact_dofs];
-                model.with_rayleigh_damping(rayleigh, springs.unwrap_or(&none))?
+                let no_springs = vec![0.0; model.contact_dofs];
+                model.with_rayleigh_damping(rayleigh, springs.unwrap_or(&no_springs))?
             }
             None => model,
         };
@@ -544,18 +545,18 @@ impl Structure {
     }
 }
 
-/// An oscillator with a damping ratio beside its dampers.
+/// Adds modal damping with this ratio to the dampers of an oscillator.
 fn with_damping_ratio(
     mut model: SecondOrder,
     ratio: f64,
     springs: Option<&[f64]>,
 ) -> Result<SecondOrder, DynamicsError> {
     if ratio > 0.0 {
-        let own = model.damping.clone();
-        let none = vec![0.0; model.contact_dofs];
-        model = model.with_damping_ratio(ratio, springs.unwrap_or(&none))?;
+        let dampers = model.damping.clone();
+        let no_springs = vec![0.0; model.contact_dofs];
+        model = model.with_damping_ratio(ratio, springs.unwrap_or(&no_springs))?;
         for axis in 0..3 {
-            let sum = model.damping.at(axis, axis) + own.at(axis, axis);
+            let sum = model.damping.at(axis, axis) + dampers.at(axis, axis);
             model.damping.set(axis, axis, sum);
         }
     }

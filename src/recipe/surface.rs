@@ -1,4 +1,4 @@
-//! Where a surface comes from, and which cells of a grid belong to the joint.
+//! Source of the heights of a surface, and cells of the grid that belong to the joint.
 
 use std::path::PathBuf;
 
@@ -13,58 +13,58 @@ use crate::surface::generate::{self, GeneratedSurface, RandomSurface, Spectrum};
 use crate::surface::prepare::{Detrend, Fill};
 use crate::surface::readers::Correction;
 
-/// The cells of a rough joint and its unworn heights.
+/// The cells of a rough joint and their unworn heights.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// Side lengths along x and y \[m\].
     pub size: [f64; 2],
     /// Cells along x and y.
     pub grid: [usize; 2],
-    /// Which of them belong to the joint.
+    /// The cells that belong to the joint.
     pub cells: Cells,
-    /// How many that are; of a measured surface fewer may have a height.
+    /// Number of these cells. In a measured surface, fewer cells may have a height.
     pub kept: usize,
-    /// Where the heights come from.
+    /// Source of the heights.
     pub heights: Heights,
-    /// Hash of the file that they come from; none of a surface that is generated.
+    /// Hash of the file with the heights; `None` for a generated surface.
     pub content: Option<String>,
-    /// The reasons.
+    /// Reasons for the choices.
     pub why: Reasons,
 }
 
 impl Surface {
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> Grid {
         Grid::over(self.size, self.grid)
     }
 }
 
-/// Fewer cells a side than this resolve no roughness: a joint has no half of its grid with fewer.
+/// Least number of cells per side of a half grid. Fewer cells do not resolve the roughness.
 pub const FEWEST_CELLS: usize = 32;
 
-/// Which cells of a grid belong to a joint.
+/// Cells of a grid that belong to a joint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Cells {
-    /// All of them.
+    /// All cells.
     All,
-    /// Those whose centre lies outside of a round hole in the middle.
+    /// Cells whose centre lies outside a round hole in the middle.
     Hole {
         /// Diameter \[m\].
         diameter: f64,
     },
-    /// Those whose centre lies in a contact element.
+    /// Cells whose centre lies in a contact element.
     Elements {
-        /// Elements along x and y, were there no hole.
+        /// Elements along x and y, including elements in the hole.
         counts: [usize; 2],
-        /// Those of them that are in the hole.
+        /// Elements in the hole.
         absent: Vec<[usize; 2]>,
-        /// What a contact element is: one of these, or a node between them.
+        /// Position of the contact elements: on these faces, or at the nodes between them.
         ports: ContactPorts,
     },
 }
 
-/// Where the heights come from: positive towards the other body.
+/// Source of the heights. Heights are positive towards the other body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Heights {
@@ -94,7 +94,7 @@ pub enum Heights {
         hurst: f64,
         /// Wavelength above which the spectrum is flat \[m\].
         rolloff_wavelength: f64,
-        /// Wavelength below which there is no roughness \[m\]; none: down to the grid.
+        /// Wavelength below which there is no roughness \[m\]; `None` for roughness down to the grid.
         cutoff_wavelength: Option<f64>,
         /// Seed of the random stream.
         seed: u64,
@@ -113,21 +113,21 @@ pub enum Heights {
 /// Heights from a file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeightsFile {
-    /// The file, absolute; where it stands is not part of a recipe.
+    /// Absolute path of the file. The path is not part of a recipe.
     #[serde(skip)]
     pub path: PathBuf,
-    /// Metres per unit of height, for a file that does not carry its unit.
+    /// Metres per unit of height, for a file without a unit.
     pub unit: Option<f64>,
-    /// What is subtracted from the heights.
+    /// Shape that is subtracted from the heights.
     pub detrend: Detrend,
-    /// What becomes of points without a height.
+    /// Treatment of points without a height.
     pub fill: Fill,
-    /// Distance of the points along x and y \[m\], in place of what the file says.
+    /// Distance of the points along x and y \[m\], which overrides the file.
     pub spacing: Option<[f64; 2]>,
-    /// Whether x and y of the map are exchanged.
+    /// True if x and y of the map are exchanged.
     #[serde(default, skip_serializing_if = "is_false")]
     pub transpose: bool,
-    /// The unit and spacing that take the place of those in the file.
+    /// Unit and spacing that override the values in the file.
     #[serde(default, skip_serializing_if = "Correction::is_none")]
     pub correct: Correction,
     /// The second of two faces.
@@ -142,28 +142,28 @@ fn is_false(value: &bool) -> bool {
 /// The second of two measured faces.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SecondFace {
-    /// The file, absolute; where it stands is not part of a recipe.
+    /// Absolute path of the file. The path is not part of a recipe.
     #[serde(skip)]
     pub path: PathBuf,
-    /// Metres per unit of height, for a file that does not carry its unit.
+    /// Metres per unit of height, for a file without a unit.
     pub unit: Option<f64>,
-    /// Distance of the points along x and y \[m\], in place of what the file says.
+    /// Distance of the points along x and y \[m\], which overrides the file.
     pub spacing: Option<[f64; 2]>,
-    /// Whether x and y of the map are exchanged.
+    /// True if x and y of the map are exchanged.
     pub transpose: bool,
-    /// How the map is turned over.
+    /// Axis along which the map is mirrored.
     pub mirror: Mirror,
-    /// Its displacement along x and y of the joint, after the map is turned over \[m\].
+    /// Displacement of the mirrored map along x and y of the joint \[m\].
     pub shift: [f64; 2],
     /// Hash of the file.
     pub content: Option<String>,
 }
 
-/// How the map of a second face is turned over.
+/// Axis along which the map of a second face is mirrored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mirror {
-    /// Not at all.
+    /// The map is not mirrored.
     None,
     /// Along x: h(Lx − x, y).
     X,
@@ -172,7 +172,7 @@ pub enum Mirror {
 }
 
 impl Heights {
-    /// The file that the heights come from.
+    /// Returns the file with the heights.
     pub fn file(&self) -> Option<&HeightsFile> {
         match self {
             Heights::File(file) => Some(file),
@@ -180,7 +180,7 @@ impl Heights {
         }
     }
 
-    /// The same, to be changed.
+    /// Returns the file with the heights, mutably.
     pub fn file_mut(&mut self) -> Option<&mut HeightsFile> {
         match self {
             Heights::File(file) => Some(file),
@@ -188,7 +188,7 @@ impl Heights {
         }
     }
 
-    /// Root mean square height \[m\] that is asked for.
+    /// Returns the requested root mean square height \[m\].
     pub fn rq(&self) -> Option<f64> {
         match self {
             Heights::Gaussian { rq, .. }
@@ -198,7 +198,7 @@ impl Heights {
         }
     }
 
-    /// Lengths along x and y at which the autocorrelation is 1/e \[m\], where they are asked for.
+    /// Returns the requested lengths along x and y at which the autocorrelation is 1/e \[m\].
     pub fn correlation_length(&self) -> Option<[f64; 2]> {
         match self {
             Heights::Gaussian {
@@ -211,7 +211,7 @@ impl Heights {
         }
     }
 
-    /// Wavelength above which a spectrum is flat \[m\], of a self-affine surface.
+    /// Returns the wavelength above which the spectrum of a self-affine surface is flat \[m\].
     pub fn rolloff_wavelength(&self) -> Option<f64> {
         match self {
             Heights::SelfAffine {
@@ -221,7 +221,7 @@ impl Heights {
         }
     }
 
-    /// Radius of a sphere \[m\].
+    /// Returns the radius of a sphere \[m\].
     pub fn sphere_radius(&self) -> Option<f64> {
         match self {
             Heights::Sphere { radius } => Some(*radius),
@@ -229,10 +229,10 @@ impl Heights {
         }
     }
 
-    /// The heights on a patch; none where they come from a file.
+    /// Generates the heights on a patch. Returns `None` if they come from a file.
     ///
     /// # Errors
-    /// [`SurfaceError`] for numbers without sense, or too few cells for them.
+    /// [`SurfaceError`] for invalid parameters, or for too few cells.
     pub fn generate(&self, patch: &Patch) -> Result<Option<GeneratedSurface>, SurfaceError> {
         let exact = |heights| GeneratedSurface {
             heights,
@@ -246,7 +246,7 @@ impl Heights {
         }
     }
 
-    /// Refuses heights that no grid as this one shows any of.
+    /// Rejects heights whose roughness a grid does not resolve at all.
     ///
     /// # Errors
     /// [`SurfaceError::NoPower`]
@@ -257,7 +257,7 @@ impl Heights {
         }
     }
 
-    /// What a random surface is drawn from.
+    /// Returns the parameters of a random surface.
     fn random(&self) -> Option<RandomSurface> {
         let (rq, spectrum, seed) = match self {
             Heights::Flat | Heights::Sphere { .. } | Heights::File(_) => return None,
@@ -299,7 +299,7 @@ impl Heights {
         })
     }
 
-    /// Seed of the random stream, of a surface that has one.
+    /// Returns the seed of a random surface.
     pub fn seed(&self) -> Option<u64> {
         match self {
             Heights::Gaussian { seed, .. }
@@ -311,7 +311,7 @@ impl Heights {
 }
 
 impl Cells {
-    /// Diameter of a round hole \[m\]; none of a joint without.
+    /// Returns the diameter of the round hole \[m\]; `None` for a joint without a hole.
     pub fn hole_diameter(&self) -> Option<f64> {
         match self {
             Cells::Hole { diameter } => Some(*diameter),
@@ -319,7 +319,7 @@ impl Cells {
         }
     }
 
-    /// Contact elements along x and y; none of a joint without.
+    /// Returns the number of contact elements along x and y; zero for a joint without contact elements.
     pub fn element_counts(&self) -> [usize; 2] {
         match self {
             Cells::Elements { counts, .. } => *counts,
@@ -329,10 +329,11 @@ impl Cells {
 }
 
 impl Surface {
-    /// The contact elements whose cells are those of the joint, if they are.
+    /// Returns the contact elements that match the cells of the joint; `None` if the cells do not follow contact
+    /// elements.
     ///
     /// # Errors
-    /// [`ModelUpdateError`] where the grid is coarser than the elements.
+    /// [`ModelUpdateError`] if the grid is coarser than the elements.
     pub fn contact_elements(&self) -> Result<Option<ContactElements>, ModelUpdateError> {
         let Cells::Elements {
             counts,
@@ -351,10 +352,10 @@ impl Surface {
         elements.map(Some)
     }
 
-    /// The grid and the cells of it that belong to the joint.
+    /// Returns the grid with the cells that belong to the joint.
     ///
     /// # Errors
-    /// As for [`Surface::contact_elements`].
+    /// The errors of [`Surface::contact_elements`].
     pub fn patch(&self) -> Result<Patch, ModelUpdateError> {
         Ok(match (self.contact_elements()?, &self.cells) {
             (Some(elements), _) => elements.patch().clone(),

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::decision::Decisions;
 use crate::wear::{Scheme, WearLaw};
 
-/// Wear over many cycles. At least one of `cycles` and `volume` is there; the run ends at the first that is reached.
+/// Wear over many cycles. At least one of `cycles` and `volume` is given. The run ends at the first limit that it
+/// reaches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Wear {
     /// Worn volume per dissipated energy \[m³/J\], [A eq. 2.5].
@@ -14,44 +15,46 @@ pub struct Wear {
     pub cycles: Option<u64>,
     /// Worn volume to reach \[m³\].
     pub volume: Option<f64>,
-    /// Part of the load that is left when the run ends, with all of its error bar; none: the load ends nothing.
+    /// Fraction of the load at which the run ends, including the full error bar of the load; `None` if the load does
+    /// not end the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_preload: Option<f64>,
-    /// How a wear step is taken.
+    /// Time integration scheme of the wear steps.
     pub scheme: Scheme,
-    /// Largest local wear depth of a step \[m\]; always there for an explicit scheme.
+    /// Largest local wear depth per step \[m\]; always given for an explicit scheme.
     pub depth_step: Option<f64>,
-    /// Relative error that a wear step may make.
+    /// Tolerance of the relative error of a wear step.
     pub tolerance: f64,
 }
 
 impl Wear {
-    /// True if these cycles, or this worn volume \[m³\], end the run.
+    /// Returns true if these cycles or this worn volume \[m³\] end the run.
     pub fn is_reached(&self, cycles: u64, volume: f64) -> bool {
         self.cycles.is_some_and(|end| cycles >= end) || self.volume.is_some_and(|end| volume >= end)
     }
 
-    /// True if a load \[N\] is for certain, being wrong by its relative bar at most, no more than the part of the `unworn` one that ends the run.
+    /// Returns true if a load \[N\] has certainly fallen to the fraction of the `unworn` load that ends the run.
+    /// `bar` is the relative error bar of the load.
     pub fn has_lost(&self, load: f64, bar: f64, unworn: f64) -> bool {
         let end = self.until_preload.map(|part| part * unworn);
         end.is_some_and(|end| load * (1.0 + bar) <= end)
     }
 
-    /// Part of the run that these cycles, or this worn volume \[m³\], are, whichever is further.
+    /// Returns the completed part of the run after these cycles or at this worn volume \[m³\], whichever is larger.
     pub fn part(&self, cycles: u64, volume: f64) -> f64 {
-        let of_cycles = self.cycles.map_or(0.0, |end| cycles as f64 / end as f64);
-        let of_volume = self.volume.map_or(0.0, |end| volume / end);
-        of_cycles.max(of_volume).min(1.0)
+        let cycle_part = self.cycles.map_or(0.0, |end| cycles as f64 / end as f64);
+        let volume_part = self.volume.map_or(0.0, |end| volume / end);
+        cycle_part.max(volume_part).min(1.0)
     }
 
-    /// The wear law.
+    /// Returns the wear law.
     pub fn law(&self) -> WearLaw {
         WearLaw {
             coefficient: self.coefficient,
         }
     }
 
-    /// Says how a wear step is taken.
+    /// Explains the wear steps.
     pub(super) fn explain(&self, decisions: &mut Decisions) {
         let depth_step = self.depth_step.unwrap_or(f64::NAN);
         let (choice, why) = self.scheme.describe(self.tolerance, depth_step);

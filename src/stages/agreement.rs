@@ -1,6 +1,6 @@
-//! Agreement of both scales on a response: its contact elements get the laws that the fine contact has under the motion of the response,
-//! until the fine contact says the same of loads, force and energy as the elements. First between the ends of the motion, and then, where its
-//! cycles are stepped, over the whole of it.
+//! Agreement of the fine contact and the contact elements on a response. The contact elements get the laws that the
+//! fine contact has under the motion of the response, until loads, force and energy agree. The comparison first uses
+//! a cycle between the ends of the motion. If the cycles are stepped, it then uses the whole cycle.
 
 use super::RunError;
 use super::computed_motion::{ElementMotion, let_move, let_move_between_ends};
@@ -16,29 +16,31 @@ use crate::tables::TableName;
 use crate::wear::cycle::March;
 use crate::wear::implicit::EndCycle;
 
-/// What the fine contact may be off the contact elements in force and energy, relative to the larger: below this laws are left as they are.
+/// Tolerance of force and energy, relative to the larger value. Below it, the laws are not changed.
 const AGREED: f64 = 0.01;
-/// What the fine contact may be off the contact elements in the loads at the ends of the motion, element by element, by their parts in the work of
-/// friction. What loads vary by is a tenth of them or two, and counts in the second place: it makes of the work of friction what varies, not all.
+/// Tolerance of the loads at the ends of the motion, per element, weighted by the work of friction. It is looser than
+/// [`AGREED`]: loads vary by only 10 to 20 %, so they change only part of the work of friction.
 const AGREED_LOADS: f64 = 0.02;
-/// Part of a difference that a round leaves at most, if another one is to follow.
+/// Another round follows only if a round reduces the difference by at least this factor.
 const LEFT: f64 = 0.7;
-/// Relative error of the loads at the ends of a motion, of which a hundredth is asked.
+/// Options of the solves for the loads at the ends of a motion. The comparison needs an accuracy of about 1 %.
 const LOADS: NormalOptions = NormalOptions {
     tolerance: 1e-4,
     max_iterations: 4000,
 };
-/// Laws that are taken from a response, at most.
+/// Largest number of rounds, each with new laws.
 const ROUNDS: usize = 3;
-/// What the fine contact may be off the contact elements in a whole cycle, in parts of the error bar of its steps: the cycle is known no better.
+/// Tolerance of a whole cycle, in parts of the error bar of its steps, since the cycle is not known better.
 const OF_BAR: f64 = 0.5;
-/// Samples of the cycles of elements that are held against a stepped one, and how many of them loads are compared at.
+/// Samples of the cycles of the elements for the comparison with a stepped cycle, and number of samples at which
+/// loads are compared.
 const SAMPLES: usize = 128;
 const INSTANTS: usize = 8;
-/// Part of what the exciter supplies that friction must take for its energy to be looked at: of a joint that all but sticks it is rounding.
+/// Friction energy below this part of the exciter's energy is not compared, since it consists of rounding errors if
+/// the joint almost sticks.
 const LEAST_FRICTION: f64 = 1e-3;
 
-/// Tables of the fine contact that the stage of the response reads to compare it with its elements.
+/// Tables of the fine contact that the stage of the response reads for the comparison.
 pub const TABLES: [TableName; 5] = [
     TableName::Surface,
     TableName::Reference,
@@ -47,55 +49,57 @@ pub const TABLES: [TableName; 5] = [
     TableName::ContactField,
 ];
 
-/// A response with its elements.
+/// A response with its contact elements.
 pub struct AgreedResponse<'a> {
     /// The response.
     pub resolved: Resolved<'a>,
-    /// Parameters of its elements.
+    /// Parameters of the contact elements.
     pub parameters: ElementParameters,
-    /// Energy of stepped cycles over that between two ends, which its elements are to have.
+    /// Energy of a stepped cycle over the energy of a reversal cycle. It corrects the friction of the elements.
     pub stepped_part: f64,
 }
 
-/// What the fine contact does between the ends of a response, under the loads at rest, and what these vary by.
+/// Comparison of the fine contact and the elements between the ends of a response, under the loads at rest, and of
+/// the variation of the loads.
 struct BetweenEnds {
-    /// Largest of the differences to the elements in force, energy and loads, each in parts of what is agreement.
+    /// Largest difference from the elements in force, energy and loads, relative to the tolerance of each.
     gap: f64,
-    /// Its loads at the ends of the motion, where they are off.
+    /// Loads of the fine contact at the ends of the motion, if they exceed their tolerance.
     loads: Option<EndLoads>,
-    /// Its loading along the motion, where force or energy are off.
+    /// Loading of the fine contact along the motion, if force or energy exceed their tolerance.
     loading: Option<Loading>,
 }
 
-/// The response `resolved` to elements of these `parameters`, and both again as often as it takes until the fine contact agrees. Where
-/// elements have one law for all, they are what they are. What is left stands in the ledger, which tells it.
+/// Iterates the elements and their response until the fine contact agrees. Elements that share one law are not
+/// changed. The ledger reports the remaining difference.
 ///
 /// # Errors
-/// Those of the contact solves, and of a response.
+/// Errors of the contact solves and of the response.
 pub fn agreed<'a>(
     reads: &StageInputs,
     solvers: &mut Solvers,
     vibration: &'a Vibration,
-    begin: AgreedResponse<'a>,
+    initial: AgreedResponse<'a>,
 ) -> Result<AgreedResponse<'a>, RunError> {
-    if begin.parameters.sliders.is_none() {
-        return Ok(begin);
+    if initial.parameters.sliders.is_none() {
+        return Ok(initial);
     }
-    let (best, _) = rounds::<BetweenEnds>(reads, solvers, vibration, begin)?;
-    let (best, over_the_cycle) = rounds::<Stepped>(reads, solvers, vibration, best)?;
-    // The stage of the cycle asks for the same.
-    if let Some(stepped) = over_the_cycle {
-        solvers.end = Some(stepped.cycle);
+    let (best, _) = iterate_laws::<BetweenEnds>(reads, solvers, vibration, initial)?;
+    let (best, comparison) = iterate_laws::<SteppedComparison>(reads, solvers, vibration, best)?;
+    // The stage of the fretting cycle needs the same cycle.
+    if let Some(comparison) = comparison {
+        solvers.end = Some(comparison.cycle);
     }
     Ok(best)
 }
 
-/// The laws of elements of these `parameters` under the motion that the response before had, carried on to a `compliance` of the fine contact: the next one
-/// is near it, and finds them all but in agreement. Stepped cycles are to have this part of the energy of one between two ends. As they are where the fine contact
-/// has no cycle of that motion.
+/// Returns the laws of the elements under the previous motion, extrapolated to a `compliance` of the fine contact.
+/// The next response is close to this motion, so its elements nearly agree from the start. The friction of the
+/// elements is corrected by `stepped_part`. Returns `parameters` unchanged if the fine contact has no cycle under
+/// this motion.
 ///
 /// # Errors
-/// Those of the contact solves.
+/// Errors of the contact solves.
 pub fn predicted_parameters(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -104,8 +108,8 @@ pub fn predicted_parameters(
     parameters: ElementParameters,
     stepped_part: f64,
 ) -> Result<ElementParameters, RunError> {
-    let moved = before.of_elements(parameters.clone(), stepped_part);
-    match between_ends(reads, solvers, &moved, compliance, true) {
+    let motion = before.of_elements(parameters.clone(), stepped_part);
+    match compare_between_ends(reads, solvers, &motion, compliance, true) {
         Ok(Some(fine)) => fine.laws_from(reads, solvers, &parameters),
         Ok(None) | Err(RunError::Cycle(_)) => Ok(parameters),
         Err(error) if error.is_not_converged() => Ok(parameters),
@@ -113,36 +117,36 @@ pub fn predicted_parameters(
     }
 }
 
-/// What the fine contact does under a response, held against its elements.
-trait Compared: Sized {
-    /// That of a response; none where it is not to be compared.
+/// Comparison of the fine contact with the contact elements under a response.
+trait Comparison: Sized {
+    /// Compares the fine contact with the elements of a response; `None` if the comparison does not apply.
     fn of(
         reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &AgreedResponse<'_>,
+        current: &AgreedResponse<'_>,
     ) -> Result<Option<Self>, RunError>;
 
-    /// The largest difference to the elements, in parts of what is agreement.
+    /// Returns the largest difference from the elements, relative to its tolerance.
     fn gap(&self) -> f64;
 
-    /// The laws by which the elements of that response would agree.
+    /// Returns the laws with which the elements of this response would agree.
     fn laws(
         &self,
         reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &AgreedResponse<'_>,
+        current: &AgreedResponse<'_>,
     ) -> Result<ElementParameters, RunError>;
 }
 
-/// Responses, each to the laws that the fine contact asks for under the one before, as long as each comes nearer; and what the fine contact does under the
-/// last.
-fn rounds<'a, C: Compared>(
+/// Alternates between new laws and new responses as long as the agreement improves. Returns the last response and its
+/// comparison.
+fn iterate_laws<'a, C: Comparison>(
     reads: &StageInputs,
     solvers: &mut Solvers,
     vibration: &'a Vibration,
-    begin: AgreedResponse<'a>,
+    initial: AgreedResponse<'a>,
 ) -> Result<(AgreedResponse<'a>, Option<C>), RunError> {
-    let mut best = begin;
+    let mut best = initial;
     let Some(mut fine) = C::of(reads, solvers, &best)? else {
         return Ok((best, None));
     };
@@ -154,23 +158,24 @@ fn rounds<'a, C: Compared>(
         let Some(next) = resolved_again(reads, vibration, &best, parameters)? else {
             break;
         };
-        // Laws under which the fine contact has no cycle are none to take; without them it has one.
-        let found = match C::of(reads, solvers, &next) {
-            Ok(Some(found)) if found.gap() < fine.gap() => found,
+        // Rejects laws under which the fine contact has no cycle. The previous laws have one.
+        let next_fine = match C::of(reads, solvers, &next) {
+            Ok(Some(next_fine)) if next_fine.gap() < fine.gap() => next_fine,
             Ok(_) | Err(RunError::Cycle(_)) => break,
             Err(error) if error.is_not_converged() => break,
             Err(error) => return Err(error),
         };
-        let goes_on = found.gap() <= LEFT * fine.gap();
-        (best, fine) = (next, found);
-        if !goes_on {
+        let improves = next_fine.gap() <= LEFT * fine.gap();
+        (best, fine) = (next, next_fine);
+        if !improves {
             break;
         }
     }
     Ok((best, Some(fine)))
 }
 
-/// The response to elements with other `parameters`, from the one at hand; none where it is not found.
+/// Solves the response to elements with other `parameters`, starting from the response `last`. Returns `None` if the
+/// solver does not converge.
 fn resolved_again<'a>(
     reads: &StageInputs,
     vibration: &'a Vibration,
@@ -191,26 +196,26 @@ fn resolved_again<'a>(
     }
 }
 
-/// What the fine contact does over a whole cycle of a response, step by step: on an orbit, and where places gain and lose much of their load,
-/// laws of a line under the loads at rest do not tell it.
-struct Stepped {
-    /// Difference to the elements in energy or force, the larger, in parts of what may be the error of the steps.
+/// Comparison over a whole stepped cycle. On an orbit, or where the local loads vary strongly, the laws of a straight
+/// motion under the loads at rest are insufficient.
+struct SteppedComparison {
+    /// Largest difference from the elements in energy or force, relative to the tolerance.
     gap: f64,
-    /// What it dissipates at each element, as samples of the elements' own cycles would tell it \[J\].
+    /// Energy that the fine contact dissipates at each element, scaled to the sampling of the elements' cycles \[J\].
     energy: Vec<f64>,
-    /// Samples of the elements' own cycles.
+    /// Sampling of the elements' cycles.
     sampling: Sampling,
-    /// The cycle.
+    /// The stepped cycle.
     cycle: EndCycle,
 }
 
-impl Compared for Stepped {
+impl Comparison for SteppedComparison {
     fn of(
         reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &AgreedResponse<'_>,
+        current: &AgreedResponse<'_>,
     ) -> Result<Option<Self>, RunError> {
-        stepped(reads, solvers, of)
+        compare_stepped(reads, solvers, current)
     }
 
     fn gap(&self) -> f64 {
@@ -221,47 +226,58 @@ impl Compared for Stepped {
         &self,
         reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &AgreedResponse<'_>,
+        current: &AgreedResponse<'_>,
     ) -> Result<ElementParameters, RunError> {
-        let displacement = &of.resolved.resonance.in_force().displacement;
-        let dissipated = |parameters: &ElementParameters| -> Vec<f64> {
-            let elements = contact_elements(reads, parameters, of.stepped_part);
+        let displacement = &current.resolved.resonance.in_force().displacement;
+        let element_energies = |parameters: &ElementParameters| -> Vec<f64> {
+            let elements = contact_elements(reads, parameters, current.stepped_part);
             let cycles = element_cycles(&elements, displacement, &self.sampling);
             cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
         };
         let loads = EndLoads {
-            energy: dissipated(&of.parameters),
+            energy: element_energies(&current.parameters),
             ..extreme_loads(reads, solvers, displacement, &self.sampling)?
         };
-        let laws = match loads.difference(&of.parameters) > AGREED_LOADS {
-            true => loads.laws(&of.parameters),
-            false => of.parameters.clone(),
+        let laws = match loads.difference(&current.parameters) > AGREED_LOADS {
+            true => loads.laws(&current.parameters),
+            false => current.parameters.clone(),
         };
-        Ok(with_energy_of(&self.energy, &laws, dissipated))
+        Ok(with_energy_of(&self.energy, &laws, element_energies))
     }
 }
 
-/// The cycle of the fine contact under a response whose cycles are stepped; none of one that goes to and fro between two ends, or where the
-/// cells do not move with the elements.
-fn stepped(
+/// Computes the cycle of the fine contact under a response with stepped cycles. Returns `None` for a motion that is
+/// marched between its ends, or if the cells do not move with the elements.
+fn compare_stepped(
     reads: &StageInputs,
     solvers: &mut Solvers,
-    of: &AgreedResponse<'_>,
-) -> Result<Option<Stepped>, RunError> {
+    current: &AgreedResponse<'_>,
+) -> Result<Option<SteppedComparison>, RunError> {
     let at_rest = AtRest::of(reads, solvers)?;
-    let displacement = &of.resolved.resonance.in_force().displacement;
-    let elements = contact_elements(reads, &of.parameters, of.stepped_part);
-    let harmonics = of.resolved.balance.harmonics().clone();
+    let displacement = &current.resolved.resonance.in_force().displacement;
+    let elements = contact_elements(reads, &current.parameters, current.stepped_part);
+    let harmonics = current.resolved.balance.harmonics().clone();
     let sampling = Sampling::new(
         harmonics,
-        SAMPLES.max(of.resolved.balance.sampling().samples()),
+        SAMPLES.max(current.resolved.balance.sampling().samples()),
     )
     .map_err(|error| failed(reads, error))?;
-    let own = joint_cycle(&elements, displacement, &sampling, &layout(reads).centres)
+    let element_cycle = joint_cycle(&elements, displacement, &sampling, &layout(reads).centres)
         .map_err(|error| failed(reads, error))?;
-    let response = response_table(&reads.recipe, &of.resolved.balance, &of.resolved.resonance);
-    let moved = ElementMotion::new(response, of.parameters.clone(), of.stepped_part);
-    let_move(reads, solvers, at_rest.contact.load, Some(&moved), None)?;
+    let response = response_table(
+        &reads.recipe,
+        &current.resolved.balance,
+        &current.resolved.resonance,
+    );
+    let element_motion =
+        ElementMotion::new(response, current.parameters.clone(), current.stepped_part);
+    let_move(
+        reads,
+        solvers,
+        at_rest.contact.load,
+        Some(&element_motion),
+        None,
+    )?;
     let joint = solvers.joint(reads)?;
     if joint.march != March::Stepped || joint.motion.own.is_none() {
         return Ok(None);
@@ -270,18 +286,20 @@ fn stepped(
     let (cycle, fft_pairs) = solvers.work(reads, None, |joint| {
         Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
     })?;
-    let force = half_range(own.force_along.iter().copied());
-    let mut gap = off(cycle.force_along(), force);
-    // The balance has its elements' friction in closed form, which samples miss a little of.
-    let balance = of.resolved.resonance.in_force().energy;
-    let sampled: f64 = own.dissipated_energy.iter().sum();
+    let force = half_range(element_cycle.force_along.iter().copied());
+    let mut gap = relative_gap(cycle.force_along(), force);
+    // The balance computes the friction of its elements in closed form, and the samples miss a small part of it.
+    let balance = current.resolved.resonance.in_force().energy;
+    let sampled: f64 = element_cycle.dissipated_energy.iter().sum();
     let mut energy = solvers.elements(reads)?.integrals(&cycle.energy);
     if balance.friction > LEAST_FRICTION * balance.input {
-        gap = gap.max(off(cycle.dissipation, balance.friction));
-        let in_samples = sampled / balance.friction;
-        energy.iter_mut().for_each(|energy| *energy *= in_samples);
+        gap = gap.max(relative_gap(cycle.dissipation, balance.friction));
+        let sampling_ratio = sampled / balance.friction;
+        energy
+            .iter_mut()
+            .for_each(|energy| *energy *= sampling_ratio);
     }
-    Ok(Some(Stepped {
+    Ok(Some(SteppedComparison {
         gap: gap / AGREED.max(OF_BAR * cycle.relative_error()),
         energy,
         sampling,
@@ -296,8 +314,8 @@ fn stepped(
     }))
 }
 
-/// What the fine contact bears at each element where the element comes closest in a cycle, and where it opens most, among some instants of the
-/// `displacement`.
+/// Returns the loads of the fine contact at each element where the element approaches most and where it opens most.
+/// Both are searched among some instants of the `displacement`.
 fn extreme_loads(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -320,7 +338,10 @@ fn extreme_loads(
                 .collect()
         })
         .collect();
-    let fields = approach.iter().map(|of| of_cells(&elements, of)).collect();
+    let fields = approach
+        .iter()
+        .map(|values| nodal_field(&elements, values))
+        .collect();
     let (pressures, _) = solvers.work(reads, None, |joint| {
         Ok(joint.pressures_by_place(&at_rest.contact, fields, LOADS)?)
     })?;
@@ -345,22 +366,22 @@ fn extreme_loads(
     Ok(ends)
 }
 
-impl Compared for BetweenEnds {
+impl Comparison for BetweenEnds {
     fn of(
         reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &AgreedResponse<'_>,
+        current: &AgreedResponse<'_>,
     ) -> Result<Option<Self>, RunError> {
         let AgreedResponse {
             resolved,
             parameters,
             stepped_part,
-        } = of;
+        } = current;
         let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
-        let moved = ElementMotion::new(response, parameters.clone(), *stepped_part);
+        let motion = ElementMotion::new(response, parameters.clone(), *stepped_part);
         let energy = resolved.resonance.in_force().energy;
         let dissipates = energy.friction > LEAST_FRICTION * energy.input;
-        between_ends(reads, solvers, &moved, None, dissipates)
+        compare_between_ends(reads, solvers, &motion, None, dissipates)
     }
 
     fn gap(&self) -> f64 {
@@ -371,14 +392,14 @@ impl Compared for BetweenEnds {
         &self,
         reads: &StageInputs,
         solvers: &mut Solvers,
-        of: &AgreedResponse<'_>,
+        current: &AgreedResponse<'_>,
     ) -> Result<ElementParameters, RunError> {
-        self.laws_from(reads, solvers, &of.parameters)
+        self.laws_from(reads, solvers, &current.parameters)
     }
 }
 
 impl BetweenEnds {
-    /// The laws by which elements of these `parameters` would agree under the same motion.
+    /// Returns the laws with which elements of these `parameters` would agree under the same motion.
     fn laws_from(
         &self,
         reads: &StageInputs,
@@ -387,7 +408,7 @@ impl BetweenEnds {
     ) -> Result<ElementParameters, RunError> {
         let mu = solvers.joint(reads)?.friction_coefficient;
         let loading = self.loading.as_ref();
-        let parameters = loading.map_or(parameters.clone(), |of| of.laws(parameters, mu));
+        let parameters = loading.map_or(parameters.clone(), |loading| loading.laws(parameters, mu));
         Ok(match &self.loads {
             Some(loads) => loads.laws(&parameters),
             None => parameters,
@@ -395,32 +416,37 @@ impl BetweenEnds {
     }
 }
 
-/// The fine contact between the ends of a response, as it is at a `compliance` of the fine contact; none where elements have no laws of their own.
-fn between_ends(
+/// Compares the fine contact and the elements between the ends of a response, at a `compliance` of the fine contact.
+/// Returns `None` if the elements have no friction laws of their own.
+fn compare_between_ends(
     reads: &StageInputs,
     solvers: &mut Solvers,
-    moved: &ElementMotion,
+    motion: &ElementMotion,
     compliance: Option<f64>,
     dissipates: bool,
 ) -> Result<Option<BetweenEnds>, RunError> {
     let at_rest = AtRest::of(reads, solvers)?;
     let load = at_rest.contact.load;
-    let work = let_move_between_ends(reads, solvers, load, moved, compliance)?;
+    let work = let_move_between_ends(reads, solvers, load, motion, compliance)?;
     let Some(work) = work else {
         return Ok(None);
     };
-    let parameters = moved.parameters();
+    let parameters = motion.parameters();
     let (wear, contact, start) = (&at_rest.wear, &at_rest.contact, at_rest.start());
     let elements = solvers.elements(reads)?;
     let fields = work.approach.each_ref();
-    let fields = fields.map(|of_elements| of_cells(&elements, of_elements));
-    // Both under the loads at rest: what the variation of loads makes of force and work is no matter of the laws along the joint.
+    let fields = fields.map(|of_elements| nodal_field(&elements, of_elements));
+    // Both cycles use the loads at rest. The effect of varying loads on force and work does not belong to the laws
+    // along the joint.
     let (fine, _) = solvers.work(reads, None, |joint| {
         let cycle = joint.cycle(wear, contact, start)?;
-        let part = moved.stepped_part();
-        let mut gap = off(part * cycle.force_along(), work.force_along);
+        let stepped_part = motion.stepped_part();
+        let mut gap = relative_gap(stepped_part * cycle.force_along(), work.force_along);
         if dissipates {
-            gap = gap.max(off(part * cycle.dissipation, work.energy.iter().sum()));
+            gap = gap.max(relative_gap(
+                stepped_part * cycle.dissipation,
+                work.energy.iter().sum(),
+            ));
         }
         let loading = match gap > AGREED {
             true => {
@@ -437,23 +463,23 @@ fn between_ends(
             load: [0, 1].map(|end| elements.loads(&pressures[end])),
             energy: work.energy,
         };
-        let off_loads = loads.difference(parameters);
+        let load_gap = loads.difference(parameters);
         Ok(BetweenEnds {
-            gap: (gap / AGREED).max(off_loads / AGREED_LOADS),
-            loads: (off_loads > AGREED_LOADS).then_some(loads),
+            gap: (gap / AGREED).max(load_gap / AGREED_LOADS),
+            loads: (load_gap > AGREED_LOADS).then_some(loads),
             loading,
         })
     })?;
     Ok(Some(fine))
 }
 
-/// What a figure of the fine contact is off that of the elements, in parts of the larger.
-fn off(fine: f64, elements: f64) -> f64 {
+/// Returns the difference between fine contact and elements, relative to the larger value.
+fn relative_gap(fine: f64, elements: f64) -> f64 {
     (fine - elements).abs() / fine.max(elements).max(f64::MIN_POSITIVE)
 }
 
-/// What the elements do on the cells between their nodes; nothing where elements are faces.
-fn of_cells(elements: &ContactElements, of_elements: &[f64]) -> Vec<f64> {
+/// Interpolates nodal values of the elements to the cells; zero if the elements are faces.
+fn nodal_field(elements: &ContactElements, of_elements: &[f64]) -> Vec<f64> {
     let mut field = vec![0.0; elements.patch().grid.len()];
     if let Some(nodes) = elements.nodes() {
         let mut values = vec![0.0; nodes.interpolation.nodes()];

@@ -1,4 +1,5 @@
-//! The backbone of a joint: unworn in memory, or of a committed iteration from its tables. It is no stage of a run, and no run is changed.
+//! Backbone of a joint: of an unworn joint in memory, or of a committed iteration from its tables. The backbone is
+//! not a stage, and no run is changed.
 
 use super::RunError;
 use super::contact_state::harmonics_of;
@@ -20,14 +21,14 @@ use crate::recipe::Inputs;
 use crate::store::{Cache, RunReader};
 use crate::tables::{Tables, typed};
 
-/// The backbone of the unworn joint of a scene. What leads to it is computed in memory; nothing is written but, where there is a cache, a
-/// reduced structure.
+/// Computes the backbone of the unworn joint of a scene in memory. If there is a cache, a reduced structure is stored
+/// there. Nothing else is written.
 ///
 /// # Errors
-/// [`RunError`] of the stages before it, and [`RunError::Dynamics`] if the least level has no phase resonance.
+/// [`RunError`] of the earlier stages, and [`RunError::Dynamics`] if there is no phase resonance at the lowest level.
 ///
 /// # Panics
-/// On a recipe without structure and response.
+/// If the recipe lacks structure or response.
 pub fn backbone_of_scene(
     inputs: &Inputs,
     cache: Option<&Cache>,
@@ -46,14 +47,16 @@ pub fn backbone_of_scene(
     )
 }
 
-/// The phase resonance of the unworn joint over a value of its scene: `inputs_at` has the scene of a value. Harmonics are those of the
-/// first value. An error behind the first resonance ends the curve and stands beside it.
+/// Computes the phase resonance of the unworn joint as a function of a value in its scene. `inputs_at` returns the
+/// inputs for a value. The harmonics of the first value are used for all values. An error after the first resonance
+/// ends the curve and is returned with it.
 ///
 /// # Errors
-/// Those of `inputs_at` and [`RunError`] of the stages before the resonance, and [`RunError::Dynamics`] if the first value has none.
+/// Errors of `inputs_at`, [`RunError`] of the stages before the resonance, and [`RunError::Dynamics`] if the first
+/// value has no phase resonance.
 ///
 /// # Panics
-/// On a recipe without structure and response.
+/// If the recipe lacks structure or response.
 pub fn resonance_of_scenes<E: From<RunError>>(
     mut inputs_at: impl FnMut(f64) -> Result<Inputs, E>,
     cache: Option<&Cache>,
@@ -62,10 +65,10 @@ pub fn resonance_of_scenes<E: From<RunError>>(
     observer: &dyn Observer,
 ) -> Result<(Backbone, Option<E>), E> {
     let mut harmonics: Option<Harmonics> = None;
-    let driven = |value: f64| -> Result<DrivenStructure, Of<E>> {
-        let inputs = inputs_at(value).map_err(Of)?;
+    let driven = |value: f64| -> Result<DrivenStructure, CurveError<E>> {
+        let inputs = inputs_at(value).map_err(CurveError)?;
         let has_resonance = harmonic_tolerance(&inputs.recipe).is_some();
-        let found = unworn(
+        let result = unworn(
             &inputs,
             cache,
             threads,
@@ -76,31 +79,34 @@ pub fn resonance_of_scenes<E: From<RunError>>(
                 Ok(vibration.with_balance(balance))
             },
         );
-        let driven = found.map_err(|error| Of(error.into()))?;
+        let driven = result.map_err(|error| CurveError(error.into()))?;
         harmonics.get_or_insert_with(|| driven.balance.harmonics().clone());
         Ok(driven)
     };
     match resonance_over(levels, driven) {
-        Ok((backbone, broken)) => Ok((backbone, broken.map(|Of(error)| error))),
-        Err(Of(error)) => Err(error),
+        Ok((backbone, broken)) => Ok((backbone, broken.map(|CurveError(error)| error))),
+        Err(CurveError(error)) => Err(error),
     }
 }
 
-/// An error of the solver at the first value, or another one.
-struct Of<E>(E);
+/// Error of a point of the curve: of the solver, or of the inputs and stages.
+struct CurveError<E>(E);
 
-impl<E: From<RunError>> From<DynamicsError> for Of<E> {
-    fn from(source: DynamicsError) -> Of<E> {
+impl<E: From<RunError>> From<DynamicsError> for CurveError<E> {
+    fn from(source: DynamicsError) -> CurveError<E> {
         let wear_iteration = 0;
-        Of(RunError::Dynamics {
-            wear_iteration,
-            source,
-        }
-        .into())
+        CurveError(
+            RunError::Dynamics {
+                wear_iteration,
+                source,
+            }
+            .into(),
+        )
     }
 }
 
-/// Works on what the forced response of the unworn joint of a scene reads; of its resonance, which gives the harmonics, only if it is wanted.
+/// Calls `work` with the inputs of the forced response of the unworn joint of a scene. The resonance, which
+/// determines the harmonics, is computed only if `has_resonance` is true.
 pub(super) fn unworn<T>(
     inputs: &Inputs,
     cache: Option<&Cache>,
@@ -113,18 +119,24 @@ pub(super) fn unworn<T>(
     runner.once_in_memory(cache)?;
     let is_needed = |stage: Stage| stage != Stage::DynamicResponse || has_resonance;
     let tables = runner.unworn_in_memory(Stage::ForcedResponse, is_needed)?;
-    let none = Tables::new();
-    runner.reading(&forced_response::DECLARATION, 0, [&tables, &none], work)
+    let no_tables = Tables::new();
+    runner.reading(
+        &forced_response::DECLARATION,
+        0,
+        [&tables, &no_tables],
+        work,
+    )
 }
 
-/// The backbone of a committed iteration, with the contact elements that its own fine contact gives, and in the harmonics of its response.
+/// Computes the backbone of a committed iteration, with the contact elements of its own fine contact and the
+/// harmonics of its response.
 ///
 /// # Errors
-/// [`RunError::OfAnotherScene`], those of reading the run, and [`RunError::Dynamics`] if the least level
-/// has no phase resonance.
+/// [`RunError::OfAnotherScene`], errors of reading the run, and [`RunError::Dynamics`] if there is no phase resonance
+/// at the lowest level.
 ///
 /// # Panics
-/// On a recipe without structure and response.
+/// If the recipe lacks structure or response.
 pub fn backbone_of_run(
     reader: &RunReader,
     inputs: &Inputs,
@@ -144,7 +156,7 @@ pub fn backbone_of_run(
     )
 }
 
-/// Works on what the forced response of a committed iteration reads.
+/// Calls `work` with the inputs of the forced response of a committed iteration.
 pub(super) fn at_iteration<T>(
     reader: &RunReader,
     inputs: &Inputs,
@@ -156,31 +168,33 @@ pub(super) fn at_iteration<T>(
     let stage = &forced_response::DECLARATION;
     let mut runner = Runner::new(inputs, threads, observer);
     runner.load_once(reader)?;
-    // A later stage may have written one of them again: pressure and gap, which count here, are the same in both.
+    // A later stage may have overwritten a table. Only pressure and gap matter here, and they are the same in both
+    // versions.
     let commit = reader.commit_of(wear_iteration)?;
-    let read = stage.reads.iter().copied();
-    let of_iteration = read.filter(|name| commit.table(name.as_str()).is_some());
-    let tables: Tables = of_iteration
+    let table_names = stage.reads.iter().copied();
+    let stored_names = table_names.filter(|name| commit.table(name.as_str()).is_some());
+    let tables: Tables = stored_names
         .map(|name| Ok((name, reader.read(wear_iteration, name)?)))
         .collect::<Result<_, RunError>>()?;
-    let read = [&tables, &Tables::new()];
-    runner.reading(stage, wear_iteration, read, work)
+    let table_sets = [&tables, &Tables::new()];
+    runner.reading(stage, wear_iteration, table_sets, work)
 }
 
-/// What the forced response reads is what the backbone reads.
+/// Computes the backbone from the inputs of the forced response.
 fn backbone(
     reads: &StageInputs,
     solvers: &mut Solvers,
     levels: LoadLevels,
 ) -> Result<Backbone, RunError> {
     let (vibration, balance) = balance(reads, solvers, None)?;
-    let found = vibration.backbone(balance, levels);
-    found.map_err(|source| failed(reads, source))
+    let result = vibration.backbone(balance, levels);
+    result.map_err(|source| failed(reads, source))
 }
 
 type Balance = HarmonicBalance<ContactElement>;
 
-/// The vibration and its balance, in these harmonics, or else in those of the response, or of the scene.
+/// Returns the vibration and its balance, with the given harmonics, otherwise with the harmonics of the response or
+/// of the scene.
 fn balance(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -204,8 +218,8 @@ fn balance(
     Ok((vibration, balance))
 }
 
-/// Adds the points of a backbone to a table, under the name of its state, which is after `cycles` of wear, with the values of the key that
-/// varies, in SI units, where that is another than the force.
+/// Adds the points of a backbone to a table. `state` names the worn state after `cycles`. `over` contains the varied
+/// key and its values in SI units, if it is not the force.
 pub fn add_backbone(
     table: &mut typed::Backbone,
     state: &str,

@@ -1,18 +1,18 @@
-//! What work takes: by the clock on the wall, and of the processor. No result depends on either.
+//! Measurement of the wall time and the processor time of work. No result depends on them.
 
 use std::time::Instant;
 
-/// What work took.
+/// Time spent on work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorkCost {
     /// Wall time \[s\].
     pub seconds: f64,
-    /// Time of the processor, of all threads of the program together \[s\]; none where the system does not tell it.
+    /// Processor time of all threads of the program \[s\]; `None` if the system does not report it.
     pub cpu_seconds: Option<f64>,
 }
 
 impl WorkCost {
-    /// Without a part of it.
+    /// Returns the cost without the cost of a `part`.
     pub fn less(self, part: WorkCost) -> WorkCost {
         let cpu = self.cpu_seconds.zip(part.cpu_seconds);
         WorkCost {
@@ -22,7 +22,7 @@ impl WorkCost {
     }
 }
 
-/// The beginning of some work.
+/// Start of a measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     wall: Instant,
@@ -30,17 +30,17 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Begins now.
+    /// Starts a measurement.
     pub fn begin() -> Clock {
         Clock {
             wall: Instant::now(),
-            cpu: processor(),
+            cpu: cpu_time(),
         }
     }
 
-    /// What was spent since.
+    /// Returns the time spent since the start.
     pub fn spent(&self) -> WorkCost {
-        let cpu = processor().zip(self.cpu);
+        let cpu = cpu_time().zip(self.cpu);
         WorkCost {
             seconds: self.wall.elapsed().as_secs_f64(),
             cpu_seconds: cpu.map(|(now, begin)| now - begin),
@@ -48,15 +48,15 @@ impl Clock {
     }
 }
 
-/// Time of the processor since the program began \[s\].
+/// Returns the processor time since the program started \[s\].
 #[cfg(unix)]
-fn processor() -> Option<f64> {
+fn cpu_time() -> Option<f64> {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     Some(time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64)
 }
 
-/// No system call for it that is safe.
+/// Without a safe system call, the processor time is unknown.
 #[cfg(not(unix))]
-fn processor() -> Option<f64> {
+fn cpu_time() -> Option<f64> {
     None
 }

@@ -1,4 +1,4 @@
-//! The coarse trajectory beside the run's own.
+//! The coarse trajectory, for error estimates.
 
 use super::RunError;
 use super::computed_motion::let_move;
@@ -14,8 +14,9 @@ use crate::tables::{TableName, typed};
 use crate::wear::coarse::{self, RunTrajectory, SPREAD, TrajectoryDifference};
 use crate::wear::joint::WornState;
 
-/// The wear of the run once more by coarser steps, and what that differs by: one step for two of the run, and one at its end. In between the
-/// last difference stays.
+/// The wear of the run, computed again with coarser steps, and its difference from the run. One coarse step covers
+/// two steps of the run, and there is one at the end of the run. In the iterations between, the last difference is
+/// copied.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::CoarseTrajectory,
     when: When::Always,
@@ -41,26 +42,27 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-/// Part of the worn volume from which on an error of the worn depths is told.
+/// The run warns if the error of the worn depths exceeds this part of the worn volume.
 const REMARKABLE: f64 = 0.1;
 
-/// Steps of the run that the coarse trajectory takes at once.
+/// Number of steps of the run per coarse step.
 const STEPS: u64 = 2;
 
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let patch = solvers.joint(reads)?.patch.clone();
     let Some(field) = reads.optional_before::<typed::CoarseField>()? else {
-        // Both begin alike; so does what goes on from a run without a coarse trajectory.
-        let own = own(reads, &patch)?;
-        outputs.put(&field_of(&patch, &own, &own))?;
-        let none = contact_of(&reads.recipe).stiffness.then_some(0.0);
-        let alike = typed::CoarseStep {
-            difference_kn: none,
-            difference_kt: none,
+        // Both trajectories start from the same state. This also holds for a run that continues one without a coarse
+        // trajectory.
+        let run_state = run_state(reads, &patch)?;
+        outputs.put(&field_of(&patch, &run_state, &run_state))?;
+        let zero = contact_of(&reads.recipe).stiffness.then_some(0.0);
+        let initial = typed::CoarseStep {
+            difference_kn: zero,
+            difference_kt: zero,
             ..typed::CoarseStep::default()
         };
-        outputs.put(&begun(&own, alike))?;
+        outputs.put(&restarted(&run_state, initial))?;
         return Ok(outputs);
     };
     let last: typed::CoarseStep = reads.before()?;
@@ -77,7 +79,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         return Ok(outputs);
     }
     let [from, begin] = states_of(reads, &patch, field, &last)?;
-    let own = own(reads, &patch)?;
+    let run_state = run_state(reads, &patch)?;
     let contact: typed::StaticContact = reads.table()?;
     let_move(reads, solvers, contact.normal_load, None, None)?;
     let Some(wear) = &reads.recipe.wear else {
@@ -86,7 +88,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let law = wear.law();
     let along = RunTrajectory {
         begin: &begin,
-        end: &own.wear,
+        end: &run_state.wear,
     };
     let (worn, fft_pairs) = solvers.work(reads, None, |joint| {
         Ok(coarse::advance(joint, &from, along, law, pending as u64))
@@ -95,12 +97,15 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let worn = match worn {
         Ok(worn) => worn,
         Err(error) => {
-            // The run itself goes on: what it knows of its errors are those of single steps.
+            // The run continues. Its error estimates then contain only the errors of single steps.
             outputs.notice(format!(
-                "the coarse trajectory begins anew, and error bars know nothing of what wear has made of earlier errors: {error}"
+                "the coarse trajectory restarts here, so that the error bars omit the growth of earlier errors: {error}"
             ));
-            outputs.put(&field_of(&patch, &own, &own))?;
-            outputs.put(&begun(&own, typed::CoarseStep { fft_pairs, ..last }))?;
+            outputs.put(&field_of(&patch, &run_state, &run_state))?;
+            outputs.put(&restarted(
+                &run_state,
+                typed::CoarseStep { fft_pairs, ..last },
+            ))?;
             return Ok(outputs);
         }
     };
@@ -109,44 +114,44 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         true => (own - coarse).abs() / own,
         false => 0.0,
     };
-    let mut of_stiffness = [None; 2];
+    let mut stiffness_differences = [None; 2];
     let mut stiffness_pairs = 0.0;
     if let (Some(own_kn), Some(own_kt)) = (contact.kn, contact.kt) {
         let ((kn, kt), pairs) = solvers.work(reads, Some("stiffness"), |joint| {
             Ok(joint.stiffness(&worn.pressure, recipe.shear, recipe.coupling)?)
         })?;
-        of_stiffness = [Some(relative(own_kn, kn)), Some(relative(own_kt, kt))];
+        stiffness_differences = [Some(relative(own_kn, kn)), Some(relative(own_kt, kt))];
         stiffness_pairs = pairs;
     }
-    let of = TrajectoryDifference::of(&own, &worn, &patch, LOADED);
-    let volume = solvers.joint(reads)?.volume(&own.wear);
-    if reads.ends && SPREAD * of.field > REMARKABLE * volume {
-        let cells = match of.undecided {
+    let difference = TrajectoryDifference::of(&run_state, &worn, &patch, LOADED);
+    let volume = solvers.joint(reads)?.volume(&run_state.wear);
+    if reads.ends && SPREAD * difference.field > REMARKABLE * volume {
+        let cells = match difference.undecided {
             0 => String::new(),
             cells => {
-                format!(" {cells} of them wear less than half or more than twice as deep, and")
+                format!(" {cells} of them differ in depth by more than a factor of two, and")
             }
         };
         outputs.notice(format!(
-            "single cells decide how the joint wears: held against steps twice as long, with half of the samples of a stepped cycle,{cells} \
-             the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance decides",
-            100.0 * SPREAD * of.field / volume
+            "single cells decide how the joint wears: compared with steps twice as long and half the samples per stepped cycle,{cells} \
+             the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance reduces this error",
+            100.0 * SPREAD * difference.field / volume
         ));
     }
-    outputs.put(&field_of(&patch, &worn, &own))?;
+    outputs.put(&field_of(&patch, &worn, &run_state))?;
     outputs.put(&typed::CoarseStep {
         n_cycles: pending,
         pending_n_cycles: 0,
-        difference_wear_volume: of.volume,
-        difference_wear_field: of.field,
-        difference_loaded_area: of.loaded_area,
-        difference_kn: of_stiffness[0],
-        difference_kt: of_stiffness[1],
-        difference_max_pressure: of.max_pressure,
-        difference_largest_depth: of.largest_depth,
-        difference_depth_99: of.depth_99,
-        difference_dissipated_energy: of.dissipation,
-        undecided_cells: of.undecided as i64,
+        difference_wear_volume: difference.volume,
+        difference_wear_field: difference.field,
+        difference_loaded_area: difference.loaded_area,
+        difference_kn: stiffness_differences[0],
+        difference_kt: stiffness_differences[1],
+        difference_max_pressure: difference.max_pressure,
+        difference_largest_depth: difference.largest_depth,
+        difference_depth_99: difference.depth_99,
+        difference_dissipated_energy: difference.dissipation,
+        undecided_cells: difference.undecided as i64,
         error_tangential: worn.cycle.error,
         dissipated_energy: worn.cycle.dissipation,
         fft_pairs: fft_pairs + stiffness_pairs,
@@ -154,8 +159,9 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// A coarse trajectory that begins at the run's `own` state, with the differences of an earlier one.
-fn begun(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
+/// Returns the row of a coarse trajectory that restarts from the `own` state of the run, with the differences of an
+/// `earlier` row.
+fn restarted(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
     typed::CoarseStep {
         n_cycles: 0,
         pending_n_cycles: 0,
@@ -165,8 +171,8 @@ fn begun(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
     }
 }
 
-/// The run's own state in this iteration.
-fn own(reads: &StageInputs, patch: &Patch) -> Result<WornState, RunError> {
+/// Returns the state of the run in this iteration.
+fn run_state(reads: &StageInputs, patch: &Patch) -> Result<WornState, RunError> {
     let (fields, cycle) = (reads.table()?, reads.table()?);
     Ok(worn_state(
         &reads.recipe,
@@ -177,7 +183,7 @@ fn own(reads: &StageInputs, patch: &Patch) -> Result<WornState, RunError> {
     )?)
 }
 
-/// The state that the coarse trajectory is in, and that of the run's own at the same cycles.
+/// Returns the state of the coarse trajectory, and the state of the run at the same cycles.
 fn states_of(
     reads: &StageInputs,
     patch: &Patch,
@@ -205,10 +211,10 @@ fn states_of(
         let fields = typed::ContactField {
             i: i.clone(),
             j: j.clone(),
-            // No step asks for it.
+            // No step uses the gap.
             gap: vec![0.0; pressure.len()],
             pressure,
-            // The cycles of both are marched from there.
+            // The cycles of both states start from this shear.
             shear_x: Some(shear_x.clone()),
             shear_y: shear_y.clone(),
             slip_path: Some(slip_path),

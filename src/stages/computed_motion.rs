@@ -1,5 +1,5 @@
-//! What moves the joint: the motion that is prescribed, or that of a response to its contact elements, which goes on to change between two
-//! model updates as the one before has it.
+//! The motion that drives the joint: either the prescribed motion, or the motion of the response to its contact
+//! elements. Between two model updates, the motion of a response is extrapolated from its last change.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -20,27 +20,28 @@ use crate::wear::cycle::March;
 use crate::wear::joint::EvolvingMotion;
 use crate::wear::{Channel, Motion, NodalMotion, mean_of};
 
-/// Samples of a cycle at which a computed motion is looked at: reversals are found to 2e-5 of the reach.
+/// Number of samples per cycle of a computed motion: reversals are found to 2e-5 of the amplitude.
 const FINE_SAMPLES: usize = 512;
 
-/// The response of a vibrating joint, with the contact elements that it is of.
+/// Response of a vibrating joint, with its contact elements.
 pub struct ElementMotion {
     response: typed::Response,
     parameters: ElementParameters,
-    /// What it has changed by since the one before; none where it stays as it is.
+    /// Change since the previous response; `None` for a motion that is not extrapolated.
     trend: Option<Trend>,
-    /// Energy of stepped cycles over that between two ends, which its elements and the fine contact are taken to have.
+    /// Energy of a stepped cycle over the energy of a reversal cycle. It corrects the friction of the elements and of
+    /// the fine contact.
     stepped_part: f64,
 }
 
 impl ElementMotion {
-    /// That of an iteration; none where no structure moves the joint.
+    /// Reads the motion of an iteration; `None` if no structure drives the joint.
     pub fn of(reads: &StageInputs) -> Result<Option<ElementMotion>, RunError> {
         let tables = (reads.maybe()?, reads.maybe()?, reads.maybe()?);
         Ok(Self::from(tables, reads.maybe()?, reads.maybe()?))
     }
 
-    /// That of the iteration before.
+    /// Reads the motion of the previous iteration.
     pub fn before(reads: &StageInputs) -> Result<Option<ElementMotion>, RunError> {
         let tables = (
             reads.optional_before()?,
@@ -51,17 +52,18 @@ impl ElementMotion {
         Ok(Self::from(tables, row, update))
     }
 
-    /// Energy of stepped cycles over that between two ends, which its elements and the fine contact are taken to have.
+    /// Returns the energy of a stepped cycle over the energy of a reversal cycle. It corrects the friction of the
+    /// elements and of the fine contact.
     pub fn stepped_part(&self) -> f64 {
         self.stepped_part
     }
 
-    /// Parameters of its elements.
+    /// Returns the parameters of the contact elements.
     pub fn parameters(&self) -> &ElementParameters {
         &self.parameters
     }
 
-    /// The same motion of elements with other parameters, and with another part of the energy between two ends.
+    /// Returns the same motion with other element parameters and another energy ratio of stepped and reversal cycles.
     pub fn of_elements(self, parameters: ElementParameters, stepped_part: f64) -> ElementMotion {
         ElementMotion {
             parameters,
@@ -70,19 +72,21 @@ impl ElementMotion {
         }
     }
 
-    /// What the coefficients change by from the last response to a `compliance` of the fine contact, in the order of [`harmonics_of`]; none where they stay.
+    /// Returns the extrapolated change of the coefficients from the last response to a `compliance` of the fine
+    /// contact, in the order of [`harmonics_of`]; `None` for a motion that is not extrapolated.
     pub fn extrapolated_coefficients(&self, compliance: Option<f64>) -> Option<Vec<f64>> {
         let (trend, compliance) = self.trend.as_ref().zip(compliance)?;
         let times = trend.times(compliance);
         Some(trend.change.iter().map(|change| times * change).collect())
     }
 
-    /// Whether elements have laws of their own.
+    /// Returns true if each element has its own friction law.
     pub fn has_laws(&self) -> bool {
         self.parameters.sliders.is_some()
     }
 
-    /// That of a response that is in no table yet, with this energy of stepped cycles over that between two ends.
+    /// Creates the motion of a response that is not yet in a table. `stepped_part` is the energy of a stepped cycle
+    /// over the energy of a reversal cycle.
     pub fn new(
         response: typed::Response,
         parameters: ElementParameters,
@@ -121,7 +125,8 @@ impl ElementMotion {
     }
 }
 
-/// What the coefficients of a response have changed by since the one before, in the order of [`harmonics_of`]; none where no column says it.
+/// Returns the change of the coefficients of a response since the previous response, in the order of
+/// [`harmonics_of`]; `None` without such columns.
 pub fn change_of(response: &typed::Response) -> Option<Vec<f64>> {
     let (cosine, sine) = (
         response.change_cosine.as_ref()?,
@@ -130,12 +135,12 @@ pub fn change_of(response: &typed::Response) -> Option<Vec<f64>> {
     Some(coefficients_of(&response.harmonic, cosine, sine))
 }
 
-/// What moves the fine contact under a response to contact elements, at every compliance of it.
+/// Motion of the fine contact under a response to contact elements, for any compliance of the fine contact.
 pub struct ComputedMotion {
     elements: Vec<ContactElement>,
     centres: Vec<[f64; 2]>,
     nodes: Option<Rc<ContactElements>>,
-    /// Axes that the fine contact has.
+    /// Number of axes of the fine contact.
     axes: usize,
     sampling: Sampling,
     displacement: Vec<f64>,
@@ -146,19 +151,19 @@ pub struct ComputedMotion {
     cycle: Cycle,
     load: f64,
     threads: Threads,
-    /// Motions that were asked for, with their compliances.
+    /// Cache of computed motions, with their compliances.
     known: RefCell<Vec<(f64, Marched)>>,
 }
 
-/// Motions that are kept at a time.
+/// Number of motions in the cache.
 const KNOWN: usize = 4;
 
-/// What contact elements do in a cycle, or parts of that.
+/// Displacement, force and energy of contact elements in a cycle, absolute or relative to another cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ElementFigures {
     /// Half range of the mean displacement along x \[m\].
     pub displacement: f64,
-    /// Half ranges of the resultants along x and y together: exact along a line \[N\].
+    /// Combined half ranges of the resultants along x and y \[N\]; exact for a straight motion.
     pub total_force: f64,
     /// Force along the motion \[N\], and energy \[J\].
     pub cycle: CycleFigures,
@@ -166,7 +171,7 @@ pub struct ElementFigures {
 
 impl ElementFigures {
     fn of(cycle: &JointCycle) -> ElementFigures {
-        let along = |of: &[[f64; 3]], d: usize| half_range(of.iter().map(|v| v[d]));
+        let along = |values: &[[f64; 3]], d: usize| half_range(values.iter().map(|v| v[d]));
         ElementFigures {
             displacement: along(&cycle.displacement, 0),
             total_force: along(&cycle.force, 0).hypot(along(&cycle.force, 1)),
@@ -177,9 +182,15 @@ impl ElementFigures {
         }
     }
 
-    /// In parts of those of another cycle; 1 of what that has nothing of.
+    /// Returns the values relative to another cycle; 1 where the value of the other cycle is 0.
     fn over(self, other: ElementFigures) -> ElementFigures {
-        let part = |value: f64, of: f64| if of > 0.0 { value / of } else { 1.0 };
+        let part = |value: f64, reference: f64| {
+            if reference > 0.0 {
+                value / reference
+            } else {
+                1.0
+            }
+        };
         ElementFigures {
             displacement: part(self.displacement, other.displacement),
             total_force: part(self.total_force, other.total_force),
@@ -188,38 +199,38 @@ impl ElementFigures {
     }
 }
 
-/// A motion, how it is marched, and what its elements do.
+/// A motion, the way in which it is marched, and the response of the contact elements.
 #[derive(Clone)]
 struct Marched {
     motion: Motion,
     march: March,
-    /// What a march between two reversals leaves out of the work of friction, relative to it.
+    /// Relative error of the work of friction if the motion is marched between two reversals.
     left_out: f64,
     figures: ElementFigures,
 }
 
 impl ComputedMotion {
-    /// That of a response, under a static `load`.
+    /// Creates the motion of a response under a static `load`.
     fn of(
         reads: &StageInputs,
         solvers: &mut Solvers,
         load: f64,
-        moved: &ElementMotion,
+        element_motion: &ElementMotion,
     ) -> Result<ComputedMotion, RunError> {
         let recipe = &reads.recipe;
         let Some(cycle) = recipe.cycle() else {
             unreachable!("a stage that moves the joint declares its cycle");
         };
         let samples = cycle.steps * FINE_SAMPLES.div_ceil(cycle.steps);
-        let (harmonics, displacement) = harmonics_of(&moved.response)?;
+        let (harmonics, displacement) = harmonics_of(&element_motion.response)?;
         let layout = layout(reads);
         let elements = recipe.elements();
         let mut elements = elements
-            .map(|elements| elements.with(&layout, &moved.parameters))
+            .map(|elements| elements.with(&layout, &element_motion.parameters))
             .unwrap_or_default();
         let all = elements.iter_mut();
-        all.for_each(|element| element.multiply_friction(moved.stepped_part));
-        let has_laws = moved.parameters.sliders.is_some();
+        all.for_each(|element| element.multiply_friction(element_motion.stepped_part));
+        let has_laws = element_motion.parameters.sliders.is_some();
         Ok(ComputedMotion {
             elements,
             nodes: match has_laws {
@@ -230,8 +241,8 @@ impl ComputedMotion {
             axes: axes(recipe),
             sampling: Sampling::new(harmonics, samples)?,
             displacement,
-            trend: moved.trend.clone(),
-            stepped_part: moved.stepped_part,
+            trend: element_motion.trend.clone(),
+            stepped_part: element_motion.stepped_part,
             smooth: smooth(reads)?,
             has_laws,
             cycle: cycle.clone(),
@@ -241,7 +252,7 @@ impl ComputedMotion {
         })
     }
 
-    /// The coefficients of the displacement at a `compliance` of the fine contact \[m\].
+    /// Returns the coefficients of the displacement at a `compliance` of the fine contact \[m\].
     fn displacement_at(&self, compliance: f64) -> Vec<f64> {
         match &self.trend {
             Some(trend) => trend.at(&self.displacement, compliance),
@@ -249,29 +260,30 @@ impl ComputedMotion {
         }
     }
 
-    /// Whether the motion at a `compliance` of the fine contact is that of the response itself.
-    fn stays(&self, compliance: f64) -> bool {
+    /// Returns true if the motion at a `compliance` of the fine contact equals the motion of the response.
+    fn equals_response(&self, compliance: f64) -> bool {
         let times = self.trend.as_ref().map(|trend| trend.times(compliance));
         times.unwrap_or(0.0) == 0.0
     }
 
-    /// What the elements do at a `compliance` of the fine contact, in parts of what they do in the response itself; without one, that.
+    /// Returns the values of the elements at a `compliance` of the fine contact, relative to their values in the
+    /// response. Without a compliance, all values are 1.
     pub fn figures_at(&self, compliance: Option<f64>) -> Result<ElementFigures, RunError> {
         let last = self.last_compliance();
-        let of_response = self.marched_at(last)?.figures;
+        let response_figures = self.marched_at(last)?.figures;
         let now = self.marched_at(compliance.unwrap_or(last))?.figures;
-        Ok(now.over(of_response))
+        Ok(now.over(response_figures))
     }
 
-    /// The compliance at the response itself.
+    /// Returns the compliance of the fine contact in the response.
     fn last_compliance(&self) -> f64 {
         self.trend.as_ref().map_or(0.0, |trend| trend.compliance[1])
     }
 
-    /// The motion of the fine contact by these coefficients, at many samples: the mean of the elements' displacement over the area, and what
-    /// the load of the joint varies by. The mean of that variation is left out: under prescribed displacement it is the bolt that bears
-    /// the load.
-    fn fine(
+    /// Returns the motion of the fine contact for these coefficients, at many samples. It consists of the
+    /// displacement of the elements, averaged over the area, and of the variation of the load. The mean of this
+    /// variation is omitted, since the bolt bears the mean load under prescribed displacement.
+    fn fine_motion(
         &self,
         coefficients: &[f64],
     ) -> Result<(Motion, Option<WorkBetweenEnds>, ElementFigures), DynamicsError> {
@@ -284,8 +296,8 @@ impl ComputedMotion {
             sampling,
             &self.centres,
         )?;
-        let series = |of: &[[f64; 3]]| -> Vec<Vec<f64>> {
-            let axis = |d: usize| of.iter().map(|v| v[d]).collect();
+        let series = |values: &[[f64; 3]]| -> Vec<Vec<f64>> {
+            let axis = |d: usize| values.iter().map(|v| v[d]).collect();
             (0..self.axes).map(axis).collect()
         };
         let mean = &cycle.displacement;
@@ -324,7 +336,7 @@ impl ComputedMotion {
     }
 
     fn marched(&self, coefficients: &[f64]) -> Result<Marched, RunError> {
-        let (fine, work, figures) = self.fine(coefficients)?;
+        let (fine, work, figures) = self.fine_motion(coefficients)?;
         let (motion, march, left_out) = self.cycle.of_computed(&fine, work.as_ref())?;
         Ok(Marched {
             motion,
@@ -334,74 +346,84 @@ impl ComputedMotion {
         })
     }
 
-    /// The motion at a `compliance` of the fine contact. One that would be marched otherwise than the response itself, or opens the joint, is no motion to carry on to:
-    /// the response then stays as it is.
+    /// Returns the motion at a `compliance` of the fine contact. The motion of the response is returned instead if
+    /// the extrapolated motion would open the joint or would have to be marched in another way.
     fn marched_at(&self, compliance: f64) -> Result<Marched, RunError> {
-        let compliance = match self.stays(compliance) {
+        let compliance = match self.equals_response(compliance) {
             true => self.last_compliance(),
             false => compliance,
         };
-        if let Some((_, known)) = self.known.borrow().iter().find(|(of, _)| *of == compliance) {
-            return Ok(known.clone());
+        if let Some((_, cached)) = self
+            .known
+            .borrow()
+            .iter()
+            .find(|(key, _)| *key == compliance)
+        {
+            return Ok(cached.clone());
         }
-        let found = if compliance == self.last_compliance() {
+        let marched = if compliance == self.last_compliance() {
             self.marched(&self.displacement)?
         } else {
-            let of_response = self.marched_at(self.last_compliance())?;
+            let response_motion = self.marched_at(self.last_compliance())?;
             match self.marched(&self.displacement_at(compliance)) {
-                Ok(found) if found.march == of_response.march => found.with_parts_of(of_response),
-                Ok(_) | Err(RunError::Cycle(_)) => of_response,
+                Ok(marched) if marched.march == response_motion.march => {
+                    marched.with_friction_of(response_motion)
+                }
+                Ok(_) | Err(RunError::Cycle(_)) => response_motion,
                 Err(error) => return Err(error),
             }
         };
-        let mut known = self.known.borrow_mut();
-        // Asked for are that of the response, and those of the step at hand.
-        if known.len() == KNOWN {
-            known.remove(1);
+        let mut cache = self.known.borrow_mut();
+        // The first entry is the motion of the response. The other entries belong to the present step.
+        if cache.len() == KNOWN {
+            cache.remove(1);
         }
-        known.push((compliance, found.clone()));
-        Ok(found)
+        cache.push((compliance, marched.clone()));
+        Ok(marched)
     }
 }
 
 impl Marched {
-    /// With the parts of the work of friction that elements have in the response itself: under laws of the last update and the motion that is carried on
-    /// they fall, and do not in the response that is found.
-    fn with_parts_of(mut self, of_response: Marched) -> Marched {
-        if let (Some(own), Some(of)) = (&mut self.motion.own, of_response.motion.own) {
-            own.work = of.work;
-            own.work_part = of.work_part;
-            own.force_part = of.force_part;
+    /// Replaces the friction ratios of the elements by the ratios in the response. Under the laws of the last update
+    /// and the extrapolated motion the ratios decrease, but in the next converged response they do not.
+    fn with_friction_of(mut self, response_motion: Marched) -> Marched {
+        if let (Some(own), Some(response_nodes)) =
+            (&mut self.motion.own, response_motion.motion.own)
+        {
+            own.work = response_nodes.work;
+            own.work_part = response_nodes.work_part;
+            own.force_part = response_nodes.force_part;
         }
-        self.left_out = of_response.left_out;
+        self.left_out = response_motion.left_out;
         self
     }
 }
 
-/// What a joint is let move by.
+/// Result of setting the motion of a joint.
 pub struct DrivingMotion {
-    /// What marching a computed motion between its reversals leaves out of the work of friction, relative to it.
+    /// Relative error of the work of friction if a computed motion is marched between its reversals.
     pub left_out: f64,
-    /// The motion, where it is computed.
+    /// The computed motion; `None` for a prescribed motion.
     pub computed: Option<Rc<ComputedMotion>>,
 }
 
-/// Lets the joint move under a static `load`: as is prescribed, or as a response to its contact elements says at a tangential `compliance` of the fine contact
-/// \[m/N\], and on from there as it wears; without one, as the response itself.
+/// Sets the motion of the joint under a static `load`: the prescribed motion, or the motion of a response to its
+/// contact elements. A response is taken at a tangential `compliance` of the fine contact \[m/N\] and evolves from
+/// there with the wear. Without a compliance, the motion starts from the response itself.
 pub fn let_move(
     reads: &StageInputs,
     solvers: &mut Solvers,
     load: f64,
-    moved: Option<&ElementMotion>,
+    element_motion: Option<&ElementMotion>,
     compliance: Option<f64>,
 ) -> Result<DrivingMotion, RunError> {
     let recipe = &reads.recipe;
     let Some(cycle) = recipe.cycle() else {
         unreachable!("a stage that moves the joint declares its cycle");
     };
-    let Some(moved) = moved else {
+    let Some(element_motion) = element_motion else {
         let mut motion = reads.motion().clone();
-        // Always from the motion of the scene: shifted again and again it would hang on how often that was.
+        // Always shifts the motion of the scene. Repeated shifts would depend on their number.
         if contact_of(recipe).conditions.bolt_stiffness.is_some() {
             motion = motion.with_mean_load(load);
         }
@@ -414,7 +436,7 @@ pub fn let_move(
             computed: None,
         });
     };
-    let computed = Rc::new(ComputedMotion::of(reads, solvers, load, moved)?);
+    let computed = Rc::new(ComputedMotion::of(reads, solvers, load, element_motion)?);
     let compliance = compliance.unwrap_or(computed.last_compliance());
     let Marched {
         motion,
@@ -427,17 +449,17 @@ pub fn let_move(
     joint.march = march;
     joint.options.extrapolate = cycle.extrapolate;
     if computed.trend.is_some() {
-        let (course, stays) = (computed.clone(), joint.motion.clone());
+        let (course, initial_motion) = (computed.clone(), joint.motion.clone());
         let motion = move |compliance| match course.marched_at(compliance) {
             Ok(marched) => marched.motion,
-            Err(_) => stays.clone(),
+            Err(_) => initial_motion.clone(),
         };
-        let of_contact = contact_of(recipe);
+        let contact = contact_of(recipe);
         joint.course = Some(EvolvingMotion {
             motion: Rc::new(motion),
             begin: compliance,
-            shear: of_contact.shear,
-            coupling: of_contact.coupling,
+            shear: contact.shear,
+            coupling: contact.coupling,
         });
     }
     Ok(DrivingMotion {
@@ -446,18 +468,20 @@ pub fn let_move(
     })
 }
 
-/// Lets the joint move to and fro between the ends of a response to its elements, as it is at a `compliance` of the fine contact, under the loads at rest,
-/// whatever the recipe says of cycles, and says what these do there; none if elements have no laws of their own. Of an orbit the ends are those of its longest line.
+/// Sets a straight motion of the joint between the two ends of a response to its elements, at a `compliance` of the
+/// fine contact and under the loads at rest. The cycle keys of the recipe are ignored. For an orbit, the ends are
+/// those of its longest line. Returns the work of the elements in this motion, or `None` if the elements have no
+/// friction laws of their own.
 pub fn let_move_between_ends(
     reads: &StageInputs,
     solvers: &mut Solvers,
     load: f64,
-    moved: &ElementMotion,
+    element_motion: &ElementMotion,
     compliance: Option<f64>,
 ) -> Result<Option<WorkBetweenEnds>, RunError> {
-    let computed = ComputedMotion::of(reads, solvers, load, moved)?;
+    let computed = ComputedMotion::of(reads, solvers, load, element_motion)?;
     let compliance = compliance.unwrap_or(computed.last_compliance());
-    let (fine, work, _) = computed.fine(&computed.displacement_at(compliance))?;
+    let (fine, work, _) = computed.fine_motion(&computed.displacement_at(compliance))?;
     if let Some(work) = &work {
         let joint = solvers.joint(reads)?;
         joint.motion = fine.between_ends(work.line.ends);
@@ -471,7 +495,7 @@ pub fn let_move_between_ends(
     Ok(work)
 }
 
-/// What the nodes of contact elements move against the `mean` of all, sample by sample.
+/// Returns the motion of the nodes of the contact elements relative to the `mean` motion, sample by sample.
 fn own_motion(
     nodes: &Nodes,
     axes: usize,
@@ -481,7 +505,7 @@ fn own_motion(
     work: &WorkBetweenEnds,
 ) -> NodalMotion {
     let count = nodes.interpolation.nodes();
-    let mut own = vec![vec![0.0; axes * count]; mean.len()];
+    let mut relative_motion = vec![vec![0.0; axes * count]; mean.len()];
     let mut approach = vec![vec![0.0; count]; mean.len()];
     let mut part = vec![1.0; count];
     let mut direction = vec![0.0; axes * count];
@@ -491,19 +515,21 @@ fn own_motion(
         }
     }
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
-    for ((&node, row), of_element) in nodes.numbers.iter().zip(rows).zip(&work.part) {
-        part[node] = *of_element;
-        let samples = own.iter_mut().zip(&mut approach);
-        for (((own, approach), u), mean) in samples.zip(sampling.synthesise(row)).zip(mean) {
+    for ((&node, row), element_part) in nodes.numbers.iter().zip(rows).zip(&work.part) {
+        part[node] = *element_part;
+        let samples = relative_motion.iter_mut().zip(&mut approach);
+        for (((relative_motion, approach), u), mean) in
+            samples.zip(sampling.synthesise(row)).zip(mean)
+        {
             for axis in 0..axes {
-                own[axis * count + node] = u[axis] - mean[axis];
+                relative_motion[axis * count + node] = u[axis] - mean[axis];
             }
             approach[node] = u[2];
         }
     }
     NodalMotion {
         interpolation: nodes.interpolation.clone(),
-        displacement: own,
+        displacement: relative_motion,
         approach,
         work: part,
         work_part: work.work_part,

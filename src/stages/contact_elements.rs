@@ -1,4 +1,4 @@
-//! What the fine contact gives the contact elements of a structure: loads, gaps and springs.
+//! Parameters of the contact elements of a structure from the fine contact: loads, gaps and springs.
 
 use super::RunError;
 use super::contact_state::{Fields, compliance_of, contact_of};
@@ -14,7 +14,7 @@ use crate::recipe::{ElementStiffness, Recipe};
 use crate::tables::typed;
 use crate::wear::FrettingJoint;
 
-/// The fine contact linearised.
+/// Linearises the fine contact.
 pub fn linearise(
     recipe: &Recipe,
     joint: &mut FrettingJoint,
@@ -25,7 +25,7 @@ pub fn linearise(
     Linearisation::new(&mut joint.half_space, pressure, cap, shear)
 }
 
-/// What of the fine contact's compliance the contact elements get.
+/// Returns the springs of the contact elements from the compliance of the fine contact.
 pub fn springs<'a>(
     recipe: &Recipe,
     linearisation: &'a Linearisation,
@@ -37,13 +37,15 @@ pub fn springs<'a>(
     }
 }
 
-/// Banks of sliders begin with the tangent of each element.
+/// Returns true if the elements start from tangent springs. This includes elements with several sliders.
 fn begins_with_tangents(recipe: &Recipe) -> bool {
     let elements = recipe.elements();
-    elements.is_some_and(|of| of.stiffness.is_tangent() || of.stiffness.is_sliders())
+    elements
+        .is_some_and(|elements| elements.stiffness.is_tangent() || elements.stiffness.is_sliders())
 }
 
-/// A compliance of the whole joint to be shared among the contact elements, without that of the smooth patch if it is given.
+/// Returns springs that share a compliance of the whole joint, without the compliance of the smooth patch if it is
+/// given.
 fn shared_springs(
     recipe: &Recipe,
     total: Compliance,
@@ -66,8 +68,8 @@ fn shared_springs(
     }
 }
 
-/// Parameters of the contact elements as the static contact of an iteration gives them, and what their laws leave of it where each
-/// has its own.
+/// Returns the parameters of the contact elements from the static contact of an iteration. If each element has its
+/// own friction law, also returns the remainder of the contact that the laws do not describe.
 pub fn parameters(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -100,17 +102,17 @@ pub fn parameters(
             Ok(linearise(recipe, joint, &pressure)?)
         })?;
         let springs = springs(recipe, &linearisation, smooth);
-        let found = ElementParameters::new(&elements, &pressure, &gap, springs)?;
-        return Ok((found, None));
+        let parameters = ElementParameters::new(&elements, &pressure, &gap, springs)?;
+        return Ok((parameters, None));
     }
-    // kn and kt of the whole joint are known already: no linearisation is needed to share them.
+    // kn and kt of the whole joint are known already, so they are shared without a linearisation.
     let total = compliance_of(contact)?;
     let springs = shared_springs(recipe, total, smooth);
-    let found = ElementParameters::new(&elements, &pressure, &gap, springs)?;
-    Ok((found, None))
+    let parameters = ElementParameters::new(&elements, &pressure, &gap, springs)?;
+    Ok((parameters, None))
 }
 
-/// The sliders of contact elements as a table; none where elements have none of their own.
+/// Returns the table of sliders; `None` for elements without sliders of their own.
 pub fn slider_table(parameters: &ElementParameters) -> Option<typed::ContactSlider> {
     let sliders = parameters.sliders.as_ref()?;
     Some(typed::ContactSlider {
@@ -122,7 +124,7 @@ pub fn slider_table(parameters: &ElementParameters) -> Option<typed::ContactSlid
     })
 }
 
-/// The contact elements as a table, with the worst state of each over the cycle once it is known.
+/// Returns the table of contact elements, with the worst state of each element over the cycle if it is known.
 pub fn element_table(
     layout: &Layout,
     parameters: &ElementParameters,

@@ -1,4 +1,4 @@
-//! The contact of a joint as the tables hold it: fields on its kept cells, and what moves it.
+//! The contact of a joint, read from tables: fields on its kept cells, and harmonics of its motion.
 
 use super::RunError;
 use super::solvers::Solvers;
@@ -14,16 +14,16 @@ use crate::wear::Motion;
 use crate::wear::cycle::CycleSolution;
 use crate::wear::joint::WornState;
 
-/// The fields of a contact on all cells of the grid.
+/// Fields of a contact on all cells of the grid.
 pub struct Fields {
     pub gap: Vec<f64>,
     pub pressure: Vec<f64>,
-    /// One field an axis; of none where the contact has no shear yet.
+    /// One field per axis; empty while the contact has no shear.
     pub shear: ByAxis<Vec<f64>>,
 }
 
 impl Fields {
-    /// From a table.
+    /// Reads the fields from a table.
     pub fn of(patch: &Patch, table: &typed::ContactField) -> Fields {
         let shear = [&table.shear_x, &table.shear_y].into_iter().flatten();
         Fields {
@@ -33,7 +33,7 @@ impl Fields {
         }
     }
 
-    /// As a table, without the fields of a cycle.
+    /// Writes the fields as a table, without the fields of a cycle.
     pub fn table(&self, patch: &Patch) -> typed::ContactField {
         let (i, j) = patch.indices();
         let mut shear = self.shear.iter().map(|shear| patch.gather(shear));
@@ -50,7 +50,7 @@ impl Fields {
     }
 }
 
-/// A worn state as its tables hold it.
+/// Reads a worn state from its tables.
 pub fn worn_state(
     recipe: &Recipe,
     patch: &Patch,
@@ -80,7 +80,7 @@ pub fn worn_state(
     })
 }
 
-/// The static contact of both its tables.
+/// Reads the static contact from its two tables.
 pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution {
     let or_zero = |pair: [Option<f64>; 2]| pair.map(|value| value.unwrap_or(0.0));
     NormalSolution {
@@ -95,19 +95,19 @@ pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution
     }
 }
 
-/// Compliance of the fine contact, in runs whose contact elements are made of it.
+/// Returns the compliance of the fine contact, in runs that compute contact elements from it.
 pub fn compliance_of(row: &typed::StaticContact) -> Result<Compliance, TableError> {
     let kn = there(TableName::StaticContact, &row.kn, "kn")?;
     let kt = there(TableName::StaticContact, &row.kt, "kt")?;
     Ok(Compliance::of(*kn, *kt))
 }
 
-/// Tangential compliance of a static contact \[m/N\]; none where it was not asked for.
+/// Returns the tangential compliance of a static contact \[m/N\]; `None` if the run does not compute it.
 pub fn tangential_compliance(row: &typed::StaticContact) -> Option<f64> {
     row.kt.map(f64::recip)
 }
 
-/// A column that every state of wear has.
+/// Returns the value of a column that every worn state has.
 pub fn there<'a, T>(
     table: TableName,
     value: &'a Option<T>,
@@ -119,7 +119,7 @@ pub fn there<'a, T>(
     })
 }
 
-/// The wear of an iteration on all cells; none of the unworn state and in a scene without wear.
+/// Returns the wear of an iteration on all cells; zero without a wear field.
 pub fn wear_of(patch: &Patch, field: Option<typed::WearField>) -> Vec<f64> {
     match field {
         Some(field) => patch.spread(&field.wear_depth),
@@ -127,14 +127,15 @@ pub fn wear_of(patch: &Patch, field: Option<typed::WearField>) -> Vec<f64> {
     }
 }
 
-/// The rough contact of a stage that declares it.
+/// Returns the rough contact of a stage that declares it.
 pub fn contact_of(recipe: &Recipe) -> &Contact {
     recipe
         .contact()
         .expect("a stage that solves a contact declares it")
 }
 
-/// Shear along the axes that a recipe has: what was inherited may have another one less, or more. No shear at all stays none.
+/// Returns the shear along the axes of the recipe. Inherited fields may have fewer or more axes. An empty field stays
+/// empty.
 pub fn on_axes(recipe: &Recipe, patch: &Patch, mut shear: ByAxis<Vec<f64>>) -> ByAxis<Vec<f64>> {
     if !shear.is_empty() {
         shear.resize_with(axes(recipe), || vec![0.0; patch.grid.len()]);
@@ -142,6 +143,7 @@ pub fn on_axes(recipe: &Recipe, patch: &Patch, mut shear: ByAxis<Vec<f64>>) -> B
     shear
 }
 
+/// Returns the number of axes with shear.
 pub fn axes(recipe: &Recipe) -> usize {
     match contact_of(recipe).shear {
         Shear::AlongX => 1,
@@ -149,7 +151,7 @@ pub fn axes(recipe: &Recipe) -> usize {
     }
 }
 
-/// Parameters of contact elements as their tables have them.
+/// Reads the parameters of contact elements from their tables.
 pub fn parameters_of(
     elements: &typed::ContactElement,
     sliders: Option<typed::ContactSlider>,
@@ -173,14 +175,14 @@ pub fn parameters_of(
 pub struct AtRest {
     /// Wear depth \[m\].
     pub wear: Vec<f64>,
-    /// Under its load.
+    /// Contact under the static load.
     pub contact: NormalSolution,
-    /// Shear that is there already; of no axis if there is none \[Pa\].
+    /// Initial shear \[Pa\]; empty if there is none.
     pub start: ByAxis<Vec<f64>>,
 }
 
 impl AtRest {
-    /// That of an iteration.
+    /// Reads the fine contact of an iteration.
     pub fn of(reads: &StageInputs, solvers: &mut Solvers) -> Result<AtRest, RunError> {
         let patch = solvers.joint(reads)?.patch.clone();
         let mut fields = Fields::of(&patch, &reads.table()?);
@@ -192,13 +194,14 @@ impl AtRest {
         })
     }
 
-    /// The shear that is there already; none if there is none.
+    /// Returns the initial shear, if there is one.
     pub fn start(&self) -> Option<&ByAxis<Vec<f64>>> {
         (!self.start.is_empty()).then_some(&self.start)
     }
 }
 
-/// Coefficients in the order of a [`Harmonics`], those of cosine and sine one after the other; of the mean there is a cosine alone.
+/// Returns coefficients in the order of a [`Harmonics`]: the cosine and the sine coefficient of each order. The mean
+/// has a cosine coefficient only.
 pub fn coefficients_of(orders: &[i32], cosine: &[f64], sine: &[f64]) -> Vec<f64> {
     let mut coefficients = Vec::with_capacity(2 * orders.len());
     for (order, (cosine, sine)) in orders.iter().zip(cosine.iter().zip(sine)) {
@@ -210,32 +213,37 @@ pub fn coefficients_of(orders: &[i32], cosine: &[f64], sine: &[f64]) -> Vec<f64>
     coefficients
 }
 
-/// Harmonics of a response, and its coefficients, ports slow.
+/// Returns the harmonics of a response and its coefficients. Harmonics vary fastest, ports slowest.
 pub fn harmonics_of(response: &typed::Response) -> Result<(Harmonics, Vec<f64>), RunError> {
     let orders = &response.harmonic;
     let (cosine, sine) = (&response.displacement_cosine, &response.displacement_sine);
     let displacement = coefficients_of(orders, cosine, sine);
-    let mut of_a_port: Vec<u32> = orders.iter().map(|order| *order as u32).collect();
-    of_a_port.sort_unstable();
-    of_a_port.dedup();
-    Ok((Harmonics::new(&of_a_port)?, displacement))
+    let mut port_orders: Vec<u32> = orders.iter().map(|order| *order as u32).collect();
+    port_orders.sort_unstable();
+    port_orders.dedup();
+    Ok((Harmonics::new(&port_orders)?, displacement))
 }
 
-/// Displacement of each element at the end of a straight motion, along x and y \[m\].
+/// Returns the displacement of each element at the end of a straight motion, along x and y \[m\].
 pub fn reach_of(elements: &ContactElements, motion: &Motion) -> Vec<[f64; 2]> {
     let mut reach = vec![[0.0; 2]; elements.len()];
     let Some(straight) = motion.straight() else {
         return reach;
     };
-    let (all, own) = straight.end.split_at(motion.channels().count());
-    let own = elements.nodes().filter(|_| !own.is_empty()).map(|of| {
-        let axes = own.chunks_exact(of.interpolation.nodes());
-        (axes, &of.numbers)
-    });
+    let (common_motion, nodal_motion) = straight.end.split_at(motion.channels().count());
+    let nodal_motion = elements
+        .nodes()
+        .filter(|_| !nodal_motion.is_empty())
+        .map(|nodal_grid| {
+            let axes = nodal_motion.chunks_exact(nodal_grid.interpolation.nodes());
+            (axes, &nodal_grid.numbers)
+        });
     for axis in 0..motion.drive.len() {
-        reach.iter_mut().for_each(|reach| reach[axis] = all[axis]);
+        reach
+            .iter_mut()
+            .for_each(|reach| reach[axis] = common_motion[axis]);
     }
-    if let Some((axes, numbers)) = own {
+    if let Some((axes, numbers)) = nodal_motion {
         for (axis, nodes) in axes.enumerate() {
             for (reach, &node) in reach.iter_mut().zip(numbers) {
                 reach[axis] += nodes[node];

@@ -1,4 +1,5 @@
-//! What a cycle between two ends misses: the energy of a stepped one under the same response, on half the grid, in parts of that between the ends there.
+//! Comparison of a reversal cycle with a stepped cycle: the ratio of their energies under the same response, computed
+//! on half the grid.
 
 use super::RunError;
 use super::computed_motion::{ElementMotion, let_move};
@@ -11,24 +12,24 @@ use crate::tables::{Table, TableName, Tables, TypedTable, typed};
 use crate::wear::Motion;
 use crate::wear::cycle::March;
 
-/// Steps of the stepped cycle: 32 miss some 3 % by themselves.
+/// Steps of the stepped cycle: 32 steps would have an error of about 3 %.
 const STEPS: usize = 64;
-/// What half the grid and so many steps leave of the difference, in parts of the energy.
+/// Relative error of the energy ratio due to half the grid and to the finite number of steps.
 pub const LEFT: f64 = 0.006;
-/// Tolerances of the solves, of the pressures and of the closure of the stepped cycle: a tenth of what is left.
+/// Tolerances of the solves for the pressure and of the closure of the stepped cycle: a tenth of [`LEFT`].
 const NORMAL_TOLERANCE: f64 = 1e-4;
 const CYCLE_TOLERANCE: f64 = 3e-3;
 
-/// The energy of a stepped cycle over that between two ends, for a joint of this `wear` \[m\] that moves as `moved` says; none where the grid has no half of
-/// enough cells, or no such cycles.
+/// Returns the energy of a stepped cycle over the energy of a reversal cycle, for a joint with this `wear` \[m\]
+/// under the motion `element_motion`. `None` if half the grid has too few cells, or if there is no such cycle.
 ///
 /// # Errors
-/// Those of the contact solves.
+/// Errors of the contact solves.
 pub fn stepped_part(
     reads: &StageInputs,
     threads: usize,
     wear: &[f64],
-    moved: &ElementMotion,
+    element_motion: &ElementMotion,
 ) -> Result<Option<f64>, RunError> {
     let (whole, height) = patch_and_height(reads)?;
     let Some(half) = HalfGrid::of(&reads.recipe, &whole) else {
@@ -38,16 +39,16 @@ pub fn stepped_part(
     let reads = reads.with(&half.recipe, &tables);
     let mut solvers = Solvers::new(threads, Gauge::default());
     let wear = half.means(wear);
-    let of_contact: typed::StaticContact = reads.table()?;
-    let (load, preload) = (of_contact.normal_load, of_contact.preload);
+    let static_contact: typed::StaticContact = reads.table()?;
+    let (load, preload) = (static_contact.normal_load, static_contact.preload);
     solvers.pressed_joint(&reads, preload.unwrap_or(0.0))?;
     let (contact, _) = solvers.work(&reads, None, |joint| {
         joint.motion = Motion::none(load);
         Ok(joint.static_contact(&wear, None)?)
     })?;
-    let compliance = tangential_compliance(&of_contact);
+    let compliance = tangential_compliance(&static_contact);
     let mut energy = |reads: &StageInputs| -> Result<Option<f64>, RunError> {
-        match let_move(reads, &mut solvers, load, Some(moved), compliance) {
+        match let_move(reads, &mut solvers, load, Some(element_motion), compliance) {
             Ok(_) => {}
             Err(RunError::Cycle(_)) => return Ok(None),
             Err(error) => return Err(error),
@@ -62,18 +63,22 @@ pub fn stepped_part(
     let Some(between_ends) = energy(&reads)? else {
         return Ok(None);
     };
-    let mut stepped = half.recipe.clone();
-    for cycle in stepped.joints.iter_mut().flat_map(|joint| &mut joint.cycle) {
+    let mut stepped_recipe = half.recipe.clone();
+    for cycle in stepped_recipe
+        .joints
+        .iter_mut()
+        .flat_map(|joint| &mut joint.cycle)
+    {
         cycle.asked = Some(March::Stepped);
         cycle.steps = STEPS;
     }
-    let Some(stepped) = energy(&reads.with(&stepped, &tables))? else {
+    let Some(stepped) = energy(&reads.with(&stepped_recipe, &tables))? else {
         return Ok(None);
     };
     Ok((between_ends > 0.0 && stepped > 0.0).then(|| stepped / between_ends))
 }
 
-/// The surface with these heights on the whole grid as half of it has it.
+/// Returns the surface on half the grid, from the heights on the whole grid.
 fn surface_of(half: &HalfGrid, height: &[f64]) -> Result<Table, RunError> {
     let patch = half.patch();
     let cells = (0..patch.grid.len()).map(|cell| patch.grid.cell(cell));

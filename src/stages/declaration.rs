@@ -1,4 +1,4 @@
-//! What a stage is: a value that says what it reads and what it writes, and computes the one from the other.
+//! Declaration of a stage: its inputs, its tables, and the function that computes them.
 
 use super::RunError;
 use super::output_schedule::Moment;
@@ -8,39 +8,40 @@ use super::stage_inputs::{DeclaredInputs, Outputs, StageInputs};
 use crate::recipe::{Part, Recipe, Wear};
 use crate::tables::TableName;
 
-/// What a stage reads and writes, and how it computes the one from the other. A stage sees nothing but what it declares, and its key is
-/// made of that: no table is used again that was computed from something else.
+/// Inputs and tables of a stage, and the function that computes the tables. A stage sees only its declared inputs,
+/// and its key consists of them. Tables computed from other inputs are therefore never reused.
 pub struct Declaration {
-    /// Which stage.
+    /// The stage.
     pub stage: Stage,
-    /// When it is passed through.
+    /// The iterations in which the stage runs.
     pub when: When,
-    /// Parts of the recipe that it reads.
+    /// Parts of the recipe that the stage reads.
     pub recipe: &'static [Part],
-    /// Tables of the run and of its own iteration that it reads, each as the last stage before it has written it.
+    /// Tables of the run and of the same iteration that the stage reads. Each table is read as the last earlier stage
+    /// wrote it.
     pub reads: &'static [TableName],
-    /// Tables of the iteration before that it reads.
+    /// Tables of the previous iteration that the stage reads.
     pub before: &'static [TableName],
-    /// Tables that it writes, its own first: a run that has that table has the stage. Others of physics that a scene does not have are
-    /// left out, and what is not due.
+    /// Tables that the stage writes. The first table identifies the stage: a run that has this table has the stage.
+    /// The stage omits tables of physics that the scene does not have, and tables that are not due.
     pub writes: &'static [TableName],
-    /// Whether it has anything to do in an iteration of its run.
+    /// Returns true if the stage has work to do in an iteration.
     pub is_due: fn(&Moment) -> bool,
-    /// Whether its tables are shared between runs.
+    /// True if runs share the tables of this stage.
     pub shared: bool,
-    /// Computes the tables. It holds no state of a run, and the solvers hold none either.
+    /// Computes the tables. Neither the function nor the solvers keep any state of a run.
     pub compute: fn(&StageInputs, &mut Solvers) -> Result<Outputs, RunError>,
 }
 
-/// The tables of several lists, in their order. `N` is the sum of the lengths.
+/// Concatenates lists of tables. `N` is the sum of the lengths.
 pub(super) const fn joined<const N: usize>(lists: &[&[TableName]]) -> [TableName; N] {
     let mut tables = [TableName::Summary; N];
     let (mut list, mut at) = (0, 0);
     while list < lists.len() {
-        let mut own = 0;
-        while own < lists[list].len() {
-            tables[at] = lists[list][own];
-            (own, at) = (own + 1, at + 1);
+        let mut item = 0;
+        while item < lists[list].len() {
+            tables[at] = lists[list][item];
+            (item, at) = (item + 1, at + 1);
         }
         list += 1;
     }
@@ -49,7 +50,7 @@ pub(super) const fn joined<const N: usize>(lists: &[&[TableName]]) -> [TableName
 }
 
 impl Declaration {
-    /// What it reads.
+    /// Returns the declared inputs.
     pub(super) fn declared(&self) -> DeclaredInputs {
         DeclaredInputs {
             stage: self.stage,
@@ -59,23 +60,23 @@ impl Declaration {
         }
     }
 
-    /// The tables that it writes in a run of this recipe, unless they are not due.
+    /// Returns the tables that the stage writes in a run of this recipe, including tables that are not always due.
     pub fn writes_in(&self, recipe: &Recipe) -> impl Iterator<Item = TableName> {
         let writes = self.writes.iter().copied();
         writes.filter(|table| is_in(recipe, *table))
     }
 
-    /// True if a run of this recipe has the stage.
+    /// Returns true if a run of this recipe has the stage.
     pub fn is_in(&self, recipe: &Recipe) -> bool {
         match self.stage {
-            // The worn response of a joint, the forced response over a range, or both.
+            // The stage writes the worn response of a joint, the forced response over a range, or both.
             Stage::ForcedResponse => self.writes_in(recipe).next().is_some(),
             _ => is_in(recipe, self.writes[0]),
         }
     }
 }
 
-/// True if runs of a recipe have a table: absent physics has none.
+/// Returns true if runs of a recipe have a table. Tables of absent physics do not exist.
 pub fn is_in(recipe: &Recipe, table: TableName) -> bool {
     let structure = recipe.structure.as_ref();
     let (rough, vibrates) = (recipe.surface().is_some(), structure.is_some());

@@ -1,4 +1,4 @@
-//! The steady response of the structure to the contact elements in force.
+//! The steady response of the structure with the contact elements in force.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -28,8 +28,8 @@ use crate::recipe::Layout;
 use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
 
-/// The steady vibration at resonance, [A eq. 2.1–2.2], or at a given frequency: computed where the contact elements are new, else that of the
-/// iteration before.
+/// The steady vibration at resonance, [A eq. 2.1–2.2], or at a given frequency. It is computed after an update of the
+/// contact elements. Otherwise the response of the previous iteration is copied.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::DynamicResponse,
     when: When::Always,
@@ -61,13 +61,13 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-/// Cycles between two ends that miss more than this part of stepped ones are left as they are, and the error bar has all of it: half the grid does not tell
-/// a correction as large.
+/// Largest relative correction of the friction energy of reversal cycles. A larger error is not corrected but enters
+/// the error bar, since half the grid is too coarse to measure it.
 const LARGEST_CORRECTION: f64 = 0.1;
-/// Relative change of the resonance that stands for an unknown one, so that all iterations have the same columns.
+/// Relative change of the resonance that marks an unknown change, so that all iterations have the same columns.
 pub(super) const UNKNOWN_CHANGE: f64 = 1.0;
 
-/// The tables of the response in force: iterations that do not renew it have the same.
+/// Tables of the response in force. Iterations without an update copy them.
 const IN_FORCE: [TableName; 6] = [
     TableName::Response,
     TableName::DynamicResponse,
@@ -80,7 +80,7 @@ const IN_FORCE: [TableName; 6] = [
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let Some(update) = reads.maybe::<typed::ModelUpdate>()? else {
-        alone(reads, solvers, &mut outputs)?;
+        compute_without_rough_contact(reads, solvers, &mut outputs)?;
         return Ok(outputs);
     };
     let before = match reads.optional_before::<typed::Response>()? {
@@ -99,10 +99,10 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         return Ok(outputs);
     }
     let mut parameters = parameters_of(&reads.table()?, reads.maybe()?);
-    let checked = reads.optional_before::<typed::FrettingCycle>()?;
-    let stepped_part = checked.and_then(|cycle| cycle.stepped_part);
-    let in_force = stepped_part.filter(|part| (part - 1.0).abs() <= LARGEST_CORRECTION);
-    let in_force = in_force.unwrap_or(1.0);
+    let cycle_before = reads.optional_before::<typed::FrettingCycle>()?;
+    let stepped_part = cycle_before.and_then(|cycle| cycle.stepped_part);
+    let applied_part = stepped_part.filter(|part| (part - 1.0).abs() <= LARGEST_CORRECTION);
+    let applied_part = applied_part.unwrap_or(1.0);
     let start = before.as_ref();
     let start = start.map(|(response, row)| start_of(response, row));
     let mut start = start.transpose()?;
@@ -113,41 +113,42 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             &mut start,
             &before,
         ) {
-            let (of_response, _) = harmonics_of(response)?;
-            let change = of_response.transfer(&change, harmonics);
+            let (response_harmonics, _) = harmonics_of(response)?;
+            let change = response_harmonics.transfer(&change, harmonics);
             let pairs = start.displacement.iter_mut().zip(change);
             pairs.for_each(|(u, change)| *u += change);
         }
         parameters =
-            predicted_parameters(reads, solvers, motion, compliance, parameters, in_force)?;
+            predicted_parameters(reads, solvers, motion, compliance, parameters, applied_part)?;
     }
     let start = start.as_ref().map(|(harmonics, start)| (harmonics, start));
     let vibration = solvers.vibration(reads)?;
-    let elements = contact_elements(reads, &parameters, in_force);
+    let elements = contact_elements(reads, &parameters, applied_part);
     let tolerance = harmonic_tolerance(&reads.recipe);
     let resolved = resolved_in_force(&vibration, elements, start);
     let resolved = resolved.map_err(|source| failed(reads, source))?;
-    let begin = AgreedResponse {
+    let initial = AgreedResponse {
         resolved,
         parameters,
-        stepped_part: in_force,
+        stepped_part: applied_part,
     };
     let AgreedResponse {
         resolved,
         parameters,
         ..
-    } = agreed(reads, solvers, &vibration, begin)?;
-    // Of no response but the one in force are peak and error bars wanted, which cost as much as it.
+    } = agreed(reads, solvers, &vibration, initial)?;
+    // Computes the peak and the error bars only for the final response, since they cost as much as the response
+    // itself.
     let corrects = harmonic_correction(&reads.recipe);
-    let known = match before.as_ref() {
+    let correction_before = match before.as_ref() {
         Some((response, row)) => correction_of(response, row)?,
         None => None,
     };
-    let near = known.as_ref().map(|(_, correction)| correction);
+    let near = correction_before.as_ref().map(|(_, correction)| correction);
     let resolved = resolved.completed(tolerance, corrects.then_some(HarmonicCorrection { near }));
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     note_extensions(&mut outputs, &resolved.extensions);
-    let solved = Solved::of(&resolved);
+    let solved = SolvedResponse::of(&resolved);
     let resolved = resolved.corrected();
     let resolved = resolved.map_err(|source| failed(reads, source))?;
     warn_missing_harmonics(&mut outputs, tolerance, &resolved);
@@ -161,7 +162,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         reads,
         &resolved,
         &parameters,
-        (solved, Some(in_force)),
+        (solved, Some(applied_part)),
         before,
         &mut outputs,
     )?;
@@ -171,7 +172,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// The response to other elements, of the resonance that `start` is at, or at the given frequency.
+/// Returns the response to other elements, at the resonance of `start` or at the given frequency.
 pub fn resolved_in_force<'a>(
     vibration: &'a Vibration,
     elements: Vec<ContactElement>,
@@ -184,9 +185,9 @@ pub fn resolved_in_force<'a>(
     Ok(resolved)
 }
 
-/// The response of a structure without a rough contact. Its forced response is known with it, and is kept for the stage that writes it; another
-/// start of the program finds none, and makes it again to the same bits.
-fn alone(
+/// Computes the response of a structure without a rough contact. The forced response is a by-product and is kept for
+/// the stage that writes it. After a restart that stage computes it again, with identical results.
+fn compute_without_rough_contact(
     reads: &StageInputs,
     solvers: &mut Solvers,
     outputs: &mut Outputs,
@@ -207,7 +208,7 @@ fn alone(
             warn_resonance(outputs, &vibration, &resolved.resonance);
             put_in_force(reads, &resolved, &parameters, (None, None), None, outputs)
         }
-        // The forced response has an answer all the same, or says why it has none.
+        // The stage of the forced response still runs, and gives a result or an error.
         Err(error) if error.is_not_converged() => {
             let key = match vibration.at_omega {
                 Some(_) => "dynamics.at",
@@ -223,7 +224,8 @@ fn alone(
     }
 }
 
-/// The contact elements with these parameters, their friction times the `stepped_part` of its energy; none where there is no contact.
+/// Returns the contact elements with these parameters and with their friction scaled by `stepped_part`; empty without
+/// contact elements.
 pub fn contact_elements(
     reads: &StageInputs,
     parameters: &ElementParameters,
@@ -241,13 +243,13 @@ pub fn contact_elements(
     elements
 }
 
-/// Relative error by harmonics left out, up to which they are extended; none: they are not.
+/// Returns the relative truncation error up to which harmonics are added; `None` if they are fixed.
 pub fn harmonic_tolerance(recipe: &Recipe) -> Option<f64> {
     let response = recipe.response.as_ref();
     response.and_then(|response| response.harmonic_tolerance)
 }
 
-/// The error of a run without a steady vibration.
+/// Converts an error into the error of a run without a steady vibration.
 pub fn failed(reads: &StageInputs, source: DynamicsError) -> RunError {
     RunError::Dynamics {
         wear_iteration: reads.wear_iteration,
@@ -255,7 +257,7 @@ pub fn failed(reads: &StageInputs, source: DynamicsError) -> RunError {
     }
 }
 
-/// A response as the start of the next one.
+/// Returns a response as the initial guess for the next response.
 pub fn start_of(
     response: &typed::Response,
     row: &typed::DynamicResponse,
@@ -274,17 +276,18 @@ pub fn start_of(
     let orders: Vec<u32> = orders
         .filter(|order| i64::from(*order) <= highest)
         .collect();
-    let own = Harmonics::new(&orders)?;
-    let start = start(solved).transferred(&harmonics, &own);
-    Ok((own, start))
+    let solved_harmonics = Harmonics::new(&orders)?;
+    let start = start(solved).transferred(&harmonics, &solved_harmonics);
+    Ok((solved_harmonics, start))
 }
 
-/// Adds the tables of a resonance, of which the response in force was `before`; those of its contact where it has one.
+/// Writes the tables of the response in force, and the tables of its contact if there is one. `before` is the
+/// previous response in force.
 fn put_in_force(
     reads: &StageInputs,
     resolved: &Resolved,
     parameters: &ElementParameters,
-    (solved, stepped_part): (Option<Solved>, Option<f64>),
+    (solved, stepped_part): (Option<SolvedResponse>, Option<f64>),
     before: Option<&typed::Response>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
@@ -294,7 +297,7 @@ fn put_in_force(
     let has_contact = reads.recipe.elements().is_some();
     let layout = match has_contact {
         true => layout(reads),
-        // Springs alone are no contact; they stand where the mass is.
+        // Springs alone are no contact. Their centres are set to the origin.
         false => Layout {
             centres: vec![[0.0; 2]; balance.elements().len()],
             ..Layout::default()
@@ -321,16 +324,16 @@ fn put_in_force(
     outputs.put(&response)?;
     outputs.put(&resonance_table(balance, resonance))?;
     let correction = resolved.correction.as_ref().filter(|_| solved.is_some());
-    let of = |value: fn(&Correction) -> f64| correction.map(value);
+    let corrected = |value: fn(&Correction) -> f64| correction.map(value);
     outputs.put(&typed::DynamicResponse {
         is_steady,
         stepped_part,
         solved_harmonic: solved.map(|solved| i64::from(solved.harmonics.highest())),
-        correction_frequency: of(|c| c.frequency),
-        correction_input_energy: of(|c| c.energy[0]),
-        correction_friction_energy: of(|c| c.energy[1]),
-        correction_viscous_energy: of(|c| c.energy[2]),
-        correction_hysteretic_energy: of(|c| c.energy[3]),
+        correction_frequency: corrected(|c| c.frequency),
+        correction_input_energy: corrected(|c| c.energy[0]),
+        correction_friction_energy: corrected(|c| c.energy[1]),
+        correction_viscous_energy: corrected(|c| c.energy[2]),
+        correction_hysteretic_energy: corrected(|c| c.energy[3]),
         ..row(&layout, resolved, &cycle, &summary)
     })?;
     if has_contact {
@@ -397,17 +400,17 @@ fn row(
     }
 }
 
-/// The response that is solved at every update, where one with more harmonics stands in the tables.
-struct Solved {
+/// The response with the solved harmonics only. It is kept where the tables store the response with added harmonics.
+struct SolvedResponse {
     harmonics: Harmonics,
-    /// Coefficients of the displacement, ports slow \[m\].
+    /// Coefficients of the displacement \[m\]. Harmonics vary fastest, ports slowest.
     displacement: Vec<f64>,
 }
 
-impl Solved {
-    fn of(resolved: &Resolved) -> Option<Solved> {
+impl SolvedResponse {
+    fn of(resolved: &Resolved) -> Option<SolvedResponse> {
         resolved.correction.as_ref()?;
-        Some(Solved {
+        Some(SolvedResponse {
             harmonics: resolved.balance.harmonics().clone(),
             displacement: resolved.resonance.in_force().displacement.clone(),
         })
@@ -418,7 +421,7 @@ impl Solved {
         let mut port = None;
         let (mut cosines, mut sines) = (Vec::new(), Vec::new());
         for &order in &response.harmonic {
-            // The orders of a port ascend from 0.
+            // The orders of each port ascend from 0.
             if order == 0 {
                 port = Some(port.map_or(0, |port| port + 1));
             }
@@ -432,13 +435,13 @@ impl Solved {
     }
 }
 
-/// Whether the response with more harmonics drives the wear.
+/// Returns true if the response with added harmonics drives the wear.
 pub fn harmonic_correction(recipe: &Recipe) -> bool {
     let response = recipe.response.as_ref();
     response.is_some_and(|response| response.harmonic_correction)
 }
 
-/// What the response with more harmonics has otherwise, and the errors that it leaves, as tables have them.
+/// Reads the correction by the added harmonics and the remaining truncation errors from the tables.
 pub fn correction_of(
     response: &typed::Response,
     row: &typed::DynamicResponse,
@@ -471,7 +474,8 @@ pub fn correction_of(
     Ok(Some((truncation, correction)))
 }
 
-/// The coefficients that are solved at every update, in the order of [`harmonics_of`]; none where those of the table are.
+/// Returns the coefficients of the solved harmonics, in the order of [`harmonics_of`]; `None` if the table has no
+/// added harmonics.
 fn solved_of(response: &typed::Response) -> Option<Vec<f64>> {
     coefficients_of(
         &response.harmonic,
@@ -481,19 +485,20 @@ fn solved_of(response: &typed::Response) -> Option<Vec<f64>> {
     .into()
 }
 
-/// A response with what it has changed by since the one `before`, harmonics that this did not have left out, and whether that is to be carried on.
+/// Returns a response with its change since the response `before`, and whether the change is steady enough to be
+/// extrapolated. Harmonics that the previous response lacks have no change.
 fn with_change(
     mut response: typed::Response,
     before: Option<&typed::Response>,
 ) -> (typed::Response, Option<bool>) {
     type Place<'a> = (i32, &'a str, &'a str, i32);
-    fn place(of: &typed::Response, row: usize) -> Place<'_> {
-        let (point, axis) = (of.point[row].as_str(), of.axis[row].as_str());
-        (of.element[row], point, axis, of.harmonic[row])
+    fn place(response: &typed::Response, row: usize) -> Place<'_> {
+        let (point, axis) = (response.point[row].as_str(), response.axis[row].as_str());
+        (response.element[row], point, axis, response.harmonic[row])
     }
     let rows = response.harmonic.len();
     let mut change = [vec![0.0; rows], vec![0.0; rows]];
-    let mut of_contact = [Vec::new(), Vec::new(), Vec::new()];
+    let mut contact_values = [Vec::new(), Vec::new(), Vec::new()];
     if let Some(before) = before {
         let places = (0..before.harmonic.len()).map(|row| (place(before, row), row));
         let places: BTreeMap<Place, usize> = places.collect();
@@ -518,15 +523,15 @@ fn with_change(
                 if response.element[row] >= 0 {
                     let then = change_then.as_ref().map_or(0.0, |change| change[old]);
                     let values = [now[row], change[row], then];
-                    of_contact
+                    contact_values
                         .iter_mut()
                         .zip(values)
-                        .for_each(|(of, value)| of.push(value));
+                        .for_each(|(list, value)| list.push(value));
                 }
             }
         }
     }
-    let [last, now, then] = &of_contact;
+    let [last, now, then] = &contact_values;
     let is_steady = before.is_some() && is_steady(last, now, then);
     let [cosine, sine] = change;
     response.change_cosine = Some(cosine);
@@ -534,7 +539,7 @@ fn with_change(
     (response, Some(is_steady))
 }
 
-/// The phase resonance and the peak, the stronger first, or the response at the given frequency.
+/// Returns the table of the peak and of the phase resonance, or of the response at the given frequency.
 fn resonance_table(
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
@@ -573,23 +578,24 @@ fn resonance_table(
 
 fn cycle_table(cycle: &JointCycle) -> typed::JointCycle {
     let samples = cycle.force.len();
-    let of = |values: &[[f64; 3]], d: usize| values.iter().map(|v| v[d]).collect::<Vec<f64>>();
+    let column = |values: &[[f64; 3]], d: usize| values.iter().map(|v| v[d]).collect::<Vec<f64>>();
     typed::JointCycle {
         time: (0..samples).map(|k| k as f64 / samples as f64).collect(),
-        displacement_x: of(&cycle.displacement, 0),
-        displacement_y: of(&cycle.displacement, 1),
-        displacement_n: of(&cycle.displacement, 2),
-        force_x: of(&cycle.force, 0),
-        force_y: of(&cycle.force, 1),
-        normal_load: of(&cycle.force, 2),
-        moment_x: of(&cycle.moment, 0),
-        moment_y: of(&cycle.moment, 1),
-        moment_z: of(&cycle.moment, 2),
+        displacement_x: column(&cycle.displacement, 0),
+        displacement_y: column(&cycle.displacement, 1),
+        displacement_n: column(&cycle.displacement, 2),
+        force_x: column(&cycle.force, 0),
+        force_y: column(&cycle.force, 1),
+        normal_load: column(&cycle.force, 2),
+        moment_x: column(&cycle.moment, 0),
+        moment_y: column(&cycle.moment, 1),
+        moment_z: column(&cycle.moment, 2),
         force_along: cycle.force_along.clone(),
     }
 }
 
-/// One row for each port and harmonic, ports slow: the harmonic coefficients are stored so that [`harmonics_of`] finds them again.
+/// Returns the table of harmonic coefficients, with one row per port and harmonic. Harmonics vary fastest, in the
+/// order that [`harmonics_of`] expects.
 pub fn response_table(
     recipe: &Recipe,
     balance: &HarmonicBalance<ContactElement>,

@@ -1,4 +1,4 @@
-//! Why a run ended without its result.
+//! Errors that end a run.
 
 use crate::contact::ContactError;
 use crate::dynamics::DynamicsError;
@@ -11,10 +11,10 @@ use crate::surface::SurfaceError;
 use crate::tables::TableError;
 use crate::wear::WearError;
 
-/// A run that could not go on. What is committed stays.
+/// Error that ends a run. Committed iterations remain.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// A computed motion that the cycle cannot march.
+    /// A cycle cannot follow the computed motion.
     #[error(transparent)]
     Cycle(#[from] CycleError),
     /// The surface cannot be generated.
@@ -27,7 +27,7 @@ pub enum RunError {
         stage: super::stage::Stage,
         /// The iteration.
         wear_iteration: u64,
-        /// What is wrong.
+        /// The cause.
         source: ContactError,
     },
     /// A fretting cycle or wear step failed.
@@ -37,26 +37,26 @@ pub enum RunError {
         stage: super::stage::Stage,
         /// The iteration.
         wear_iteration: u64,
-        /// What is wrong.
+        /// The cause.
         source: WearError,
     },
-    /// `--until` a stage that the scene does not have.
+    /// `--until` names a stage that the scene does not have.
     #[error(
         "this scene has no stage {stage}; its stages are {}",
         stages.iter().map(|s| s.name()).collect::<Vec<_>>().join(", ")
     )]
     NoSuchStage {
-        /// The stage asked for.
+        /// The requested stage.
         stage: super::stage::Stage,
-        /// Those there are.
+        /// The stages of the scene.
         stages: Vec<super::stage::Stage>,
     },
-    /// The observer has ended the run before a stage; no failure.
+    /// The observer ended the run before a stage. This is not a failure.
     #[error("the run was ended before {0}")]
     EndedBefore(super::stage::Stage),
-    /// A table that a stage reads and that is not there.
+    /// A table that a stage reads is missing.
     #[error(
-        "the table {table} of {stage} is not there: start the run again, which computes it, or begin from an earlier iteration"
+        "the table {table} of {stage} is missing: restart the run to compute it, or begin from an earlier iteration"
     )]
     NotComputed {
         /// The stage.
@@ -64,51 +64,51 @@ pub enum RunError {
         /// The table.
         table: crate::tables::TableName,
     },
-    /// A stage that an iteration does not pass through.
+    /// The iteration does not have the requested stage.
     #[error(
         "iteration {wear_iteration} has no stage {stage}; it has {}",
         stages.iter().map(|s| s.name()).collect::<Vec<_>>().join(", ")
     )]
     NotInIteration {
-        /// The stage asked for.
+        /// The requested stage.
         stage: super::stage::Stage,
         /// The iteration.
         wear_iteration: u64,
-        /// Those there are.
+        /// The stages of the iteration.
         stages: Vec<super::stage::Stage>,
     },
-    /// A stage cannot be computed again without the iteration before, which is pruned or damaged.
+    /// A stage cannot be computed again, because the previous iteration is pruned or damaged.
     #[error(
-        "iteration {wear_iteration} is computed from iteration {}, which the run does not hold (pruned, or damaged); iterations after one that it holds can be computed again",
+        "iteration {wear_iteration} is computed from iteration {}, which is pruned or damaged; choose an iteration that follows a stored one",
         wear_iteration - 1
     )]
     WithoutTheOneBefore {
-        /// The iteration asked for.
+        /// The requested iteration.
         wear_iteration: u64,
     },
-    /// An iteration that a sibling took over from a run of another scene.
+    /// A sibling run inherited this iteration from a run of another scene.
     #[error(
-        "iteration {wear_iteration} was computed in the run {run}, of another scene: ask that run"
+        "iteration {wear_iteration} was computed in the run {run}, of another scene: use that run"
     )]
     OfAnotherScene {
-        /// The iteration asked for.
+        /// The requested iteration.
         wear_iteration: u64,
-        /// Name of the run that it comes from.
+        /// Name of the run that computed the iteration.
         run: String,
     },
     /// The structure cannot be meshed or reduced.
     #[error("structure: {0}")]
     Structure(#[from] StructureError),
-    /// The matrices of a structure from files.
+    /// The matrices of a structure cannot be imported.
     #[error(transparent)]
     Import(#[from] ImportError),
-    /// The contact elements cannot be made.
+    /// The contact elements cannot be computed.
     #[error("model_update: {0}")]
     ModelUpdate(#[from] ModelUpdateError),
-    /// The contact of the unworn or smooth joint, which the structure is closed by, failed.
+    /// The contact of the unworn or of the smooth joint failed.
     #[error("contact of the unworn joint: {0}")]
     Unworn(#[from] ContactError),
-    /// What vibrates cannot be built, or its samples.
+    /// The vibration model or its sampling cannot be built.
     #[error("dynamic_response: {0}")]
     Vibration(#[from] DynamicsError),
     /// No steady vibration was found.
@@ -116,39 +116,39 @@ pub enum RunError {
     Dynamics {
         /// The iteration.
         wear_iteration: u64,
-        /// What is wrong.
+        /// The cause.
         source: DynamicsError,
     },
-    /// The run cannot be compared with one on half the grid.
+    /// The run cannot be compared with a run on half the grid.
     #[error("`fidelity.grid_check`: {reason}; leave it out")]
     GridCheck {
-        /// Why not.
+        /// The reason.
         reason: &'static str,
     },
-    /// The same scene on half the grid has not been run.
+    /// The same scene has not been run on half the grid.
     #[error(
-        "`fidelity.grid_check`: the same scene on half the grid is run before this one, by `fretwear run`, and is no stage to compute alone"
+        "`fidelity.grid_check`: this stage cannot be computed alone, because it needs a run on half the grid; use `fretwear run`, which starts that run first"
     )]
     NoGridTwin,
-    /// The worn volume asked for is out of reach.
+    /// The requested worn volume cannot be reached.
     #[error(
         "`wear.volume` = {volume:.6e} m³ is never reached: the joint stopped wearing at {reached:.6e} m³; give `wear.cycles` too, or a larger motion"
     )]
     WearsNoMore {
-        /// The volume asked for \[m³\].
+        /// The requested volume \[m³\].
         volume: f64,
-        /// The volume reached \[m³\].
+        /// The volume that the run reached \[m³\].
         reached: f64,
     },
-    /// The run store.
+    /// The run store failed.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A table.
+    /// A table is invalid.
     #[error(transparent)]
     Table(#[from] TableError),
 }
 
-/// What the numerics of a stage can fail of.
+/// Error in the numerics of a stage.
 pub enum NumericsError {
     Wear(WearError),
     ModelUpdate(ModelUpdateError),
@@ -173,7 +173,7 @@ impl From<ModelUpdateError> for NumericsError {
 }
 
 impl RunError {
-    /// True where a solver did not converge: the last commit is kept, and another tolerance or step may help.
+    /// Returns true if a solver did not converge. The last commit remains, and another tolerance or step may help.
     pub fn is_not_converged(&self) -> bool {
         let contact = |e: &ContactError| matches!(e, ContactError::NotConverged { .. });
         match self {
@@ -196,7 +196,7 @@ impl RunError {
         }
     }
 
-    /// True where what the user wrote is wrong.
+    /// Returns true if the input of the user is wrong.
     pub fn is_scene(&self) -> bool {
         matches!(
             self,

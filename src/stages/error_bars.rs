@@ -1,4 +1,4 @@
-//! The error bars of a worn state.
+//! Error bars of a worn state.
 
 use super::RunError;
 use super::contact_state::there;
@@ -12,10 +12,10 @@ use crate::tables::typed::{self, Summary};
 use crate::wear::coarse::SPREAD;
 use crate::wear::error_bar::{self, VolumeError};
 
-/// Relative error of a figure of which nothing is known, as of what is 0 and should perhaps not be.
+/// Relative error of a result about which nothing is known, for example of a zero that may be wrong.
 pub(super) const ALL: f64 = 1.0;
 
-/// A figure of a summary.
+/// Reads a result from a summary.
 type Figure = fn(&Summary) -> Option<f64>;
 
 /// The response in force.
@@ -25,7 +25,7 @@ pub struct ResponseInForce {
 }
 
 impl ResponseInForce {
-    /// Of both its tables; none where the motion is prescribed.
+    /// Combines both tables; `None` where the motion is prescribed.
     pub fn of(
         response: Option<typed::DynamicResponse>,
         update: Option<typed::ModelUpdate>,
@@ -35,18 +35,18 @@ impl ResponseInForce {
     }
 }
 
-/// The iteration that a step was made from.
+/// The iteration from which a step starts.
 pub struct PreviousIteration {
     pub cycles: i64,
-    /// Volume worn away \[m³\].
+    /// Worn volume \[m³\].
     pub volume: f64,
-    /// Energy dissipated \[J\].
+    /// Dissipated energy \[J\].
     pub energy: f64,
-    /// Sum of what all steps estimate of their errors \[m³\].
+    /// Sum of the error estimates of all steps \[m³\].
     error: f64,
-    /// The error bar of the volume, by source.
+    /// Error bar of the volume, by source.
     bar: VolumeError,
-    /// Energy per area of its cycle \[J/m²\].
+    /// Energy per area of the cycle \[J/m²\].
     dissipation: Vec<f64>,
     in_force: Option<ResponseInForce>,
     cycle: Option<typed::FrettingCycle>,
@@ -54,37 +54,37 @@ pub struct PreviousIteration {
 }
 
 impl PreviousIteration {
-    /// None of the unworn iteration.
+    /// Reads the previous iteration; `None` in the unworn iteration.
     pub fn of(reads: &StageInputs) -> Result<Option<PreviousIteration>, RunError> {
         let Some(summary) = reads.optional_before::<Summary>()? else {
             return Ok(None);
         };
         let fields: typed::ContactField = reads.before()?;
-        let of = |value: Option<f64>, column| -> Result<f64, RunError> {
+        let value_of = |value: Option<f64>, column| -> Result<f64, RunError> {
             Ok(*there(TableName::Summary, &value, column)?)
         };
-        let volume = of(summary.wear_volume, "wear_volume")?;
-        // A motion that is prescribed has neither.
+        let volume = value_of(summary.wear_volume, "wear_volume")?;
+        // A prescribed motion has neither of these errors.
         let harmonics = summary.error_harmonics.unwrap_or(0.0);
         let closure = summary.error_closure.unwrap_or(0.0);
         let cycles = summary.error_cycles.unwrap_or(0.0);
-        let whole = of(summary.error_wear_volume, "error_wear_volume")?;
+        let whole = value_of(summary.error_wear_volume, "error_wear_volume")?;
         let propagation = summary.error_propagation.unwrap_or(0.0);
         let grid = summary.error_grid.unwrap_or(0.0);
         let dissipation = there(TableName::ContactField, &fields.dissipation, "dissipation")?;
         Ok(Some(PreviousIteration {
             cycles: *there(TableName::Summary, &summary.cycles, "cycles")?,
             volume,
-            energy: of(summary.dissipated_energy_total, "dissipated_energy_total")?,
-            error: of(summary.error_wear, "error_wear")? * volume,
+            energy: value_of(summary.dissipated_energy_total, "dissipated_energy_total")?,
+            error: value_of(summary.error_wear, "error_wear")? * volume,
             bar: VolumeError {
                 steps: (whole - propagation - harmonics - closure - cycles - grid) * volume,
                 cycles: cycles * volume,
-                // That of an iteration follows from the coarse trajectory as it is then.
+                // Each iteration computes this error from its own coarse trajectory.
                 propagation: 0.0,
                 harmonics: harmonics * volume,
                 closure: closure * volume,
-                // That of an iteration follows from the twin.
+                // Each iteration computes this error from the run on half the grid.
                 grid: 0.0,
             },
             dissipation: dissipation.clone(),
@@ -95,34 +95,34 @@ impl PreviousIteration {
     }
 }
 
-/// What the error bars of an iteration follow from.
+/// Inputs of the error bars of an iteration.
 pub struct Sources<'a> {
-    /// The iteration that it was worn from.
+    /// The previous iteration.
     pub before: Option<&'a PreviousIteration>,
-    /// The step that led to it.
+    /// The step that led to this iteration.
     pub step: &'a typed::WearStep,
-    /// What moves the joint; none where its motion is prescribed.
+    /// The response that drives the joint; `None` for a prescribed motion.
     pub in_force: Option<&'a ResponseInForce>,
-    /// The unworn state and its response, where there is wear since and they are of this scene.
+    /// The unworn state and its response; `None` in the unworn state and for another scene.
     pub unworn: Option<&'a Summary>,
     pub unworn_response: Option<&'a typed::DynamicResponse>,
-    /// Load that wear has taken away \[N\], where it may.
+    /// Load lost by wear \[N\]; `None` if the load cannot fall.
     pub lost_load: Option<f64>,
-    /// The cycle.
+    /// The cycle of this iteration.
     pub cycle: &'a typed::FrettingCycle,
-    /// The response of the worn joint, where it is asked for.
+    /// The response of the worn joint, if the scene requests it.
     pub worn: Option<&'a typed::WornResponse>,
-    /// The coarse trajectory; none where there is none.
+    /// The coarse trajectory, if there is one.
     pub coarse: Option<&'a typed::CoarseStep>,
-    /// The same scene on half the grid; none where it is not run.
+    /// The run on half the grid, if there is one.
     pub twin: Option<&'a typed::GridTwin>,
-    /// Cells that are loaded, that touch, and that are not known to.
+    /// Numbers of loaded, touching and undecided cells.
     pub cells: Cells,
     /// Energy per area of the cycle \[J/m²\].
     pub dissipation: &'a [f64],
     /// Area of a cell \[m²\].
     pub cell_area: f64,
-    /// Volume worn in all iterations \[m³\].
+    /// Worn volume of all iterations \[m³\].
     pub volume: f64,
 }
 
@@ -134,7 +134,7 @@ pub struct Cells {
     pub undecided: f64,
 }
 
-/// Adds the error bars to a summary that has its figures: of the volume, of figures of the contact, and of those of the vibration.
+/// Adds the error bars of the volume, of the contact and of the vibration to a summary that already has its results.
 pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let &Sources {
         before,
@@ -153,141 +153,153 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         _ => 0.0,
     };
     let estimate = estimate(wear, sources);
-    // The vibration that the step was worn under is that of the iteration before.
+    // The vibration of the previous iteration drove the wear of this step.
     let last = before.and_then(|b| b.in_force.as_ref());
-    let wrong = |of: fn(&typed::DynamicResponse) -> f64| last.map_or(0.0, |l| of(&l.response));
-    let of_step = error_bar::of_step(estimate, coarse.is_some());
+    let response_error =
+        |value: fn(&typed::DynamicResponse) -> f64| last.map_or(0.0, |l| value(&l.response));
+    let step_error = error_bar::of_step(estimate, coarse.is_some());
     let mut bar = before.map_or(VolumeError::default(), |b| b.bar)
         + VolumeError {
-            steps: of_step,
+            steps: step_error,
             cycles: 0.0,
             propagation: 0.0,
-            harmonics: step.volume * wrong(|row| row.error_friction_energy),
+            harmonics: step.volume * response_error(|row| row.error_friction_energy),
             closure: 0.0,
             grid: 0.0,
         };
-    bar.closure = closure_of(sources);
-    bar.cycles = of_cycles(sources);
-    let of_grid = sources.twin.map(|twin| {
+    bar.closure = closure_error(sources);
+    bar.cycles = cycle_error(sources);
+    let grid_error = sources.twin.map(|twin| {
         let cycles = before.map_or(0, |before| before.cycles) + step.n_cycles;
         error_of_grid(twin, cycles, volume)
     });
-    let spread = |of: fn(&typed::CoarseStep) -> f64| coarse.map_or(0.0, |c| SPREAD * of(c));
+    let spread = |value: fn(&typed::CoarseStep) -> f64| coarse.map_or(0.0, |c| SPREAD * value(c));
     let field = spread(|c| c.difference_wear_field).max(bar.total());
     bar.propagation = (spread(|c| c.difference_wear_volume) - bar.of_contact()).max(0.0);
-    bar.grid = of_grid.unwrap_or(0.0) * volume;
+    bar.grid = grid_error.unwrap_or(0.0) * volume;
     let bar = bar;
-    // The part of a figure that wear has changed since the unworn state.
+    // Fraction of a result that wear has changed since the unworn state.
     let changed = |figure: Figure| match unworn.and_then(figure).zip(figure(summary)) {
         Some((unworn, now)) if (unworn / now).is_finite() => (1.0 - unworn / now).abs(),
         _ => 1.0,
     };
-    // The bar of a figure of this and of the iteration before, which what was inherited may not have had: by the volume worn while the
-    // figure changed, and by an error that is in it by itself, not through wear.
+    // Error of a result by the error of the wear. It follows from the volume worn while the result changed, from the
+    // previous iteration to this one. An inherited iteration may lack the result. The error of the result itself is
+    // added below.
     let by_wear = |figure: Figure, wears: f64, meanwhile: f64| {
         let now = figure(summary).unwrap_or(0.0);
         let earlier = before.and_then(|b| figure(&b.summary));
         let ends = [earlier.unwrap_or(now), now];
         error_bar::of_figure(ends, wears, bar, meanwhile, volume)
     };
-    let followed =
+    let with_own_error =
         |figure: Figure, meanwhile: f64, own: f64| Some(by_wear(figure, 1.0, meanwhile) + own);
-    // That of a figure of the contact alone: by the coarse trajectory, or as above.
-    let of_contact =
+    // Error of a contact result: from the coarse trajectory if there is one, otherwise from the wear as above.
+    let contact_error =
         |figure: Figure, wears: f64, difference: Option<f64>, own: f64| match difference {
             Some(difference) => {
                 Some(relative(error_bar::LEAST * wears * bar.of_contact()) + difference + own)
             }
             None => Some(by_wear(figure, wears, step.volume) + own),
         };
-    let part = |count: f64, of: f64| if of > 0.0 { (count / of).min(ALL) } else { 0.0 };
-    // Whether one more touches no solve tells, nor the coarse trajectory.
+    let part = |count: f64, total: f64| {
+        if total > 0.0 {
+            (count / total).min(ALL)
+        } else {
+            0.0
+        }
+    };
+    // Neither a solve nor the coarse trajectory shows whether one more cell touches.
     let undecided = part(cells.undecided + 1.0, cells.touching);
-    let coarse_by = |of: fn(&typed::CoarseStep) -> f64| coarse.map(|c| SPREAD * of(c));
-    // None of a stiffness that is left out.
-    let of_stiffness = |figure: Figure, of: fn(&typed::CoarseStep) -> Option<f64>| {
+    let coarse_difference =
+        |value: fn(&typed::CoarseStep) -> f64| coarse.map(|c| SPREAD * value(c));
+    // An omitted stiffness has no error bar.
+    let stiffness_error = |figure: Figure, value: fn(&typed::CoarseStep) -> Option<f64>| {
         figure(summary)?;
-        let difference = coarse.map(|c| SPREAD * of(c).unwrap_or(0.0));
-        of_contact(figure, changed(figure), difference, undecided)
+        let difference = coarse.map(|c| SPREAD * value(c).unwrap_or(0.0));
+        contact_error(figure, changed(figure), difference, undecided)
     };
-    // Depths follow the volume, and cells may do so by themselves.
-    let of_depth = |figure: Figure, of: fn(&typed::CoarseStep) -> f64| {
+    // Depths scale with the volume, and single cells may deviate further.
+    let depth_error = |figure: Figure, value: fn(&typed::CoarseStep) -> f64| {
         let bar = relative(bar.total()).max(by_wear(figure, 1.0, step.volume));
-        Some(bar.max(spread(of)))
+        Some(bar.max(spread(value)))
     };
-    let of_load = sources.lost_load.map(|lost| {
+    let load_error = sources.lost_load.map(|lost| {
         let load = summary.normal_load.unwrap_or(0.0);
         let lost = relative(bar.total()) * lost.abs() / load;
         let error = lost.max(by_wear(|s| s.normal_load, 0.0, step.volume));
         error + PRELOAD_TOLERANCE
     });
     let (mut meanwhile, own) = (step.volume, error_of_energy(cycle, in_force));
-    let mut of_vibration = [None; 2];
-    let mut of_change = None;
+    let mut vibration_errors = [None; 2];
+    let mut resonance_change_error = None;
     if let Some(ResponseInForce { response, update }) = in_force {
-        // The vibration in force stays from one update to the next.
+        // The response in force does not change between updates.
         let since = volume - last.map_or(0.0, |last| last.update.wear_volume);
         if update.updated {
             meanwhile = since;
         }
-        let of_resonance = response.error_resonance_frequency.map(|own| {
+        let resonance_error = response.error_resonance_frequency.map(|own| {
             let figure: Figure = |s| s.resonance_frequency;
             let by_wear = by_wear(figure, changed(figure), since);
             let frequency = figure(summary).unwrap_or(0.0);
-            of_change = Some(match before {
-                Some(_) => by_wear * frequency + left_out(response, sources.unworn_response),
+            resonance_change_error = Some(match before {
+                Some(_) => {
+                    by_wear * frequency + truncation_of_change(response, sources.unworn_response)
+                }
                 None => 0.0,
             });
             by_wear + own
         });
-        of_vibration = [
-            of_resonance,
-            followed(|s| s.peak_amplitude, since, response.error_peak_amplitude),
+        vibration_errors = [
+            resonance_error,
+            with_own_error(|s| s.peak_amplitude, since, response.error_peak_amplitude),
         ];
     }
     let energy = |s: &Summary| s.dissipated_energy;
     let least = relative(error_bar::LEAST_OF_ENERGY * bar.of_contact()) + own;
-    let of_energy = match (before.and_then(|b| energy(&b.summary)), energy(summary)) {
+    let energy_error = match (before.and_then(|b| energy(&b.summary)), energy(summary)) {
         (Some(before), Some(0.0)) if before > 0.0 => ALL,
-        _ => followed(energy, meanwhile, own)
+        _ => with_own_error(energy, meanwhile, own)
             .unwrap_or(0.0)
             .max(least)
             .max(spread(|c| c.difference_dissipated_energy)),
     };
     let bars = Summary {
-        error_largest_depth: of_depth(|s| s.largest_depth, |c| c.difference_largest_depth),
-        error_depth_99: of_depth(|s| s.depth_99, |c| c.difference_depth_99),
-        error_normal_load: of_load,
-        error_resonance_change: of_change,
-        error_loaded_area: of_contact(
+        error_largest_depth: depth_error(|s| s.largest_depth, |c| c.difference_largest_depth),
+        error_depth_99: depth_error(|s| s.depth_99, |c| c.difference_depth_99),
+        error_normal_load: load_error,
+        error_resonance_change: resonance_change_error,
+        error_loaded_area: contact_error(
             |s| s.loaded_area_fraction,
             1.0,
             coarse.map(|c| c.difference_loaded_area),
             part(1.0, cells.loaded),
         ),
-        error_kn: of_stiffness(|s| s.kn, |c| c.difference_kn),
-        error_kt: of_stiffness(|s| s.kt, |c| c.difference_kt),
-        error_max_pressure: of_contact(
+        error_kn: stiffness_error(|s| s.kn, |c| c.difference_kn),
+        error_kt: stiffness_error(|s| s.kt, |c| c.difference_kt),
+        error_max_pressure: contact_error(
             |s| s.max_pressure,
             1.0,
-            coarse_by(|c| c.difference_max_pressure),
+            coarse_difference(|c| c.difference_max_pressure),
             0.0,
         ),
-        error_dissipated_energy: Some(of_energy),
+        error_dissipated_energy: Some(energy_error),
         error_dissipated_energy_absolute: energy(summary).map(|now| match before {
-            // In parts of nothing no bar says anything; what the iteration before may have had does.
+            // A relative error bar of zero energy is meaningless. The energy and the error bar of the previous
+            // iteration bound the error.
             Some(before) if now == 0.0 => {
                 let earlier = before.summary.error_dissipated_energy_absolute;
                 let earlier = earlier.unwrap_or(0.0);
                 earlier.max(energy(&before.summary).unwrap_or(0.0))
             }
-            _ => of_energy * now,
+            _ => energy_error * now,
         }),
-        error_resonance_frequency: of_vibration[0],
-        error_peak_amplitude: of_vibration[1],
+        error_resonance_frequency: vibration_errors[0],
+        error_peak_amplitude: vibration_errors[1],
         error_cycles: Some(relative(bar.cycles)),
         error_harmonics: in_force.map(|_| relative(bar.harmonics)),
-        error_grid: of_grid,
+        error_grid: grid_error,
         error_closure: in_force.map(|_| relative(bar.closure)),
         error_wear: Some(relative(before.map_or(0.0, |b| b.error) + estimate)),
         error_wear_volume: Some(relative(bar.total())),
@@ -298,33 +310,39 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     *summary = bars;
 }
 
-/// What harmonics and samples leave out of the change of the resonance from one response to another \[Hz\]: the difference of what they are expected to
-/// leave out, twice, where both have the same harmonics; else what either leaves out at most.
-fn left_out(now: &typed::DynamicResponse, unworn: Option<&typed::DynamicResponse>) -> f64 {
-    let frequency = |of: &typed::DynamicResponse| of.resonance_frequency.unwrap_or(0.0);
-    let at_most =
-        |of: &typed::DynamicResponse| of.error_resonance_frequency.unwrap_or(ALL) * frequency(of);
+/// Returns the truncation error of the change of the resonance between two responses \[Hz\]. If both responses have
+/// the same harmonics, this is twice the difference of their expected truncation errors. Otherwise it is the sum of
+/// both bounds.
+fn truncation_of_change(
+    now: &typed::DynamicResponse,
+    unworn: Option<&typed::DynamicResponse>,
+) -> f64 {
+    let frequency = |row: &typed::DynamicResponse| row.resonance_frequency.unwrap_or(0.0);
+    let at_most = |row: &typed::DynamicResponse| {
+        row.error_resonance_frequency.unwrap_or(ALL) * frequency(row)
+    };
     let Some(unworn) = unworn else {
         return at_most(now);
     };
-    let expected = |of: &typed::DynamicResponse| {
-        let change = of.expected_resonance_change?;
-        (change != UNKNOWN_CHANGE).then(|| change * frequency(of))
+    let expected = |row: &typed::DynamicResponse| {
+        let change = row.expected_resonance_change?;
+        (change != UNKNOWN_CHANGE).then(|| change * frequency(row))
     };
-    let all = at_most(now) + at_most(unworn);
+    let bound = at_most(now) + at_most(unworn);
     match expected(now).zip(expected(unworn)) {
         Some((now_expected, then)) if now.highest_harmonic == unworn.highest_harmonic => {
-            (OF_DIFFERENCE * (now_expected - then).abs()).min(all)
+            (OF_DIFFERENCE * (now_expected - then).abs()).min(bound)
         }
-        _ => all,
+        _ => bound,
     }
 }
 
-/// Times the difference of two estimates that it may be wrong by.
+/// Safety factor on the difference of two estimates.
 const OF_DIFFERENCE: f64 = 2.0;
 
-/// Relative error of the energy of a cycle by itself, whatever has worn before: by its solves and samples, by harmonics that the vibration leaves out, and by
-/// what the friction of its contact elements differs by.
+/// Returns the relative error of the energy per cycle, without the error of the earlier wear. It contains the errors
+/// of the solves and samples, of the truncated harmonics of the vibration, and the difference from the friction
+/// energy of the contact elements.
 pub(super) fn error_of_energy(
     cycle: &typed::FrettingCycle,
     in_force: Option<&ResponseInForce>,
@@ -333,11 +351,12 @@ pub(super) fn error_of_energy(
         return cycle.error_cycle;
     };
     let energy = cycle.dissipated_energy;
-    let closure = closure((energy - friction(response)).abs(), energy);
+    let closure = relative_energy_error((energy - friction(response)).abs(), energy);
     cycle.error_cycle + response.error_friction_energy + closure
 }
 
-/// What the wear step makes wrong by its own estimate, or by the change of its rates \[m³\].
+/// Returns the error of the volume worn in this step \[m³\]: its own estimate, or the effect of the change of its
+/// rates.
 fn estimate(wear: &Wear, sources: &Sources) -> f64 {
     let step = sources.step;
     match sources.before {
@@ -350,11 +369,14 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
     }
 }
 
-/// What the vibration has worn more or less than one that is found anew on every surface would have \[m³\]. At each update, and at the end, the whole
-/// difference between the energies of a cycle under the motion before and under the one found counts for all that was worn since the last update,
-/// although that motion was true at its beginning; so does what the update leaves between both scales. What is worn since the last update is
-/// taken to be wrong by as much as what was worn before that, or by what the fine contact differs from the elements under the same motion.
-fn closure_of(sources: &Sources) -> f64 {
+/// Returns the error of the worn volume \[m³\] because the vibration is not computed anew on every surface.
+///
+/// At each update, and at the end, the jump of the energy per cycle between the old and the new motion counts for all
+/// wear since the last update. This overestimates the error, since the old motion was exact at first. The gap between
+/// fine contact and contact elements after the update counts in the same way. Between updates, the error since the
+/// last update is at least the jump and the gap of that update. It is larger if the fine contact and the elements
+/// differ by more under the same motion.
+fn closure_error(sources: &Sources) -> f64 {
     let &Sources {
         before,
         in_force: Some(now),
@@ -369,64 +391,66 @@ fn closure_of(sources: &Sources) -> f64 {
     let Some(before) = before else {
         return 0.0;
     };
-    let pending = |cycle: &typed::FrettingCycle, since: f64| since * not_yet_known(cycle);
-    let at_update = |of: &ResponseInForce| of.update.wear_volume;
+    let pending = |cycle: &typed::FrettingCycle, since: f64| since * pending_error(cycle);
+    let update_volume = |response: &ResponseInForce| response.update.wear_volume;
     let (Some(last), Some(cycle_before)) = (&before.in_force, &before.cycle) else {
         return before.bar.closure;
     };
-    // What an iteration is inherited with counts as worn before its update.
-    let settled = before.bar.closure - pending(cycle_before, before.volume - at_update(last));
-    let since = volume - at_update(last);
-    let of_worn = worn.and_then(|worn| worn.fine_energy);
-    let open = match of_worn {
-        _ if now.update.updated => since * of_update(cycle),
+    // For an inherited iteration, all earlier wear counts as worn before its update.
+    let settled = before.bar.closure - pending(cycle_before, before.volume - update_volume(last));
+    let since = volume - update_volume(last);
+    let worn_energy = worn.and_then(|worn| worn.fine_energy);
+    let unsettled = match worn_energy {
+        _ if now.update.updated => since * update_error(cycle),
         Some(energy) => {
             let jump = relative_difference(energy, cycle.dissipated_energy);
             since * (jump + cycle.update_gap.unwrap_or(0.0).abs())
         }
         None => pending(cycle, since),
     };
-    settled.max(0.0) + open
+    settled.max(0.0) + unsettled
 }
 
-/// What an update has changed the energy of a cycle by, and leaves between both scales, relative to it.
-fn of_update(cycle: &typed::FrettingCycle) -> f64 {
+/// Returns the jump of the energy per cycle at an update, plus the remaining gap between fine contact and contact
+/// elements, relative to the energy.
+fn update_error(cycle: &typed::FrettingCycle) -> f64 {
     [cycle.update_jump, cycle.update_gap]
         .map(|part| part.unwrap_or(0.0).abs())
         .iter()
         .sum()
 }
 
-/// What the energy of cycles has worn more or less than that of exact ones would have \[m³\]. Where this iteration has found what cycles between two ends miss,
-/// all that was worn since this was last found is wrong by it.
-fn of_cycles(sources: &Sources) -> f64 {
+/// Returns the error of the worn volume due to inexact cycles \[m³\]. If this iteration has compared its cycle with a
+/// stepped cycle, the measured error counts for all wear since the last comparison.
+fn cycle_error(sources: &Sources) -> f64 {
     let now = sources.cycle;
     let Some(before) = sources.before else {
         return sources.step.volume * now.error_cycle;
     };
-    let found_at = |cycle: &typed::FrettingCycle| cycle.check_volume.unwrap_or(0.0);
+    let check_volume = |cycle: &typed::FrettingCycle| cycle.check_volume.unwrap_or(0.0);
     match &before.cycle {
-        Some(cycle) if found_at(now) != found_at(cycle) => {
-            let unknown = (before.volume - found_at(cycle)) * cycle.error_cycle;
+        Some(cycle) if check_volume(now) != check_volume(cycle) => {
+            let unknown = (before.volume - check_volume(cycle)) * cycle.error_cycle;
             let settled = (before.bar.cycles - unknown).max(0.0);
-            settled + (sources.volume - found_at(cycle)) * now.error_cycle
+            settled + (sources.volume - check_volume(cycle)) * now.error_cycle
         }
         _ => before.bar.cycles + sources.step.volume * now.error_cycle,
     }
 }
 
-/// Relative error of the wear since the last update, of which the next one will say more.
-fn not_yet_known(cycle: &typed::FrettingCycle) -> f64 {
-    let of_elements = cycle.elements_energy.unwrap_or(cycle.dissipated_energy);
-    of_update(cycle).max(relative_difference(of_elements, cycle.dissipated_energy))
+/// Returns the relative error of the wear since the last update. The next update will replace it.
+fn pending_error(cycle: &typed::FrettingCycle) -> f64 {
+    let element_energy = cycle.elements_energy.unwrap_or(cycle.dissipated_energy);
+    update_error(cycle).max(relative_difference(element_energy, cycle.dissipated_energy))
 }
 
-/// How far an energy is off another one, relative to this; nothing where both are nothing.
-fn relative_difference(energy: f64, of: f64) -> f64 {
-    closure((energy - of).abs(), of)
+/// Returns the difference of an energy from a `reference`, relative to the reference; 0 if both are 0.
+fn relative_difference(energy: f64, reference: f64) -> f64 {
+    relative_energy_error((energy - reference).abs(), reference)
 }
 
-/// What friction takes in the elements \[J\]; nothing where that is rounding of what the exciter supplies.
+/// Returns the friction energy of the contact elements \[J\]; 0 if it is within rounding errors of the energy that
+/// the exciter supplies.
 pub(super) fn friction(response: &typed::DynamicResponse) -> f64 {
     let energy = response.friction_energy;
     match energy.abs() > ROUNDING * response.input_energy.abs() {
@@ -435,15 +459,15 @@ pub(super) fn friction(response: &typed::DynamicResponse) -> f64 {
     }
 }
 
-/// Part of the exciter's energy below which friction is rounding: its sums have some thousands of terms.
+/// Part of the exciter's energy below which friction counts as rounding error: its sums have some thousands of terms.
 const ROUNDING: f64 = 1e-11;
 
-/// An energy that is `wrong` of the `energy` of a cycle \[J\], relative to it.
-fn closure(wrong: f64, energy: f64) -> f64 {
-    if wrong <= 0.0 {
+/// Returns the `error` of the `energy` of a cycle \[J\], relative to the energy.
+fn relative_energy_error(error: f64, energy: f64) -> f64 {
+    if error <= 0.0 {
         0.0
     } else if energy > 0.0 {
-        wrong / energy
+        error / energy
     } else {
         ALL
     }

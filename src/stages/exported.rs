@@ -1,4 +1,4 @@
-//! The contact elements of a committed iteration and the structure that they move in, as other programs take them.
+//! Export of the contact elements of a committed iteration, and of their structure, for other programs.
 
 use super::RunError;
 use super::backbone::at_iteration;
@@ -18,43 +18,44 @@ use crate::structure::reduction::ContactPorts;
 use crate::structure::superelement::of_model;
 use crate::tables::typed;
 
-/// What is exported of a vibrating joint, in SI units. Rows are the ports (x, y, n of each contact element, n positive where the joint opens; then those of
-/// loads and response), then modes and pseudo-modes of the structure.
+/// Exported vibrating joint, in SI units. Rows are ordered as follows: the ports x, y, n of each contact element (n
+/// positive where the joint opens), the ports of loads and response, then modes and pseudo-modes of the structure.
 pub struct ExportedContact {
-    /// Contact elements as they are in force.
+    /// Contact elements in force.
     pub table: ElementTable,
-    /// Area of each \[m²\]; 0 of an oscillator's.
+    /// Area of each element \[m²\]; 0 for an oscillator.
     pub areas: Vec<f64>,
-    /// What the elements are between.
+    /// The bodies or faces that the elements connect.
     pub ports: ContactPorts,
-    /// Stiffness, mass, and viscous and hysteretic damping, all that the scene has of it.
+    /// Stiffness, mass, viscous damping and hysteretic damping, including all contributions of the scene.
     pub matrices: [Matrix; 4],
-    /// Points and axes of the ports behind those of the contact.
+    /// Points and axes of the ports after the contact ports.
     pub beside: Vec<(String, usize)>,
-    /// Loads: row, harmonic, cosine and sine \[N\].
+    /// Loads: row, harmonic, cosine and sine coefficient \[N\].
     pub loads: Vec<(usize, u32, f64, f64)>,
     /// Row of the response.
     pub response: usize,
-    /// Harmonics of the response, and samples of a cycle at which elements are evaluated.
+    /// Harmonics of the response, and number of samples per cycle at which elements are evaluated.
     pub orders: Vec<u32>,
     pub instants: usize,
     /// Frequency of the response in force \[Hz\].
     pub driven_at: f64,
-    /// The range in which it is looked for \[Hz\].
+    /// Range of the search for the response \[Hz\].
     pub range: [f64; 2],
-    /// Displacements of all elements over the response in force, coefficients in the order of [`ExportedContact::orders`]: x, y, n \[m\].
+    /// Harmonic coefficients of the displacements x, y, n of all elements in the response in force, in the order of
+    /// [`ExportedContact::orders`] \[m\].
     pub displacement: Vec<f64>,
-    /// The elements themselves.
+    /// The contact elements.
     pub elements: Vec<ContactElement>,
 }
 
-/// Reads a committed iteration.
+/// Reads a committed iteration of a run for export.
 ///
 /// # Errors
-/// [`RunError::OfAnotherScene`], and those of reading the run.
+/// [`RunError::OfAnotherScene`], and errors of reading the run.
 ///
 /// # Panics
-/// On a recipe without structure, response and contact.
+/// If the recipe lacks structure, response or contact.
 pub fn exported_contact(
     reader: &RunReader,
     inputs: &Inputs,
@@ -62,10 +63,10 @@ pub fn exported_contact(
     observer: &dyn Observer,
 ) -> Result<ExportedContact, RunError> {
     require_own(reader, wear_iteration)?;
-    at_iteration(reader, inputs, wear_iteration, 1, observer, of_reads)
+    at_iteration(reader, inputs, wear_iteration, 1, observer, export)
 }
 
-fn of_reads(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact, RunError> {
+fn export(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact, RunError> {
     let vibration = solvers.vibration(reads)?;
     let row: typed::DynamicResponse = reads.table()?;
     let response: typed::Response = reads.table()?;
@@ -113,7 +114,7 @@ fn of_reads(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContac
             .loads
             .iter()
             .map(|load| {
-                // As the rows: positive where the joint opens.
+                // The sign follows the rows: positive where the joint opens.
                 let opens = load.port < model.contact_dofs && load.port % 3 == 2;
                 let sign = if opens { -1.0 } else { 1.0 };
                 (
@@ -138,7 +139,7 @@ fn of_reads(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContac
     })
 }
 
-/// The springs with which damping in modes of the stuck joint is counted.
+/// Returns the springs that define the modal damping of the stuck joint.
 fn damping_springs(reads: &StageInputs) -> Result<Vec<[f64; 2]>, RunError> {
     if let Some(rows) = reads.maybe::<typed::ReferenceElement>()? {
         return Ok(rows
@@ -149,21 +150,22 @@ fn damping_springs(reads: &StageInputs) -> Result<Vec<[f64; 2]>, RunError> {
             .collect());
     }
     let elements = reads.recipe.elements();
-    let given = elements.and_then(crate::recipe::Elements::given_for_damping);
-    let given = given.unwrap_or_default();
-    Ok(given
+    let parameters = elements.and_then(crate::recipe::Elements::given_for_damping);
+    let parameters = parameters.unwrap_or_default();
+    Ok(parameters
         .kn
         .iter()
-        .zip(&given.kt)
+        .zip(&parameters.kt)
         .map(|(kn, kt)| [*kn, *kt])
         .collect())
 }
 
-/// Instants of a cycle at which a displacement is looked at.
+/// Number of samples per cycle at which displacements are evaluated.
 const INSTANTS: usize = 256;
 
 impl ExportedContact {
-    /// Displacement of an element over the response in force, x, y and n, here positive where the bodies approach \[m\].
+    /// Returns the displacement of an element over the response in force: x, y and n, with n positive where the
+    /// bodies approach \[m\].
     pub fn over_cycle(&self, element: usize) -> Vec<[f64; 3]> {
         let width = self.displacement.len() / (3 * self.elements.len());
         let rows = &self.displacement[3 * element * width..][..3 * width];
@@ -171,33 +173,37 @@ impl ExportedContact {
     }
 }
 
-/// Halvings of the range of stiffnesses in which one slider is looked for, and how far it goes beyond the bank's.
+/// Bisection steps of the search for the stiffness of a single slider, and the largest ratio of this stiffness to the
+/// stiffness of the bank.
 const HALVINGS: usize = 60;
 const FAR: f64 = 1e6;
 
 impl ExportedContact {
-    /// The same elements of one slider each. It has the strength and the normal stiffness of the sliders that bear load at rest, and the energy of the bank
-    /// over the response in force: the stiffness with which the bank begins is given up. Of a bank whose energy no such slider has, it has all of the
-    /// stiffness.
+    /// Returns the same elements with a single slider each. The slider has the strength and the normal stiffness of
+    /// the sliders that bear load at rest. Its tangential stiffness is chosen so that it dissipates the energy of the
+    /// bank over the response in force, so the initial stiffness of the bank is not preserved. If no such slider
+    /// exists, it has the total stiffness of the bank.
     pub fn with_one_slider(&self) -> ElementTable {
         let elements = self.elements.iter().enumerate();
-        let one = elements.map(|(e, element)| {
+        let rows = elements.map(|(e, element)| {
             let bears = element
                 .sliders
                 .iter()
                 .any(|slider| slider.normal_load > 0.0);
-            let counted = || {
+            let active_sliders = || {
                 let sliders = element.sliders.iter();
                 sliders.filter(move |slider| !bears || slider.normal_load > 0.0)
             };
-            let load: f64 = counted().map(|slider| slider.normal_load).sum();
-            let kn: f64 = counted().map(|slider| slider.normal_stiffness).sum();
-            let kt: f64 = counted().map(|slider| slider.tangential_stiffness).sum();
-            let gap = counted()
+            let load: f64 = active_sliders().map(|slider| slider.normal_load).sum();
+            let kn: f64 = active_sliders().map(|slider| slider.normal_stiffness).sum();
+            let kt: f64 = active_sliders()
+                .map(|slider| slider.tangential_stiffness)
+                .sum();
+            let gap = active_sliders()
                 .map(|slider| slider.gap)
                 .fold(f64::INFINITY, f64::min);
             let displacement = self.over_cycle(e);
-            let of = |tangential_stiffness: f64| ContactElement {
+            let with_stiffness = |tangential_stiffness: f64| ContactElement {
                 sliders: vec![Slider {
                     normal_load: load,
                     gap,
@@ -206,15 +212,15 @@ impl ExportedContact {
                 }],
                 ..element.clone()
             };
-            let energy = |kt: f64| of(kt).cycle(&displacement).dissipated_energy;
-            let wanted = element.cycle(&displacement).dissipated_energy;
+            let energy = |kt: f64| with_stiffness(kt).cycle(&displacement).dissipated_energy;
+            let bank_energy = element.cycle(&displacement).dissipated_energy;
             let (mut low, mut high) = (kt / FAR, kt * FAR);
-            if wanted <= 0.0 || energy(high) < wanted || energy(low) > wanted {
+            if bank_energy <= 0.0 || energy(high) < bank_energy || energy(low) > bank_energy {
                 return [load, gap, kn, kt];
             }
             for _ in 0..HALVINGS {
                 let middle = (low * high).sqrt();
-                match energy(middle) < wanted {
+                match energy(middle) < bank_energy {
                     true => low = middle,
                     false => high = middle,
                 }
@@ -222,7 +228,7 @@ impl ExportedContact {
             [load, gap, kn, high]
         });
         ElementTable {
-            sliders: one.collect(),
+            sliders: rows.collect(),
             element: (0..self.elements.len()).collect(),
             ..self.table.clone()
         }
@@ -232,7 +238,7 @@ impl ExportedContact {
 fn samples_of(orders: &[u32], rows: &[f64]) -> Vec<[f64; 3]> {
     let width = rows.len() / 3;
     let at = |row: &[f64], time: f64| -> f64 {
-        // The mean has one coefficient, each other order a cosine and a sine.
+        // The mean has one coefficient. Each other order has a cosine and a sine coefficient.
         let terms = orders.iter().skip(1).enumerate().map(|(k, order)| {
             let angle = f64::from(*order) * time;
             row[1 + 2 * k] * angle.cos() + row[2 + 2 * k] * angle.sin()

@@ -1,4 +1,5 @@
-//! The response over the frequency range, without feeding it back: of the worn joint, where it is asked for.
+//! The response over the frequency range, which does not drive the wear. It is computed for the worn joint where the
+//! scene requests it.
 
 use super::RunError;
 use super::agreement::predicted_parameters;
@@ -23,7 +24,8 @@ use crate::model_update::ElementParameters;
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 
-/// The forced response, [A §4d]: of a worn joint with the contact elements that its own fine contact gives, and with their resonance.
+/// The forced response, [A §4d], and the resonance, of a worn joint with the contact elements of its own fine
+/// contact.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::ForcedResponse,
     when: When::Always,
@@ -67,12 +69,12 @@ pub const DECLARATION: Declaration = Declaration {
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let vibration = solvers.vibration(reads)?;
-    // The phase resonance of these elements, if it is known.
+    // Phase resonance of these elements, if it is known.
     let (balance, resonance) = match reads.maybe::<typed::ModelUpdate>()? {
         Some(update) => {
             let parameters = worn_elements(reads, solvers, &update)?;
             let is_in_force = update.updated;
-            worn(
+            worn_joint(
                 reads,
                 solvers,
                 &vibration,
@@ -96,17 +98,25 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             (balance, phase.transpose()?.map(|(_, start)| start))
         }
     };
-    let kept = solvers.forced_response.take();
+    let stored_points = solvers.forced_response.take();
     let response = reads.recipe.response.as_ref();
     let has_range = response.is_some_and(|response| response.frequency.is_some());
     if has_range && reads.forced_response_due {
         let resonance = resonance.as_ref();
-        forced_response(reads, &vibration, balance, resonance, kept, &mut outputs)?;
+        forced_response(
+            reads,
+            &vibration,
+            balance,
+            resonance,
+            stored_points,
+            &mut outputs,
+        )?;
     }
     Ok(outputs)
 }
 
-/// The contact elements of a worn joint: those in force where it has been updated, else those that its fine contact asks for under the motion in force.
+/// Returns the contact elements of a worn joint. After an update, these are the elements in force. Otherwise they
+/// follow from the fine contact under the motion in force.
 pub fn worn_elements(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -116,20 +126,28 @@ pub fn worn_elements(
         return Ok(parameters_of(&reads.table()?, reads.maybe()?));
     }
     let contact: typed::StaticContact = reads.table()?;
-    let (found, _) = parameters(reads, solvers, &contact, &reads.table()?)?;
+    let (element_parameters, _) = parameters(reads, solvers, &contact, &reads.table()?)?;
     match ElementMotion::of(reads)?.filter(ElementMotion::has_laws) {
         Some(motion) => {
             let compliance = tangential_compliance(&contact);
             let compliance = compliance.filter(|_| update.fine_compliance.is_some());
-            let part = motion.stepped_part();
-            predicted_parameters(reads, solvers, motion, compliance, found, part)
+            let stepped_part = motion.stepped_part();
+            predicted_parameters(
+                reads,
+                solvers,
+                motion,
+                compliance,
+                element_parameters,
+                stepped_part,
+            )
         }
-        None => Ok(found),
+        None => Ok(element_parameters),
     }
 }
 
-/// The worn joint, and its resonance, from the response in force, as a table: of a resonance that is lost there is none.
-fn worn(
+/// Solves the worn joint from the response in force, and writes its resonance as a table. A lost resonance gives a
+/// notice and no table.
+fn worn_joint(
     reads: &StageInputs,
     solvers: &mut Solvers,
     vibration: &Vibration,
@@ -147,7 +165,7 @@ fn worn(
     if is_in_force {
         outputs.put(&typed::WornResponse {
             fine_energy: wears.then_some(in_force.friction_energy),
-            ..of_response(&in_force)
+            ..row_in_force(&in_force)
         })?;
         let balance = vibration.balance_of(elements, harmonics).map_err(failed)?;
         let is_phase = in_force.resonance_frequency.is_some();
@@ -159,30 +177,30 @@ fn worn(
     let resolved = match (correction_of(&response, &in_force)?, tolerance) {
         (Some((truncation, correction)), _) => resolved.completed_as(truncation, correction),
         (None, Some(_)) => resolved.completed(tolerance, None),
-        // Its errors are in no table.
+        // No table stores these errors.
         (None, None) => resolved.with_peak(),
     };
     let resolved = resolved.map_err(failed)?;
     warn_missing_harmonics(outputs, tolerance, &resolved);
-    let same = match vibration.at_omega {
+    let same_resonance = match vibration.at_omega {
         Some(_) => Ok(()),
         None => start.require_same_resonance(resolved.resonance.in_force()),
     };
-    match same {
+    match same_resonance {
         Err(lost) => outputs.notice(format!("the worn joint: {lost}")),
         Ok(()) => {
             let corrected = resolved.corrected().map_err(failed)?;
-            let of_elements = corrected.resonance.in_force().energy.friction;
+            let element_energy = corrected.resonance.in_force().energy.friction;
             let fine_energy = match wears {
                 true => {
                     let fine = fine_energy(reads, solvers, &corrected, parameters)?;
-                    Some(fine.unwrap_or(of_elements))
+                    Some(fine.unwrap_or(element_energy))
                 }
                 false => None,
             };
             outputs.put(&typed::WornResponse {
                 fine_energy,
-                ..row(&corrected.resonance)
+                ..resonance_row(&corrected.resonance)
             })?;
         }
     }
@@ -190,8 +208,8 @@ fn worn(
     Ok((resolved.balance, phase))
 }
 
-/// The row of a response that is in force.
-fn of_response(row: &typed::DynamicResponse) -> typed::WornResponse {
+/// Returns the table row of the response in force.
+fn row_in_force(row: &typed::DynamicResponse) -> typed::WornResponse {
     typed::WornResponse {
         resonance_frequency: row.resonance_frequency,
         resonance_amplitude: row.resonance_amplitude,
@@ -205,7 +223,8 @@ fn of_response(row: &typed::DynamicResponse) -> typed::WornResponse {
     }
 }
 
-/// What the fine contact dissipates in a cycle under the response of a worn joint \[J\]; none where that would open the joint.
+/// Returns the energy per cycle that the fine contact dissipates under the response of a worn joint \[J\]; `None` if
+/// this motion would open the joint.
 fn fine_energy(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -216,8 +235,8 @@ fn fine_energy(
     let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
     let in_force: typed::DynamicResponse = reads.table()?;
     let stepped_part = in_force.stepped_part.unwrap_or(1.0);
-    let moved = ElementMotion::new(response, parameters.clone(), stepped_part);
-    match let_move(reads, solvers, at_rest.contact.load, Some(&moved), None) {
+    let motion = ElementMotion::new(response, parameters.clone(), stepped_part);
+    match let_move(reads, solvers, at_rest.contact.load, Some(&motion), None) {
         Ok(_) => {
             let (cycle, _) = solvers.work(reads, None, |joint| {
                 Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
@@ -229,7 +248,7 @@ fn fine_energy(
     }
 }
 
-fn row(resonance: &Resonance) -> typed::WornResponse {
+fn resonance_row(resonance: &Resonance) -> typed::WornResponse {
     let phase = resonance.in_force();
     let energy = phase.energy;
     typed::WornResponse {
@@ -245,38 +264,38 @@ fn row(resonance: &Resonance) -> typed::WornResponse {
     }
 }
 
-/// The tables `frf` and `frf_harmonic`.
+/// Writes the tables `frf` and `frf_harmonic`.
 fn forced_response(
     reads: &StageInputs,
     vibration: &Vibration,
     balance: HarmonicBalance<ContactElement>,
     resonance: Option<&Start>,
-    kept: Option<(Harmonics, Vec<ForcedPoint>)>,
+    stored_points: Option<(Harmonics, Vec<ForcedPoint>)>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
     let mut harmonics = balance.harmonics().clone();
     let force = balance
         .drive()
         .map_or(0.0, |load| load.cosine.hypot(load.sine));
-    let kept = kept.filter(|(of, _)| *of == harmonics);
-    let mut points = match kept {
+    let stored_points = stored_points.filter(|(stored, _)| *stored == harmonics);
+    let mut points = match stored_points {
         Some((_, points)) => Ok(points),
-        None => points_of(reads, vibration, &balance, resonance),
+        None => solve_points(reads, vibration, &balance, resonance),
     };
     let has_branch = match &points {
         Ok(points) => points.iter().any(|p| p.found_by == SolutionMethod::Balance),
         Err(error) => !error.is_not_converged(),
     };
     if !has_branch && harmonics != vibration.harmonics {
-        // With the harmonics that the resonance was extended to no branch begins: those of the scene may have one.
+        // No branch starts with the extended harmonics of the resonance. The harmonics of the scene may give one.
         harmonics = vibration.harmonics.clone();
         outputs.notice(format!(
-            "forced response: of harmonics up to {}, because no branch starts with the harmonics of the resonance",
+            "forced response: using harmonics up to {}, because no branch starts with the harmonics of the resonance",
             harmonics.highest()
         ));
-        let fewer = vibration.balance_of(balance.elements().to_vec(), harmonics.clone());
-        points = fewer.and_then(|balance| vibration.forced_response(&balance));
-        // What these lack is what the resonance was extended for.
+        let scene_balance = vibration.balance_of(balance.elements().to_vec(), harmonics.clone());
+        points = scene_balance.and_then(|balance| vibration.forced_response(&balance));
+        // The resonance needed more harmonics, so the errors of these points are unknown.
         for point in points.iter_mut().flatten() {
             if let Some(response) = &mut point.response {
                 (response.error, response.friction_error) = (Some(1.0), Some(1.0));
@@ -284,12 +303,12 @@ fn forced_response(
         }
     }
     let points = points.map_err(|source| failed(reads, source))?;
-    tell_left_out(&points, outputs);
-    put(&points, force, &harmonics, outputs)
+    warn_missing_points(&points, outputs);
+    put_tables(&points, force, &harmonics, outputs)
 }
 
-/// The points, with their errors where the contact elements stay as they are.
-fn points_of(
+/// Solves the points. Estimates their errors if the contact elements stay unchanged.
+fn solve_points(
     reads: &StageInputs,
     vibration: &Vibration,
     balance: &HarmonicBalance<ContactElement>,
@@ -302,16 +321,16 @@ fn points_of(
     Ok(points)
 }
 
-/// Adds the tables of the points.
-fn put(
+/// Writes the tables of the points.
+fn put_tables(
     points: &[ForcedPoint],
     force: f64,
     harmonics: &Harmonics,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
     outputs.put(&harmonic_table(points, harmonics))?;
-    let all = points.iter();
-    let of = |value: fn(&PointResponse) -> f64| -> Vec<Option<f64>> {
+    let rows = points.iter();
+    let column = |value: fn(&PointResponse) -> f64| -> Vec<Option<f64>> {
         let each = points
             .iter()
             .map(|point| point.response.as_ref().map(value));
@@ -319,48 +338,48 @@ fn put(
     };
     let active = |point: &ForcedPoint| {
         let response = point.response.as_ref();
-        response.map_or(0, |found| found.solution.active_elements())
+        response.map_or(0, |response| response.solution.active_elements())
     };
     outputs.put(&typed::Frf {
         force: vec![force; points.len()],
-        frequency: all.clone().map(|p| p.frequency).collect(),
-        amplitude: of(|r| r.amplitude),
-        phase_lag: of(|r| r.phase_lag),
-        input_energy: of(|r| r.solution.energy.input),
-        friction_energy: of(|r| r.solution.energy.friction),
-        viscous_energy: of(|r| r.solution.energy.viscous),
-        hysteretic_energy: of(|r| r.solution.energy.hysteretic),
-        active_elements: all.clone().map(|p| active(p) as i64).collect(),
-        peak_to_peak: of(|r| r.peak_to_peak),
-        converged: all.clone().map(|p| p.response.is_some()).collect(),
-        found_by: all.clone().map(|p| p.found_by.name().to_owned()).collect(),
-        residual: all.clone().map(|p| p.residual).collect(),
-        branch: all
+        frequency: rows.clone().map(|p| p.frequency).collect(),
+        amplitude: column(|r| r.amplitude),
+        phase_lag: column(|r| r.phase_lag),
+        input_energy: column(|r| r.solution.energy.input),
+        friction_energy: column(|r| r.solution.energy.friction),
+        viscous_energy: column(|r| r.solution.energy.viscous),
+        hysteretic_energy: column(|r| r.solution.energy.hysteretic),
+        active_elements: rows.clone().map(|p| active(p) as i64).collect(),
+        peak_to_peak: column(|r| r.peak_to_peak),
+        converged: rows.clone().map(|p| p.response.is_some()).collect(),
+        found_by: rows.clone().map(|p| p.found_by.name().to_owned()).collect(),
+        residual: rows.clone().map(|p| p.residual).collect(),
+        branch: rows
             .clone()
             .map(|p| p.branch.map_or(-1, |b| b as i64))
             .collect(),
-        fold: all.clone().map(|p| p.is_fold).collect(),
-        error_amplitude: all
+        fold: rows.clone().map(|p| p.is_fold).collect(),
+        error_amplitude: rows
             .clone()
             .map(|p| p.response.as_ref().and_then(|r| r.error))
             .collect(),
-        error_friction_energy: all
+        error_friction_energy: rows
             .map(|p| p.response.as_ref().and_then(|r| r.friction_error))
             .collect(),
     })
 }
 
-/// Says where the forced response has no point.
-fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
+/// Warns about points without a response.
+fn warn_missing_points(points: &[ForcedPoint], outputs: &mut Outputs) {
     for (found_by, what) in [
         (
             SolutionMethod::Unphysical,
-            "without a response: the contact would give energy in that of the harmonic balance, whose samples or harmonics are too few there",
+            "without a response: the harmonic balance has too few samples or harmonics there, and the contact would supply energy",
         ),
         (SolutionMethod::Nothing, "not found"),
     ] {
-        let some = points.iter().filter(|point| point.found_by == found_by);
-        let frequencies: Vec<f64> = some.map(|point| point.frequency).collect();
+        let matching = points.iter().filter(|point| point.found_by == found_by);
+        let frequencies: Vec<f64> = matching.map(|point| point.frequency).collect();
         let [first, ..] = frequencies[..] else {
             continue;
         };
@@ -378,7 +397,7 @@ fn tell_left_out(points: &[ForcedPoint], outputs: &mut Outputs) {
     }
 }
 
-/// One row for each row of `frf` that has a response, and harmonic, rows slow.
+/// Returns one row per harmonic and per row of `frf` with a response. Harmonics vary fastest.
 fn harmonic_table(points: &[ForcedPoint], harmonics: &Harmonics) -> typed::FrfHarmonic {
     let mut table = typed::FrfHarmonic::default();
     for (row, point) in points.iter().enumerate() {

@@ -24,7 +24,8 @@ use crate::wear::fields::InstantFields;
 use crate::wear::implicit::EndCycle;
 use crate::wear::slip_band::SlipBand;
 
-/// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6], from the shear of the static contact on.
+/// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6], starting from the shear of the static
+/// contact.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::FrettingCycle,
     when: When::Always,
@@ -80,61 +81,65 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let at_rest = AtRest::of(reads, solvers)?;
     let AtRest { wear, contact, .. } = &at_rest;
     let start = at_rest.start();
-    let moved = ElementMotion::of(reads)?;
-    let by_structure = moved.is_some();
+    let element_motion = ElementMotion::of(reads)?;
+    let by_structure = element_motion.is_some();
     let compliance = tangential_compliance(&reads.table()?);
     let load = contact.load;
     let DrivingMotion { left_out, computed } =
-        let_move(reads, solvers, load, moved.as_ref(), compliance)?;
+        let_move(reads, solvers, load, element_motion.as_ref(), compliance)?;
     let elements = match &computed {
-        Some(computed) => Some(elements_of(reads, computed, compliance)?),
+        Some(computed) => Some(element_figures(reads, computed, compliance)?),
         None => None,
     };
-    // The loop is that of force over displacement along x, if anything drives the joint there.
-    let drive = match &moved {
+    // The loop plots force over displacement along x, if the joint is driven along x.
+    let drive = match &element_motion {
         Some(_) => None,
         None => reads.motion().drive.first(),
     };
     let curve_due = reads.curves_due && drive.is_none_or(|x| x.moves());
-    let every = samples_an_instant(reads, solvers.joint(reads)?.march);
-    let chosen = reads.recipe.output.cycle_fields.clone();
-    let wanted = |instant: usize| {
+    let every = samples_per_instant(reads, solvers.joint(reads)?.march);
+    let selection = reads.recipe.output.cycle_fields.clone();
+    let needs_fields = |instant: usize| {
         let is_written = || instant.is_multiple_of(every);
-        chosen
+        selection
             .as_ref()
             .is_some_and(|fields| is_written() && fields.has_sample(instant / every))
     };
-    // The cycle at the end of a wear step has no fields.
-    let known = solvers.end.take().filter(|_| chosen.is_none());
-    let ((solution, of_instants, curve), fft_pairs) = solvers.work(reads, None, |joint| {
+    // The stored cycle at the end of a wear step has no fields.
+    let end_cycle = solvers.end.take().filter(|_| selection.is_none());
+    let ((solution, instant_fields, curve), fft_pairs) = solvers.work(reads, None, |joint| {
         let is_same = |end: &EndCycle| {
             end.motion == joint.motion
                 && end.wear == *wear
                 && end.pressure == contact.pressure
                 && Some(&end.start).filter(|start| !start.is_empty()) == start
         };
-        let (solution, of_instants) = match known.filter(is_same) {
-            Some(known) => {
-                joint.half_space.count_pairs(known.fft_pairs);
-                (known.cycle, Vec::new())
+        let (solution, instant_fields) = match end_cycle.filter(is_same) {
+            Some(end_cycle) => {
+                joint.half_space.count_pairs(end_cycle.fft_pairs);
+                (end_cycle.cycle, Vec::new())
             }
-            None => joint.cycle_with_fields(wear, contact, start, &wanted)?,
+            None => joint.cycle_with_fields(wear, contact, start, &needs_fields)?,
         };
         let curve = curve_due
             .then(|| curves::hysteresis(joint, contact, &solution))
             .transpose()?;
-        Ok((solution, of_instants, curve))
+        Ok((solution, instant_fields, curve))
     })?;
     let march = solvers.joint(reads)?.march;
-    let check = match &moved {
-        Some(moved) if reads.recipe.wear.is_some() => {
-            Some(Check::of(reads, solvers, &at_rest.wear, moved, march)?)
-        }
+    let check = match &element_motion {
+        Some(element_motion) if reads.recipe.wear.is_some() => Some(Check::of(
+            reads,
+            solvers,
+            &at_rest.wear,
+            element_motion,
+            march,
+        )?),
         _ => None,
     };
     let energy = solution.dissipation;
     let update = match &elements {
-        Some(elements) => Some(at_update(
+        Some(elements) => Some(update_errors(
             reads,
             solvers,
             &at_rest,
@@ -147,10 +152,10 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     if let Some(Curve { load, displacement }) = curve {
         outputs.put(&typed::Hysteresis { load, displacement })?;
     }
-    let written: Vec<&Instant> = solution.instants.iter().step_by(every).collect();
-    outputs.put(&instants(&written, by_structure))?;
-    if let Some(chosen) = &chosen {
-        let fields = cycle_field(&patch, chosen, &of_instants, &written, every);
+    let written_instants: Vec<&Instant> = solution.instants.iter().step_by(every).collect();
+    outputs.put(&instants(&written_instants, by_structure))?;
+    if let Some(selection) = &selection {
+        let fields = cycle_field(&patch, selection, &instant_fields, &written_instants, every);
         if fields.sample.is_empty() {
             outputs.notice(
                 "output.cycle_fields: none of the chosen cells is in contact in this cycle; the table cycle_field has no rows",
@@ -158,23 +163,23 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         }
         outputs.put(&fields)?;
     }
-    drop(of_instants);
+    drop(instant_fields);
     let periodic = is_periodic(reads);
     let band = SlipBand::of(&patch, periodic, &contact.pressure, &solution.energy);
     if reads.wear_iteration == 0 {
-        tell_band(band, &mut outputs);
+        warn_band(band, &mut outputs);
     }
-    let of_solves = match check.as_ref().and_then(|check| check.error) {
-        // What it is held against has the whole of it.
-        Some(known) if march == March::Reversal => solution.error + known,
+    let solve_error = match check.as_ref().and_then(|check| check.error) {
+        // The comparison with a stepped cycle includes all other errors.
+        Some(check_error) if march == March::Reversal => solution.error + check_error,
         _ => solution.relative_error() + left_out,
     };
-    let of_solves = of_solves.min(1.0);
+    let solve_error = solve_error.min(1.0);
     outputs.put(&typed::FrettingCycle {
         dissipated_energy: solution.dissipation,
         iterations: solution.steps as i64,
         error_tangential: solution.error,
-        error_cycle: of_solves.max(band.relative_error()),
+        error_cycle: solve_error.max(band.relative_error()),
         slip_band: band.cells,
         fft_pairs,
         stepped_part: check.as_ref().map(|check| check.stepped_part),
@@ -200,13 +205,15 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// What is known of cycles between two ends: found anew at parts of the run, and at its end.
+/// Comparison of reversal cycles with a stepped cycle. A reversal cycle is marched between the two ends of the motion
+/// only. The comparison is renewed at given parts of the run and at its end.
 struct Check {
-    /// Energy of a stepped cycle over that between two ends as it is; 1 before any is found.
+    /// Energy of a stepped cycle over the energy of an uncorrected reversal cycle; 1 before the first comparison.
     stepped_part: f64,
-    /// Worn volume at the last check \[m³\].
+    /// Worn volume at the last comparison \[m³\].
     volume: f64,
-    /// Relative error of the energy of the cycle, which the response in force has a part of it in; none before any is found.
+    /// Relative error of the energy of the cycle that remains after the correction in the response in force; `None`
+    /// before the first comparison.
     error: Option<f64>,
 }
 
@@ -215,35 +222,37 @@ impl Check {
         reads: &StageInputs,
         solvers: &mut Solvers,
         wear: &[f64],
-        moved: &ElementMotion,
+        element_motion: &ElementMotion,
         march: March,
     ) -> Result<Check, RunError> {
         let before = reads.optional_before::<typed::FrettingCycle>()?;
         let before = before.unwrap_or_default();
-        let known = before.error_between_ends.is_some_and(|error| error > 0.0);
-        let in_force = moved.stepped_part();
-        let is_due = reads.cycle_check_due && march == March::Reversal && moved.has_laws();
-        let found = match is_due {
-            true => stepped_part(reads, solvers.threads().count(), wear, moved)?,
+        let has_error = before.error_between_ends.is_some_and(|error| error > 0.0);
+        let in_force = element_motion.stepped_part();
+        let is_due = reads.cycle_check_due && march == March::Reversal && element_motion.has_laws();
+        let correction = match is_due {
+            true => stepped_part(reads, solvers.threads().count(), wear, element_motion)?,
             false => None,
         };
-        let (part, volume) = match found {
-            Some(found) => (in_force * found, solvers.joint(reads)?.volume(wear)),
+        let (energy_part, volume) = match correction {
+            Some(correction) => (in_force * correction, solvers.joint(reads)?.volume(wear)),
             None => (
                 before.stepped_part.unwrap_or(1.0),
                 before.check_volume.unwrap_or(0.0),
             ),
         };
         Ok(Check {
-            stepped_part: part,
+            stepped_part: energy_part,
             volume,
-            error: (known || found.is_some()).then(|| (in_force / part - 1.0).abs() + LEFT),
+            error: (has_error || correction.is_some())
+                .then(|| (in_force / energy_part - 1.0).abs() + LEFT),
         })
     }
 }
 
-/// What the contact elements do under the motion of this iteration: what they do in the response in force, by what its motion has gone on to.
-fn elements_of(
+/// Returns the force, displacement and energy of the contact elements under the motion of this iteration. They are
+/// the values of the response in force, scaled by the extrapolated change of the motion.
+fn element_figures(
     reads: &StageInputs,
     computed: &ComputedMotion,
     compliance: Option<f64>,
@@ -262,14 +271,15 @@ fn elements_of(
     })
 }
 
-/// What the last update has changed the energy of a cycle by on the same surface, and what it leaves between both scales, each in parts of it:
-/// `energy` is that of the cycle of this iteration, `of_elements` that of its contact elements.
-fn at_update(
+/// Returns the jump of the energy per cycle at the last update, on the same surface, and the remaining gap between
+/// fine contact and contact elements. Both are relative. `energy` is the energy of the cycle of this iteration,
+/// `element_energy` the energy of its contact elements.
+fn update_errors(
     reads: &StageInputs,
     solvers: &mut Solvers,
     at_rest: &AtRest,
     energy: f64,
-    of_elements: f64,
+    element_energy: f64,
 ) -> Result<[f64; 2], RunError> {
     let update: typed::ModelUpdate = reads.table()?;
     let before = reads.optional_before::<typed::FrettingCycle>()?;
@@ -277,93 +287,102 @@ fn at_update(
         let before = before.unwrap_or_default();
         return Ok([before.update_jump, before.update_gap].map(|value| value.unwrap_or(0.0)));
     }
-    let over = |value: f64, of: f64| if of > 0.0 { value / of - 1.0 } else { 0.0 };
-    let gap = over(energy, of_elements);
-    let Some(moved) = ElementMotion::before(reads)?.filter(|_| reads.recipe.wear.is_some()) else {
+    let relative_change = |value: f64, reference: f64| {
+        if reference > 0.0 {
+            value / reference - 1.0
+        } else {
+            0.0
+        }
+    };
+    let gap = relative_change(energy, element_energy);
+    let Some(motion_before) = ElementMotion::before(reads)?.filter(|_| reads.recipe.wear.is_some())
+    else {
         return Ok([0.0, gap]);
     };
     let compliance = tangential_compliance(&reads.table()?);
     let load = at_rest.contact.load;
-    let predicted = match let_move(reads, solvers, load, Some(&moved), compliance) {
+    let predicted = match let_move(reads, solvers, load, Some(&motion_before), compliance) {
         Ok(_) => {
-            let solved = solvers.work(reads, None, |joint| {
+            let result = solvers.work(reads, None, |joint| {
                 Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
             })?;
-            solved.0.dissipation
+            result.0.dissipation
         }
-        // The motion before would open the joint as it is now.
+        // The previous motion would open the joint in its present state.
         Err(RunError::Cycle(_)) => return Ok([ALL, gap]),
         Err(error) => return Err(error),
     };
-    Ok([over(energy, predicted), gap])
+    Ok([relative_change(energy, predicted), gap])
 }
 
-/// Says so where the grid does not resolve what slips.
-fn tell_band(band: SlipBand, outputs: &mut Outputs) {
+/// Warns if the grid does not resolve the slipping regions.
+fn warn_band(band: SlipBand, outputs: &mut Outputs) {
     let error = band.relative_error();
     if band.cells == 0.0 {
         outputs.notice(
-            "joint.grid: no cell slips in the cycle; the joint sticks, or what slips is thinner than the grid shows: use more cells if it should slip",
+            "joint.grid: no cell slips in the cycle. Either the joint sticks, or the slipping region is thinner than a cell: use more cells if the joint should slip",
         );
     } else if error > 0.0 {
         outputs.notice(format!(
-            "joint.grid: the slipping rims of the contact spots are {:.2} cells wide on average, and the energy of a cycle may be off by {:.0} %, which error_cycle has; \
-             use more cells, for rims of 1.5",
+            "joint.grid: the slipping rims of the contact spots are {:.2} cells wide on average. The energy of a cycle may be wrong by {:.0} %, which error_cycle includes; \
+             use more cells, for rims at least 1.5 cells wide",
             band.cells,
             100.0 * error
         ));
     }
 }
 
-/// Samples of the motion from one instant that is written to the next: those between them at which a history is marched too, to
-/// extrapolate it, are not. So the cycle of a run with a history is a history with the same result.
-fn samples_an_instant(reads: &StageInputs, march: March) -> usize {
+/// Returns the number of samples from one written instant to the next. A history is also marched at intermediate
+/// samples, for extrapolation, which are not written. The written cycle is therefore again a history that gives the
+/// same result.
+fn samples_per_instant(reads: &StageInputs, march: March) -> usize {
     let cycle = reads.recipe.cycle().filter(|_| march == March::Stepped);
     cycle.map_or(1, Cycle::samples_an_instant)
 }
 
-/// The fields of the chosen cells that are in contact at one of the instants, those of one instant after those of another. `written` are all
-/// instants of the table of the cycle, each `every` of the march.
+/// Returns the fields of the selected cells that touch at any of the instants, one instant after the other. `written`
+/// are all instants of the table `cycle`. Each of them spans `every` samples of the march.
 fn cycle_field(
     patch: &Patch,
-    chosen: &CycleFields,
+    selection: &CycleFields,
     fields: &[InstantFields],
     written: &[&Instant],
     every: usize,
 ) -> typed::CycleField {
-    let is_pressed = |cell: &usize| fields.iter().any(|of| of.pressure[*cell] > 0.0);
-    let is_chosen = |cell: &usize| patch.kept[*cell] && chosen.has_cell(patch.grid.cell(*cell));
+    let is_pressed = |cell: &usize| fields.iter().any(|instant| instant.pressure[*cell] > 0.0);
+    let is_chosen = |cell: &usize| patch.kept[*cell] && selection.has_cell(patch.grid.cell(*cell));
     let cells: Vec<usize> = (0..patch.grid.len())
         .filter(|cell| is_chosen(cell) && is_pressed(cell))
         .collect();
-    let of_cells = |value: &dyn Fn(&InstantFields, usize) -> f64| -> Vec<f64> {
+    let column = |value: &dyn Fn(&InstantFields, usize) -> f64| -> Vec<f64> {
         let rows = fields
             .iter()
-            .flat_map(|of| cells.iter().map(move |cell| (of, *cell)));
-        rows.map(|(of, cell)| value(of, cell)).collect()
+            .flat_map(|instant| cells.iter().map(move |cell| (instant, *cell)));
+        rows.map(|(instant, cell)| value(instant, cell)).collect()
     };
     let index = |axis: fn((usize, usize)) -> usize| -> Vec<i32> {
         let once = cells.iter().map(|cell| axis(patch.grid.cell(*cell)) as i32);
         fields.iter().flat_map(|_| once.clone()).collect()
     };
-    let sample = |of: &InstantFields| of.instant / every;
+    let sample = |instant: &InstantFields| instant.instant / every;
     let samples = fields
         .iter()
-        .flat_map(|of| cells.iter().map(move |_| sample(of) as i32));
+        .flat_map(|instant| cells.iter().map(move |_| sample(instant) as i32));
     let first = fields.first();
-    let in_plane = first.is_some_and(|of| of.shear.len() > 1);
-    let has_gap = first.is_some_and(|of| of.gap.is_some());
+    let in_plane = first.is_some_and(|instant| instant.shear.len() > 1);
+    let has_gap = first.is_some_and(|instant| instant.gap.is_some());
     typed::CycleField {
         sample: samples.collect(),
-        time: of_cells(&|of, _| written[sample(of)].time),
+        time: column(&|instant, _| written[sample(instant)].time),
         i: index(|cell| cell.0),
         j: index(|cell| cell.1),
-        gap: has_gap.then(|| of_cells(&|of, cell| of.gap.as_ref().map_or(0.0, |gap| gap[cell]))),
-        pressure: of_cells(&|of, cell| of.pressure[cell]),
-        shear_x: of_cells(&|of, cell| of.shear[0][cell]),
-        shear_y: in_plane.then(|| of_cells(&|of, cell| of.shear[1][cell])),
-        slip_x: of_cells(&|of, cell| of.slip[0][cell]),
-        slip_y: in_plane.then(|| of_cells(&|of, cell| of.slip[1][cell])),
+        gap: has_gap
+            .then(|| column(&|instant, cell| instant.gap.as_ref().map_or(0.0, |gap| gap[cell]))),
+        pressure: column(&|instant, cell| instant.pressure[cell]),
+        shear_x: column(&|instant, cell| instant.shear[0][cell]),
+        shear_y: in_plane.then(|| column(&|instant, cell| instant.shear[1][cell])),
+        slip_x: column(&|instant, cell| instant.slip[0][cell]),
+        slip_y: in_plane.then(|| column(&|instant, cell| instant.slip[1][cell])),
     }
 }
 

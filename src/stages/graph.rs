@@ -1,4 +1,4 @@
-//! The stages of a scene and the tables between them, as a diagram.
+//! Diagram of the stages of a scene and of the tables between them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -10,11 +10,11 @@ use super::stage::{Stage, When};
 use crate::recipe::Recipe;
 use crate::tables::TableName;
 
-/// An iteration with all its stages but that of the unworn state.
+/// An iteration with all stages except the stage of the unworn state.
 const ANY: u64 = 1;
 
-/// The stages of a recipe and the tables that they hand on, as a Mermaid flowchart: solid arrows within an iteration, broken ones into
-/// the next iteration.
+/// Returns the stages of a recipe and the tables between them as a Mermaid flowchart. Solid arrows stay within an
+/// iteration, and dashed arrows lead into the next iteration.
 pub fn graph(recipe: &Recipe) -> String {
     let mut text = "flowchart TB\n".to_owned();
     let wears = recipe.wear.is_some();
@@ -34,26 +34,32 @@ pub fn graph(recipe: &Recipe) -> String {
     });
     for stage in stages_of(recipe) {
         let reads = stage.reads.iter().filter(|table| is_in(recipe, **table));
-        let mut from: BTreeMap<Stage, Vec<TableName>> = BTreeMap::new();
+        let mut tables_by_writer: BTreeMap<Stage, Vec<TableName>> = BTreeMap::new();
         for &table in reads {
-            let at = u64::from(stage.when != When::Unworn);
-            if let Some(writer) = writer_before(recipe, at, stage.stage, table) {
-                from.entry(writer.stage).or_default().push(table);
+            let wear_iteration = u64::from(stage.when != When::Unworn);
+            if let Some(writer) = writer_before(recipe, wear_iteration, stage.stage, table) {
+                tables_by_writer
+                    .entry(writer.stage)
+                    .or_default()
+                    .push(table);
             }
         }
-        arrows(&mut text, &from, stage, "-->");
+        arrows(&mut text, &tables_by_writer, stage, "-->");
         if wears {
             let before = stage.before.iter().filter(|table| is_in(recipe, **table));
-            let mut from: BTreeMap<Stage, Vec<TableName>> = BTreeMap::new();
+            let mut tables_by_writer: BTreeMap<Stage, Vec<TableName>> = BTreeMap::new();
             for &table in before {
-                // The iteration before is complete: what it holds is what its last stage to do so has written.
+                // The previous iteration is complete, so each table is the version of its last writer.
                 let writers = stages_of(recipe).filter(|s| s.when.is_in(ANY));
                 let mut writers = writers.filter(|s| s.writes.contains(&table));
                 if let Some(writer) = writers.by_ref().last() {
-                    from.entry(writer.stage).or_default().push(table);
+                    tables_by_writer
+                        .entry(writer.stage)
+                        .or_default()
+                        .push(table);
                 }
             }
-            arrows(&mut text, &from, stage, "-.->");
+            arrows(&mut text, &tables_by_writer, stage, "-.->");
         }
     }
     text
@@ -73,7 +79,7 @@ fn group(
     writeln!(text, "  subgraph {name} [\"{title}\"]").expect("a text takes all");
     for stage in stages {
         let parts: Vec<&str> = stage.recipe.iter().map(|part| part.name()).collect();
-        let of_recipe = match parts.is_empty() {
+        let parts_text = match parts.is_empty() {
             true => String::new(),
             false => format!("<br/><i>{}</i>", parts.join(", ")),
         };
@@ -87,13 +93,13 @@ fn group(
             false => format!("<br/>writes {}", unread.join(", ")),
         };
         let name = stage.stage;
-        writeln!(text, "    {name}[\"<b>{name}</b>{of_recipe}{unread}\"]")
+        writeln!(text, "    {name}[\"<b>{name}</b>{parts_text}{unread}\"]")
             .expect("a text takes all");
     }
     text.push_str("  end\n");
 }
 
-/// True if an arrow of the diagram carries a table.
+/// Returns true if an arrow of the diagram carries the table.
 fn is_read(recipe: &Recipe, table: TableName) -> bool {
     let wears = recipe.wear.is_some();
     let mut readers = stages_of(recipe);
@@ -102,11 +108,11 @@ fn is_read(recipe: &Recipe, table: TableName) -> bool {
 
 fn arrows(
     text: &mut String,
-    from: &BTreeMap<Stage, Vec<TableName>>,
+    tables_by_writer: &BTreeMap<Stage, Vec<TableName>>,
     to: &Declaration,
     arrow: &str,
 ) {
-    for (writer, tables) in from {
+    for (writer, tables) in tables_by_writer {
         let names: Vec<&str> = tables.iter().map(|table| table.as_str()).collect();
         let names = names.join("<br/>");
         writeln!(text, "  {writer} {arrow}|{names}| {}", to.stage).expect("a text takes all");

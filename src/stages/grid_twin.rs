@@ -1,4 +1,4 @@
-//! The twin of a run on half of its grid: what the grid makes of the worn volume.
+//! The twin of a run: the same scene on half the grid. It estimates the error of the worn volume due to the grid.
 
 use std::sync::Arc;
 
@@ -18,19 +18,20 @@ use crate::store::{Opening, RunReader};
 use crate::surface::prepare::{Fit, PreparedSurface};
 use crate::tables::{TableName, typed};
 
-/// The folder of the twin in that of its run.
+/// Folder of the twin inside the folder of its run.
 pub const FOLDER: &str = "grid_twin";
 
-/// What stands in place of its scene.
+/// Content of the scene file of the twin.
 const TWIN_SCENE: &str = "half_grid_of = \"the run in the folder above, which runs it\"\n";
 
-/// What half the grid changes times this is taken for the error of the grid. There is no order by which more cells change a rough contact: volumes of
-/// the published case lie on both sides of that of the finest grid.
+/// Safety factor: the error of the grid is this factor times the change of the volume on half the grid. Rough
+/// contacts have no order of convergence with the number of cells. In the published case, volumes on coarser grids
+/// lie on both sides of the volume on the finest grid.
 const OF_DIFFERENCE: f64 = 3.0;
-/// The least relative error of a grid: two may agree by chance.
+/// Lower bound of the relative error of a grid, since two grids may agree by chance.
 const LEAST: f64 = 0.015;
 
-/// The wear of the twin, once a run.
+/// The wear of the twin, once per run.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::GridTwin,
     when: When::Once,
@@ -53,15 +54,16 @@ fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// Inputs with the wear of their twin, which is run, or run on, in a folder in that of the run; none where it was asked to stop.
+/// Runs or continues the twin in a folder inside the folder of the run. Returns the inputs with the wear of the twin,
+/// or `None` if the twin was asked to stop.
 pub fn with_twin(
     options: &RunOptions,
     observer: &dyn Observer,
 ) -> Result<Option<Inputs>, RunError> {
     let inputs = options.inputs;
-    let Some(twin) = on_half_the_grid(inputs)? else {
+    let Some(twin) = half_grid_inputs(inputs)? else {
         return Err(RunError::GridCheck {
-            reason: "half of joint.grid does not fit the joint: it needs even numbers of cells, 64 or more, and half of them no less than contact elements",
+            reason: "joint.grid cannot be halved: it needs even numbers of cells, at least 64 per side, and at least two cells per contact element",
         });
     };
     observer.notice("fidelity.grid_check: the same scene is run on half the grid first, in the folder grid_twin of the run");
@@ -74,26 +76,27 @@ pub fn with_twin(
         file_system: options.file_system.clone(),
         ..*options
     };
-    if run(&options, &Aside(observer))?.ending != Ending::Done {
+    if run(&options, &TwinObserver(observer))?.ending != Ending::Done {
         return Ok(None);
     }
     let reader = RunReader::open(options.file_system.clone(), &options.root)?;
-    let mut worn = GridTwin::default();
+    let mut twin_wear = GridTwin::default();
     for wear_iteration in reader.iterations() {
         let summary: typed::Summary = reader.typed(wear_iteration)?;
-        worn.cycles.push(summary.cycles.unwrap_or(0));
-        worn.volume.push(summary.wear_volume.unwrap_or(0.0));
+        twin_wear.cycles.push(summary.cycles.unwrap_or(0));
+        twin_wear.volume.push(summary.wear_volume.unwrap_or(0.0));
     }
     Ok(Some(Inputs {
-        grid_twin: Some(Arc::new(worn)),
+        grid_twin: Some(Arc::new(twin_wear)),
         ..inputs.clone()
     }))
 }
 
-/// Who watches a run is told what its twin does, not how far it is: that would be taken for the run's own.
-struct Aside<'a>(&'a dyn Observer);
+/// Observer of the twin. It passes on the stages of the twin but not its progress, which could be mistaken for the
+/// progress of the run.
+struct TwinObserver<'a>(&'a dyn Observer);
 
-impl Observer for Aside<'_> {
+impl Observer for TwinObserver<'_> {
     fn opened(&self, _: &Opening) {}
     fn notice(&self, _: &str) {}
     fn stage(&self, stage: Stage, wear_iteration: u64) {
@@ -108,8 +111,8 @@ impl Observer for Aside<'_> {
     fn committed(&self, _: &Progress) {}
 }
 
-/// The inputs of the twin; none where the grid has no half of enough cells.
-fn on_half_the_grid(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
+/// Returns the inputs of the twin; `None` if half the grid has too few cells.
+fn half_grid_inputs(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     let Some(surface) = inputs.recipe.surface() else {
         return Ok(None);
     };
@@ -130,7 +133,7 @@ fn on_half_the_grid(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
         heights: half.means(&heights),
         notices: Vec::new(),
         faces: None,
-        // How a map fits to its joint is told of the whole grid.
+        // The run on the whole grid reports how the map fits the joint.
         fit: Fit {
             points: [0.0; 2],
             aspect: 1.0,
@@ -149,7 +152,7 @@ fn on_half_the_grid(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     recipe.output.response_at = Vec::new();
     recipe.output.resonance = ResonanceOf::default();
     let mut identity = inputs.identity.clone();
-    // It is no run to begin another one from, or to go on with by itself.
+    // No other run can begin from the twin, and the twin cannot be continued alone.
     identity.scene_toml = TWIN_SCENE.to_owned();
     if let Some(grid) = identity.scene.pointer_mut("/joint/grid") {
         *grid = json!(recipe.surface().map(|surface| surface.grid));
@@ -162,24 +165,24 @@ fn on_half_the_grid(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     }))
 }
 
-/// Relative error of a worn volume \[m³\] after these cycles by the grid. A twin that has worn as much in fewer cycles has ended before; it is compared by the
-/// cycles that it took to this volume.
+/// Returns the relative error of a worn volume \[m³\] after `cycles` due to the grid. A twin that reached this volume
+/// in fewer cycles ended earlier. In this case the cycles to this volume are compared.
 pub fn error_of_grid(twin: &typed::GridTwin, cycles: i64, volume: f64) -> f64 {
     if volume <= 0.0 {
         return 0.0;
     }
-    let (all, cycles) = (twin.cycles.iter().map(|n| *n as f64), cycles as f64);
-    let all: Vec<f64> = all.collect();
-    let is_within = all.last().is_some_and(|last| cycles <= *last);
+    let (twin_cycles, cycles) = (twin.cycles.iter().map(|n| *n as f64), cycles as f64);
+    let twin_cycles: Vec<f64> = twin_cycles.collect();
+    let is_within = twin_cycles.last().is_some_and(|last| cycles <= *last);
     let ratio = match is_within {
-        true => line(&all, &twin.wear_volume, cycles) / volume,
-        false => cycles / line(&twin.wear_volume, &all, volume),
+        true => interpolate(&twin_cycles, &twin.wear_volume, cycles) / volume,
+        false => cycles / interpolate(&twin.wear_volume, &twin_cycles, volume),
     };
     (OF_DIFFERENCE * (ratio - 1.0).abs()).max(LEAST)
 }
 
-/// The value at `x` on straight lines through points of ascending `xs`, and beyond the last.
-fn line(xs: &[f64], ys: &[f64], x: f64) -> f64 {
+/// Interpolates linearly at `x` between points with ascending `xs`, and extrapolates beyond the last point.
+fn interpolate(xs: &[f64], ys: &[f64], x: f64) -> f64 {
     let last = xs.len().saturating_sub(1);
     let after = (1..last).find(|&k| xs[k] >= x).unwrap_or(last);
     let before = after.saturating_sub(1);
@@ -203,7 +206,7 @@ mod tests {
         assert_eq!(error(0, 0.0), 0.0);
         assert!((error(50, 0.4) - 0.75).abs() < 1e-12);
         assert!((error(200, 1.6) - 0.1875).abs() < 1e-12);
-        // It has ended before, with as much worn.
+        // The twin has ended earlier with the same volume.
         assert!((error(400, 2.0) - 1.0).abs() < 1e-12);
     }
 }

@@ -1,46 +1,49 @@
-//! The states of a joint between which a person compares: unworn, and as it is now.
+//! States of a joint for a comparison: unworn and now.
 
 use crate::store::{History, RunReader, StoreError};
 use crate::tables::TypedTable;
 use crate::tables::typed::{Summary, WornResponse};
 
-/// One state of wear.
+/// A state of wear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointState {
-    /// Wear steps behind it.
+    /// Number of wear steps up to this state.
     pub wear_iteration: u64,
-    /// Its summary. Resonance and largest amplitude in it are those of the vibration that drives the wear.
+    /// Summary of the state. Its resonance and largest amplitude belong to the vibration that drives the wear.
     pub summary: Summary,
-    /// The forced response with the state's own contact elements.
+    /// Forced response with the contact elements of this state.
     pub response: Option<WornResponse>,
 }
 
 impl JointState {
-    /// Its resonance \[Hz\]: with its own contact elements where it has such a response, else that of the vibration that drives the wear.
+    /// Returns the resonance \[Hz\] with the contact elements of this state if it has such a response, otherwise the
+    /// resonance of the vibration that drives the wear.
     pub fn resonance(&self) -> Option<f64> {
-        let own = self.response.as_ref();
-        own.map_or(self.summary.resonance_frequency, |own| {
-            own.resonance_frequency
+        let response = self.response.as_ref();
+        response.map_or(self.summary.resonance_frequency, |response| {
+            response.resonance_frequency
         })
     }
 
-    /// The amplitude at a given frequency with its own contact elements \[m\]; `None` where the state has no such response.
+    /// Returns the amplitude at a given frequency with the contact elements of this state \[m\]; `None` if the state
+    /// has no such response.
     pub fn forced_amplitude(&self) -> Option<f64> {
-        let own = self.response.as_ref();
-        let own = own.filter(|own| own.resonance_frequency.is_none());
-        own.map(|own| own.peak_amplitude)
+        let response = self.response.as_ref();
+        let response = response.filter(|response| response.resonance_frequency.is_none());
+        response.map(|response| response.peak_amplitude)
     }
 
-    /// The largest amplitude of the vibration that drives the wear \[m\]; `None` where the state has its own response.
+    /// Returns the largest amplitude of the vibration that drives the wear \[m\]; `None` if the state has its own
+    /// response.
     pub fn driving_amplitude(&self) -> Option<f64> {
         let amplitude = self.summary.peak_amplitude;
         amplitude.filter(|_| self.response.is_none())
     }
 
-    /// Reads all states of a run, pruned ones too, without their own responses, which only some states have.
+    /// Reads all states of a run, including pruned ones, without their own responses, which only some states have.
     ///
     /// # Errors
-    /// Those of reading the run.
+    /// Errors of reading the run.
     pub fn all(reader: &RunReader) -> Result<Vec<JointState>, StoreError> {
         let history = reader.history()?;
         let mut states = Vec::new();
@@ -56,7 +59,7 @@ impl JointState {
     }
 }
 
-/// The row of an iteration in a one-row table.
+/// Reads the row of an iteration in a one-row table.
 fn row<T: TypedTable>(
     reader: &RunReader,
     history: &History,
@@ -69,21 +72,21 @@ fn row<T: TypedTable>(
     })
 }
 
-/// The first and the last state of a run.
+/// The unworn and the last state of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunEnds {
-    /// The unworn joint, where there was wear since.
+    /// The unworn joint; `None` if it is the last state.
     pub unworn: Option<JointState>,
-    /// The last iteration.
+    /// The last state.
     pub now: JointState,
 }
 
 impl RunEnds {
-    /// Reads the unworn state and that of the last iteration. They have their own responses where both of them do, so that the two can be
-    /// compared. `None` for a run without an iteration.
+    /// Reads the unworn and the last state. They contain their own responses only if both have one, so that they can
+    /// be compared. Returns `None` for a run without an iteration.
     ///
     /// # Errors
-    /// Those of reading the run.
+    /// Errors of reading the run.
     pub fn of(reader: &RunReader) -> Result<Option<RunEnds>, StoreError> {
         let history = reader.history()?;
         let state = |wear_iteration: u64| -> Result<Option<JointState>, StoreError> {

@@ -1,4 +1,4 @@
-//! The fine contact against the contact elements of the structure: what both say of the same quantity.
+//! The ledger: the same quantities in the fine contact and in the contact elements of the structure.
 
 use super::RunError;
 use super::contact_state::{compliance_of, contact_of, there};
@@ -11,19 +11,18 @@ use crate::model_update::{Compliance, CycleFigures};
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 
-/// A difference above this between both is told: the step from one to the other is then no small matter.
+/// The run reports a larger relative difference between fine contact and contact elements.
 const TOLD: f64 = 0.1;
-/// A difference above this between the fine contact and the contact elements is told where the elements have just got laws from the fine contact:
-/// both should say the same then.
+/// The run reports a larger relative difference directly after an update with new laws, where both should agree.
 const TOLD_AT_UPDATE: f64 = 0.03;
 
-/// What is told of.
+/// Quantities that are reported.
 const TOLD_OF: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
 
-/// Rows by which an update falls due.
+/// Quantities that can make an update due.
 const ENERGY: &str = "dissipated_energy [J]";
 const FORCE: &str = "force_along_motion [N]";
-/// The resultant over all elements or cells, of which those at rest count as much as those that slip.
+/// Resultant over all elements or cells. Sticking and slipping ones count equally.
 const TOTAL_FORCE: &str = "total_force [N]";
 
 /// Cycles of the fine contact under the vibration in force.
@@ -31,22 +30,22 @@ const TOTAL_FORCE: &str = "total_force [N]";
 pub struct Drift {
     /// In the iteration of the last update.
     pub at_update: CycleFigures,
-    /// In that of the ledger, under the motion of the last update: where it has gone on to change, over that of the elements under the same
-    /// motion, times theirs at the update.
+    /// In the iteration of the ledger, corrected to the motion of the last update: divided by the values of the
+    /// elements under the present motion and multiplied by their values at the update.
     pub now: CycleFigures,
 }
 
 impl Drift {
-    /// Of a ledger; none where updates do not look at cycles.
+    /// Reads the drift from a ledger; `None` if updates do not depend on cycles.
     pub fn of(ledger: &typed::Ledger) -> Option<Drift> {
         let figures = |values: &[f64]| -> Option<CycleFigures> {
-            let of = |name: &str| {
+            let value_of = |name: &str| {
                 let row = ledger.quantity.iter().position(|q| q == name)?;
                 values.get(row).copied()
             };
             Some(CycleFigures {
-                force: of(FORCE)?,
-                energy: of(ENERGY)?,
+                force: value_of(FORCE)?,
+                energy: value_of(ENERGY)?,
             })
         };
         let elements = figures(ledger.dynamic_at_update.as_ref()?)?;
@@ -57,15 +56,15 @@ impl Drift {
     }
 }
 
-/// Part of the exciter's energy that two energies have to differ by to be told of.
+/// Energies that differ by less than this part of the exciter's energy are not reported.
 const WORTH: f64 = 0.01;
 
-/// True if two values of one quantity are farther apart than this part of the larger.
+/// Returns true if two values of a quantity differ by more than the fraction `part` of the larger value.
 fn differ(fine: f64, dynamic: f64, part: f64) -> bool {
     (fine - dynamic).abs() > part * fine.abs().max(dynamic.abs())
 }
 
-/// Load, force, displacement, energy and compliance on both scales.
+/// Load, force, displacement, energy and compliance in the fine contact and in the contact elements.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Ledger,
     when: When::Always,
@@ -94,7 +93,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let contact: typed::StaticContact = reads.table()?;
     let fields: typed::ContactField = reads.table()?;
     let cycle: typed::Cycle = reads.table()?;
-    let of_cycle: typed::FrettingCycle = reads.table()?;
+    let fretting_cycle: typed::FrettingCycle = reads.table()?;
     let elements: typed::ContactElement = reads.table()?;
     let response: typed::DynamicResponse = reads.table()?;
     let update: typed::ModelUpdate = reads.table()?;
@@ -103,7 +102,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let load = fields.pressure.iter().sum::<f64>() * cell_area;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let fine = compliance(reads, solvers, &contact, &fields)?;
-    // The joint's stiffness is that of its loaded elements.
+    // The stiffness of the joint is the sum over its loaded elements.
     let compliance = |k: &[f64]| {
         let pairs = k.iter().zip(&elements.normal_load);
         1.0 / pairs
@@ -113,34 +112,37 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     };
     let half_range = |values: &[f64]| half_range(values.iter().copied());
     let force_along = there(TableName::Cycle, &cycle.force_along, "force_along")?;
-    // Both half ranges as one: exact along a line.
+    // Combines both half ranges; exact for a straight motion.
     let total = |x: &[f64], y: &[f64]| half_range(x).hypot(half_range(y));
     let of_elements = |value: &Option<f64>, column: &str| -> Result<f64, RunError> {
         Ok(*there(TableName::FrettingCycle, value, column)?)
     };
-    let energy = of_elements(&of_cycle.elements_energy, "elements_energy")?;
+    let energy = of_elements(&fretting_cycle.elements_energy, "elements_energy")?;
     let rows = [
         ("normal_load [N]", load, mean(&joint.normal_load)),
         (
             FORCE,
             half_range(force_along),
-            of_elements(&of_cycle.elements_force, "elements_force")?,
+            of_elements(&fretting_cycle.elements_force, "elements_force")?,
         ),
         (
             TOTAL_FORCE,
             total(&cycle.force_x, cycle.force_y.as_deref().unwrap_or_default()),
-            of_elements(&of_cycle.elements_total_force, "elements_total_force")?,
+            of_elements(&fretting_cycle.elements_total_force, "elements_total_force")?,
         ),
         (
             "displacement_x [m]",
             half_range(&cycle.displacement_x),
-            of_elements(&of_cycle.elements_displacement, "elements_displacement")?,
+            of_elements(
+                &fretting_cycle.elements_displacement,
+                "elements_displacement",
+            )?,
         ),
-        (ENERGY, of_cycle.dissipated_energy, energy),
+        (ENERGY, fretting_cycle.dissipated_energy, energy),
         (
-            // What friction takes is what the exciter supplies beyond what damping takes.
+            // Friction dissipates the energy of the exciter minus the energy of the damping.
             "work_of_the_loads_less_damping [J]",
-            of_cycle.dissipated_energy,
+            fretting_cycle.dissipated_energy,
             response.input_energy - response.viscous_energy - response.hysteretic_energy,
         ),
         (
@@ -155,7 +157,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         ),
     ];
     let mut outputs = Outputs::default();
-    // Between updates a gap is told when it opens, not at every iteration that it stays open.
+    // Between updates, a difference is reported when it first exceeds the threshold, not in every iteration.
     let before = reads
         .optional_before::<typed::Ledger>()?
         .filter(|_| !update.updated);
@@ -166,21 +168,21 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         })
     };
     let has_laws = update.law_remainder.is_some();
-    let told = match update.updated && has_laws {
+    let threshold = match update.updated && has_laws {
         true => TOLD_AT_UPDATE,
         false => TOLD,
     };
     for (quantity, fine, dynamic) in &rows {
-        // Of a joint that all but sticks, friction is no part of the balance worth a word.
+        // If the joint almost sticks, the friction energy is negligible and not reported.
         let matters = *quantity != ENERGY || (fine - dynamic).abs() > WORTH * response.input_energy;
-        let opens = differ(*fine, *dynamic, told) && !was_open(quantity);
+        let opens = differ(*fine, *dynamic, threshold) && !was_open(quantity);
         if TOLD_OF.contains(quantity) && opens && matters {
-            let where_it_is = match *quantity == ENERGY {
-                true => "error_closure has what it makes wrong in the wear that follows",
-                false => "it is in no error bar but by the energy",
+            let coverage = match *quantity == ENERGY {
+                true => "error_closure includes its effect on the wear that follows",
+                false => "no error bar covers it, except through the energy",
             };
             outputs.notice(format!(
-                "iteration {}: {quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure; {where_it_is}",
+                "iteration {}: {quantity}: {fine:.4e} in the fine contact, {dynamic:.4e} in the contact elements of the structure; {coverage}",
                 reads.wear_iteration
             ));
         }
@@ -199,7 +201,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// Compliance of the fine contact beyond what the elements' structure has of the bodies.
+/// Returns the compliance of the fine contact without the compliance that the structure of the elements already
+/// contains.
 fn compliance(
     reads: &StageInputs,
     solvers: &mut Solvers,

@@ -1,4 +1,4 @@
-//! The linear resonances of the unworn joint of a scene, for who plans it.
+//! Linear resonances of the unworn joint of a scene, for planning.
 
 use super::RunError;
 use super::backbone::unworn;
@@ -11,14 +11,14 @@ use crate::recipe::Inputs;
 use crate::store::Cache;
 use crate::tables::typed;
 
-/// The linear resonances of the unworn joint of a scene, which is computed in memory; nothing is written but, where there is a cache, a reduced
-/// structure. None without a mode in the range.
+/// Computes the linear resonances of the unworn joint of a scene in memory. If there is a cache, a reduced structure
+/// is stored there. Nothing else is written. The inner `Err` reports that no mode lies in the range.
 ///
 /// # Errors
-/// Those of the stages before the response.
+/// Errors of the stages before the response.
 ///
 /// # Panics
-/// On a recipe without structure and response.
+/// If the recipe lacks structure or response.
 pub fn linear_resonances(
     inputs: &Inputs,
     cache: Option<&Cache>,
@@ -37,7 +37,7 @@ pub fn linear_resonances(
             true => layout(reads).centres,
             false => Vec::new(),
         };
-        let found = vibration.linear_resonances(&elements, &centres);
-        found.map_err(|source| failed(reads, source))
+        let resonances = vibration.linear_resonances(&elements, &centres);
+        resonances.map_err(|source| failed(reads, source))
     })
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::recipe::Recipe;
 
-/// All stages, in the order in which they are passed through.
+/// All stages, in the order in which they run.
 pub const STAGES: [&Declaration; 14] = [
     &structure::DECLARATION,
     &surface::DECLARATION,
@@ -25,7 +25,7 @@ pub const STAGES: [&Declaration; 14] = [
     &summary::DECLARATION,
 ];
 
-/// The stages of a recipe, in their order.
+/// Returns the stages of a recipe, in their order.
 pub fn stages_of(recipe: &Recipe) -> impl Iterator<Item = &'static Declaration> {
     STAGES.into_iter().filter(|stage| stage.is_in(recipe))
 }

@@ -1,5 +1,5 @@
-//! The stages of a run: each is a value that says which tables and which parts of the recipe it reads, which tables it writes, and how
-//! it computes the one from the other. A runner passes through them.
+//! The stages of a run. Each stage is a value that declares its input tables, its parts of the recipe, its output
+//! tables, and the function that computes them. A runner runs the stages.
 //!
 //! ```text
 //! structure, surface, reference (once) ─> unworn ─┐

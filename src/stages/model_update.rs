@@ -1,4 +1,5 @@
-//! The contact elements of an iteration: those of its own fine contact where they are due, else those of the one before.
+//! The contact elements of an iteration: computed from its own fine contact if an update is due, otherwise copied
+//! from the previous iteration.
 
 use super::RunError;
 use super::contact_elements::{element_table, parameters, slider_table};
@@ -15,7 +16,7 @@ use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
 use crate::wear::implicit::{MiddleCycle, Step};
 
-/// The contact elements in force: renewed where the update criterion says so, [A §2e, §4d(i)].
+/// The contact elements in force. They are updated when the update criterion requires it, [A §2e, §4d(i)].
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::ModelUpdate,
     when: When::Always,
@@ -60,10 +61,10 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let smooth = smooth(reads)?;
     let now = UpdateState {
         iteration: reads.wear_iteration,
-        compliance: beyond(compliance_of(&contact)?, smooth),
+        compliance: without_smooth(compliance_of(&contact)?, smooth),
         wear_volume: volume_before.unwrap_or(0.0) + step.volume,
         running_in: running_in(reads, &summary),
-        cycle: end_of(&step),
+        cycle: end_cycle(&step),
     };
     let drift = drift(reads)?;
     let mut outputs = Outputs::default();
@@ -105,7 +106,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         true => Some(compliance_of(&contact)?.tangential),
         false => None,
     };
-    let (found, law_remainder) = parameters(reads, solvers, &contact, &reads.table()?)?;
+    let (element_parameters, law_remainder) =
+        parameters(reads, solvers, &contact, &reads.table()?)?;
     outputs.put(&typed::ModelUpdate {
         updated: true,
         reason: reason.to_owned(),
@@ -121,26 +123,27 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             .or(fine)
             .filter(|_| extrapolates(reads)),
     })?;
-    outputs.put(&element_table(&layout(reads), &found, None))?;
-    if let Some(sliders) = slider_table(&found) {
+    outputs.put(&element_table(&layout(reads), &element_parameters, None))?;
+    if let Some(sliders) = slider_table(&element_parameters) {
         outputs.put(&sliders)?;
     }
     Ok(outputs)
 }
 
-/// Cycles of the fine contact at the last update and in the iteration before; none where updates do not look at them.
+/// Reads the cycles of the fine contact at the last update and in the previous iteration; `None` if updates do not
+/// depend on cycles.
 fn drift(reads: &StageInputs) -> Result<Option<Drift>, RunError> {
     let ledger = reads.optional_before::<typed::Ledger>()?;
     Ok(ledger.as_ref().and_then(Drift::of))
 }
 
-/// The cycle at the end of a wear step.
-fn end_of(step: &typed::WearStep) -> Option<CycleFigures> {
+/// Returns the cycle at the end of a wear step.
+fn end_cycle(step: &typed::WearStep) -> Option<CycleFigures> {
     let pair = step.end_force.zip(step.end_energy);
     pair.map(|(force, energy)| CycleFigures { force, energy })
 }
 
-/// The state at the last update.
+/// Returns the state at the last update.
 fn reference_of(row: &typed::ModelUpdate, drift: Option<Drift>) -> UpdateState {
     UpdateState {
         iteration: row.update_iteration as u64,
@@ -154,17 +157,18 @@ fn reference_of(row: &typed::ModelUpdate, drift: Option<Drift>) -> UpdateState {
     }
 }
 
-/// Part of the whole worn volume up to which a joint runs in: its contact then changes more within a step than between two updates by growth.
+/// Part of the final worn volume up to which a joint runs in. During running-in, the contact changes more within a
+/// step than between two updates by volume growth.
 const RUNNING_IN: f64 = 0.03;
 
-/// The worn volume up to which it runs in, of a run that wears on as in the iteration of this `summary` \[m³\].
+/// Returns the worn volume up to which the joint runs in \[m³\], if wear continues at the rate of this `summary`.
 fn running_in(reads: &StageInputs, summary: &typed::Summary) -> f64 {
     let end = reads.recipe.wear.as_ref().map_or(0.0, |wear| {
-        let left = wear.cycles.map_or(f64::INFINITY, |cycles| {
+        let remaining_cycles = wear.cycles.map_or(f64::INFINITY, |cycles| {
             cycles.saturating_sub(summary.cycles.unwrap_or(0) as u64) as f64
         });
-        let by_cycles =
-            summary.wear_volume.unwrap_or(0.0) + left * summary.wear_rate.unwrap_or(0.0);
+        let by_cycles = summary.wear_volume.unwrap_or(0.0)
+            + remaining_cycles * summary.wear_rate.unwrap_or(0.0);
         by_cycles.min(wear.volume.unwrap_or(f64::INFINITY))
     });
     if end.is_finite() {
@@ -174,27 +178,29 @@ fn running_in(reads: &StageInputs, summary: &typed::Summary) -> f64 {
     }
 }
 
-/// Whether the motion goes on to change between updates.
+/// Returns true if the motion is extrapolated between updates.
 pub fn extrapolates(reads: &StageInputs) -> bool {
     let elements = reads.recipe.elements();
     elements.is_some_and(|elements| elements.update.extrapolates)
 }
 
-/// When the contact elements are due.
+/// Returns the criterion for updates of the contact elements.
 fn criterion(reads: &StageInputs) -> UpdateCriterion {
     let elements = reads.recipe.elements();
     elements.map_or(UpdateCriterion::Never, |elements| elements.update.criterion)
 }
 
-/// Compliance of the springs of a joint of this compliance together.
-fn beyond(total: Compliance, smooth: Option<Compliance>) -> Compliance {
+/// Returns the compliance of the springs: the `total` compliance of the joint without the compliance of the smooth
+/// patch.
+fn without_smooth(total: Compliance, smooth: Option<Compliance>) -> Compliance {
     match smooth {
         Some(smooth) => total.without(smooth),
         None => total,
     }
 }
 
-/// What the fine contact does in the middle of a step in parts of what elements do, `moved` as they are there, times what they do in the response.
+/// Returns force and energy of the fine contact in the middle of a step, divided by the relative force and energy of
+/// the contact elements there. `moved` returns these relative values at a compliance of the fine contact.
 pub fn figures_of(
     middle: &MiddleCycle,
     moved: &dyn Fn(Option<f64>) -> CycleFigures,
@@ -206,22 +212,22 @@ pub fn figures_of(
     fine.over(moved(middle.compliance))
 }
 
-/// The next update, seen from the beginning of a step that may pass it.
+/// The next update, as predicted at the beginning of a wear step.
 pub struct NextUpdate {
     smooth: Option<Compliance>,
     criterion: UpdateCriterion,
     reference: UpdateState,
     running_in: f64,
-    /// The cycle at the beginning.
+    /// The cycle at the beginning of the step.
     cycle: Option<CycleFigures>,
-    /// How far on its way the beginning of the step is.
+    /// Progress towards the update at the beginning of the step; 1 where it is due.
     pub begin: f64,
-    /// Volume at which it is due for the growth of it \[m³\]; none where that does not count.
+    /// Worn volume at which the update is due by volume growth \[m³\]; `None` if the criterion ignores it.
     pub due_volume: Option<f64>,
 }
 
 impl NextUpdate {
-    /// That of a step from the iteration before; none where the length of a step has no influence on an update.
+    /// Predicts the update after the previous iteration; `None` if the length of a step does not affect updates.
     pub fn of(reads: &StageInputs) -> Result<Option<Self>, RunError> {
         let criterion = criterion(reads);
         let Some(row) = reads.optional_before::<typed::ModelUpdate>()? else {
@@ -248,14 +254,14 @@ impl NextUpdate {
         let stiffness = |k: Option<f64>| k.unwrap_or(f64::INFINITY);
         let volume = summary.wear_volume.unwrap_or(0.0);
         let [kn, kt] = [summary.kn, summary.kt].map(stiffness);
-        next.begin = next.at(kn, kt, volume, next.cycle);
+        next.begin = next.progress_at(kn, kt, volume, next.cycle);
         Ok(Some(next))
     }
 
-    fn at(&self, kn: f64, kt: f64, wear_volume: f64, cycle: Option<CycleFigures>) -> f64 {
+    fn progress_at(&self, kn: f64, kt: f64, wear_volume: f64, cycle: Option<CycleFigures>) -> f64 {
         let now = UpdateState {
             iteration: self.reference.iteration,
-            compliance: beyond(Compliance::of(kn, kt), self.smooth),
+            compliance: without_smooth(Compliance::of(kn, kt), self.smooth),
             wear_volume,
             running_in: self.running_in,
             cycle,
@@ -263,8 +269,9 @@ impl NextUpdate {
         self.criterion.progress(&self.reference, &now)
     }
 
-    /// How far on its way a joint is after a step, with so much volume worn away in all: 1 where the update is due. `moved` says what elements do at a
-    /// compliance of the fine contact in parts of what they do in the response.
+    /// Returns the progress towards the update after a step, for the total worn volume `wear_volume`; 1 where the
+    /// update is due. `moved` returns force and energy of the elements at a compliance of the fine contact, relative
+    /// to the response.
     pub fn reached(
         &self,
         joint: &mut FrettingJoint,
@@ -282,6 +289,6 @@ impl NextUpdate {
         };
         let middle = figures_of(&step.middle, moved);
         let cycle = self.cycle.map(|begin| begin.at_end(middle));
-        Ok(self.at(kn, kt, wear_volume, cycle))
+        Ok(self.progress_at(kn, kt, wear_volume, cycle))
     }
 }

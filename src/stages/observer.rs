@@ -1,22 +1,22 @@
-//! Who watches a run.
+//! Interface for observers of a run.
 
 use super::stage::Stage;
 use crate::gauge::Gauge;
 use crate::store::Opening;
 
-/// Who watches a run.
+/// Observer of a run.
 pub trait Observer {
-    /// The run is open: where it continues, and what was found.
+    /// Called when the run is open, with the point where it continues and the findings about its files.
     fn opened(&self, opening: &Opening);
-    /// Something the user should know.
+    /// Reports a notice for the user.
     fn notice(&self, text: &str);
     /// A stage begins.
     fn stage(&self, stage: Stage, wear_iteration: u64);
-    /// True to end the run before a stage that would be computed now. What the stages before it have found is kept.
+    /// Returns true to end the run before a stage that would be computed now. The results of earlier stages are kept.
     fn ends_before(&self, _stage: Stage) -> bool {
         false
     }
-    /// Where the solvers are to count what they do within a stage.
+    /// Returns the gauge in which the solvers count their work within a stage.
     fn gauge(&self) -> Gauge {
         Gauge::default()
     }
@@ -24,12 +24,12 @@ pub trait Observer {
     fn committed(&self, progress: &Progress);
 }
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// The iteration.
     pub wear_iteration: u64,
-    /// Cycles behind it; 0 without wear.
+    /// Cycles up to this iteration; 0 without wear.
     pub cycles: u64,
     /// Worn volume \[m³\].
     pub volume: f64,

@@ -1,48 +1,49 @@
-//! Where an iteration stands in its run: what it leaves to be done.
+//! Position of an iteration in its run, and the outputs that are due there.
 
 use super::RunError;
 use crate::recipe::{Recipe, ResonanceOf};
 use crate::tables::{TableName, Tables, TypedTable, typed};
 
-/// Parts of the run at which cycles between two ends are held against stepped ones, beside its end.
+/// Fractions of the run at which reversal cycles are compared with stepped cycles, besides the end of the run.
 const CHECKED: [f64; 2] = [0.25, 0.5];
 
-/// What is written of some iterations only: every so many, and the last.
+/// Outputs that are written in some iterations only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct OutputSchedule {
     /// The curves behind the stiffnesses.
     pub curves: bool,
     /// Fields of the cycle.
     pub cycle_fields: bool,
-    /// What the end of the run alone has.
+    /// Outputs of the last iteration.
     pub end: bool,
-    /// A forced response: of the first iteration, those asked for, and the last.
+    /// The forced response of the first, the requested and the last iterations.
     pub forced_response: bool,
-    /// The cycle between two ends beside a stepped one.
+    /// The comparison of a reversal cycle with a stepped cycle.
     pub cycle_check: bool,
 }
 
-/// Where an iteration stands in its run.
+/// Position of an iteration in its run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moment {
     /// The iteration.
     pub wear_iteration: u64,
-    /// Cycles behind the iteration before; none of the unworn one.
+    /// Cycles up to the previous iteration; `None` in the unworn iteration.
     pub cycles_before: Option<u64>,
-    /// Cycles behind it.
+    /// Cycles up to this iteration.
     pub cycles: u64,
-    /// Volume worn away \[m³\].
+    /// Worn volume \[m³\].
     pub volume: f64,
-    /// True if it reaches the end of the scene.
+    /// True if the iteration reaches the end of the scene.
     pub is_last: bool,
-    /// What else is written of it.
+    /// Outputs that are due.
     pub due: OutputSchedule,
-    /// True if a resonance of the worn joint belongs to it: where a forced response does, or to all.
+    /// True if the resonance of the worn joint is due: with a forced response, or in all iterations.
     pub resonance_due: bool,
 }
 
 impl Moment {
-    /// From the step that led to an iteration, among its `tables`, and from the summary of the one before.
+    /// Computes the position from the wear step in the `tables` of the iteration and from the summary of the previous
+    /// iteration.
     pub fn of(
         recipe: &Recipe,
         wear_iteration: u64,
@@ -57,24 +58,29 @@ impl Moment {
         let cycles_before = summary.as_ref().and_then(|summary| summary.cycles);
         let cycles_before = cycles_before.map(|cycles| cycles as u64);
         let volume_before = summary.as_ref().and_then(|summary| summary.wear_volume);
-        let has_lost =
-            summary.is_some_and(|of| recipe.ends_after(of.normal_load, of.error_normal_load));
+        let has_lost = summary.is_some_and(|summary| {
+            recipe.ends_after(summary.normal_load, summary.error_normal_load)
+        });
         let cycles = cycles_before.unwrap_or(0) + step.n_cycles as u64;
         let volume = volume_before.unwrap_or(0.0) + step.volume;
         let wear = recipe.wear.as_ref();
         let is_last = has_lost || wear.is_none_or(|wear| wear.is_reached(cycles, volume));
         let is_due = |every: u64| every > 0 && (is_last || wear_iteration.is_multiple_of(every));
         let part = |cycles, volume| wear.map_or(0.0, |wear| wear.part(cycles, volume));
-        let begin = part(cycles_before.unwrap_or(0), volume_before.unwrap_or(0.0));
-        let now = part(cycles, volume);
-        let is_checked = CHECKED.iter().any(|&at| begin < at && at <= now);
+        let part_before = part(cycles_before.unwrap_or(0), volume_before.unwrap_or(0.0));
+        let part_now = part(cycles, volume);
+        let is_checked = CHECKED.iter().any(|&at| part_before < at && at <= part_now);
         let output = &recipe.output;
         let fields_every = output
             .cycle_fields
             .as_ref()
             .map_or(0, |fields| fields.every);
-        let asked = &recipe.output.response_at;
-        let passes = |before: u64| asked.iter().any(|&at| before < at && at <= cycles);
+        let response_cycles = &recipe.output.response_at;
+        let passes = |before: u64| {
+            response_cycles
+                .iter()
+                .any(|&at| before < at && at <= cycles)
+        };
         let forced_response = is_last || cycles_before.is_none_or(passes);
         Ok(Moment {
             wear_iteration,

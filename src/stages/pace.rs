@@ -1,4 +1,4 @@
-//! The pace of a run, from the iterations that it has computed.
+//! The pace of a run, measured from its computed iterations.
 
 use super::stage::Stage;
 use crate::recipe::Wear;
@@ -7,7 +7,8 @@ use crate::tables::{TableError, typed};
 
 /// Number of last wear steps over which the pace is averaged.
 const LATE_STEPS: usize = 3;
-/// Part of a run below which the remaining time is not estimated: the steps still lengthen, and the vibration still changes.
+/// Part of a run below which the remaining time is not estimated, because the steps still lengthen and the vibration
+/// still changes.
 const FIRST_PART: f64 = 0.2;
 
 /// The pace of a run.
@@ -23,7 +24,7 @@ pub struct Pace {
 #[derive(Debug, Clone, Copy)]
 struct Iteration {
     cycles: u64,
-    /// Part of the run behind it.
+    /// Completed part of the run.
     part: f64,
     seconds: Seconds,
 }
@@ -43,7 +44,7 @@ impl Seconds {
 }
 
 impl Pace {
-    /// The pace of a run that has computed nothing.
+    /// Creates the pace of a run that has computed nothing.
     pub fn new(wear: Option<&Wear>) -> Pace {
         Pace {
             wear: wear.cloned(),
@@ -51,7 +52,7 @@ impl Pace {
         }
     }
 
-    /// The pace of a run with a history.
+    /// Reads the pace of a run from its history.
     ///
     /// # Errors
     /// [`TableError`] for a history that lacks a column.
@@ -81,8 +82,8 @@ impl Pace {
         *own += seconds;
     }
 
-    /// Closes the current iteration at these cycles and this worn volume \[m³\]. One at the cycles of the last is the same iteration, which a
-    /// continued run commits again: it is not counted twice.
+    /// Closes the current iteration at these cycles and this worn volume \[m³\]. An iteration with the same cycles as
+    /// the last one is a repeated commit of a continued run and is not counted again.
     pub fn commit(&mut self, cycles: u64, volume: f64) {
         let seconds = std::mem::take(&mut self.current);
         if self
@@ -103,19 +104,19 @@ impl Pace {
         });
     }
 
-    /// Part of the run that is done: of the cycles or of the worn volume, whichever is further.
+    /// Returns the completed part of the run: of the cycles or of the worn volume, whichever is larger.
     pub fn part(&self) -> f64 {
         self.iterations.last().map_or(0.0, |last| last.part)
     }
 
-    /// The last wear steps and the iteration before them.
+    /// Returns the iteration before the last wear steps, and these steps.
     fn last_steps(&self) -> Option<(&Iteration, &[Iteration])> {
         let steps = self.iterations.len().checked_sub(1)?;
         let (before, late) = self.iterations[steps.saturating_sub(LATE_STEPS)..].split_first()?;
         (!late.is_empty()).then_some((before, late))
     }
 
-    /// Cycles per second of the last wear steps; none before the first.
+    /// Returns the cycles per second of the last wear steps; `None` before the first step.
     pub fn cycles_per_second(&self) -> Option<f64> {
         let (before, late) = self.last_steps()?;
         let cycles = late.last()?.cycles - before.cycles;
@@ -123,8 +124,9 @@ impl Pace {
         (cycles > 0 && seconds > 0.0).then(|| cycles as f64 / seconds)
     }
 
-    /// Remaining time \[s\]. It assumes that wear steps do not become shorter, that the remaining vibrations take at most as long as all so far,
-    /// and that the last forced response takes as long as the first. None before two wear steps and a fifth of the run.
+    /// Estimates the remaining time \[s\]. The estimate assumes that wear steps do not become shorter, that the
+    /// remaining vibrations take at most as long as all vibrations so far, and that the last forced response takes as
+    /// long as the first. Returns `None` before two wear steps and a fifth of the run.
     pub fn seconds_left(&self) -> Option<f64> {
         let (before, late) = self.last_steps()?;
         let [first, .., penultimate, last] = &self.iterations[..] else {

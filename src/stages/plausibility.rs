@@ -1,48 +1,48 @@
-//! What an engineer would look at once a state is computed: natural frequencies beside the drive, largest pressure, slip and worn depth
-//! against what they are compared with.
+//! Plausibility checks of a computed state: natural frequencies near the drive, and the largest pressure, slip and
+//! worn depth relative to their natural scales.
 
 use super::RunError;
 use crate::recipe::{Check, Contact, Recipe};
 use crate::store::RunReader;
 use crate::tables::{TableName, typed};
 
-/// Half range of slip over a cell from which on heights would have moved on to others.
+/// Half range of slip over the cell size above which the fixed heights of the cells are questionable.
 const CELL: f64 = 1.0;
-/// Parts of the slip path of a cycle in a half range of it.
+/// The slip path per cycle is this many half ranges.
 const HALF_RANGES: f64 = 4.0;
 
-/// The figures of the last state of a run, and of the unworn one where pressures were highest.
+/// Returns the checks of the last state of a run, and of the pressure in the unworn state, where it was highest.
 ///
 /// # Errors
-/// Those of reading the run.
+/// Errors of reading the run.
 pub fn plausibility_checks(reader: &RunReader, recipe: &Recipe) -> Result<Vec<Check>, RunError> {
     let Some(last) = reader.latest() else {
         return Ok(Vec::new());
     };
-    let mut found = Vec::new();
-    found.extend(natural_frequencies(reader, recipe)?);
+    let mut checks = Vec::new();
+    checks.extend(natural_frequencies(reader, recipe)?);
     let Some(contact) = recipe.contact() else {
-        return Ok(found);
+        return Ok(checks);
     };
     let unworn: Option<typed::Summary> = reader.history()?.row(0)?;
     let summary: typed::Summary = reader.typed(last)?;
     if let (true, Some(unworn)) = (last > 0, &unworn) {
-        found.extend(peak(
+        checks.extend(peak(
             contact,
             "largest pressure, unworn",
             unworn.max_pressure,
         ));
     }
-    found.extend(peak(contact, "largest pressure", summary.max_pressure));
-    found.extend(slip(reader, recipe, last)?);
+    checks.extend(peak(contact, "largest pressure", summary.max_pressure));
+    checks.extend(slip(reader, recipe, last)?);
     if recipe.wear.is_some() && last > 0 {
         let rq = unworn.and_then(|summary| summary.rq);
-        found.extend(depth(reader, last, rq)?);
+        checks.extend(depth(reader, last, rq)?);
     }
-    Ok(found)
+    Ok(checks)
 }
 
-/// The largest pressure \[Pa\] against what solids bear.
+/// Compares the largest pressure \[Pa\] with Young's modulus.
 fn peak(contact: &Contact, what: &'static str, pressure: Option<f64>) -> Option<Check> {
     let pressure = pressure?;
     Some(Check {
@@ -57,7 +57,7 @@ fn peak(contact: &Contact, what: &'static str, pressure: Option<f64>) -> Option<
     })
 }
 
-/// The deepest wear against the roughness that was there \[m\].
+/// Compares the deepest wear with the roughness of the unworn surface \[m\].
 fn depth(reader: &RunReader, last: u64, rq: Option<f64>) -> Result<Option<Check>, RunError> {
     let worn: typed::WearField = reader.typed(last)?;
     let depth = largest(&worn.wear_depth);
@@ -74,7 +74,7 @@ fn depth(reader: &RunReader, last: u64, rq: Option<f64>) -> Result<Option<Check>
     }))
 }
 
-/// The natural frequencies beside the frequency or the range of the drive, of a structure in finite elements.
+/// Returns the natural frequencies next to the frequency or the range of the drive, for a finite element structure.
 fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Check>, RunError> {
     let (Some(table), Some(response)) = (
         reader.read_once(TableName::StructureMode)?,
@@ -100,8 +100,8 @@ fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Che
     let mut within: Vec<f64> = elastic().filter(|f| (low..=high).contains(f)).collect();
     within.sort_by(f64::total_cmp);
     within.dedup();
-    let each = [below].into_iter().chain(within).chain([above]);
-    let each: Vec<String> = each
+    let nearest = [below].into_iter().chain(within).chain([above]);
+    let nearest: Vec<String> = nearest
         .filter(|f| *f > 0.0 && f.is_finite())
         .map(|f| format!("{f:.1}"))
         .collect();
@@ -109,23 +109,23 @@ fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Che
         what: "natural frequencies",
         value: format!(
             "{} Hz without the contact's springs, next to the drive of {drive} Hz",
-            each.join(", ")
+            nearest.join(", ")
         ),
         warning: None,
         remark: None,
     }))
 }
 
-/// How far cells slip, against their side. Those that do not touch move too, and wear nothing.
+/// Compares the slip of the cells with their size. Cells that do not touch move too, but do not wear.
 fn slip(reader: &RunReader, recipe: &Recipe, last: u64) -> Result<Option<Check>, RunError> {
     let fields: typed::ContactField = reader.typed(last)?;
     let (Some(paths), Some(surface)) = (fields.slip_path, recipe.surface()) else {
         return Ok(None);
     };
     let grid = surface.grid();
-    let of_touching = paths.iter().zip(&fields.pressure);
-    let of_touching = of_touching.filter(|(_, pressure)| **pressure > 0.0);
-    let path = of_touching.map(|(path, _)| *path).fold(0.0, f64::max);
+    let touching = paths.iter().zip(&fields.pressure);
+    let touching = touching.filter(|(_, pressure)| **pressure > 0.0);
+    let path = touching.map(|(path, _)| *path).fold(0.0, f64::max);
     let (half, cell) = (path / HALF_RANGES, grid.dx.min(grid.dy));
     let part = half / cell;
     if path == 0.0 {
@@ -134,7 +134,7 @@ fn slip(reader: &RunReader, recipe: &Recipe, last: u64) -> Result<Option<Check>,
             value: "none".to_owned(),
             warning: None,
             remark: Some(
-                "nothing slips: all of the joint sticks, so that friction dissipates nothing and nothing wears; more slips under a larger motion or force, or less load or friction".to_owned(),
+                "nothing slips: the whole joint sticks, so that friction dissipates nothing and nothing wears; for slip, increase the motion or the force, or reduce the load or the friction".to_owned(),
             ),
         }));
     }
@@ -148,7 +148,7 @@ fn slip(reader: &RunReader, recipe: &Recipe, last: u64) -> Result<Option<Check>,
         warning: None,
         remark: (part > CELL).then(|| {
             format!(
-                "the slip of {:.1} µm is more than the cell of {:.1} µm: slip is taken to be small, cells do not travel with it, and all wear is of the places that face each other at rest",
+                "the slip of {:.1} µm exceeds the cell of {:.1} µm. The model assumes small slip: cells do not move with it, and wear stays at the places that face each other at rest",
                 half * 1e6,
                 cell * 1e6
             )

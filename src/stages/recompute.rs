@@ -1,4 +1,4 @@
-//! A stage of a committed iteration, computed again from the tables of the run alone.
+//! Recomputation of a stage of a committed iteration from the tables of the run.
 
 use std::collections::BTreeMap;
 
@@ -13,21 +13,22 @@ use crate::recipe::{Inputs, Recipe};
 use crate::store::RunReader;
 use crate::tables::{TableName, Tables};
 
-/// A stage that was computed again.
+/// Results of a recomputed stage.
 pub struct Recomputed {
-    /// Its tables.
+    /// Tables of the stage.
     pub tables: Tables,
-    /// Those of them that the run holds as this stage wrote them, and whether they are the same to the last bit. A table that was not
-    /// due, or that a later stage writes again, is not among them.
+    /// Whether each table is identical, to the last bit, to the stored table. Tables that were not due, or that a
+    /// later stage overwrites, are not included.
     pub same: BTreeMap<TableName, bool>,
 }
 
-/// Computes a stage of an iteration again; of a stage that is passed through once a run, the iteration does not matter. What it reads is
-/// what is committed; a table that a later stage has written again is computed again by the stage that wrote it first.
+/// Computes a stage of an iteration again. The iteration does not matter for a stage that runs once per run. Inputs
+/// are read from the commit. If a later stage has overwritten an input, the stage that first wrote it is computed
+/// again too.
 ///
 /// # Errors
-/// [`RunError::NotInIteration`], [`RunError::WithoutTheOneBefore`], [`RunError::OfAnotherScene`], those of reading the run, and those of the
-/// stage.
+/// [`RunError::NotInIteration`], [`RunError::WithoutTheOneBefore`], [`RunError::OfAnotherScene`], errors of reading
+/// the run, and errors of the stage.
 pub fn recompute(
     reader: &RunReader,
     inputs: &Inputs,
@@ -37,13 +38,13 @@ pub fn recompute(
     observer: &dyn Observer,
 ) -> Result<Recomputed, RunError> {
     let recipe = &inputs.recipe;
-    let of_iteration = || stages_in(recipe, wear_iteration);
+    let iteration_stages = || stages_in(recipe, wear_iteration);
     let once = STAGES
         .into_iter()
         .filter(|s| s.when == When::Once && s.is_in(recipe));
-    let all: Vec<&'static Declaration> = once.chain(of_iteration()).collect();
-    let Some(declaration) = all.iter().copied().find(|s| s.stage == stage) else {
-        let stages = all.iter().map(|s| s.stage).collect();
+    let declarations: Vec<&'static Declaration> = once.chain(iteration_stages()).collect();
+    let Some(declaration) = declarations.iter().copied().find(|s| s.stage == stage) else {
+        let stages = declarations.iter().map(|s| s.stage).collect();
         return Err(RunError::NotInIteration {
             stage,
             wear_iteration,
@@ -55,8 +56,14 @@ pub fn recompute(
     runner.load_once(reader)?;
     let tables = match declaration.when {
         When::Once => {
-            let none = Tables::new();
-            runner.compute(declaration, 0, OutputSchedule::default(), &none, &none)?
+            let no_tables = Tables::new();
+            runner.compute(
+                declaration,
+                0,
+                OutputSchedule::default(),
+                &no_tables,
+                &no_tables,
+            )?
         }
         _ => {
             let before = match wear_iteration.checked_sub(1) {
@@ -66,7 +73,7 @@ pub fn recompute(
                 Some(before) => runner.before(reader, before)?,
                 None => Tables::new(),
             };
-            let mut again = Recomputation {
+            let mut recomputation = Recomputation {
                 recipe,
                 reader,
                 wear_iteration,
@@ -74,14 +81,14 @@ pub fn recompute(
                 runner,
                 done: BTreeMap::new(),
             };
-            again.compute(declaration)?
+            recomputation.compute(declaration)?
         }
     };
     let mut same = BTreeMap::new();
     for (name, table) in &tables {
-        let held = match declaration.when {
+        let stored = match declaration.when {
             When::Once => reader.read_once(*name)?,
-            // What was not due is not there, and is computed all the same.
+            // A table that was not due is computed but not stored.
             _ => reader
                 .commit_of(wear_iteration)?
                 .table(name.as_str())
@@ -89,14 +96,14 @@ pub fn recompute(
                 .map(|_| reader.read(wear_iteration, *name))
                 .transpose()?,
         };
-        if let Some(held) = held {
-            same.insert(*name, held == *table);
+        if let Some(stored) = stored {
+            same.insert(*name, stored == *table);
         }
     }
     Ok(Recomputed { tables, same })
 }
 
-/// Refuses an iteration that a sibling took over from a run of another scene.
+/// Rejects an iteration that a sibling run inherited from a run of another scene.
 pub fn require_own(reader: &RunReader, wear_iteration: u64) -> Result<(), RunError> {
     let record = reader.record();
     let origin = record.origin.as_ref();
@@ -111,7 +118,7 @@ pub fn require_own(reader: &RunReader, wear_iteration: u64) -> Result<(), RunErr
     }
 }
 
-/// The stage whose version of a table an iteration holds.
+/// Returns the last stage that writes a table in an iteration.
 fn last_writer(recipe: &Recipe, wear_iteration: u64, table: TableName) -> Option<Stage> {
     let writers = stages_in(recipe, wear_iteration);
     let writers = writers.filter(|s| s.writes_in(recipe).any(|written| written == table));
@@ -124,7 +131,7 @@ struct Recomputation<'a> {
     wear_iteration: u64,
     before: Tables,
     runner: Runner<'a>,
-    /// What was computed on the way.
+    /// Stages that were computed again as inputs.
     done: BTreeMap<Stage, Tables>,
 }
 
@@ -132,7 +139,7 @@ impl Recomputation<'_> {
     fn compute(&mut self, stage: &'static Declaration) -> Result<Tables, RunError> {
         let k = self.wear_iteration;
         let mut tables = Tables::new();
-        // Where the iteration stands follows from its step.
+        // The schedule of the iteration follows from its wear step.
         let reads = stage.reads.iter().copied().chain([TableName::WearStep]);
         for name in reads.filter(|name| is_in(self.recipe, *name)) {
             let Some(writer) = writer_before(self.recipe, k, stage.stage, name) else {
@@ -143,7 +150,7 @@ impl Recomputation<'_> {
             }
             let table = match last_writer(self.recipe, k, name) == Some(writer.stage) {
                 true => read_optional(self.reader, k, name)?,
-                false => self.again(writer)?.remove(&name),
+                false => self.recomputed(writer)?.remove(&name),
             };
             tables.extend(table.map(|table| (name, table)));
         }
@@ -152,7 +159,7 @@ impl Recomputation<'_> {
             .compute(stage, k, moment.due, &tables, &self.before)
     }
 
-    fn again(&mut self, stage: &'static Declaration) -> Result<Tables, RunError> {
+    fn recomputed(&mut self, stage: &'static Declaration) -> Result<Tables, RunError> {
         if let Some(tables) = self.done.get(&stage.stage) {
             return Ok(tables.clone());
         }

@@ -1,4 +1,4 @@
-//! The reduced structure of a run, from its tables.
+//! The reduced structure of a run, read from its tables.
 
 use super::RunError;
 use super::stage_inputs::StageInputs;
@@ -18,7 +18,7 @@ pub const TABLES: [TableName; 5] = [
     TableName::StructureDamping,
 ];
 
-/// The reduced structure as its tables hold it; none of an oscillator.
+/// Returns the reduced structure from its tables; `None` for an oscillator.
 pub fn reduced_of(reads: &StageInputs) -> Result<Option<Reduced>, RunError> {
     let Some(structure) = reads.maybe::<typed::Structure>()? else {
         return Ok(None);
@@ -33,7 +33,7 @@ pub fn reduced_of(reads: &StageInputs) -> Result<Option<Reduced>, RunError> {
     Ok(Some(tables.reduced()))
 }
 
-/// What a run has of its reduced structure.
+/// Tables of a reduced structure.
 pub struct ReducedTables {
     pub structure: typed::Structure,
     pub port: typed::StructurePort,
@@ -43,23 +43,24 @@ pub struct ReducedTables {
 }
 
 impl ReducedTables {
-    /// The tables of a run; none where it has no structure in finite elements.
+    /// Reads the tables of a run; `None` if the run has no finite element structure.
     ///
     /// # Errors
-    /// [`RunError`] for a table that cannot be read, and [`StoreError::Damaged`] for tables that do not fit to each other.
+    /// [`RunError`] for a table that cannot be read, and [`StoreError::Damaged`] for tables that do not match each
+    /// other.
     pub fn of(run: &RunReader) -> Result<Option<ReducedTables>, RunError> {
         fn read<T: TypedTable>(run: &RunReader, table: TableName) -> Result<Option<T>, RunError> {
             let table = run.read_once(table)?;
             Ok(table.as_ref().map(T::of).transpose()?)
         }
         let [structure, port, mode, residual, damping] = TABLES;
-        let found = (
+        let once_tables = (
             read(run, structure)?,
             read(run, port)?,
             read(run, mode)?,
             read(run, residual)?,
         );
-        let (Some(structure), Some(port), Some(mode), Some(residual)) = found else {
+        let (Some(structure), Some(port), Some(mode), Some(residual)) = once_tables else {
             return Ok(None);
         };
         let tables = ReducedTables {
@@ -78,7 +79,7 @@ impl ReducedTables {
         }
     }
 
-    /// The damage where the tables of a run do not fit to each other.
+    /// Returns the damage if the tables of a run do not match each other.
     ///
     /// # Errors
     /// [`RunError`] for a table that cannot be read.
@@ -90,17 +91,18 @@ impl ReducedTables {
         }
     }
 
-    /// Checks that tables which were stored are those of one structure, with the points that a recipe has; other tables pass.
+    /// Checks that stored tables describe one structure and contain the points of the recipe. Tables of other stages
+    /// pass.
     ///
     /// # Errors
-    /// A sentence that says what does not fit.
+    /// A sentence that states the mismatch.
     pub fn check_stored(stored: &Tables, recipe: &Recipe) -> Result<(), String> {
         fn read<T: TypedTable>(stored: &Tables) -> Result<Option<T>, String> {
             let table = stored.get(&T::TABLE).map(T::of).transpose();
             table.map_err(|error| error.to_string())
         }
-        let found = (read(stored)?, read(stored)?, read(stored)?, read(stored)?);
-        let (Some(structure), Some(port), Some(mode), Some(residual)) = found else {
+        let stored_tables = (read(stored)?, read(stored)?, read(stored)?, read(stored)?);
+        let (Some(structure), Some(port), Some(mode), Some(residual)) = stored_tables else {
             return Ok(());
         };
         let tables = ReducedTables {
@@ -118,7 +120,7 @@ impl ReducedTables {
         let pressing = recipe
             .contact()
             .and_then(|contact| contact.pressing.as_ref());
-        let pressed = pressing.into_iter().flat_map(|of| of.points());
+        let pressed = pressing.into_iter().flat_map(|pressing| pressing.points());
         for point in points.chain(pressed) {
             if !tables.port.point.contains(&point) {
                 return Err(format!("structure_port has no point {point}"));
@@ -127,11 +129,11 @@ impl ReducedTables {
         Ok(())
     }
 
-    /// Checks that the tables describe one structure: three ports for each contact element and point, every mode at every port, and
-    /// triangles of matrices with as many rows.
+    /// Checks that the tables describe one structure. There must be three ports per contact element and per point,
+    /// every mode at every port, and lower triangles of matrices with the matching number of rows.
     ///
     /// # Errors
-    /// A sentence that says what does not fit.
+    /// A sentence that states the mismatch.
     fn check(&self) -> Result<(), String> {
         let ReducedTables {
             structure,
@@ -182,8 +184,10 @@ impl ReducedTables {
         }
         let is_triangle = |row: &[i32], column: &[i32], size: usize| {
             let places = (0..size).flat_map(|row| (0..=row).map(move |column| [row, column]));
-            let found = row.iter().zip(column).map(|(row, column)| [*row, *column]);
-            places.map(|place| place.map(|k| k as i32)).eq(found)
+            let stored_places = row.iter().zip(column).map(|(row, column)| [*row, *column]);
+            places
+                .map(|place| place.map(|k| k as i32))
+                .eq(stored_places)
         };
         if !is_triangle(&residual.row, &residual.column, count) {
             return Err(format!("structure_residual does not have {count} rows"));
@@ -197,7 +201,7 @@ impl ReducedTables {
         Ok(())
     }
 
-    /// The reduced structure.
+    /// Builds the reduced structure.
     pub fn reduced(&self) -> Reduced {
         let ReducedTables {
             structure,
@@ -210,8 +214,8 @@ impl ReducedTables {
         } = self;
         let count = port.element.len();
         let contacts = port.element.iter().filter(|e| **e >= 0).count() / 3;
-        let of_mode: Vec<f64> = frequency.iter().copied().step_by(count).collect();
-        let rigid = of_mode.iter().filter(|f| **f == 0.0).count();
+        let frequencies: Vec<f64> = frequency.iter().copied().step_by(count).collect();
+        let rigid = frequencies.iter().filter(|f| **f == 0.0).count();
         let part = |first: usize, modes: usize| {
             Matrix::from_fn(count, modes, |p, r| shape[(first + r) * count + p])
         };
@@ -223,7 +227,7 @@ impl ReducedTables {
         };
         Reduced {
             ports: Ports {
-                // What a port is a combination of matters to the reduction alone.
+                // Only the reduction itself needs the combinations of the ports.
                 combinations: vec![Vec::new(); count],
                 contacts,
                 points: port.point[3 * contacts..]
@@ -233,19 +237,19 @@ impl ReducedTables {
                     .collect(),
             },
             rigid: part(0, rigid),
-            omega: of_mode[rigid..]
+            omega: frequencies[rigid..]
                 .iter()
                 .map(|f| f * std::f64::consts::TAU)
                 .collect(),
-            shapes: part(rigid, of_mode.len() - rigid),
+            shapes: part(rigid, frequencies.len() - rigid),
             residual: symmetric(&residual.residual, count),
             residual_slope: symmetric(&residual.residual_slope, count),
             damping: damping
                 .as_ref()
-                .map(|found| symmetric(&found.damping, of_mode.len())),
+                .map(|damping| symmetric(&damping.damping, frequencies.len())),
             hysteretic: damping
                 .as_ref()
-                .map(|found| symmetric(&found.hysteretic, of_mode.len())),
+                .map(|damping| symmetric(&damping.hysteretic, frequencies.len())),
             mass: structure.mass,
             mode_residual: structure.error_modes,
             factor_entries: structure.factor_entries as usize,

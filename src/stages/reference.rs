@@ -1,4 +1,4 @@
-//! The unworn joint under its load, once a run: against it the whole run is measured.
+//! The unworn joint under its load, once per run. It is the reference for all changes during the run.
 
 use super::RunError;
 use super::contact_elements::{linearise, springs};
@@ -14,8 +14,8 @@ use crate::recipe::{ElementStiffness, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::WearError;
 
-/// The approach at which a bolt begins to lose load, and the contact elements whose springs the damping in modes of the stuck joint is
-/// that of.
+/// The approach from which a bolt begins to lose load, and the contact elements whose springs define the modal
+/// damping of the stuck joint.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Reference,
     when: When::Once,
@@ -29,7 +29,7 @@ pub const DECLARATION: Declaration = Declaration {
 };
 
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
-    let wrong = |source| match source {
+    let run_error = |source| match source {
         NumericsError::ModelUpdate(source) => RunError::ModelUpdate(source),
         NumericsError::Wear(WearError::Contact(source)) => RunError::Unworn(source),
         NumericsError::Wear(source) => RunError::Wear {
@@ -39,7 +39,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         },
     };
     let mut outputs = Outputs::default();
-    let (row, rows) = unworn(reads, solvers, wrong)?;
+    let (row, rows) = unworn_reference(reads, solvers, run_error)?;
     outputs.put(&row)?;
     if let Some(rows) = rows {
         outputs.put(&rows)?;
@@ -47,55 +47,59 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-fn unworn(
+fn unworn_reference(
     reads: &StageInputs,
     solvers: &mut Solvers,
-    wrong: impl Fn(NumericsError) -> RunError,
+    run_error: impl Fn(NumericsError) -> RunError,
 ) -> Result<(typed::Reference, Option<typed::ReferenceElement>), RunError> {
     let recipe = &reads.recipe;
     let load = contact_of(recipe).conditions.normal_load;
     let pressing = contact_of(recipe).pressing.as_ref();
     let joint = solvers.pressed_joint(reads, load)?;
     let wear = vec![0.0; joint.patch.grid.len()];
-    let contact = |error: crate::contact::ContactError| wrong(WearError::Contact(error).into());
-    let unworn = match pressing.is_some_and(|of| of.preload.is_found()) {
+    let contact_error =
+        |error: crate::contact::ContactError| run_error(WearError::Contact(error).into());
+    let unworn = match pressing.is_some_and(|pressing| pressing.preload.is_found()) {
         true => joint.tighten_bolt(load),
         false => joint.contact(&wear, None, load, None),
     };
-    let unworn = unworn.map_err(|error| wrong(error.into()))?;
+    let unworn = unworn.map_err(|error| run_error(error.into()))?;
     let mut row = typed::Reference {
         approach: unworn.approach,
-        preload: joint.pressing.as_ref().map(|of| of.preload),
-        shortening: joint.pressing.as_ref().map(|of| of.shortening),
-        mesh_ratio: joint.pressing.as_ref().and_then(|of| of.mesh_ratio),
+        preload: joint.pressing.as_ref().map(|pressing| pressing.preload),
+        shortening: joint.pressing.as_ref().map(|pressing| pressing.shortening),
+        mesh_ratio: joint
+            .pressing
+            .as_ref()
+            .and_then(|pressing| pressing.mesh_ratio),
         ..typed::Reference::default()
     };
-    let Some(of_recipe) = recipe.elements() else {
+    let Some(element_recipe) = recipe.elements() else {
         return Ok((row, None));
     };
-    let smooth = match of_recipe.stiffness {
+    let smooth = match element_recipe.stiffness {
         ElementStiffness::Contact {
             stiffness: StiffnessKind::Roughness,
             ..
         } => {
             let shear = contact_of(recipe).shear;
             let smooth = Compliance::smooth(&mut joint.half_space, &joint.patch, shear);
-            Some(smooth.map_err(contact)?)
+            Some(smooth.map_err(contact_error)?)
         }
         _ => None,
     };
     row.smooth_compliance_normal = smooth.map(|smooth| smooth.normal);
     row.smooth_compliance_tangential = smooth.map(|smooth| smooth.tangential);
-    let linearisation = linearise(recipe, joint, &unworn.pressure).map_err(contact)?;
+    let linearisation = linearise(recipe, joint, &unworn.pressure).map_err(contact_error)?;
     let elements = solvers.elements(reads)?;
     let springs = springs(recipe, &linearisation, smooth);
-    let found = ElementParameters::new(&elements, &unworn.pressure, &unworn.gap, springs)?;
+    let parameters = ElementParameters::new(&elements, &unworn.pressure, &unworn.gap, springs)?;
     let rows = typed::ReferenceElement {
-        element: (0..found.normal_load.len() as i32).collect(),
-        normal_load: found.normal_load,
-        gap: found.gap,
-        kn: found.kn,
-        kt: found.kt,
+        element: (0..parameters.normal_load.len() as i32).collect(),
+        normal_load: parameters.normal_load,
+        gap: parameters.gap,
+        kn: parameters.kn,
+        kt: parameters.kt,
     };
     Ok((row, Some(rows)))
 }

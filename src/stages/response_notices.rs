@@ -1,4 +1,5 @@
-//! Notices about a steady response: too few harmonics, too small a reduced structure, an unclear peak, a contact that never closes.
+//! Notices about a steady response: too few harmonics, an inaccurate reduced structure, an unclear peak, a contact
+//! that never closes.
 
 use std::f64::consts::TAU;
 
@@ -8,11 +9,12 @@ use crate::dynamics::cycle::JointCycle;
 use crate::dynamics::{ContactElement, Extension, Resolved, Resonance, ResonanceKind, Vibration};
 use crate::tables::typed;
 
-/// Harmonic in which friction is largest after the first.
+/// Harmonic with the largest friction after the first harmonic.
 const FRICTION: u32 = 3;
-/// Error of the reduced structure from which the run warns.
+/// The run warns if the error of the reduced structure exceeds this value.
 const MUCH: f64 = 0.02;
-/// Ratio of the amplitudes before and after an update from which the run warns. Updates are due at changes of a few percent.
+/// The run warns if an update changes the amplitude by more than this factor. Updates are due at changes of a few
+/// percent.
 const LEAP: f64 = 1.25;
 /// Warns if the harmonics could not be extended far enough.
 pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
@@ -24,7 +26,7 @@ pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, res
         ("amplitude", truncation.amplitude),
         ("dissipation", truncation.friction_energy),
     ];
-    // Without friction nothing is dissipated, and no error of it is a fault.
+    // Without friction there is no dissipation, and its error does not matter.
     let mut elements = resolved.balance.elements().iter();
     let has_friction = elements
         .any(|element| element.friction_coefficient > 0.0 && element.tangential_stiffness() > 0.0);
@@ -34,34 +36,34 @@ pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, res
         &figures[..1]
     };
     let beyond = figures.iter().filter(|(_, error)| *error > tolerance);
-    let left: Vec<String> = beyond
+    let exceeded: Vec<String> = beyond
         .map(|(figure, error)| match *error < 1.0 {
             true => format!("an error of {error:.1e} in the {figure}"),
             false => format!("an unknown error in the {figure}"),
         })
         .collect();
-    if !left.is_empty() {
+    if !exceeded.is_empty() {
         outputs.notice(format!(
             "fidelity.harmonic_tolerance = {tolerance} is not met: harmonics up to {} and {} samples per cycle leave {}; give more dynamics.harmonics",
             resolved.balance.harmonics().highest(),
             resolved.balance.sampling().samples(),
-            left.join(", and ")
+            exceeded.join(", and ")
         ));
     }
 }
 
-/// Notes the error and the effort of each extension of the harmonics, if there were several.
+/// Notes the error and the cost of each extension of the harmonics, if there were several.
 pub fn note_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
     if extensions.len() < 2 {
         return;
     }
-    let steps = extensions.iter().map(|of| {
+    let steps = extensions.iter().map(|extension| {
         format!(
             "up to {}, error {:.2} % ({} Newton iterations of {} unknowns)",
-            of.highest,
-            100.0 * of.error,
-            of.iterations,
-            of.unknowns
+            extension.highest,
+            100.0 * extension.error,
+            extension.iterations,
+            extension.unknowns
         )
     });
     let steps: Vec<String> = steps.collect();
@@ -71,7 +73,7 @@ pub fn note_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
     ));
 }
 
-/// Warns once if the reduced structure is inaccurate at the harmonics in which friction is largest.
+/// Warns once if the reduced structure is inaccurate at the harmonics with the largest friction.
 pub fn warn_reduction(
     reads: &StageInputs,
     outputs: &mut Outputs,
@@ -86,19 +88,20 @@ pub fn warn_reduction(
     };
     let highest = resolved.balance.harmonics().highest().min(FRICTION);
     let frequency = f64::from(highest) * resolved.resonance.in_force().frequency();
-    let there = error * (frequency / checked).powi(2);
-    if reads.wear_iteration == 0 && there > MUCH {
+    let local_error = error * (frequency / checked).powi(2);
+    if reads.wear_iteration == 0 && local_error > MUCH {
         outputs.notice(format!(
             "dynamics.modes = {}: the receptance of the reduced structure has an error of {:.1} % of its largest value at {frequency:.0} Hz \
              (harmonic {highest}); increase dynamics.modes",
             structure.modes,
-            100.0 * there
+            100.0 * local_error
         ));
     }
     Ok(())
 }
 
-/// Warns if an update changes the response by much. There may be two steady responses, or the updates are too far apart.
+/// Warns if an update changes the amplitude strongly. There may be two steady responses, or the updates may be too
+/// far apart.
 pub fn warn_jump(
     reads: &StageInputs,
     outputs: &mut Outputs,
@@ -119,30 +122,32 @@ pub fn warn_jump(
     }
 }
 
-/// Warns if the contact never closes in the response in force. Other motions of the range may close it.
+/// Warns if the contact never closes in the response in force. Other motions in the frequency range may close it.
 pub fn warn_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &JointCycle) {
     if cycle.force.iter().any(|force| force[2] != 0.0) {
         return;
     }
     let sliders = elements.iter().flat_map(|element| &element.sliders);
-    let closes = sliders.map(|slider| slider.gap - slider.normal_load / slider.normal_stiffness);
-    let closes = closes.fold(f64::INFINITY, f64::min);
-    if closes.is_infinite() {
+    let closing_displacement =
+        sliders.map(|slider| slider.gap - slider.normal_load / slider.normal_stiffness);
+    let closing_displacement = closing_displacement.fold(f64::INFINITY, f64::min);
+    if closing_displacement.is_infinite() {
         return;
     }
-    let reached = cycle.displacement.iter().map(|u| u[2]);
-    let reached = reached.fold(f64::NEG_INFINITY, f64::max);
+    let largest_displacement = cycle.displacement.iter().map(|u| u[2]);
+    let largest_displacement = largest_displacement.fold(f64::NEG_INFINITY, f64::max);
     outputs.notice(format!(
         "contact.gap, contact.normal_load: the contact stays open throughout the computed motion. It closes at a normal displacement of \
-         {closes:.3e} m, and the motion reaches {reached:.3e} m; reduce the gap or increase the normal load if the contact must close"
+         {closing_displacement:.3e} m, and the motion reaches {largest_displacement:.3e} m; reduce the gap or increase the normal load if the contact must close"
     ));
 }
 
-/// Warns of an unclear resonance: no response, no damping, no phase resonance, or a peak at an end of the range or of a branch.
+/// Warns about an unclear resonance: no response, no damping, no phase resonance, or a peak at an end of the range or
+/// of a branch.
 pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
     if resonance.is_still {
         let rows = &resonance.peak.displacement;
-        let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        let largest = rows.iter().fold(0.0_f64, |largest, u| largest.max(u.abs()));
         outputs.notice(format!(
             "dynamics.response: the amplitude at this point is zero up to rounding, and {largest:.1e} m elsewhere; \
              choose a direction in which the loads move the structure"
@@ -182,7 +187,7 @@ pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &
     }
 }
 
-/// Message for a range \[Hz\] without a phase resonance.
+/// Returns the message for a range \[Hz\] without a phase resonance.
 pub fn no_resonance_message([from, to]: [f64; 2]) -> String {
     format!(
         "dynamics.frequency: no phase resonance between {from:.6} and {to:.6} Hz. The run uses the response peak instead"

@@ -21,7 +21,8 @@ use crate::store::{
 };
 use crate::tables::{Table, TableName, typed};
 
-/// Keys that cannot alter what is already computed: where a run stops, what it keeps, and when that is on the disk.
+/// Keys that cannot alter computed iterations: where a run stops, which iterations it keeps, and when data are
+/// flushed to disk.
 pub const FREE_KEYS: [&str; 7] = [
     "wear.cycles",
     "wear.volume",
@@ -32,82 +33,82 @@ pub const FREE_KEYS: [&str; 7] = [
     "output.resonance",
 ];
 
-/// Keys that a run shares with the one it begins from: wear belongs to the cells and heights that wore.
-/// With a structure these are the cells of its contact elements.
+/// Keys that must be equal in a run and in its source run: the wear belongs to the cells and heights that wore. With
+/// a structure, these are the cells of its contact elements.
 const INHERITED_KEYS: [&str; 3] = ["joint.*", "surface.*", "structure.kind"];
 
-/// Where a sibling run begins.
+/// Start of a sibling run: an iteration of another run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     /// Folder of the other run.
     pub run: PathBuf,
-    /// The iteration of it.
+    /// Iteration of the other run.
     pub wear_iteration: u64,
 }
 
-/// What to run and how far.
+/// Options of a run.
 pub struct RunOptions<'a> {
-    /// The recipe, with what its files say.
+    /// Recipe and contents of its input files.
     pub inputs: &'a Inputs,
     /// Folder of the run.
     pub root: PathBuf,
-    /// Begin from another run's iteration.
+    /// Iteration of another run from which this run begins.
     pub source: Option<Source>,
-    /// End after this stage.
+    /// The run ends after this stage.
     pub until: Option<Stage>,
-    /// Threads for the transforms of the contact solvers; results do not depend on their number.
+    /// Number of threads for the transforms of the contact solvers. Results do not depend on it.
     pub threads: usize,
-    /// Where reduced structures are shared between runs; none: they are not.
+    /// Cache of reduced structures, shared between runs; `None` disables sharing.
     pub cache: Option<Cache>,
-    /// Through which all files of the run are written and read.
+    /// File system for all files of the run.
     pub file_system: Arc<dyn FileSystem>,
-    /// Asked before every iteration but the unworn one, with the number of iterations that this start has committed; true ends
-    /// the run there.
+    /// Called before every iteration except the unworn one, with the number of iterations committed since this start.
+    /// The run ends there if it returns true.
     pub stop: &'a dyn Fn(u64) -> bool,
 }
 
-/// Why a run came back.
+/// Reason why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// The scene is computed.
+    /// The scene is complete.
     Done,
-    /// The stage asked for is computed.
+    /// The requested stage is complete.
     Until(Stage),
-    /// It was asked to stop.
+    /// The run was asked to stop.
     Stopped,
 }
 
-/// What a run leaves.
+/// Results of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// Why it ended.
+    /// Reason why the run ended.
     pub ending: Ending,
     /// The last committed iteration.
     pub wear_iteration: Option<u64>,
-    /// The hash of its commit, as this process holds it.
+    /// Hash of its commit, as known to this process.
     pub commit: Option<String>,
     /// Its summary.
     pub summary: Option<Table>,
     /// The unworn joint and the joint of the last iteration.
     pub ends: Option<RunEnds>,
-    /// What the run has cost, over all its starts.
+    /// Cost of the run, over all its starts.
     pub spent: RunCost,
 }
 
 /// Begins or continues a run.
 ///
 /// # Errors
-/// [`RunError`]; what is committed stays, and what is computed of the next iteration is used again.
+/// [`RunError`]. Committed iterations remain, and finished stages of the next iteration are used again.
 pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, RunError> {
     let inputs = options.inputs;
     check_until(&inputs.recipe, options.until)?;
     if inputs.recipe.grid_check && options.source.is_some() {
         return Err(RunError::GridCheck {
-            reason: "half the grid is run from the beginning of a scene, and this run begins from another one",
+            reason: "the run on half the grid starts from the unworn scene, but this run begins from another run",
         });
     }
     let mut store = open(options, observer)?;
-    let ending = match whole(options, &mut store, observer) {
+    let ending = match run_with_grid_check(options, &mut store, observer) {
         Ok(ending) => ending,
         Err(RunError::EndedBefore(_)) => Ending::Stopped,
         Err(error) => {
@@ -122,8 +123,8 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     Ok(outcome)
 }
 
-/// Half the grid first, where that is asked for, then the run itself.
-fn whole(
+/// Runs the scene on half the grid first, if the scene requests this check, then the run itself.
+fn run_with_grid_check(
     options: &RunOptions,
     store: &mut RunStore,
     observer: &dyn Observer,
@@ -131,7 +132,7 @@ fn whole(
     let stops_before = |stage| stage < Stage::GridTwin;
     if !options.inputs.recipe.grid_check
         || options.until.is_some_and(stops_before)
-        || options.until.is_none() && is_whole(store, options.inputs, observer)?
+        || options.until.is_none() && is_complete(store, options.inputs, observer)?
     {
         return pass_through(options, store, observer);
     }
@@ -149,14 +150,14 @@ fn whole(
     pass_through(&options, store, observer)
 }
 
-/// The stages once a run, then iteration after iteration.
+/// Runs the stages that are due once per run, then all iterations.
 fn pass_through(
     options: &RunOptions,
     store: &mut RunStore,
     observer: &dyn Observer,
 ) -> Result<Ending, RunError> {
     let inputs = options.inputs;
-    if options.until.is_none() && is_whole(store, inputs, observer)? {
+    if options.until.is_none() && is_complete(store, inputs, observer)? {
         return Ok(Ending::Done);
     }
     let mut runner = Runner::new(inputs, options.threads, observer);
@@ -175,31 +176,35 @@ fn pass_through(
             return Ok(Ending::Stopped);
         }
         let next = store.next();
-        let ended = runner.iteration(store, options.until)?;
+        let ended_stage = runner.iteration(store, options.until)?;
         if store.next() > next {
             commits += 1;
-            committed(store, inputs, observer)?;
+            report_commit(store, inputs, observer)?;
             if store.is_history_due() {
                 prune(store, inputs)?;
             }
         }
-        if let Some(stage) = ended {
+        if let Some(stage) = ended_stage {
             return Ok(Ending::Until(stage));
         }
     }
 }
 
-/// True if a run is done, and all is there. Tables that are computed once per run are computed again if they are damaged or missing, also in a run that is
-/// done.
-fn is_whole(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<bool, RunError> {
+/// Returns true if a run is done and all its tables exist. Tables that are computed once per run are computed again
+/// if they are damaged or missing, even after the run is done.
+fn is_complete(
+    store: &RunStore,
+    inputs: &Inputs,
+    observer: &dyn Observer,
+) -> Result<bool, RunError> {
     let reader = store.reader();
-    let mut whole = reader.is_once_sound()?;
+    let mut has_tables = reader.is_once_sound()?;
     for stage in stages_of(&inputs.recipe).filter(|stage| stage.when == When::Once) {
         for table in stage.writes_in(&inputs.recipe) {
-            whole = whole && reader.has_once(table)?;
+            has_tables = has_tables && reader.has_once(table)?;
         }
     }
-    if !whole || !is_done(store, inputs, observer)? {
+    if !has_tables || !is_done(store, inputs, observer)? {
         return Ok(false);
     }
     let once = reader.verify_once()?;
@@ -207,7 +212,8 @@ fn is_whole(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Resul
     Ok(is_sound && ReducedTables::damage(reader)?.is_none())
 }
 
-/// True if the last iteration is that which ends the scene. Its error bar may be wider than was asked for.
+/// Returns true if the last iteration reaches the end of the scene. Its error bar may still exceed the requested
+/// tolerance.
 fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<bool, RunError> {
     let Some(latest) = store.latest() else {
         return Ok(false);
@@ -224,21 +230,25 @@ fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result
     if !has_lost && !wear.is_reached(cycles as u64, volume) {
         return Ok(false);
     }
-    let of = |bar: Option<f64>| bar.unwrap_or(0.0);
-    let of_vibration = of(summary.error_harmonics) + of(summary.error_closure);
-    let steps = of(summary.error_wear_volume) - of_vibration;
-    if let Some(asked) = inputs.recipe.asked_error.filter(|asked| steps > *asked) {
+    let value = |bar: Option<f64>| bar.unwrap_or(0.0);
+    let vibration_error = value(summary.error_harmonics) + value(summary.error_closure);
+    let step_error = value(summary.error_wear_volume) - vibration_error;
+    if let Some(requested) = inputs
+        .recipe
+        .asked_error
+        .filter(|requested| step_error > *requested)
+    {
         observer.notice(&format!(
-            "fidelity.tolerance = {asked}: the wear steps' part of the error bar of wear_volume is {steps:.2e}; give a smaller fidelity.tolerance or wear.tolerance"
+            "fidelity.tolerance = {requested}: the wear steps contribute {step_error:.2e} to the error bar of wear_volume; reduce fidelity.tolerance or wear.tolerance"
         ));
     }
     Ok(true)
 }
 
-/// True if the iteration before had lost the load that ends a run.
+/// Returns true if the previous iteration had lost the preload that ends a run.
 ///
 /// # Errors
-/// Those of reading the run.
+/// Errors of reading the run.
 pub(super) fn has_lost_before(
     reader: &RunReader,
     recipe: &Recipe,
@@ -251,7 +261,7 @@ pub(super) fn has_lost_before(
     let Some(before) = wear_iteration.checked_sub(1).filter(|_| ends) else {
         return Ok(false);
     };
-    // What a run of another scene had lost is not what this one has.
+    // The losses of a run of another scene do not count for this run.
     if reader.scene_hash_of(before)? != reader.record().scene_hash {
         return Ok(false);
     }
@@ -267,7 +277,7 @@ fn check_until(recipe: &Recipe, until: Option<Stage>) -> Result<(), RunError> {
     }
 }
 
-/// What a run of these inputs is known by.
+/// Returns the identity of a run of these inputs.
 pub fn identity_of(inputs: &Inputs) -> RunIdentity {
     let surface = inputs.recipe.surface();
     let seed = surface.and_then(|surface| surface.heights.seed());
@@ -308,14 +318,19 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
         observer.notice(notice);
     }
     if inputs.recipe.wear.is_some() {
-        committed(&store, inputs, observer)?;
+        report_commit(&store, inputs, observer)?;
     }
-    // A run that was killed before it pruned, or is finished and now keeps less, has no commit that would do it.
+    // Prunes here too: a run that was killed before pruning, or that is done and now keeps less, has no further
+    // commit.
     prune(&mut store, inputs)?;
     Ok(store)
 }
 
-fn committed(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<(), RunError> {
+fn report_commit(
+    store: &RunStore,
+    inputs: &Inputs,
+    observer: &dyn Observer,
+) -> Result<(), RunError> {
     let Some(wear_iteration) = store.latest() else {
         return Ok(());
     };

@@ -1,29 +1,29 @@
-//! What a run has cost, read from its history: the same whether it was computed in one go or in many.
+//! The cost of a run, read from its history. The result does not depend on the number of starts.
 
 use std::collections::BTreeMap;
 
 use crate::store::{RunReader, StoreError};
 
-/// What a run has cost, over all its starts: sums over its iterations, those that are pruned too.
+/// Cost of a run over all its starts: sums over all iterations, including pruned ones.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RunCost {
-    /// Wear iterations committed, the unworn state not among them.
+    /// Number of committed wear iterations, without the unworn state.
     pub wear_iterations: u64,
-    /// How many of those are pruned.
+    /// Number of pruned iterations.
     pub pruned: u64,
-    /// Seconds by stage, and by part of a stage that is told apart (`stage.part`).
+    /// Seconds by stage, and by named part of a stage (`stage.part`).
     pub seconds: BTreeMap<String, f64>,
-    /// Forward and inverse transform pairs, the same way.
+    /// Pairs of forward and inverse transforms, by the same names.
     pub fft_pairs: BTreeMap<String, f64>,
-    /// Bytes of the tables of all iterations that are kept.
+    /// Bytes of the tables of all stored iterations.
     pub disk: u64,
 }
 
 impl RunCost {
-    /// Sums up a run.
+    /// Sums up the cost of a run.
     ///
     /// # Errors
-    /// Those of reading it; a `timing` table that is damaged, or was and is gone, counts nothing: no result depends on it.
+    /// Errors of reading the run. A damaged or missing `timing` table counts as zero, since no result depends on it.
     pub fn of(reader: &RunReader) -> Result<RunCost, StoreError> {
         let mut spent = RunCost {
             wear_iterations: reader.latest().unwrap_or(0),
@@ -41,12 +41,12 @@ impl RunCost {
         Ok(spent)
     }
 
-    /// Seconds of all stages.
+    /// Returns the seconds of all stages.
     pub fn total_seconds(&self) -> f64 {
         self.seconds.values().sum()
     }
 
-    /// Transform pairs of all stages.
+    /// Returns the transform pairs of all stages.
     pub fn total_pairs(&self) -> f64 {
         self.fft_pairs.values().sum()
     }

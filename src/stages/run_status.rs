@@ -1,4 +1,5 @@
-//! How far a run is, read from what it has committed and drafted: the same for who computes it and for who only looks.
+//! The progress of a run, read from its committed and drafted iterations. The process that computes the run and an
+//! observer get the same result.
 
 use super::RunError;
 use super::pace::Pace;
@@ -9,58 +10,59 @@ use crate::recipe::Recipe;
 use crate::store::{RunReader, StoreError};
 use crate::tables::typed;
 
-/// The last renewal of the contact elements.
+/// The last update of the contact elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LastUpdate {
-    /// The iteration.
+    /// Iteration of the update.
     pub wear_iteration: u64,
-    /// Cycles behind it; none where the row of that iteration is lost.
+    /// Cycles up to this iteration; `None` if the history lacks the row of this iteration.
     pub cycles: Option<u64>,
-    /// Renewals so far, the first elements not counted.
+    /// Number of updates so far, without the first elements.
     pub updates: u64,
 }
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunStatus {
-    /// The last committed iteration; none before the first.
+    /// The last committed iteration; `None` before the first commit.
     pub wear_iteration: Option<u64>,
-    /// True if the scene is computed.
+    /// True if the scene is complete.
     pub done: bool,
-    /// True if it is since `wear.until.preload` ended it.
+    /// True if `wear.until.preload` ended the run.
     pub has_lost_preload: bool,
-    /// The stage that comes next, or is being computed; the last one while the iteration is committed. None of a run that is done.
+    /// The next stage, or the stage that is running. It is the last stage while the iteration is committed, and
+    /// `None` after the run is done.
     pub stage: Option<Stage>,
-    /// The stages that are passed already of the iteration after the last.
+    /// Finished stages of the next iteration.
     pub draft: Vec<Stage>,
-    /// Cycles behind the last iteration; none without wear.
+    /// Cycles up to the last iteration; `None` without wear.
     pub cycles: Option<u64>,
-    /// Cycles that end the run.
+    /// Number of cycles that ends the run.
     pub cycles_goal: Option<u64>,
     /// Worn volume that ends the run \[m³\].
     pub volume_goal: Option<f64>,
-    /// Part done of the cycles or of the volume, whichever is further.
+    /// Completed part of the cycles or of the volume, whichever is larger.
     pub part: f64,
-    /// When the contact elements became those of a worn joint, in a run that has them.
+    /// The last update of the contact elements; `None` in a run without them.
     pub last_update: Option<LastUpdate>,
-    /// Cycles per second of computing, over the last steps.
+    /// Cycles per second of computing time, over the last steps.
     pub cycles_per_second: Option<f64>,
-    /// Seconds of computing to the end; none before a fifth of the run is done.
+    /// Remaining seconds of computing time; `None` before a fifth of the run is done.
     pub seconds_left: Option<f64>,
 }
 
 impl RunStatus {
-    /// Looks at the run of a recipe.
+    /// Reads the status of the run of a recipe.
     ///
     /// # Errors
-    /// Those of reading it.
+    /// Errors of reading the run.
     pub fn of(reader: &RunReader, recipe: &Recipe) -> Result<RunStatus, RunError> {
         let latest = reader.latest();
         let next = latest.map_or(0, |k| k + 1);
         let drafted = reader.drafted(next)?;
-        let of_next: Vec<Stage> = stages_in(recipe, next).map(|s| s.stage).collect();
+        let next_stages: Vec<Stage> = stages_in(recipe, next).map(|s| s.stage).collect();
         let is_drafted = |stage: &Stage| drafted.iter().any(|name| name == stage.name());
-        let draft: Vec<Stage> = of_next.iter().copied().filter(is_drafted).collect();
+        let draft: Vec<Stage> = next_stages.iter().copied().filter(is_drafted).collect();
         let summary = latest.map(|k| reader.typed::<typed::Summary>(k));
         let summary = summary.transpose()?.unwrap_or_default();
         let wear = recipe.wear.as_ref();
@@ -82,8 +84,12 @@ impl RunStatus {
         };
         let done = is_reached || has_lost_preload;
         let is_ahead = |stage: &&Stage| draft.last().is_none_or(|last| *stage > last);
-        let stage = of_next.iter().find(is_ahead).or(of_next.last()).copied();
-        let mut standing = RunStatus {
+        let stage = next_stages
+            .iter()
+            .find(is_ahead)
+            .or(next_stages.last())
+            .copied();
+        let mut status = RunStatus {
             wear_iteration: latest,
             done,
             has_lost_preload,
@@ -101,15 +107,15 @@ impl RunStatus {
             seconds_left: None,
         };
         let pace = Pace::of(&reader.history()?, wear)?;
-        standing.part = if done { 1.0 } else { pace.part() };
+        status.part = if done { 1.0 } else { pace.part() };
         if wear.is_some() {
-            standing.cycles_per_second = pace.cycles_per_second();
-            standing.seconds_left = pace.seconds_left();
+            status.cycles_per_second = pace.cycles_per_second();
+            status.seconds_left = pace.seconds_left();
         }
-        Ok(standing)
+        Ok(status)
     }
 
-    /// Cycles that are left, where cycles end the run.
+    /// Returns the remaining cycles, if a number of cycles ends the run.
     pub fn cycles_left(&self) -> Option<u64> {
         Some(self.cycles_goal?.saturating_sub(self.cycles?))
     }

@@ -1,5 +1,5 @@
-//! Passes through the stages of a run: keys, what an earlier start left, computing, timing, notices and writing. Which stages there are,
-//! and what they compute, the runner does not know.
+//! Runs the stages of a run: computes their keys, reuses the results of an earlier start, runs, times and writes
+//! them, and passes notices on. The runner does not depend on the list of stages or on their contents.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,7 @@ use crate::recipe::{Inputs, Part, Recipe};
 use crate::store::{Cache, DraftEntry, Recompute, RunReader, RunStore, StageKey, StoreError};
 use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
 
-/// The stages that bring an inherited wear into balance under another scene: its own load, friction and motion.
+/// Stages that balance an inherited wear under another scene, with its own load, friction and motion.
 const OF_BALANCE: [Stage; 4] = [
     Stage::StaticContact,
     Stage::ModelUpdate,
@@ -31,32 +31,33 @@ const OF_BALANCE: [Stage; 4] = [
 
 /// Tables that runs share.
 enum Shared {
-    /// The cache has them.
+    /// The cache contains the tables.
     Found(Tables),
-    /// They are to be computed, and then stored in the cache unless it failed already.
+    /// The tables must be computed, and then stored in the cache unless the cache has failed.
     Not { to_be_shared: bool },
 }
 
-/// Passes through the stages of a run.
+/// Runs the stages of a run.
 pub struct Runner<'a> {
     inputs: &'a Inputs,
     observer: &'a dyn Observer,
     solvers: Solvers,
-    /// The tables of the run, and the keys of the stages that wrote them.
+    /// Tables that are computed once per run.
     once: Tables,
-    /// Figures of the unworn iteration, from which changes are counted.
+    /// Results of the unworn iteration, the reference for changes.
     unworn: Tables,
+    /// Keys of the stages that wrote the tables in `once`.
     keys: BTreeMap<Stage, StageKey>,
-    /// What stages cost since the last commit.
+    /// Cost of the stages since the last commit.
     timing: typed::Timing,
 }
 
-/// True of a table that a stage reads: of the others, which are for drawings, none is held.
+/// Returns true if any stage reads the table. Other tables are for drawings, and the runner does not keep them.
 fn is_read(table: &TableName) -> bool {
     STAGES.iter().any(|stage| stage.reads.contains(table))
 }
 
-/// The stages of the iteration `wear_iteration`, in their order.
+/// Returns the stages of the iteration `wear_iteration`, in their order.
 pub fn stages_in(
     recipe: &Recipe,
     wear_iteration: u64,
@@ -64,24 +65,25 @@ pub fn stages_in(
     stages_of(recipe).filter(move |stage| stage.when.is_in(wear_iteration))
 }
 
-/// The last stage before `reader` in an iteration that writes a table, or of the run; none of a table that nobody writes before.
+/// Returns the last stage before `reader`, in the iteration or once per run, that writes a table. `None` if no
+/// earlier stage writes it.
 pub fn writer_before(
     recipe: &Recipe,
     wear_iteration: u64,
     reader: Stage,
     table: TableName,
 ) -> Option<&'static Declaration> {
-    let passed =
+    let is_in_iteration =
         |stage: &&Declaration| stage.when == When::Once || stage.when.is_in(wear_iteration);
     let before = stages_of(recipe).filter(|stage| stage.stage < reader);
-    let writers = before.filter(passed);
+    let writers = before.filter(is_in_iteration);
     writers
         .filter(|stage| stage.writes_in(recipe).any(|written| written == table))
         .last()
 }
 
 impl<'a> Runner<'a> {
-    /// A runner that has computed nothing.
+    /// Creates a runner that has computed nothing.
     pub fn new(inputs: &'a Inputs, threads: usize, observer: &'a dyn Observer) -> Runner<'a> {
         Runner {
             inputs,
@@ -98,7 +100,7 @@ impl<'a> Runner<'a> {
         &self.inputs.recipe
     }
 
-    /// The key of a stage: what it declares to read, and the keys of what has written that.
+    /// Returns the key of a stage: its declared inputs, and the keys of the stages that wrote them.
     pub fn key(
         &self,
         stage: &Declaration,
@@ -137,7 +139,7 @@ impl<'a> Runner<'a> {
         let writes = writes.filter(|table| *table != TableName::CycleField || fields.is_some());
         let writes: Vec<TableName> = writes.collect();
         if stage.shared {
-            // Another version may compute otherwise.
+            // Another version may compute other results.
             let version = env!("CARGO_PKG_VERSION");
             parameters.insert("version".to_owned(), version.into());
         }
@@ -152,8 +154,8 @@ impl<'a> Runner<'a> {
         StageKey::new(name, &writes, &parameters.into(), &upstream)
     }
 
-    /// Takes the tables of a stage that is passed through once a run: those of this run, those of another one that shares them, or
-    /// computed.
+    /// Obtains the tables of a stage that runs once per run: from this run, from the cache of another run, or by
+    /// computing them.
     pub fn once(
         &mut self,
         stage: &'static Declaration,
@@ -163,23 +165,28 @@ impl<'a> Runner<'a> {
         let key = self.key(stage, 0, &self.keys, None, OutputSchedule::default());
         let names: Vec<TableName> = stage.writes_in(self.recipe()).collect();
         let cache = cache.filter(|_| stage.shared);
-        // What it costs counts for the iteration that is committed next.
+        // The cost of the stage counts for the iteration that is committed next.
         let mut draft = store.draft(store.next())?;
-        let tables = match self.own(store, &names, &key)? {
+        let tables = match self.stored_once(store, &names, &key)? {
             Some(tables) => {
-                if let DraftEntry::Valid(mut kept) = draft.get(&key)? {
-                    self.adopt(&mut kept)?;
+                if let DraftEntry::Valid(mut cost) = draft.get(&key)? {
+                    self.add_cost(&mut cost)?;
                 }
                 tables
             }
             None => {
-                let tables = match self.shared(cache, &names, &key) {
+                let tables = match self.cached(cache, &names, &key) {
                     Shared::Found(tables) => tables,
                     Shared::Not { to_be_shared } => {
                         let before = self.timing.stage.len();
-                        let none = Tables::new();
-                        let tables =
-                            self.compute(stage, 0, OutputSchedule::default(), &none, &none)?;
+                        let no_tables = Tables::new();
+                        let tables = self.compute(
+                            stage,
+                            0,
+                            OutputSchedule::default(),
+                            &no_tables,
+                            &no_tables,
+                        )?;
                         let cost = Tables::from([(TableName::Timing, self.cost_since(before)?)]);
                         draft.put(&key, &cost, &[TableName::Timing])?;
                         if to_be_shared {
@@ -194,26 +201,27 @@ impl<'a> Runner<'a> {
                 tables
             }
         };
-        self.hold(tables);
+        self.keep_read_tables(tables);
         self.keys.insert(stage.stage, key);
         Ok(())
     }
 
-    /// Takes the tables of all stages that are passed through once a run, those that runs share from the cache, without a run.
+    /// Obtains the tables of all stages that run once per run, without a run. Shared tables come from the cache.
     ///
     /// # Errors
-    /// Those of the stages.
+    /// Errors of the stages.
     pub fn once_in_memory(&mut self, cache: Option<&Cache>) -> Result<(), RunError> {
         let recipe = self.recipe();
-        let none = Tables::new();
+        let no_tables = Tables::new();
         for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
             let key = self.key(stage, 0, &self.keys, None, OutputSchedule::default());
             let names: Vec<TableName> = stage.writes_in(recipe).collect();
             let cache = cache.filter(|_| stage.shared);
-            let tables = match self.shared(cache, &names, &key) {
+            let tables = match self.cached(cache, &names, &key) {
                 Shared::Found(tables) => tables,
                 Shared::Not { to_be_shared } => {
-                    let tables = self.compute(stage, 0, OutputSchedule::default(), &none, &none)?;
+                    let tables =
+                        self.compute(stage, 0, OutputSchedule::default(), &no_tables, &no_tables)?;
                     let provenance = Provenance {
                         scene_hash: identity_of(self.inputs).scene_hash(),
                         program_version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -224,26 +232,26 @@ impl<'a> Runner<'a> {
                     tables
                 }
             };
-            self.hold(tables);
+            self.keep_read_tables(tables);
             self.keys.insert(stage.stage, key);
         }
         Ok(())
     }
 
-    /// Computes the stages of the unworn iteration before `end` that are needed, without a run. One without a steady vibration is told and
-    /// left out: it is no more than a start.
+    /// Computes the needed stages of the unworn iteration before `end`, without a run. A stage that finds no steady
+    /// vibration is reported and skipped, since its result is only an initial guess.
     ///
     /// # Errors
-    /// Those of the stages.
+    /// Errors of the stages.
     pub fn unworn_in_memory(
         &mut self,
         end: Stage,
         is_needed: impl Fn(Stage) -> bool,
     ) -> Result<Tables, RunError> {
-        let (mut tables, none) = (Tables::new(), Tables::new());
+        let (mut tables, no_tables) = (Tables::new(), Tables::new());
         let before = stages_in(self.recipe(), 0).filter(|stage| stage.stage < end);
         for stage in before.filter(|stage| is_needed(stage.stage)) {
-            match self.compute(stage, 0, OutputSchedule::default(), &tables, &none) {
+            match self.compute(stage, 0, OutputSchedule::default(), &tables, &no_tables) {
                 Ok(written) => tables.extend(written),
                 Err(error @ RunError::Dynamics { .. }) => self.observer.notice(&error.to_string()),
                 Err(error) => return Err(error),
@@ -252,10 +260,11 @@ impl<'a> Runner<'a> {
         Ok(tables)
     }
 
-    /// Lets `work` read what a stage reads, of `tables` and of the iteration before, with the solvers that stages share.
+    /// Calls `work` with the inputs of a stage and the shared solvers. The inputs come from `tables` and from the
+    /// previous iteration.
     ///
     /// # Errors
-    /// Those of the work.
+    /// Errors of `work`.
     pub fn reading<T>(
         &mut self,
         stage: &'static Declaration,
@@ -263,43 +272,43 @@ impl<'a> Runner<'a> {
         [tables, before]: [&Tables; 2],
         work: impl FnOnce(&StageInputs, &mut Solvers) -> Result<T, RunError>,
     ) -> Result<T, RunError> {
-        let (declared, given) = (stage.declared(), [tables, &self.once]);
+        let (declared, table_sets) = (stage.declared(), [tables, &self.once]);
         let reads = StageInputs::new(
             declared,
             self.inputs,
             wear_iteration,
             OutputSchedule::default(),
-            given,
+            table_sets,
             [before, &self.unworn],
         );
         self.solvers.begin();
         work(&reads, &mut self.solvers)
     }
 
-    /// Holds the tables of a stage for those that read them.
-    fn hold(&mut self, tables: Tables) {
+    /// Keeps those tables of a stage that other stages read.
+    fn keep_read_tables(&mut self, tables: Tables) {
         let read = tables.into_iter().filter(|(name, _)| is_read(name));
         self.once.extend(read);
     }
 
-    /// Takes up the tables of a run, whatever they were computed from.
+    /// Loads the tables that are computed once per run, without a check of their keys.
     ///
     /// # Errors
-    /// [`RunError::NotComputed`] for one that the run does not have yet.
+    /// [`RunError::NotComputed`] for a table that the run does not have yet.
     pub fn load_once(&mut self, reader: &RunReader) -> Result<(), RunError> {
         let recipe = self.recipe();
         for stage in stages_of(recipe).filter(|stage| stage.when == When::Once) {
             for table in stage.writes_in(recipe).filter(is_read) {
                 let stage = stage.stage;
-                let found = reader.read_once(table)?;
-                let found = found.ok_or(RunError::NotComputed { stage, table })?;
-                self.once.insert(table, found);
+                let stored = reader.read_once(table)?;
+                let stored = stored.ok_or(RunError::NotComputed { stage, table })?;
+                self.once.insert(table, stored);
             }
         }
         Ok(())
     }
 
-    /// Passes through the stages of the next iteration and commits it. The stage after which to end, if that was reached.
+    /// Runs the stages of the next iteration and commits it. Returns the stage `until` if the run has reached it.
     pub fn iteration(
         &mut self,
         store: &mut RunStore,
@@ -324,20 +333,21 @@ impl<'a> Runner<'a> {
             if !(stage.is_due)(&moment) {
                 continue;
             }
-            // The end of an iteration is its commit.
+            // Ends after the stage `until`. If it is the last stage of the iteration, the iteration is committed
+            // first.
             if let Some(ended) = last.filter(|ended| until == Some(*ended)) {
                 return Ok(Some(ended));
             }
             let due = moment.due;
             let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), due);
             let written = match draft.get(&key)? {
-                DraftEntry::Valid(mut written) if is_whole(recipe, stage, &written) => {
-                    self.adopt(&mut written)?;
+                DraftEntry::Valid(mut written) if is_complete(recipe, stage, &written) => {
+                    self.add_cost(&mut written)?;
                     written
                 }
                 _ => {
-                    let (kept, keep) = draft.parts(&key)?;
-                    let solved = self.solvers.journal.open(&kept, INTERVAL, keep);
+                    let (stored, keep) = draft.parts(&key)?;
+                    let solved = self.solvers.journal.open(&stored, INTERVAL, keep);
                     if solved > 0 {
                         self.observer.notice(&format!(
                             "{} continues after {solved} solutions of an earlier start",
@@ -348,7 +358,7 @@ impl<'a> Runner<'a> {
                     let written = self.compute(stage, wear_iteration, due, &tables, &before);
                     self.solvers.journal.close();
                     let mut written = written?;
-                    let mut interim = written_again(recipe, wear_iteration, stage);
+                    let mut interim = rewritten_tables(recipe, wear_iteration, stage);
                     interim.push(TableName::Timing);
                     written.insert(TableName::Timing, self.cost_since(cost_before)?);
                     draft.put(&key, &written, &interim)?;
@@ -368,10 +378,10 @@ impl<'a> Runner<'a> {
         Ok(last.filter(|ended| until == Some(*ended)))
     }
 
-    /// Computes a stage from the tables of its own iteration and of the one before.
+    /// Computes a stage from the tables of its iteration and of the previous iteration.
     ///
     /// # Errors
-    /// Those of the stage, and [`RunError::EndedBefore`] if the observer ends the run there.
+    /// Errors of the stage, and [`RunError::EndedBefore`] if the observer ends the run before the stage.
     pub fn compute(
         &mut self,
         stage: &'static Declaration,
@@ -385,13 +395,13 @@ impl<'a> Runner<'a> {
         }
         self.observer.stage(stage.stage, wear_iteration);
         let clock = Clock::begin();
-        let given = [tables, &self.once];
+        let table_sets = [tables, &self.once];
         let reads = StageInputs::new(
             stage.declared(),
             self.inputs,
             wear_iteration,
             due,
-            given,
+            table_sets,
             [before, &self.unworn],
         );
         self.solvers.begin();
@@ -411,7 +421,8 @@ impl<'a> Runner<'a> {
         Ok(outputs.tables)
     }
 
-    /// What was computed behind so many rows of the timing cost, to be kept with its result.
+    /// Returns the cost of everything computed after the first `rows` rows of the timing table. It is stored with the
+    /// results.
     fn cost_since(&self, rows: usize) -> Result<Table, RunError> {
         let cost = typed::Timing {
             stage: self.timing.stage[rows..].to_vec(),
@@ -422,9 +433,9 @@ impl<'a> Runner<'a> {
         Ok(cost.to_table()?)
     }
 
-    /// Counts what a stage cost that an earlier start computed.
-    fn adopt(&mut self, kept: &mut Tables) -> Result<(), RunError> {
-        if let Some(cost) = kept.remove(&TableName::Timing) {
+    /// Adds the cost of a stage that an earlier start computed.
+    fn add_cost(&mut self, tables: &mut Tables) -> Result<(), RunError> {
+        if let Some(cost) = tables.remove(&TableName::Timing) {
             let cost = typed::Timing::of(&cost)?;
             self.timing.cpu_seconds.extend(cost.cpu_seconds);
             self.timing.stage.extend(cost.stage);
@@ -434,16 +445,16 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// The tables of an iteration that the stages of the next one read, as they are committed: a run that is continued computes from
-    /// the very same numbers as one that is not interrupted. What a sibling inherited from a run of another scene is brought into
-    /// balance under its own.
+    /// Reads the tables of an iteration that the stages of the next iteration read. They are read from the commit, so
+    /// that a continued run computes from exactly the same numbers as an uninterrupted run. An iteration inherited
+    /// from a run of another scene is balanced under the own scene first.
     pub fn before(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {
         let recipe = self.recipe();
-        self.take_unworn(reader)?;
+        self.load_unworn(reader)?;
         let origin = reader.record().origin.as_ref();
         let inherited = origin.is_some_and(|origin| origin.wear_iteration == wear_iteration);
         if inherited && reader.scene_hash_of(wear_iteration)? != reader.record().scene_hash {
-            return self.balanced(reader, wear_iteration);
+            return self.balance_inherited(reader, wear_iteration);
         }
         let stages = stages_in(recipe, wear_iteration + 1);
         let names: BTreeSet<TableName> = stages.flat_map(|stage| stage.before).copied().collect();
@@ -455,9 +466,9 @@ impl<'a> Runner<'a> {
         Ok(before)
     }
 
-    /// Takes up the figures of the unworn iteration, which may be pruned.
-    fn take_unworn(&mut self, reader: &RunReader) -> Result<(), RunError> {
-        // What another scene had unworn says nothing of what this one changes.
+    /// Loads the results of the unworn iteration from the history, since the iteration itself may be pruned.
+    fn load_unworn(&mut self, reader: &RunReader) -> Result<(), RunError> {
+        // The unworn state of another scene is no reference for changes in this scene.
         let record = reader.record();
         if self.unworn.is_empty() && reader.scene_hash_of(0)? == record.scene_hash {
             let history = reader.history()?;
@@ -472,19 +483,23 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    fn balanced(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {
+    fn balance_inherited(
+        &mut self,
+        reader: &RunReader,
+        wear_iteration: u64,
+    ) -> Result<Tables, RunError> {
         let recipe = self.recipe();
-        let of_wear = [
+        let wear_tables = [
             TableName::WearField,
             TableName::WearStep,
             TableName::ContactField,
             TableName::Summary,
         ];
-        let inherited = of_wear
+        let inherited = wear_tables
             .into_iter()
             .map(|name| Ok((name, reader.read(wear_iteration, name)?)));
         let inherited: Tables = inherited.collect::<Result<_, RunError>>()?;
-        // The wear as it is, with no step to it, and the contact as a start.
+        // Uses the inherited wear without a wear step. The inherited contact is the initial guess.
         let no_step = typed::WearStep::default().to_table()?;
         let mut tables = inherited.clone();
         tables.remove(&TableName::Summary);
@@ -502,7 +517,7 @@ impl<'a> Runner<'a> {
             tables.extend(balanced);
         }
         tables.insert(TableName::WearStep, inherited[&TableName::WearStep].clone());
-        // What other keys make of these figures is no change by wear, which error bars would take it for.
+        // Omits the results that depend on the changed keys. The error bars would treat their change as wear.
         let summary = typed::Summary {
             resonance_frequency: None,
             peak_amplitude: None,
@@ -515,7 +530,7 @@ impl<'a> Runner<'a> {
             ..typed::Summary::of(&inherited[&TableName::Summary])?
         };
         tables.insert(TableName::Summary, summary.to_table()?);
-        // What was uncertain of the wear that is inherited stays so.
+        // Keeps the inherited coarse trajectory, and with it the uncertainty of the inherited wear.
         let coarse = [TableName::CoarseField, TableName::CoarseStep];
         for name in coarse.into_iter().filter(|name| is_in(recipe, *name)) {
             let table = read_optional(reader, wear_iteration, name)?;
@@ -524,22 +539,22 @@ impl<'a> Runner<'a> {
         Ok(tables)
     }
 
-    /// The tables of a run under a key, if all of them are there and fit to each other.
-    fn own(
+    /// Returns the tables of a run under a key, if all of them exist and match each other.
+    fn stored_once(
         &self,
         store: &RunStore,
         names: &[TableName],
         key: &StageKey,
     ) -> Result<Option<Tables>, RunError> {
-        let mut found = Tables::new();
+        let mut stored = Tables::new();
         for &name in names {
             match store.once(name, key)? {
-                DraftEntry::Valid(table) => found.insert(name, table),
+                DraftEntry::Valid(table) => stored.insert(name, table),
                 DraftEntry::Stale(_) => return Ok(None),
             };
         }
-        match ReducedTables::check_stored(&found, self.recipe()) {
-            Ok(()) => Ok(Some(found)),
+        match ReducedTables::check_stored(&stored, self.recipe()) {
+            Ok(()) => Ok(Some(stored)),
             Err(reason) => {
                 self.observer.notice(&format!(
                     "the structure of the run is computed again: {reason}"
@@ -549,20 +564,21 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// No run fails for its cache: it computes what it cannot find, and says so.
-    fn shared(&self, cache: Option<&Cache>, names: &[TableName], key: &StageKey) -> Shared {
+    /// Looks up the tables of a stage in the cache. A failure of the cache is reported, and the run computes the
+    /// tables.
+    fn cached(&self, cache: Option<&Cache>, names: &[TableName], key: &StageKey) -> Shared {
         let Some(cache) = cache else {
             return Shared::Not {
                 to_be_shared: false,
             };
         };
-        let again = match cache.get(names, key) {
+        let reason = match cache.get(names, key) {
             Ok(DraftEntry::Valid(tables)) => {
                 let tables: Tables = names.iter().copied().zip(tables).collect();
                 match ReducedTables::check_stored(&tables, self.recipe()) {
                     Ok(()) => {
                         self.observer.notice(&format!(
-                            "the reduced structure is there already, in {}",
+                            "the reduced structure is read from {}",
                             cache.root().display()
                         ));
                         return Shared::Found(tables);
@@ -583,7 +599,7 @@ impl<'a> Runner<'a> {
                 };
             }
         };
-        if let Some(reason) = again {
+        if let Some(reason) = reason {
             self.observer.notice(&format!(
                 "the reduced structure in {} is computed again and replaced: {reason}",
                 cache.root().display()
@@ -612,9 +628,9 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// True if the tables that a stage has left are all that a run of this recipe has of it. What else there may be depends on what is due,
-/// and a vibration has no tables of a resonance that it does not have.
-fn is_whole(recipe: &Recipe, stage: &Declaration, written: &Tables) -> bool {
+/// Returns true if the drafted tables of a stage are complete. Tables that are written only when due are not
+/// required. A vibration without a rough contact is always complete, since it may lack the tables of a resonance.
+fn is_complete(recipe: &Recipe, stage: &Declaration, written: &Tables) -> bool {
     const WHERE_DUE: [TableName; 5] = [
         TableName::Frf,
         TableName::FrfHarmonic,
@@ -627,15 +643,16 @@ fn is_whole(recipe: &Recipe, stage: &Declaration, written: &Tables) -> bool {
     is_alone || always.all(|table| written.contains_key(&table))
 }
 
-/// The tables of a stage that a later one of the same iteration writes again.
-fn written_again(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> Vec<TableName> {
+/// Returns the tables of a stage that a later stage of the same iteration overwrites.
+fn rewritten_tables(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -> Vec<TableName> {
     let later = stages_in(recipe, wear_iteration).filter(|later| later.stage > stage.stage);
     let later: Vec<TableName> = later.flat_map(|later| later.writes_in(recipe)).collect();
     let written = stage.writes_in(recipe);
     written.filter(|table| later.contains(table)).collect()
 }
 
-/// A table of a committed iteration; none where it was not due, or the run that it is inherited from has none.
+/// Reads a table of a committed iteration. Returns `None` if the table was not due, or if the source run has no such
+/// table.
 pub fn read_optional(
     reader: &RunReader,
     wear_iteration: u64,
@@ -643,6 +660,6 @@ pub fn read_optional(
 ) -> Result<Option<Table>, RunError> {
     match reader.read(wear_iteration, name) {
         Err(StoreError::NoTable { .. }) => Ok(None),
-        found => Ok(Some(found?)),
+        table => Ok(Some(table?)),
     }
 }

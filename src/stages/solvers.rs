@@ -1,5 +1,5 @@
-//! The solvers that stages share, each built when it is first asked for from the recipe and the tables of the run. They hold no state
-//! of a run: a stage sets what moves the joint, and it rests again for the next one.
+//! Solvers that stages share. Each solver is built at its first use, from the recipe and the tables of the run.
+//! Solvers keep no state of a run: a stage sets the motion of the joint, and the joint is reset for the next stage.
 
 use std::rc::Rc;
 
@@ -20,12 +20,12 @@ use crate::wear::cycle::March;
 use crate::wear::implicit::EndCycle;
 use crate::wear::{FrettingJoint, Motion};
 
-/// What a part of a stage that is told apart cost.
+/// Cost of a stage, or of a named part of a stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PartCost {
-    /// Name of the part; none of the stage itself.
+    /// Name of the part; `None` for the stage itself.
     pub part: Option<&'static str>,
-    /// Its time.
+    /// Time spent.
     pub spent: WorkCost,
     /// Forward and inverse transform pairs.
     pub fft_pairs: f64,
@@ -39,18 +39,18 @@ pub struct Solvers {
     vibration: Option<Rc<Vibration>>,
     costs: Vec<PartCost>,
     gauge: Gauge,
-    /// The cycle at the end of the last wear step. The stage that marches the same one takes it from here; another start of the program finds
-    /// none and marches it, to the same bits.
+    /// The cycle at the end of the last wear step. The stage that computes the same cycle takes it from here. After a
+    /// restart it is `None`, and the stage computes the cycle again, with identical results.
     pub end: Option<EndCycle>,
-    /// The forced response of contact elements that stay as they are, and its harmonics, for the stage that writes it.
+    /// Forced response with unchanged contact elements, and its harmonics, for the stage that writes it.
     pub forced_response: Option<(Harmonics, Vec<ForcedPoint>)>,
-    /// What an earlier start has solved of a stage; the runner opens it.
+    /// Solutions of a stage that an earlier start computed. The runner opens the journal.
     pub journal: Journal,
 }
 
 impl Solvers {
-    /// Solvers whose transforms are made on as many threads; results do not depend on their number. What they do is counted by the
-    /// gauge, for who watches.
+    /// Creates solvers that share their transforms among `threads` threads. Results do not depend on the number of
+    /// threads. The `gauge` counts the work for observers.
     pub fn new(threads: usize, gauge: Gauge) -> Solvers {
         Solvers {
             threads: Threads::new(threads),
@@ -65,12 +65,12 @@ impl Solvers {
         }
     }
 
-    /// Threads that share work.
+    /// Returns the threads that share work.
     pub fn threads(&self) -> &Threads {
         &self.threads
     }
 
-    /// Begins a stage: the joint rests, and nothing has cost anything.
+    /// Begins a stage: resets the joint and all costs.
     pub fn begin(&mut self) {
         self.costs.clear();
         self.gauge.begin();
@@ -83,13 +83,13 @@ impl Solvers {
         }
     }
 
-    /// What the stage has cost in the time it took: of itself, and of the parts that it tells apart.
+    /// Returns the costs of a stage that took the time `spent`: first the stage itself, then its named parts.
     pub fn end(&mut self, spent: WorkCost) -> Vec<PartCost> {
-        let left = self.joint.as_mut();
+        let joint = self.joint.as_mut();
         let mut own = PartCost {
             part: None,
             spent,
-            fft_pairs: left.map_or(0.0, |joint| joint.half_space.take_pairs()),
+            fft_pairs: joint.map_or(0.0, |joint| joint.half_space.take_pairs()),
         };
         let mut parts = Vec::new();
         for cost in std::mem::take(&mut self.costs) {
@@ -106,7 +106,7 @@ impl Solvers {
         costs
     }
 
-    /// The rough joint, at rest unless the stage has set what moves it.
+    /// Returns the rough joint. It is at rest unless the stage has set a motion.
     pub fn joint(&mut self, reads: &StageInputs) -> Result<&mut FrettingJoint, RunError> {
         if self.joint.is_none() {
             let Some(contact) = reads.recipe.contact() else {
@@ -125,38 +125,45 @@ impl Solvers {
         Ok(self.joint.as_mut().expect("it was built"))
     }
 
-    /// The rough joint whose bodies press each other under a `preload` \[N\], as their structure has it, for stages that press them.
+    /// Returns the rough joint, pressed by its structure under a `preload` \[N\]. For stages that press the bodies
+    /// together.
     pub fn pressed_joint(
         &mut self,
         reads: &StageInputs,
         preload: f64,
     ) -> Result<&mut FrettingJoint, RunError> {
         let contact = reads.recipe.contact();
-        let of =
-            contact.and_then(|of| Some((of, of.pressing.as_ref()?, of.structure_mesh.as_ref()?)));
-        if let Some((contact, pressing, mesh)) = of
+        let parts = contact.and_then(|contact| {
+            Some((
+                contact,
+                contact.pressing.as_ref()?,
+                contact.structure_mesh.as_ref()?,
+            ))
+        });
+        if let Some((contact, pressing, mesh)) = parts
             && self.joint(reads)?.pressing.is_none()
         {
             let elements = self.elements(reads)?;
             let reduced = reduced_of(reads)?;
             let reduced = reduced.expect("a structure that presses is reduced");
             let joint = self.joint(reads)?;
-            let kept = (0..joint.height.len()).filter(|&c| joint.patch.kept[c]);
-            let top = kept
+            let kept_cells = (0..joint.height.len()).filter(|&c| joint.patch.kept[c]);
+            let top = kept_cells
                 .map(|c| joint.height[c])
                 .fold(f64::NEG_INFINITY, f64::max);
-            let found = contact.pressing(pressing, mesh, &elements, &reduced, top)?;
-            joint.pressing = Some(found);
+            let pressing = contact.pressing(pressing, mesh, &elements, &reduced, top)?;
+            joint.pressing = Some(pressing);
         }
         let joint = self.joint(reads)?;
         joint
             .pressing
             .iter_mut()
-            .for_each(|of| of.preload = preload);
+            .for_each(|pressing| pressing.preload = preload);
         Ok(joint)
     }
 
-    /// Does work on the joint; what it cost is told apart if the part has a name. The result with the transform pairs of the work.
+    /// Runs `work` on the joint and returns its result with the number of transform pairs. A named `part` is reported
+    /// separately in the costs.
     pub fn work<T>(
         &mut self,
         reads: &StageInputs,
@@ -176,7 +183,7 @@ impl Solvers {
         Ok((result, fft_pairs))
     }
 
-    /// The contact elements whose cells are those of the joint.
+    /// Returns the contact elements that match the cells of the joint.
     pub fn elements(&mut self, reads: &StageInputs) -> Result<Rc<ContactElements>, RunError> {
         if self.elements.is_none() {
             let surface = reads.recipe.surface();
@@ -189,7 +196,8 @@ impl Solvers {
         Ok(self.elements.clone().expect("it was built"))
     }
 
-    /// The structure with a place for contact elements. Damping in modes of the stuck joint is that of the unworn elements.
+    /// Returns the model of the structure with its contact elements. Modal damping of the stuck joint uses the unworn
+    /// elements.
     pub fn vibration(&mut self, reads: &StageInputs) -> Result<Rc<Vibration>, RunError> {
         if self.vibration.is_none() {
             let recipe = &reads.recipe;
@@ -205,15 +213,15 @@ impl Solvers {
                     sliders: None,
                 },
                 None => {
-                    let given = recipe.elements().and_then(Elements::given_for_damping);
-                    given.unwrap_or_default()
+                    let parameters = recipe.elements().and_then(Elements::given_for_damping);
+                    parameters.unwrap_or_default()
                 }
             };
             let elements = recipe.elements();
             let unworn = elements.map(|elements| elements.with(&structure.layout(), &unworn));
             let reduced = match (reduced_of(reads)?, recipe.contact()) {
-                (Some(found), Some(contact)) => Some(contact.with_bolt(found)?),
-                (found, _) => found,
+                (Some(reduced), Some(contact)) => Some(contact.with_bolt(reduced)?),
+                (reduced, _) => reduced,
             };
             let has_contact = elements.is_some();
             let mut unworn = unworn.unwrap_or_default();
@@ -229,7 +237,7 @@ impl Solvers {
     }
 }
 
-/// The cells of the joint and their unworn heights.
+/// Returns the cells of the joint and their unworn heights.
 pub fn patch_and_height(reads: &StageInputs) -> Result<(Patch, Vec<f64>), RunError> {
     let Some(surface) = reads.recipe.surface() else {
         unreachable!("a stage that reads the surface declares its grid");
@@ -239,20 +247,20 @@ pub fn patch_and_height(reads: &StageInputs) -> Result<(Patch, Vec<f64>), RunErr
     Ok((Patch { grid, kept }, height))
 }
 
-/// Parameters of contact elements whose stiffness is given; of none where there are none.
+/// Returns the parameters of contact elements whose stiffness the scene prescribes; empty for other scenes.
 pub fn given(reads: &StageInputs) -> ElementParameters {
     let elements = reads.recipe.elements();
-    let given = elements.and_then(Elements::given);
-    given.unwrap_or_default()
+    let parameters = elements.and_then(Elements::given);
+    parameters.unwrap_or_default()
 }
 
-/// Where the contact elements are; nowhere without a structure.
+/// Returns the layout of the contact elements; empty without a structure.
 pub fn layout(reads: &StageInputs) -> Layout {
     let structure = reads.recipe.structure.as_ref();
     structure.map_or_else(Layout::default, |structure| structure.layout())
 }
 
-/// Compliance of the smooth patch, where the stiffness or the motion needs it.
+/// Returns the compliance of the smooth patch, or `None` where neither stiffness nor motion needs it.
 pub fn smooth(reads: &StageInputs) -> Result<Option<Compliance>, RunError> {
     let Some(reference) = reads.maybe::<typed::Reference>()? else {
         return Ok(None);

@@ -1,18 +1,18 @@
-//! The names of the stages, and when each is passed through.
+//! Names of the stages, and the iterations in which each stage runs.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// A stage, in the order in which they are passed through.
+/// A stage. The variants are in the order in which they run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
-    /// The reduced structure, once a run and shared between runs.
+    /// The reduced structure, once per run and shared between runs.
     Structure,
-    /// The unworn surface, once a run.
+    /// The unworn surface, once per run.
     Surface,
-    /// The unworn joint under its load, once a run.
+    /// The unworn joint under its load, once per run.
     Reference,
-    /// The wear of the same scene on half the grid, once a run.
+    /// The wear of the same scene on half the grid, once per run.
     GridTwin,
     /// The state before any wear.
     Unworn,
@@ -20,37 +20,37 @@ pub enum Stage {
     Wear,
     /// Pressure, gap and stiffness.
     StaticContact,
-    /// The contact elements of the structure, where they are due.
+    /// The contact elements of the structure, where an update is due.
     ModelUpdate,
     /// The steady vibration.
     DynamicResponse,
-    /// The vibration of the worn joint over the frequency range, where it is asked for.
+    /// The vibration of the worn joint over the frequency range, where the scene requests it.
     ForcedResponse,
     /// Shear, slip and dissipation over a steady cycle.
     FrettingCycle,
-    /// The coarse trajectory, whose differences make the error bars.
+    /// The coarse trajectory. Its difference from the fine trajectory gives the error bars.
     CoarseTrajectory,
-    /// What the fine contact and the contact elements say of the same quantity.
+    /// Comparison of the fine contact with the contact elements.
     Ledger,
-    /// The figures of an iteration with their error bars.
+    /// The results of an iteration with their error bars.
     Summary,
 }
 
-/// When a stage is passed through.
+/// The iterations in which a stage runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum When {
-    /// Once a run.
+    /// Once per run.
     Once,
-    /// In the unworn iteration alone.
+    /// In the unworn iteration only.
     Unworn,
-    /// In every iteration but the unworn one.
+    /// In every iteration except the unworn one.
     Worn,
     /// In every iteration.
     Always,
 }
 
 impl When {
-    /// True if an iteration passes through such a stage.
+    /// Returns true if the stage runs in this iteration.
     pub fn is_in(self, wear_iteration: u64) -> bool {
         match self {
             When::Once => false,
@@ -80,12 +80,12 @@ impl Stage {
         Stage::Summary,
     ];
 
-    /// Whether what it has solved is kept where it is interrupted, and it goes on from there.
+    /// Returns true if an interrupted stage keeps its solutions and continues after them.
     pub fn keeps_solves(self) -> bool {
         matches!(self, Stage::DynamicResponse | Stage::ForcedResponse)
     }
 
-    /// Name in tables, keys and on the command line.
+    /// Returns the name used in tables, in keys and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Stage::Structure => "structure",
@@ -112,9 +112,9 @@ impl fmt::Display for Stage {
     }
 }
 
-/// A name that is no stage.
+/// Error for a name that is not a stage.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("\"{name}\" is no stage; the stages are {}", Stage::ALL.map(Stage::name).join(", "))]
+#[error("\"{name}\" is not a stage; the stages are {}", Stage::ALL.map(Stage::name).join(", "))]
 pub struct UnknownStage {
     /// The name.
     pub name: String,

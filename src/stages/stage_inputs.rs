@@ -1,4 +1,4 @@
-//! What a stage is given, and what it gives back.
+//! Inputs and outputs of a stage.
 
 use super::RunError;
 use super::error::NumericsError;
@@ -10,19 +10,19 @@ use crate::surface::prepare::PreparedSurface;
 use crate::tables::{TableName, Tables, TypedTable};
 use crate::wear::{Motion, WearError};
 
-/// What a stage reads: of everything there is, what it declares.
+/// Inputs of a stage, restricted to the inputs that it declares.
 pub struct StageInputs<'a> {
-    /// The parts of the recipe that the stage declares; none of the others.
+    /// The declared parts of the recipe, without all other parts.
     pub recipe: Recipe,
     /// The iteration.
     pub wear_iteration: u64,
-    /// Whether the curves behind the stiffnesses belong to this iteration.
+    /// True if this iteration writes the curves behind the stiffnesses.
     pub curves_due: bool,
-    /// Whether the run ends with this iteration.
+    /// True if the run ends with this iteration.
     pub ends: bool,
-    /// Whether a forced response belongs to it.
+    /// True if this iteration writes a forced response.
     pub forced_response_due: bool,
-    /// Whether its cycle is held against a stepped one.
+    /// True if the cycle of this iteration is compared with a stepped cycle.
     pub cycle_check_due: bool,
     declared: DeclaredInputs,
     inputs: &'a Inputs,
@@ -31,25 +31,25 @@ pub struct StageInputs<'a> {
     unworn: &'a Tables,
 }
 
-/// What a stage declares that it reads.
+/// Inputs that a stage declares.
 #[derive(Clone, Copy)]
 pub struct DeclaredInputs {
-    /// Which stage.
+    /// The stage.
     pub stage: Stage,
     /// Parts of the recipe.
     pub recipe: &'static [Part],
-    /// Tables of the run and of its own iteration.
+    /// Tables of the run and of the same iteration.
     pub reads: &'static [TableName],
-    /// Tables of the iteration before.
+    /// Tables of the previous iteration.
     pub before: &'static [TableName],
 }
 
-/// What a stage has computed.
+/// Results of a stage.
 #[derive(Default)]
 pub struct Outputs {
     /// Its tables.
     pub tables: Tables,
-    /// What the user should know of them.
+    /// Notices for the user.
     pub notices: Vec<String>,
 }
 
@@ -60,15 +60,18 @@ impl Outputs {
         Ok(())
     }
 
-    /// Adds something that the user should know.
+    /// Adds a notice for the user.
     pub fn notice(&mut self, text: impl Into<String>) {
         self.notices.push(text.into());
     }
 }
 
 impl<'a> StageInputs<'a> {
-    /// What of a run the stage sees. `tables` are those of the iteration, as the stages before this one have written them, and those of
-    /// the run; `before` are those of the iteration before, if there is one, and `unworn` one-row tables of the first.
+    /// Collects the inputs of a stage.
+    ///
+    /// `tables` holds the tables of the iteration, as the stages so far have written them, and the tables of the run.
+    /// `before` holds the tables of the previous iteration, if there is one. `unworn` holds one-row tables of the
+    /// first iteration.
     pub fn new(
         declared: DeclaredInputs,
         inputs: &'a Inputs,
@@ -97,7 +100,7 @@ impl<'a> StageInputs<'a> {
         }
     }
 
-    /// The same of another recipe, with `tables` in place of its own.
+    /// Returns the same inputs with another recipe. Lookups search `tables` first.
     pub fn with<'b>(&'b self, recipe: &Recipe, tables: &'b Tables) -> StageInputs<'b> {
         StageInputs {
             recipe: recipe.clone(),
@@ -106,63 +109,64 @@ impl<'a> StageInputs<'a> {
         }
     }
 
-    /// A table of the run or of this iteration.
+    /// Returns a table of the run or of this iteration.
     pub fn table<T: TypedTable>(&self) -> Result<T, RunError> {
         self.maybe()?.ok_or_else(|| self.missing(T::TABLE))
     }
 
-    /// A table of the run or of this iteration; none where there is none.
+    /// Returns a table of the run or of this iteration, or `None` if it does not exist.
     pub fn maybe<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.reads);
-        let table = self.tables.iter().find_map(|of| of.get(&T::TABLE));
+        let table = self.tables.iter().find_map(|tables| tables.get(&T::TABLE));
         Ok(table.map(T::of).transpose()?)
     }
 
-    /// A table of the iteration before.
+    /// Returns a table of the previous iteration.
     pub fn before<T: TypedTable>(&self) -> Result<T, RunError> {
         self.optional_before()?
             .ok_or_else(|| self.missing(T::TABLE))
     }
 
-    /// A table of the iteration before; none where there is none, and none of the unworn state.
+    /// Returns a table of the previous iteration, or `None` if it does not exist. The unworn state has no previous
+    /// iteration.
     pub fn optional_before<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.before);
         let table = self.before.get(&T::TABLE);
         Ok(table.map(T::of).transpose()?)
     }
 
-    /// A one-row table of the unworn iteration, of which that before follows; none in the unworn state itself.
+    /// Returns a one-row table of the unworn iteration, or `None` in the unworn state itself.
     pub fn unworn<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.before);
         let table = self.unworn.get(&T::TABLE);
         Ok(table.map(T::of).transpose()?)
     }
 
-    /// The motion that is prescribed; of no axis where none is.
+    /// Returns the prescribed motion. It has no axis if the scene prescribes none.
     pub fn motion(&self) -> &Motion {
         self.require_part(Part::Cycle);
         &self.inputs.motion
     }
 
-    /// What the same scene on half the grid has worn, where that is asked for and has been run.
+    /// Returns the wear of the same scene on half the grid, if the scene requests this check and it has run.
     pub fn grid_twin(&self) -> Option<&GridTwin> {
         self.require_part(Part::GridCheck);
         self.inputs.grid_twin.as_deref()
     }
 
-    /// The heights of a surface from a file on the joint's cells; none of another surface.
+    /// Returns the heights of a surface that comes from a file, on the cells of the joint; `None` for other surfaces.
     pub fn measured(&self) -> Option<&PreparedSurface> {
         self.require_part(Part::Surface);
         self.inputs.measured.as_deref()
     }
 
-    /// The matrices of a structure that comes from files; none of another.
+    /// Returns the matrices of a structure that comes from files; `None` for other structures.
     pub fn imported(&self) -> Option<&Imported> {
         self.require_part(Part::Structure);
         self.inputs.imported.as_deref()
     }
 
-    /// The error of a run whose stage failed.
+    /// Converts a numerical error into the error of a run at this stage.
     pub fn failed(&self, error: NumericsError) -> RunError {
         let (stage, wear_iteration) = (self.declared.stage, self.wear_iteration);
         match error {

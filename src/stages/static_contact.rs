@@ -17,8 +17,8 @@ use crate::wear::FrettingJoint;
 use crate::wear::curves::{self, Curve};
 use crate::wear::indentation::{Friction, indent};
 
-/// The static contact of the worn surface, [A eq. 2.3–2.4], from the pressure that a wear step predicts. Its fields hold the predicted
-/// shear too, for the cycle to start from.
+/// The static contact of the worn surface, [A eq. 2.3–2.4], starting from the pressure that a wear step predicts. Its
+/// fields also hold the predicted shear, from which the cycle starts.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::StaticContact,
     when: When::Always,
@@ -43,8 +43,8 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-/// A solution, with what friction did on the way to it.
-struct Pressed {
+/// A contact solution with the friction and shear of its load steps.
+struct PressedContact {
     load: f64,
     solution: NormalSolution,
     friction: Option<Friction>,
@@ -52,9 +52,9 @@ struct Pressed {
     curve: Option<Curve>,
 }
 
-impl Pressed {
-    fn without_friction(load: f64, solution: NormalSolution) -> Pressed {
-        Pressed {
+impl PressedContact {
+    fn without_friction(load: f64, solution: NormalSolution) -> PressedContact {
+        PressedContact {
             load,
             solution,
             friction: None,
@@ -79,44 +79,44 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         None => None,
     };
     solvers.pressed_joint(reads, preload.unwrap_or(0.0))?;
-    let (pressed, solve_pairs) = solvers.work(reads, None, |joint| {
+    let (pressed_contact, solve_pairs) = solvers.work(reads, None, |joint| {
         match (coupling.load_steps(), contact.conditions.approach) {
             (Some(load_steps), _) => {
-                let found = indent(joint, shear, load, load_steps)?;
-                Ok(Pressed {
+                let indentation = indent(joint, shear, load, load_steps)?;
+                Ok(PressedContact {
                     load,
-                    solution: found.solution,
-                    friction: Some(found.friction),
-                    shear: Some(found.shear),
-                    curve: Some(found.curve),
+                    solution: indentation.solution,
+                    friction: Some(indentation.friction),
+                    shear: Some(indentation.shear),
+                    curve: Some(indentation.curve),
                 })
             }
             (None, None) => {
-                let (load, solution) = borne(joint, bolt, load, &wear, start)?;
-                Ok(Pressed::without_friction(load, solution))
+                let (load, solution) = contact_under_load(joint, bolt, load, &wear, start)?;
+                Ok(PressedContact::without_friction(load, solution))
             }
             (None, Some(approach)) => {
                 let solution = joint.pressed(&wear, None, Control::Approach(approach), start)?;
-                Ok(Pressed::without_friction(solution.load, solution))
+                Ok(PressedContact::without_friction(solution.load, solution))
             }
         }
     })?;
-    let Pressed {
+    let PressedContact {
         load,
         solution,
         friction,
         ..
-    } = pressed;
+    } = pressed_contact;
     let (stiffness, stiffness_pairs) = match contact.stiffness {
         false => (None, 0.0),
         true => {
-            let (found, pairs) = solvers.work(reads, Some("stiffness"), |joint| {
+            let (stiffness, pairs) = solvers.work(reads, Some("stiffness"), |joint| {
                 Ok(joint.stiffness(&solution.pressure, shear, coupling)?)
             })?;
-            (Some(found), pairs)
+            (Some(stiffness), pairs)
         }
     };
-    let (curve, curve_pairs) = match (reads.curves_due, pressed.curve) {
+    let (curve, curve_pairs) = match (reads.curves_due, pressed_contact.curve) {
         (false, _) => (None, 0.0),
         (true, Some(curve)) => (Some(curve), 0.0),
         (true, None) => {
@@ -137,7 +137,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let undecided = solution.undecided(&patch, compliance, joint.options.normal.tolerance);
     outputs.put(&typed::StaticContact {
         normal_load: load,
-        preload: joint.pressing.as_ref().map(|of| of.preload),
+        preload: joint.pressing.as_ref().map(|pressing| pressing.preload),
         approach: solution.approach,
         rotation_x: rotation.map(|r| r[0]),
         rotation_y: rotation.map(|r| r[1]),
@@ -162,13 +162,13 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let fields = Fields {
         gap: solution.gap,
         pressure: solution.pressure,
-        shear: pressed.shear.or(predicted).unwrap_or_default(),
+        shear: pressed_contact.shear.or(predicted).unwrap_or_default(),
     };
     outputs.put(&fields.table(&patch))?;
     Ok(outputs)
 }
 
-/// What clamps the joint, if its load falls with wear.
+/// Returns the bolt that clamps the joint, if the load decreases with wear.
 fn bolt(reads: &StageInputs) -> Result<Option<Bolt>, RunError> {
     let contact = contact_of(&reads.recipe);
     let Some(stiffness) = contact.conditions.bolt_stiffness else {
@@ -182,19 +182,20 @@ fn bolt(reads: &StageInputs) -> Result<Option<Bolt>, RunError> {
     }))
 }
 
-/// Static load \[N\] from which that of a bolt is looked for, and which another joint bears.
+/// Returns the static load \[N\]: the start of the search for a bolt's load, otherwise the load of the joint.
 fn load(reads: &StageInputs) -> Result<f64, RunError> {
     let conditions = contact_of(&reads.recipe).conditions;
     let before = match conditions.bolt_stiffness {
         Some(_) => reads.optional_before::<typed::StaticContact>()?,
         None => None,
     };
-    let found = before.map(|row| row.preload.unwrap_or(row.normal_load));
-    Ok(found.unwrap_or(conditions.normal_load))
+    let load_before = before.map(|row| row.preload.unwrap_or(row.normal_load));
+    Ok(load_before.unwrap_or(conditions.normal_load))
 }
 
-/// Static load \[N\] and contact of a worn joint, under `load` or what its bolt has left of it, which is looked for from there.
-fn borne(
+/// Returns the static load \[N\] and the contact of a worn joint. The load is `load`, or the remaining load of the
+/// bolt, searched from `load`.
+fn contact_under_load(
     joint: &mut FrettingJoint,
     bolt: Option<Bolt>,
     load: f64,
@@ -202,8 +203,10 @@ fn borne(
     start: Option<&[f64]>,
 ) -> Result<(f64, NormalSolution), NumericsError> {
     match bolt {
-        Some(bolt) if joint.pressing.is_some() => pulled(joint, bolt, load, wear, start),
-        Some(bolt) => clamped(joint, bolt, load, wear, start),
+        Some(bolt) if joint.pressing.is_some() => {
+            contact_under_outer_bolt(joint, bolt, load, wear, start)
+        }
+        Some(bolt) => contact_under_bolt(joint, bolt, load, wear, start),
         None if joint.pressing.is_some() => {
             let solution = joint.contact(wear, None, load, start)?;
             Ok((solution.load, solution))
@@ -212,8 +215,9 @@ fn borne(
     }
 }
 
-/// The contact of a worn joint under what a bolt outside of its structure has left of its force, and the load that the pressure then has.
-fn pulled(
+/// Returns the load \[N\] that the pressure carries and the contact of a worn joint. A bolt outside of the reduced
+/// structure presses it with its remaining force.
+fn contact_under_outer_bolt(
     joint: &mut FrettingJoint,
     bolt: Bolt,
     first: f64,
@@ -226,16 +230,24 @@ fn pulled(
         Some(first),
         |force| -> Result<BoltContact, NumericsError> {
             if force == 0.0 {
-                // Nothing is bent: the faces touch at their highest point.
+                // Without a force nothing bends: the faces touch at their highest point.
                 let worn = joint.height.iter().zip(wear).zip(&joint.patch.kept);
-                let heights = worn.filter(|(_, kept)| **kept).map(|((h, w), _)| h - w);
+                let heights = worn
+                    .filter(|(_, is_kept)| **is_kept)
+                    .map(|((h, w), _)| h - w);
                 let approach = -heights.fold(f64::NEG_INFINITY, f64::max);
                 return Ok(BoltContact { approach, kn: 0.0 });
             }
-            joint.pressing.iter_mut().for_each(|of| of.preload = force);
-            let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
-            last = Some(joint.contact(wear, None, force, from)?);
-            let approach = joint.pressing.as_ref().map_or(0.0, |of| of.shortening);
+            joint
+                .pressing
+                .iter_mut()
+                .for_each(|pressing| pressing.preload = force);
+            let initial_pressure = last.as_ref().map(|l| &l.pressure[..]).or(start);
+            last = Some(joint.contact(wear, None, force, initial_pressure)?);
+            let approach = joint
+                .pressing
+                .as_ref()
+                .map_or(0.0, |pressing| pressing.shortening);
             let kn = (force / approach).max(0.0);
             Ok(BoltContact { approach, kn })
         },
@@ -244,8 +256,8 @@ fn pulled(
     Ok((solution.load, solution))
 }
 
-/// The contact of a worn joint under what its bolt has left of the load.
-fn clamped(
+/// Returns the remaining load of the bolt \[N\] and the contact of a worn joint under this load.
+fn contact_under_bolt(
     joint: &mut FrettingJoint,
     bolt: Bolt,
     first: f64,
@@ -253,26 +265,26 @@ fn clamped(
     start: Option<&[f64]>,
 ) -> Result<(f64, NormalSolution), NumericsError> {
     let mut last: Option<NormalSolution> = None;
-    let found = preload(
+    let equilibrium = preload(
         bolt,
         Some(first),
         |load| -> Result<BoltContact, NumericsError> {
-            let from = last.as_ref().map(|l| &l.pressure[..]).or(start);
-            let solution = joint.contact(wear, None, load, from)?;
+            let initial_pressure = last.as_ref().map(|l| &l.pressure[..]).or(start);
+            let solution = joint.contact(wear, None, load, initial_pressure)?;
             let elastic = stiffness::elastic_cells(&solution.pressure, joint.pressure_cap);
             let normal = |half_space: &mut _| stiffness::normal(half_space, &elastic);
             let kn = joint.half_space.without_nodal(normal)?;
-            let approach = BoltContact {
+            let bolt_contact = BoltContact {
                 approach: solution.approach,
                 kn: kn.total,
             };
             last = Some(solution);
-            Ok(approach)
+            Ok(bolt_contact)
         },
     )?;
     let solution = match last {
         Some(solution) => solution,
-        None => joint.contact(wear, None, found.load, start)?,
+        None => joint.contact(wear, None, equilibrium.load, start)?,
     };
-    Ok((found.load, solution))
+    Ok((equilibrium.load, solution))
 }

@@ -1,4 +1,4 @@
-//! The reduced structure, once a run and shared between runs.
+//! The reduced structure, once per run and shared between runs.
 
 use super::RunError;
 use super::declaration::Declaration;
@@ -14,7 +14,7 @@ use crate::tables::{TableName, typed};
 
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The tables of a structure: those of the reduced one, and its outline, which no stage reads.
+/// Tables of a structure: the tables of the reduced structure, and its outline, which no stage reads.
 const TABLES: [TableName; 7] = {
     let [structure, port, mode, residual, damping] = super::reduced::TABLES;
     [
@@ -28,7 +28,8 @@ const TABLES: [TableName; 7] = {
     ]
 };
 
-/// The modes and residual flexibility of a structure, at its contact elements and points, and its outline.
+/// Modes, residual flexibility and outline of a structure. Modes and flexibility refer to its contact elements and
+/// points.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Structure,
     when: When::Once,
@@ -122,7 +123,7 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
     outputs.put(&residual)?;
     if reduced.damping.is_some() || reduced.hysteretic.is_some() {
         let mut rows = typed::StructureDamping::default();
-        let of = |matrix: &Option<Matrix>, row: usize, column: usize| {
+        let entry = |matrix: &Option<Matrix>, row: usize, column: usize| {
             let matrix = matrix.as_ref();
             matrix.map_or(0.0, |matrix| matrix[(row, column)])
         };
@@ -130,15 +131,16 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
             for column in 0..=row {
                 rows.row.push(row as i32);
                 rows.column.push(column as i32);
-                rows.damping.push(of(&reduced.damping, row, column));
-                rows.hysteretic.push(of(&reduced.hysteretic, row, column));
+                rows.damping.push(entry(&reduced.damping, row, column));
+                rows.hysteretic
+                    .push(entry(&reduced.hysteretic, row, column));
             }
         }
         outputs.put(&rows)?;
         if has_residual(reduced) {
             outputs.notice(format!(
-                "dynamics.modes = {}: the damping in the files of the structure acts between these modes, and the residual of all others has none: \
-                 where much of the energy is close to the joint peaks are too high; raise dynamics.modes until they stay",
+                "dynamics.modes = {}: the damping matrix of the structure files acts on these modes only; the residual flexibility of the other modes is undamped. \
+                 Peaks are too high where much of the energy is close to the joint; increase dynamics.modes until the peaks no longer change",
                 reduced.omega.len()
             ));
         }
@@ -146,7 +148,7 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// The outline, and its modes.
+/// Adds the tables of the outline and of its modes.
 fn put_outline(outline: &Outline, outputs: &mut Outputs) -> Result<(), RunError> {
     let mut points = typed::StructureOutline::default();
     let mut positions = outline.positions.iter().enumerate();
@@ -175,12 +177,12 @@ fn put_outline(outline: &Outline, outputs: &mut Outputs) -> Result<(), RunError>
     outputs.put(&modes)
 }
 
-/// Whether the modes that are left out have more of the flexibility than rounding.
+/// Returns true if the omitted modes contribute more flexibility than rounding errors.
 fn has_residual(reduced: &Reduced) -> bool {
     const ROUNDING: f64 = 1e-9;
     (0..reduced.ports.len()).any(|port| {
-        let of_mode = |r: usize| (reduced.shapes[(port, r)] / reduced.omega[r]).powi(2);
-        let of_modes: f64 = (0..reduced.omega.len()).map(of_mode).sum();
-        reduced.residual[(port, port)] > ROUNDING * of_modes
+        let mode_flexibility = |r: usize| (reduced.shapes[(port, r)] / reduced.omega[r]).powi(2);
+        let modal_flexibility: f64 = (0..reduced.omega.len()).map(mode_flexibility).sum();
+        reduced.residual[(port, port)] > ROUNDING * modal_flexibility
     })
 }

@@ -1,4 +1,4 @@
-//! One row on the state of the run.
+//! One row of results per iteration.
 
 use super::RunError;
 use super::declaration::Declaration;
@@ -15,10 +15,11 @@ use crate::surface::statistics::roughness;
 use crate::tables::{TableName, typed};
 use crate::wear::coarse::depth_of;
 
-/// Pressure above this part of the largest counts as load: area by p > 0 alone hangs on cells that carry next to nothing.
+/// A cell counts as loaded if its pressure exceeds this part of the largest pressure. The area with p > 0 alone
+/// depends on cells that carry almost no load.
 pub(super) const LOADED: f64 = 1e-3;
 
-/// The figures of an iteration, with the error bars of a worn state.
+/// The results of an iteration, with the error bars of a worn state.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Summary,
     when: When::Always,
@@ -59,18 +60,18 @@ pub const DECLARATION: Declaration = Declaration {
 fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let summary = match reads.maybe::<typed::StaticContact>()? {
-        Some(contact) => of_contact(reads, &contact)?,
-        None => of_vibration_alone(reads)?,
+        Some(contact) => contact_summary(reads, &contact)?,
+        None => vibration_summary(reads)?,
     };
     outputs.put(&summary)?;
     Ok(outputs)
 }
 
-/// The figures of a vibration without a rough contact.
-fn of_vibration_alone(reads: &StageInputs) -> Result<typed::Summary, RunError> {
+/// Returns the summary of a vibration without a rough contact.
+fn vibration_summary(reads: &StageInputs) -> Result<typed::Summary, RunError> {
     let response = reads.maybe::<typed::DynamicResponse>()?;
     let elements = reads.maybe::<typed::ContactElement>()?;
-    let of = |value: fn(&typed::DynamicResponse) -> f64| response.as_ref().map(value);
+    let response_value = |value: fn(&typed::DynamicResponse) -> f64| response.as_ref().map(value);
     let forced = reads.maybe::<typed::Frf>()?;
     let total = |value: fn(&typed::ContactElement) -> &Vec<f64>| {
         elements
@@ -78,12 +79,14 @@ fn of_vibration_alone(reads: &StageInputs) -> Result<typed::Summary, RunError> {
             .map(|elements| value(elements).iter().sum())
     };
     Ok(typed::Summary {
-        dissipated_energy: of(friction),
+        dissipated_energy: response_value(friction),
         resonance_frequency: response.as_ref().and_then(|row| row.resonance_frequency),
-        peak_frequency: of(|row| row.peak_frequency),
-        peak_amplitude: of(|row| row.peak_amplitude),
-        error_dissipated_energy: of(|row| row.error_friction_energy),
-        error_dissipated_energy_absolute: of(|row| row.error_friction_energy * friction(row)),
+        peak_frequency: response_value(|row| row.peak_frequency),
+        peak_amplitude: response_value(|row| row.peak_amplitude),
+        error_dissipated_energy: response_value(|row| row.error_friction_energy),
+        error_dissipated_energy_absolute: response_value(|row| {
+            row.error_friction_energy * friction(row)
+        }),
         error_resonance_frequency: response
             .as_ref()
             .and_then(|row| row.error_resonance_frequency),
@@ -96,8 +99,9 @@ fn of_vibration_alone(reads: &StageInputs) -> Result<typed::Summary, RunError> {
     })
 }
 
-/// The error of a peak, which holds the largest amplitude of its forced response. One of a peak that is not known stays as it is: its size says what
-/// damping allows, or that nothing does.
+/// Returns the relative error of the peak amplitude. The error is at least the amount by which the largest amplitude
+/// of the forced response exceeds the peak. An unknown error ([`ALL`] or more) stays as it is: its size shows the
+/// bound by damping, or that no bound exists.
 fn error_of_peak(response: &typed::DynamicResponse, forced: Option<&typed::Frf>) -> f64 {
     let error = response.error_peak_amplitude;
     if error >= ALL {
@@ -105,15 +109,15 @@ fn error_of_peak(response: &typed::DynamicResponse, forced: Option<&typed::Frf>)
     }
     let rows = forced.iter().flat_map(|frf| frf.amplitude.iter().flatten());
     let largest = rows.copied().fold(0.0, f64::max);
-    let above = largest / response.peak_amplitude - 1.0;
-    if above.is_finite() {
-        error.max(above)
+    let excess = largest / response.peak_amplitude - 1.0;
+    if excess.is_finite() {
+        error.max(excess)
     } else {
         error
     }
 }
 
-fn of_contact(
+fn contact_summary(
     reads: &StageInputs,
     contact: &typed::StaticContact,
 ) -> Result<typed::Summary, RunError> {
@@ -185,7 +189,7 @@ fn of_contact(
     let before = PreviousIteration::of(reads)?;
     let before = before.as_ref();
     let volume = before.map_or(0.0, |b| b.volume) + step.volume;
-    // A run that began from another may wear at another coefficient than it.
+    // A run that began from another run may use another wear coefficient.
     let energy = before.map_or(0.0, |b| b.energy) + law.energy(step.volume);
     let cycles = before.map_or(0, |b| b.cycles) + step.n_cycles;
     summary.cycles = Some(cycles);
@@ -200,11 +204,14 @@ fn of_contact(
     let worn = reads.maybe::<typed::WornResponse>()?;
     let twin = reads.maybe::<typed::GridTwin>()?;
     let unworn = reads.unworn::<typed::Summary>()?;
-    let falling = reads.recipe.contact().filter(|of| of.load_falls());
-    let lost_load = falling.map(|of| {
-        let load = match of.conditions.approach {
+    let falling = reads
+        .recipe
+        .contact()
+        .filter(|recipe_contact| recipe_contact.load_falls());
+    let lost_load = falling.map(|recipe_contact| {
+        let load = match recipe_contact.conditions.approach {
             Some(_) => unworn.as_ref().and_then(|unworn| unworn.normal_load),
-            None => Some(of.conditions.normal_load),
+            None => Some(recipe_contact.conditions.normal_load),
         };
         load.map_or(0.0, |load| load - contact.normal_load)
     });
@@ -222,7 +229,7 @@ fn of_contact(
         unworn_response: unworn_response.as_ref(),
         lost_load,
         cycle: &cycle,
-        // Of other states the next update says more.
+        // For other iterations, the next update gives a better estimate.
         worn: worn.as_ref().filter(|_| reads.forced_response_due),
         coarse: coarse.as_ref(),
         twin: twin.as_ref(),
@@ -260,7 +267,7 @@ mod tests {
         };
         assert_eq!(error(2.0, 0.01), 0.25);
         assert_eq!(error(3.0, 0.01), 0.01);
-        // Nothing bounds what is not known.
+        // An unknown error stays as it is.
         assert_eq!(error(2.0, 1.0), 1.0);
         assert_eq!(error(0.5, 1.0), 1.0);
         assert_eq!(error(0.0, 0.01), 0.01);

@@ -1,4 +1,4 @@
-//! The unworn surface, once a run.
+//! The unworn surface, once per run.
 
 use super::RunError;
 use super::declaration::Declaration;
@@ -50,7 +50,7 @@ fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     Ok(outputs)
 }
 
-/// Cells, unworn heights, and what the user should know of them.
+/// Returns the cells, the unworn heights, and notices for the user.
 fn heights(
     reads: &StageInputs,
     surface: &recipe::Surface,

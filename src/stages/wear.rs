@@ -20,17 +20,18 @@ use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
 use crate::wear::{FrettingJoint, WearLaw, explicit};
 
-/// Proposals are written to a table, which holds no infinity: a joint that does not wear proposes this.
+/// A table cannot store infinity. A joint that does not wear proposes this number of cycles.
 const LONGEST_PROPOSAL: f64 = 1e18;
 
-/// A step shorter than what is left of the volume by this factor does not pass the volume asked for, since the rate of
-/// wear may still grow in running-in.
+/// Safety factor on the step to the requested volume. The rate of wear may still grow during running-in, and the step
+/// must not pass the volume.
 const VOLUME_MARGIN: f64 = 0.98;
 
-/// A step up to an update by the growth of the volume is longer by this than its rate says, which falls by a little in it.
+/// A step to the volume of the next update is longer by this factor than the initial rate gives, since the rate
+/// decreases slightly within the step.
 const GROWTH_MARGIN: f64 = 1.08;
 
-/// No wear yet.
+/// The state without wear.
 pub const UNWORN: Declaration = Declaration {
     stage: Stage::Unworn,
     when: When::Unworn,
@@ -40,10 +41,10 @@ pub const UNWORN: Declaration = Declaration {
     writes: &[TableName::WearField, TableName::WearStep],
     is_due: |_| true,
     shared: false,
-    compute: unworn,
+    compute: compute_unworn,
 };
 
-/// The wear after as many cycles as the step control allows, [A eq. 2.6–2.8], and the contact that it predicts.
+/// The wear after as many cycles as the step control allows, [A eq. 2.6–2.8], and the predicted contact.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Wear,
     when: When::Worn,
@@ -84,30 +85,30 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-fn unworn(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
+fn compute_unworn(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let (patch, _) = patch_and_height(reads)?;
     let mut outputs = Outputs::default();
     let wear = vec![0.0; patch.grid.len()];
-    // A run has the same columns in all its iterations.
+    // All iterations of a run have the same columns.
     let elements = reads.recipe.elements();
-    let none = elements
+    let end_figure = elements
         .filter(|elements| elements.stiffness.is_sliders())
         .map(|_| 0.0);
     let step = typed::WearStep {
-        end_energy: none,
-        end_force: none,
+        end_energy: end_figure,
+        end_force: end_figure,
         ..typed::WearStep::default()
     };
     put_step(&mut outputs, &patch, &wear, &step)?;
     Ok(outputs)
 }
 
-/// A worn state with what the step from it goes on from.
+/// A worn state with the cycles, volume and proposal from which the next step starts.
 struct PreviousState {
     state: WornState,
     cycles: u64,
     volume: f64,
-    /// Cycles proposed to the step; none before the first.
+    /// Cycles that the last step proposed; `None` before the first step.
     proposal: Option<f64>,
 }
 
@@ -117,14 +118,14 @@ impl PreviousState {
         let summary: typed::Summary = reads.before()?;
         let step: typed::WearStep = reads.before()?;
         let cycle: typed::FrettingCycle = reads.before()?;
-        let of_run = |value: Option<f64>, column| {
+        let summary_value = |value: Option<f64>, column| {
             let value = there(TableName::Summary, &value, column);
             Ok::<f64, RunError>(*value?)
         };
         let cycles = summary.cycles.map(|cycles| cycles as f64);
         Ok(PreviousState {
-            cycles: of_run(cycles, "cycles")? as u64,
-            volume: of_run(summary.wear_volume, "wear_volume")?,
+            cycles: summary_value(cycles, "cycles")? as u64,
+            volume: summary_value(summary.wear_volume, "wear_volume")?,
             proposal: (reads.wear_iteration > 1).then_some(step.next_n_cycles),
             state: worn_state(
                 &reads.recipe,
@@ -144,17 +145,17 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let contact = contact_of(&reads.recipe);
     let patch = solvers.joint(reads)?.patch.clone();
     let before = PreviousState::of(reads, &patch)?;
-    let of_contact: typed::StaticContact = reads.before()?;
-    let moved = ElementMotion::before(reads)?;
-    let compliance = tangential_compliance(&of_contact);
-    let load = of_contact.normal_load;
-    let computed = let_move(reads, solvers, load, moved.as_ref(), compliance)?.computed;
-    let moved = |compliance: Option<f64>| {
+    let static_contact: typed::StaticContact = reads.before()?;
+    let element_motion = ElementMotion::before(reads)?;
+    let compliance = tangential_compliance(&static_contact);
+    let load = static_contact.normal_load;
+    let computed = let_move(reads, solvers, load, element_motion.as_ref(), compliance)?.computed;
+    let motion_figures = |compliance: Option<f64>| {
         let computed = computed.as_ref();
         let figures = computed.and_then(|computed| computed.figures_at(compliance).ok());
         figures.map_or(CycleFigures::SAME, |figures| figures.cycle)
     };
-    solvers.pressed_joint(reads, of_contact.preload.unwrap_or(0.0))?;
+    solvers.pressed_joint(reads, static_contact.preload.unwrap_or(0.0))?;
     let volume_left = wear
         .volume
         .map_or(f64::INFINITY, |volume| volume - before.volume);
@@ -167,7 +168,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             reached: before.volume,
         });
     }
-    let remaining = landing(reads, wear, before.cycles) - before.cycles;
+    let remaining = cycle_limit(reads, wear, before.cycles) - before.cycles;
     let until_volume = (volume_left / rate * VOLUME_MARGIN).ceil().max(1.0);
     let limits = Limits {
         tolerance: wear.tolerance,
@@ -182,7 +183,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             .max(1.0)
     });
     let state = &before.state;
-    // An implicit step ends where the contact elements fall due.
+    // An implicit step ends where an update of the contact elements is due.
     let implicit = |joint: &mut FrettingJoint| -> Result<Step, NumericsError> {
         let first = || implicit::first_proposal(joint, state, law);
         let proposal = before.proposal.unwrap_or_else(first);
@@ -192,10 +193,10 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         };
         let reached = |joint: &mut FrettingJoint, step: &Step| {
             let volume = joint.volume(&step.wear);
-            next.reached(joint, contact, step, volume, &moved)
+            next.reached(joint, contact, step, volume, &motion_figures)
         };
-        let landing = EventSearch::new(next.begin, wear.tolerance);
-        landing.advance(joint, state, law, proposal, limits, reached)
+        let search = EventSearch::new(next.begin, wear.tolerance);
+        search.advance(joint, state, law, proposal, limits, reached)
     };
     let (step, fft_pairs) = solvers.work(reads, None, |joint| {
         wear.scheme.advance(joint, state, law, limits, implicit)
@@ -211,14 +212,14 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let drift = reads.optional_before::<typed::Ledger>()?;
     let drift = drift.as_ref().and_then(Drift::of);
     let end = drift.map(|Drift { now, .. }| match step.middle {
-        Some(middle) => now.at_end(figures_of(&middle, &moved)),
+        Some(middle) => now.at_end(figures_of(&middle, &motion_figures)),
         None => now,
     });
     let row = typed::WearStep {
         n_cycles: step.cycles as i64,
         volume: joint.volume(&step.wear) - joint.volume(&state.wear),
         error: step.error,
-        // A step that was cut for an update says nothing of the next one.
+        // A step shortened for an update does not limit the next step.
         next_n_cycles: match before.proposal {
             Some(proposal) if until_growth < proposal => step.proposal.max(proposal),
             _ => step.proposal,
@@ -239,16 +240,17 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// The cycles that a step from `cycles` must not pass: the end, or where a response is asked for.
-fn landing(reads: &StageInputs, wear: &Wear, cycles: u64) -> u64 {
-    let asked = &reads.recipe.output.response_at;
-    let next = asked.iter().copied().find(|&at| at > cycles);
+/// Returns the number of cycles that a step from `cycles` must not pass: the end of the run, or the next requested
+/// response.
+fn cycle_limit(reads: &StageInputs, wear: &Wear, cycles: u64) -> u64 {
+    let response_cycles = &reads.recipe.output.response_at;
+    let next = response_cycles.iter().copied().find(|&at| at > cycles);
     wear.cycles
         .unwrap_or(u64::MAX)
         .min(next.unwrap_or(u64::MAX))
 }
 
-/// What there is to say if the explicit step is too long to be stable.
+/// Returns a warning if the explicit step exceeds the stability limit.
 fn instability(
     joint: &FrettingJoint,
     law: WearLaw,
@@ -265,13 +267,13 @@ fn instability(
     );
     (beyond > 1.0).then(|| {
         format!(
-            "wear.depth_step: the first explicit step is {beyond:.1} times as long as is stable; contact area will be \
-             wrong, and with a much too long step volume too; make wear.depth_step smaller or wear.scheme \"implicit\""
+            "wear.depth_step: the first explicit step is {beyond:.1} times the stable step. The contact area will be \
+             wrong, and so will the volume if the step is much too long. Reduce wear.depth_step or set wear.scheme = \"implicit\""
         )
     })
 }
 
-/// Adds the wear and the step that led to it.
+/// Adds the tables of the wear and of the step.
 fn put_step(
     outputs: &mut Outputs,
     patch: &Patch,

@@ -115,8 +115,10 @@ fn a_run_says_what_to_look_at() {
     let did = bench.done(&[&["run", "small.toml", "--run", "a"][..], &rough].concat());
     let said = did.stderr();
     let place = |text: &str| said.find(text).unwrap_or_else(|| panic!("{text}: {said}"));
-    assert!(place("begins ") < place("to look at, by rules of thumb"));
-    assert!(place("to look at, by rules of thumb") < place("number of cells that touch: some"));
+    assert!(place("begins ") < place("plausibility checks, by rules of thumb"));
+    assert!(
+        place("plausibility checks, by rules of thumb") < place("number of cells that touch: some")
+    );
     let end = did.stdout();
     for text in [
         "largest pressure, unworn",
@@ -130,9 +132,9 @@ fn a_run_says_what_to_look_at() {
     assert!(status.contains("largest pressure, unworn"), "{status}");
     // Not said again where it goes on, nor to who wants quiet.
     let again = bench.done(&[&["run", "small.toml", "--run", "a"][..], &rough].concat());
-    assert!(!again.stderr().contains("to look at"));
+    assert!(!again.stderr().contains("plausibility checks"));
     let quiet = bench.done(&["run", "small.toml", "--run", "b", "--quiet"]);
-    assert!(!quiet.stderr().contains("to look at"));
+    assert!(!quiet.stderr().contains("plausibility checks"));
     // Cells that do not touch move more than those that do, and rub nowhere.
     let root = bench.path("b");
     let fields = table(&root, latest(&root), TableName::ContactField);

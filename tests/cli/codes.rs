@@ -47,7 +47,7 @@ fn usage() {
         &bench,
         &["run", "small.toml", "--until", "polish"],
         USAGE,
-        &["\"polish\" is no stage", "static_contact"],
+        &["\"polish\" is not a stage", "static_contact"],
     );
     fails(
         &bench,

@@ -114,7 +114,8 @@ fn progress_is_one_line_an_iteration_on_stderr() {
     let bench = Bench::new();
     let did = run_in(&bench, &[]);
     // But for the figures to look at.
-    let is_figure = |line: &&str| line.starts_with("to look at") || line.starts_with("    ");
+    let is_figure =
+        |line: &&str| line.starts_with("plausibility checks") || line.starts_with("    ");
     let said = did.stderr();
     let lines: Vec<&str> = said.lines().filter(|line| !is_figure(line)).collect();
     let last = latest(&bench.path("a"));

@@ -152,7 +152,7 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
         let said = did.stderr();
         let between = said.contains("of 16 scenes; run the same command again to continue");
         let hard = said.contains("continue with: the same command")
-            || said.contains("the same command begins it");
+            || said.contains("repeat the command to begin it");
         assert!(between || hard, "{said}");
         // What is longer than a start is to get through once the starts are long enough.
         seconds = if hard {

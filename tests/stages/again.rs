@@ -227,7 +227,7 @@ fn of_a_pruned_or_damaged_iteration() {
     ];
     bench.done(&[&["run", "small.toml", "--run", "a"][..], &sets].concat());
     let did = bench.fretwear(&["stage", "wear", "--run", "a@2"]);
-    let said = "iteration 2 is computed from iteration 1, which the run does not hold";
+    let said = "iteration 2 is computed from iteration 1, which is pruned or damaged";
     assert!(did.stderr().contains(said), "{}", did.stderr());
     assert_eq!(did.code(), 2);
     fs::write(
@@ -311,7 +311,7 @@ fn a_lost_table_of_a_finished_run_is_computed_again() {
     let stage = ["stage", "static_contact", "--run", "a@0"];
     let failed = bench.fretwear(&stage);
     assert!(
-        failed.stderr().contains("start the run again"),
+        failed.stderr().contains("restart the run to compute it"),
         "{}",
         failed.stderr()
     );

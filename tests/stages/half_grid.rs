@@ -113,7 +113,10 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
     is_of_the_twin(&parts);
     let other = bench.path("other");
     let message = Start::new(farther, &other).from(&whole, 1).refused();
-    assert!(message.contains("from the beginning"), "{message}");
+    assert!(
+        message.contains("starts from the unworn scene"),
+        "{message}"
+    );
     assert!(!other.exists());
     let from = bench.scene("resonator.toml", &LAP);
     Start::new(from, &other).from(&twin, 1).refused();

@@ -60,7 +60,7 @@ fn a_second_run_takes_the_structure_of_the_first() {
     assert!(computed(&first) && !first.stderr().contains("note: the reduced"));
     let second = begin(&bench, "b", "cache", &[]);
     assert!(!computed(&second), "{}", second.stdout());
-    let said = "note: the reduced structure is there already, in cache";
+    let said = "note: the reduced structure is read from cache";
     assert!(second.stderr().contains(said), "{}", second.stderr());
     let none = begin(&bench, "c", "", &[]);
     assert!(computed(&none));
@@ -242,7 +242,7 @@ fn within_a_process_too() {
     assert!(
         notices
             .iter()
-            .any(|n| n.starts_with("the reduced structure is there already")),
+            .any(|n| n.starts_with("the reduced structure is read from")),
         "{notices:?}"
     );
 }

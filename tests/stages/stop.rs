@@ -202,7 +202,8 @@ fn a_long_stage_is_ended_within_two_seconds() {
     let took = asked.elapsed();
     assert!(took < STOPS_WITHIN, "{took:?}: {said:?}");
     // The answer is the first that is said after the figures of a beginning.
-    let is_figure = |line: &&String| line.starts_with("to look at") || line.starts_with("    ");
+    let is_figure =
+        |line: &&String| line.starts_with("plausibility checks") || line.starts_with("    ");
     let answer = said
         .iter()
         .find(|line| !is_figure(line))
@@ -230,10 +231,10 @@ fn max_wall_ends_a_long_stage_within_two_seconds() {
         let said = did.stderr();
         assert_eq!(did.code(), STOPPED, "{said}");
         assert!(took < Duration::from_millis(500) + STOPS_WITHIN, "{took:?}");
-        assert!(said.contains("--max-wall is over: "), "{said}");
+        assert!(said.contains("--max-wall is reached: "), "{said}");
         assert!(said.contains("stopped within "), "{said}");
         assert!(said.ends_with("stopped; continue with: fretwear run --run a\n"));
-        if said.contains("the first stage of this start: give --max-wall more time") {
+        if said.contains("the first stage of this start: increase --max-wall") {
             return;
         }
     }
