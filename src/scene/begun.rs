@@ -1,4 +1,5 @@
-//! The accuracy that a run began with, where its scene does not give it: defaults change between versions.
+//! Accuracy settings at the start of a run. A resumed run keeps them where its scene does not set them, because
+//! defaults change between versions.
 
 use serde_json::Value;
 
@@ -8,21 +9,22 @@ use super::keys::fidelity::{ASKED, PRESET, WEAR_TOLERANCE};
 use crate::json::{as_read, differences};
 
 impl Scene {
-    /// Keys of accuracy that this scene does not give and that were others as a run began, as `key=value`; `begun` is what its scene led to then, in
-    /// canonical form. None where another preset or error is asked for now, which change many at once, on purpose.
+    /// Returns the accuracy keys that this scene does not set and whose values at the start of the run were different,
+    /// as `key=value`. `begun` is the canonical scene at that start. Returns nothing if another preset or tolerance is
+    /// now requested, because that changes many keys on purpose.
     pub fn accuracy_begun_with(&self, begun: &Value) -> Vec<String> {
         let changes = differences(begun, &as_read(&self.canonical()));
-        let together = [PRESET.name, ASKED.name];
+        let keys_changing_others = [PRESET.name, ASKED.name];
         if changes
             .iter()
-            .any(|change| together.contains(&&*change.key))
+            .any(|change| keys_changing_others.contains(&&*change.key))
         {
             return Vec::new();
         }
         let is_given = |key: &str| {
             let is_wear = key == WEAR_STEP_TOLERANCE.name;
-            let also = is_wear.then(|| self.given(WEAR_TOLERANCE.name)).flatten();
-            self.given(key).or(also).is_some()
+            let alternative = is_wear.then(|| self.given(WEAR_TOLERANCE.name)).flatten();
+            self.given(key).or(alternative).is_some()
         };
         let numbers = changes.into_iter().filter_map(|change| {
             let key = &change.key;

@@ -1,5 +1,5 @@
-//! The document of a scene: a file, the files it is based on, and `--set`, merged into one tree that remembers where every key
-//! was written.
+//! The document of a scene: the merged tree of a file, its base files and the `--set` options. The tree records where
+//! every key was written.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,16 +14,16 @@ use super::faults::Faults;
 use super::keys::{self, GivenValue, join};
 use crate::files;
 
-/// A scene has some hundred lines; a file of more bytes than this is none.
+/// Most bytes of a scene file. Real scenes have about a hundred lines.
 const LONGEST_SCENE: u64 = 16 << 20;
 
-/// Names in the key of a `--set`: as many as TOML allows, since what is laid over a tree is gone through name below name.
+/// Most names in the key of a `--set`: as many as TOML allows, because merging trees is recursive.
 const DEEPEST_KEY: usize = 80;
 
-/// A number from which on it is told by its power of ten, as other languages do.
+/// Numbers from this size on are shown in scientific notation.
 const LARGEST_SHOWN: f64 = 1e21;
 
-/// A section or a value, and where it was written.
+/// A section or value, and the place where it was written.
 #[derive(Debug, Clone)]
 pub struct Node {
     pub place: Rc<Place>,
@@ -60,7 +60,8 @@ impl Node {
             })
     }
 
-    /// The tables of a list of tables, as sections where the list is; none for anything else, and for an empty list.
+    /// Returns the tables of a list of tables, as sections at the place of the list. Returns `None` for any other value
+    /// and for an empty list.
     pub fn tables(&self) -> Option<Vec<Node>> {
         let Content::Value(Value::Array(items)) = &self.content else {
             return None;
@@ -75,7 +76,7 @@ impl Node {
         tables.filter(|tables| !tables.is_empty())
     }
 
-    /// A tree with this node below the names given.
+    /// Returns a tree with this node below the given names.
     pub fn below(self, names: &[&str]) -> Node {
         let place = Rc::clone(&self.place);
         names.iter().rev().fold(self, |node, name| {
@@ -83,7 +84,7 @@ impl Node {
         })
     }
 
-    /// The value as TOML would write it, for messages.
+    /// Formats the value as TOML, for messages.
     pub fn shown(&self) -> String {
         match self.to_value() {
             Value::Table(table) if !table.is_empty() => {
@@ -93,7 +94,7 @@ impl Node {
                     .collect();
                 format!("{{ {} }}", entries.join(", "))
             }
-            // All the digits of such a number hide the rest of a message.
+            // Very large numbers in full would hide the rest of the message.
             Value::Float(number) if number.abs() >= LARGEST_SHOWN => format!("{number:e}"),
             value => value.to_string(),
         }
@@ -106,7 +107,7 @@ impl Node {
         }
     }
 
-    /// The tree without its places; empty for a value.
+    /// The tree without places; empty for a value.
     pub fn to_table(&self) -> Table {
         match &self.content {
             Content::Section(entries) => entries
@@ -117,14 +118,14 @@ impl Node {
         }
     }
 
-    /// Lays `over` on top of this tree, and drops what it makes meaningless.
-    fn lay(&mut self, over: Node) -> Result<(), SceneError> {
+    /// Overlays `over` on this tree, and removes keys that it makes meaningless.
+    fn overlay(&mut self, over: Node) -> Result<(), SceneError> {
         let key = keys::dynamics::FORCE.name;
         let list = self.get(key).and_then(Node::tables);
         if let (Some(tables), Some(node)) = (list, over.get(key))
             && matches!(node.content, Content::Section(_))
         {
-            // A list of one force is that force.
+            // A list with a single force counts as that force.
             if let [only] = &tables[..] {
                 let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
                 if let Some(entries) = self.entry(section) {
@@ -137,7 +138,7 @@ impl Node {
                 key: key.to_owned(),
                 value: node.shown(),
                 reason: format!(
-                    "{key} is a list of {} tables, which is replaced by a list only; give all of it",
+                    "{key} is a list of {} tables, which only a complete list can replace; give the complete list",
                     tables.len()
                 ),
             };
@@ -147,8 +148,9 @@ impl Node {
         Ok(())
     }
 
-    /// Lays `over` on top of this tree. A section keeps the place where it first appeared. With `drop_rivals`, keys that `over` makes meaningless are dropped: those of the other
-    /// kinds when it changes the kind of a section, and the other ways of giving a motion or an update.
+    /// Merges `over` into this tree. A section keeps the place where it first appeared. With `drop_rivals`, keys that
+    /// `over` makes meaningless are removed: keys of the other kinds if `over` changes the kind of a section, and the
+    /// other alternatives of a motion or an update.
     fn merge(&mut self, over: Node, drop_rivals: bool) {
         if drop_rivals {
             self.drop_rivals(&over);
@@ -192,7 +194,7 @@ impl Node {
             }
         }
         for (section, alternatives) in keys::ALTERNATIVES {
-            // The first name of an alternative is the one that stands for it.
+            // The first name of an alternative identifies it.
             let Some(chosen) = alternatives
                 .iter()
                 .find(|names| over.get(&join(section, names[0])).is_some())
@@ -234,7 +236,7 @@ impl Node {
         }
     }
 
-    /// Makes the paths of files absolute, from `folder`.
+    /// Makes the paths of files absolute, starting from `folder`.
     fn resolve_paths(&mut self, folder: &Path) -> Result<(), SceneError> {
         for key in keys::all().filter(|key| key.value.value_form().is_path) {
             let section = keys::section_of(key.name);
@@ -254,7 +256,7 @@ impl Node {
             let Content::Value(Value::String(text)) = &mut node.content else {
                 continue;
             };
-            // An empty path is reported where the value is read.
+            // An empty path is reported when the value is read.
             if text.is_empty() {
                 continue;
             }
@@ -272,20 +274,20 @@ impl Node {
     }
 }
 
-/// The absolute form of a path; the path itself where there is no working folder to start from.
+/// Returns the absolute form of a path, or the path itself if there is no working folder.
 fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Reads a scene file and those it is based on, and applies `sets` (`key=value` each).
+/// Reads a scene file and its base files, and applies `sets` (`key=value` each).
 pub(super) fn read(path: &Path, sets: &[String]) -> Result<Node, SceneError> {
     let text = files::read_text(path, LONGEST_SCENE)
         .map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
     read_text(path, &text, sets)
 }
 
-/// As [`read`], from the text of the scene that a run keeps at `path`, which is complete: to follow a base of it would show a
-/// stranger's choice of files.
+/// As [`read`], for the text of the scene that a run stores at `path`. The text is complete. Following a `base` in it
+/// would read files that a stranger chose.
 pub(super) fn read_kept(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
     let tree = parse_file(path, text)?;
     if let Content::Section(entries) = &tree.content
@@ -300,8 +302,8 @@ pub(super) fn read_kept(path: &Path, text: &str, sets: &[String]) -> Result<Node
 pub(super) fn written(path: &Path, sets: &[String]) -> Result<String, SceneError> {
     let text = files::read_text(path, LONGEST_SCENE)
         .map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
-    let mut whole = text.clone();
-    let commented = |text: &str| -> String {
+    let mut full_text = text.clone();
+    let as_comment = |text: &str| -> String {
         let lines = text.lines();
         lines
             .map(|line| format!("# {line}").trim_end().to_owned() + "\n")
@@ -312,17 +314,17 @@ pub(super) fn written(path: &Path, sets: &[String]) -> Result<String, SceneError
         chain.push(Link::new(&path));
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let (base_path, base_text) = open_base(base, &folder, &chain)?;
-        whole += &format!("\n# ---- base = {}, as it was written:\n", base.shown());
-        whole += &commented(&base_text);
+        full_text += &format!("\n# ---- base = {}, as it was written:\n", base.shown());
+        full_text += &as_comment(&base_text);
         (path, text) = (base_path, base_text);
     }
     if !sets.is_empty() {
-        whole += "\n# ---- changed where it was run:\n";
+        full_text += "\n# ---- changed where it was run:\n";
     }
     for set in sets {
-        whole += &commented(&format!("--set {set}"));
+        full_text += &as_comment(&format!("--set {set}"));
     }
-    Ok(whole)
+    Ok(full_text)
 }
 
 fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
@@ -341,12 +343,13 @@ fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneErro
     faults.end()?;
     if let Some(mut settings) = settings {
         settings.resolve_paths(Path::new(""))?;
-        tree.lay(settings)?;
+        tree.overlay(settings)?;
     }
     Ok(tree)
 }
 
-/// A file of a chain of bases: as it is to be shown, and as the file system knows it, since two spellings may be one file.
+/// A file in a chain of bases: its path for display and its canonical path, because two spellings may mean the same
+/// file.
 struct Link {
     path: PathBuf,
     identity: PathBuf,
@@ -361,7 +364,7 @@ impl Link {
     }
 }
 
-/// The tree of a file laid on top of that of its base, if it has one. `chain` holds the files that led here.
+/// Reads a file and overlays it on its base, if it has one. `chain` contains the files that led here.
 fn read_layers(path: &Path, text: &str, chain: &mut Vec<Link>) -> Result<Node, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut own = parse_file(path, text)?;
@@ -374,13 +377,13 @@ fn read_layers(path: &Path, text: &str, chain: &mut Vec<Link>) -> Result<Node, S
     chain.push(Link::new(path));
     let (base_path, base_text) = open_base(&base, folder, chain)?;
     let mut tree = read_layers(&base_path, &base_text, chain)?;
-    // What is missing from the document as a whole is missing from the file that was asked for.
+    // A key that is missing from the whole document is reported for the requested file.
     tree.place = Rc::clone(&own.place);
-    tree.lay(own)?;
+    tree.overlay(own)?;
     Ok(tree)
 }
 
-/// The file that a `base` names, and its text.
+/// Returns the file that a `base` names, and its text.
 fn open_base(base: &Node, folder: &Path, chain: &[Link]) -> Result<(PathBuf, String), SceneError> {
     let wrong = |problem| SceneError::new(&base.place, problem);
     let Content::Value(Value::String(written)) = &base.content else {
@@ -418,11 +421,11 @@ fn file(path: &Path) -> Place {
     }
 }
 
-/// Letters of a line of a file that are shown.
+/// Most characters shown of a line of a file.
 const SHOWN: usize = 160;
 
-/// A text without the ends of its long lines.
-fn clipped(text: &str) -> String {
+/// Truncates the long lines of a text.
+fn truncate_lines(text: &str) -> String {
     let lines = text
         .lines()
         .map(|line| match line.char_indices().nth(SHOWN) {
@@ -436,25 +439,30 @@ fn parse_file(path: &Path, text: &str) -> Result<Node, SceneError> {
     let syntax = |error: toml::de::Error| {
         SceneError::new(
             &file(path),
-            Problem::Syntax(clipped(error.to_string().trim_end())),
+            Problem::Syntax(truncate_lines(error.to_string().trim_end())),
         )
     };
     let table: Table = text.parse().map_err(syntax)?;
     let spans = DeTable::parse(text).map_err(syntax)?;
     let ends: Vec<usize> = text.match_indices('\n').map(|(end, _)| end).collect();
-    let place = |line| {
+    let place_of_line = |line| {
         Rc::new(Place::File {
             path: path.to_owned(),
             line,
         })
     };
-    let place_at = |start| place(Some(1 + ends.partition_point(|end| *end < start)));
+    let place_at = |start| place_of_line(Some(1 + ends.partition_point(|end| *end < start)));
     let tree = Value::Table(table);
-    Ok(build(tree, Some(spans.get_ref()), &place(None), &place_at))
+    Ok(build(
+        tree,
+        Some(spans.get_ref()),
+        &place_of_line(None),
+        &place_at,
+    ))
 }
 
-/// The tree of a value. With `spans`, the same as its file spells it, each key has the place where it begins there; without,
-/// all have the `place` of the value.
+/// Builds the tree of a value. With `spans`, the same table with positions, each key gets the place where it begins.
+/// Without `spans`, all keys get the `place` of the value.
 fn build(
     value: Value,
     spans: Option<&DeTable<'_>>,
@@ -484,12 +492,12 @@ fn build(
     }
 }
 
-/// The tree of a value all of which was written at one place.
+/// Builds the tree of a value that was written at a single place.
 fn build_at(value: Value, place: &Rc<Place>) -> Node {
     build(value, None, place, &|_| Rc::clone(place))
 }
 
-/// A tree with the one key of `key=value`. The value is TOML if it can be read as such, else a string.
+/// Parses `key=value` into a tree with that key. The value is parsed as TOML if possible, else taken as a string.
 fn parse_set(text: &str) -> Result<Node, SceneError> {
     let place = Rc::new(Place::Set(text.to_owned()));
     let malformed = || SceneError::new(&place, Problem::SetSyntax);

@@ -1,21 +1,21 @@
-//! What can be wrong with a scene.
+//! Errors in a scene.
 
 use std::fmt;
 use std::path::PathBuf;
 
 use crate::units::UnitError;
 
-/// Where a key was given.
+/// Place where a key was given.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// In a file.
     File {
         /// The file.
         path: PathBuf,
-        /// The line of the key, counted from 1; none if the place is the file as a whole.
+        /// Line of the key, counted from 1; `None` for the file as a whole.
         line: Option<usize>,
     },
-    /// On the command line; the text after `--set`.
+    /// On the command line, with the text after `--set`.
     Set(String),
 }
 
@@ -32,15 +32,15 @@ impl fmt::Display for Place {
     }
 }
 
-/// A scene that cannot be used: where its first fault is and what it is, and the other ones.
+/// Error of an unusable scene: its first fault with its place, and all further faults.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {problem}{}", others(.also))]
 pub struct SceneError {
-    /// Where it was written.
+    /// Place of the fault.
     pub place: Place,
-    /// What is wrong, boxed to keep results small.
+    /// The fault, boxed to keep results small.
     pub problem: Box<Problem>,
-    /// What else is wrong with the scene, in the order of its lines; these have none themselves.
+    /// Further faults of the scene, in the order of their lines. Their own `also` is empty.
     pub also: Vec<SceneError>,
 }
 
@@ -53,14 +53,14 @@ impl SceneError {
         }
     }
 
-    /// All faults, each alone.
+    /// Returns all faults separately.
     pub fn into_each(mut self) -> impl Iterator<Item = SceneError> {
         let also = std::mem::take(&mut self.also);
         std::iter::once(self).chain(also)
     }
 }
 
-/// A fault of a scene. Keys are dotted, from the top of the document; values are as written.
+/// Fault of a scene. Keys are dotted, from the top of the document. Values are shown as written.
 #[derive(Debug, thiserror::Error)]
 pub enum Problem {
     /// The file cannot be read.
@@ -69,18 +69,18 @@ pub enum Problem {
     /// The file named by `base` cannot be read.
     #[error("base = \"{base}\": {} cannot be read: {source}; base is a path relative to this file", path.display())]
     Base {
-        /// As written.
+        /// Path as written.
         base: String,
-        /// As resolved.
+        /// Path as resolved.
         path: PathBuf,
-        /// Why.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// The file is not TOML.
     #[error("is not valid TOML: {0}")]
     Syntax(String),
-    /// `base` leads back to a file of the chain.
-    #[error("base goes round in a circle: {}", chain.join(" -> "))]
+    /// The chain of `base` files contains a cycle.
+    #[error("the base files form a cycle: {}", chain.join(" -> "))]
     BaseCycle {
         /// The files, the first one repeated at the end.
         chain: Vec<String>,
@@ -88,57 +88,57 @@ pub enum Problem {
     /// A `--set` that is not `key=value`.
     #[error("is not key=value with a dotted key, such as --set wear.cycles=1e6")]
     SetSyntax,
-    /// A `--set` whose key is longer than any.
+    /// A `--set` whose key has too many names.
     #[error(
-        "has a key of {names} names; a key has at most {limit}, such as --set joint.hole.diameter=\"11 mm\""
+        "has a key of {names} names; use at most {limit}, as in --set joint.hole.diameter=\"11 mm\""
     )]
     SetDepth {
-        /// Names in the key.
+        /// Number of names in the key.
         names: usize,
-        /// Most names.
+        /// Largest allowed number of names.
         limit: usize,
     },
-    /// `base` in the scene that a run keeps.
+    /// `base` in the scene that a run stores.
     #[error(
-        "a scene that a run keeps is complete and has no base; remove the line, or run the scene from its own file"
+        "the scene.toml of a run is complete and must not have a base; remove the line, or run the original scene file"
     )]
     KeptBase,
-    /// `base` from the command line.
+    /// `base` on the command line.
     #[error("base cannot be set; write it in a file: base = \"other.toml\"")]
     SetBase,
-    /// A path that TOML cannot hold.
+    /// A path that TOML cannot represent.
     #[error("{key} = {value}: the path {} is not valid UTF-8; move the file", path.display())]
     PathEncoding {
         /// The key.
         key: String,
-        /// As written.
+        /// Path as written.
         value: String,
-        /// As resolved.
+        /// Path as resolved.
         path: PathBuf,
     },
-    /// A key that no scene has.
+    /// An unknown key.
     #[error("{key} = {value}: there is no such key{}", suggestion(.nearest, .siblings))]
     UnknownKey {
         /// The key.
         key: String,
         /// Its value.
         value: String,
-        /// The known key most like it.
+        /// The most similar known key.
         nearest: Option<String>,
-        /// The keys that its section has.
+        /// The known keys of its section.
         siblings: Vec<String>,
     },
-    /// A key that scenes once had.
+    /// A key of former versions.
     #[error("{key} = {value}: there is no such key any more: {instead}")]
     FormerKey {
         /// The key.
         key: String,
         /// Its value.
         value: String,
-        /// What to do without it.
+        /// The replacement.
         instead: &'static str,
     },
-    /// A key of another kind of section.
+    /// A key that belongs to another kind of its section.
     #[error(
         "{key} = {value} does not belong to {kind_key} = \"{kind}\", whose keys are: {}",
         listed(.keys)
@@ -150,37 +150,37 @@ pub enum Problem {
         value: String,
         /// The key that gives the kind.
         kind_key: String,
-        /// The kind chosen.
+        /// The chosen kind.
         kind: String,
         /// The keys of that kind.
         keys: Vec<String>,
     },
-    /// A key or a value that the full program will know and this version does not.
+    /// A key or value that this version does not support yet.
     #[error("{key} is not available in this version: {instead}")]
     Unavailable {
-        /// The key, with its value if only the value is not available.
+        /// The key, with its value if only the value is unsupported.
         key: String,
-        /// What to do.
+        /// The alternative.
         instead: &'static str,
     },
-    /// A required key that is not there.
+    /// A missing required key.
     #[error("{key} is missing; add to [{section}]: {example}")]
     Missing {
         /// The key.
         key: String,
         /// The section it belongs to.
         section: String,
-        /// A line that would do.
+        /// A line that would fix it.
         example: String,
     },
-    /// A required section that is not there.
+    /// A missing required section.
     #[error("section [{section}] is missing ({purpose}); add for example:\n{example}")]
     MissingSection {
         /// The section.
         section: &'static str,
-        /// What it says.
+        /// The purpose of the section.
         purpose: &'static str,
-        /// Lines that would do.
+        /// Lines that would fix it.
         example: String,
     },
     /// A value of the wrong type.
@@ -190,38 +190,38 @@ pub enum Problem {
         key: String,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// The expected type.
         expected: String,
     },
-    /// A text that is not the quantity it should be.
+    /// A text that is not a valid quantity.
     #[error("{key}: {source}")]
     Quantity {
         /// The key.
         key: String,
-        /// What is wrong with the text, which it quotes.
+        /// The error of the text, which it quotes.
         source: UnitError,
     },
-    /// A text that is not the unit it should be.
+    /// A text that is not a valid unit.
     #[error("{key} = \"{value}\": must be the unit of {} alone, such as \"{}\" ({})", .source.expected, .source.expected.units().first().unwrap_or(&"m"), .source.problem)]
     Unit {
         /// The key.
         key: String,
         /// Its value.
         value: String,
-        /// What is wrong with it.
+        /// The error of the unit.
         source: UnitError,
     },
-    /// A value out of its range.
+    /// A value outside its range.
     #[error("{key} = {value}: must be {expected}")]
     Range {
         /// The key.
         key: String,
         /// Its value.
         value: String,
-        /// What would be right.
+        /// The expected range.
         expected: String,
     },
-    /// A word that is none of those to choose from.
+    /// A word that is not one of the choices.
     #[error(
         "{key} = {value}: must be one of {}{}",
         quoted(.choices),
@@ -232,9 +232,9 @@ pub enum Problem {
         key: String,
         /// Its value.
         value: String,
-        /// The words to choose from.
+        /// The choices.
         choices: Vec<&'static str>,
-        /// The one most like it.
+        /// The most similar choice.
         nearest: Option<&'static str>,
     },
     /// A section that contradicts another one.
@@ -242,7 +242,7 @@ pub enum Problem {
     Misplaced {
         /// The section.
         section: &'static str,
-        /// What it contradicts and what would be right.
+        /// The contradiction, and a correct alternative.
         reason: String,
     },
     /// Two keys that contradict each other.
@@ -252,13 +252,14 @@ pub enum Problem {
         key: String,
         /// Its value.
         value: String,
-        /// What it contradicts and what would be right.
+        /// The contradiction, and a correct alternative.
         reason: String,
     },
 }
 
 impl Problem {
-    /// The key that it is about, and the value as it was written; none of a file as a whole, or of a key that is not there.
+    /// Returns the key of the fault, and its value as written. The key is `None` if the fault concerns a whole file;
+    /// the value is `None` if the key is missing.
     pub fn key_and_value(&self) -> (Option<&str>, Option<&str>) {
         match self {
             Problem::Read(_)

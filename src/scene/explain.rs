@@ -1,4 +1,4 @@
-//! What people, programs and editors are told of the keys of a scene.
+//! Descriptions of the keys of a scene, for users, programs and editors.
 
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -7,38 +7,38 @@ use super::Preset;
 use super::error::suggestion;
 use super::keys::{self, AnyKey, Default, HasForm, Key, Value as _, join, meant};
 
-/// A key of a scene.
+/// Description of a key.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct KeyAbout {
-    /// Dotted, from the top of a scene.
+    /// Dotted name, from the top of a scene.
     #[serde(skip)]
     pub key: &'static str,
-    /// What it means. The first sentence alone says it in short.
+    /// The meaning. The first sentence is a summary.
     pub meaning: String,
-    /// What its value must be.
+    /// The expected type of the value.
     #[serde(rename = "type")]
     pub kind: String,
-    /// What it is where a scene does not give it.
+    /// The default value.
     pub default: String,
-    /// A line of its section that would do.
+    /// An example line for its section.
     pub example: String,
-    /// The words to choose from.
+    /// The words to choose from, for a key with choices.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
-    /// Where it belongs, if not to all of its section.
+    /// The kinds of its section that have the key, if not all.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub only: Vec<String>,
-    /// The keys that take its place: a scene has one of them.
+    /// The alternative keys, of which a scene gives only one.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub instead: Vec<String>,
 }
 
-/// A word that a key may be.
+/// A word that a key accepts.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Choice {
     /// The word.
     pub word: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub meaning: &'static str,
 }
 
@@ -58,7 +58,7 @@ impl KeyAbout {
         }
     }
 
-    /// The first sentence of its meaning.
+    /// The first sentence of the meaning.
     pub fn summary(&self) -> &str {
         let is_end = |(at, _): &(usize, &str)| {
             let next = self.meaning[at + 2..].chars().next();
@@ -69,13 +69,13 @@ impl KeyAbout {
         self.meaning[..end].trim_end_matches('.')
     }
 
-    /// Its default under a preset, as after `--set`, where that does not depend on other keys.
+    /// The default under a preset, written as after `--set`, if it does not depend on other keys.
     pub fn default_under(&self, preset: Preset) -> Option<&'static str> {
         keys::find(self.key)?.default.of(preset)
     }
 }
 
-/// Where a key of one kind of its section belongs.
+/// Describes where a key of one kind of its section belongs.
 fn only(key: &AnyKey, kind: &str) -> String {
     let section = keys::section_of(key.name);
     let mut forms = keys::FORMS.iter();
@@ -85,34 +85,34 @@ fn only(key: &AnyKey, kind: &str) -> String {
     }
 }
 
-/// The keys in whose place a key stands.
+/// Lists the alternatives to a key.
 fn instead(key: &str) -> Vec<String> {
     let section = keys::section_of(key);
-    let mut found: Vec<String> = Vec::new();
+    let mut alternatives: Vec<String> = Vec::new();
     for (_, ways) in keys::ALTERNATIVES.iter().filter(|entry| entry.0 == section) {
         let is_own = |way: &&&[&str]| way.iter().any(|name| join(section, name) == key);
         if ways.iter().any(|way| is_own(&way)) {
             let others = ways.iter().filter(|way| !is_own(way));
-            found.extend(others.map(|way| join(section, way[0])));
+            alternatives.extend(others.map(|way| join(section, way[0])));
         }
     }
-    found.sort_unstable();
-    found.dedup();
-    found
+    alternatives.sort_unstable();
+    alternatives.dedup();
+    alternatives
 }
 
-/// A section of a scene.
+/// Description of a section.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SectionAbout {
-    /// Its name; empty for what stands above all sections.
+    /// Name of the section; empty for the keys above all sections.
     pub section: String,
-    /// What it says.
+    /// Meaning of the section.
     pub meaning: String,
-    /// Its keys, and those of the tables in it.
+    /// Its keys, including keys of tables in it.
     pub keys: Vec<KeyAbout>,
 }
 
-/// The sections of a scene with all their keys.
+/// Describes all sections of a scene with their keys.
 pub fn sections() -> Vec<SectionAbout> {
     let inner = keys::children("")
         .into_iter()
@@ -136,7 +136,7 @@ fn section(name: &str) -> SectionAbout {
     }
 }
 
-/// What a section says, also one that is a key.
+/// Returns the meaning of a section, also of a section that is itself a key.
 fn meaning(section: &str) -> String {
     match (keys::about_section(section), keys::find(section)) {
         (None, Some(key)) => key.doc(),
@@ -144,30 +144,30 @@ fn meaning(section: &str) -> String {
     }
 }
 
-/// What there is to say on a name.
+/// Description of a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum About {
-    /// It is a key.
+    /// The name is a key.
     Key(KeyAbout),
-    /// It is a section, or a key that may be a table.
+    /// The name is a section, or a key whose value may be a table.
     Section(SectionAbout),
 }
 
-/// A name that no key and no section has.
+/// Error for a name that is neither a key nor a section.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: there is no such key{}", hint(.name, .nearest, .known))]
 pub struct UnknownKey {
     /// The name.
     pub name: String,
-    /// The key most like it.
+    /// The most similar key.
     pub nearest: Option<String>,
-    /// Those of its section.
+    /// The known keys of its section.
     pub known: Vec<String>,
-    /// Whether earlier scenes had the key.
+    /// True if former versions had the key.
     pub is_former: bool,
 }
 
-/// What a key that is none may have been.
+/// Suggests a replacement for an unknown key.
 fn hint(name: &str, nearest: &Option<String>, known: &[String]) -> String {
     match keys::replacement_of_former(name) {
         Some(instead) => format!(" any more: {instead}"),
@@ -175,10 +175,10 @@ fn hint(name: &str, nearest: &Option<String>, known: &[String]) -> String {
     }
 }
 
-/// What a key or a section is.
+/// Describes a key or a section by its name.
 ///
 /// # Errors
-/// [`UnknownKey`] with the nearest that there is.
+/// [`UnknownKey`] with the most similar key.
 pub fn explain(name: &str) -> Result<About, UnknownKey> {
     if is_section(name) {
         return Ok(About::Section(section(name)));
@@ -197,7 +197,8 @@ pub fn explain(name: &str) -> Result<About, UnknownKey> {
     }
 }
 
-/// A JSON Schema of scene files, each by itself: what its `base` gives need not be there.
+/// Returns a JSON Schema for scene files. Each file is checked on its own, so no key is required: its `base` may give
+/// it.
 pub fn json_schema() -> Value {
     let mut schema = table("");
     let base = &keys::joint::file::BASE;
@@ -247,7 +248,7 @@ fn property(name: &str) -> Value {
     with_words(key, json!({ "anyOf": [own, table(name)] }))
 }
 
-/// A schema with what an editor shows.
+/// Adds the descriptions that an editor shows to a schema.
 fn with_words(key: &Key<impl HasForm + ?Sized>, mut schema: Value) -> Value {
     let form = key.value.value_form();
     let json_of = |text| json!(meant(text));

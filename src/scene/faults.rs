@@ -1,18 +1,18 @@
-//! What is wrong with a scene, gathered: whoever has made three mistakes is told of three.
+//! Collects the faults of a scene, so that all of them are reported at once.
 
 use super::error::{Place, Problem, SceneError};
 
-/// More faults than a person mends in one go are not looked for.
+/// Most faults that are collected and reported.
 pub const MOST: usize = 50;
 
-/// Faults that are found one after another.
+/// Faults in the order in which they are found.
 #[derive(Debug, Default)]
 pub struct Faults(Vec<SceneError>);
 
 impl Faults {
-    /// The value, if there is one; else its faults are noted.
-    pub fn keep<T>(&mut self, found: Result<T, SceneError>) -> Option<T> {
-        match found {
+    /// Returns the value of a result, or records its faults.
+    pub fn keep<T>(&mut self, result: Result<T, SceneError>) -> Option<T> {
+        match result {
             Ok(value) => Some(value),
             Err(error) => {
                 let left = MOST - self.0.len();
@@ -22,12 +22,12 @@ impl Faults {
         }
     }
 
-    /// True once no more are noted.
+    /// True if no further faults are recorded.
     pub fn is_full(&self) -> bool {
         self.0.len() >= MOST
     }
 
-    /// All of them as one error, as they were found; nothing if there are none.
+    /// Returns all faults as one error, in the order in which they were found, or `Ok` without faults.
     pub fn end(self) -> Result<(), SceneError> {
         let mut faults = self.0.into_iter();
         match faults.next() {
@@ -39,17 +39,17 @@ impl Faults {
         }
     }
 
-    /// The faults as one error for who has to mend them: the first of each key, in the order of the lines, and without those that follow
-    /// from another one; nothing if there are none.
+    /// Returns the faults as one error for the user: only the first fault of each key, sorted by line, without faults
+    /// that follow from others. Returns `Ok` without faults.
     pub fn end_sorted(mut self) -> Result<(), SceneError> {
-        let blamed: Vec<String> = self.0.iter().filter_map(blamed).collect();
-        self.0.retain(|fault| !is_absent(fault, &blamed));
-        let mut told: Vec<(Place, Option<String>)> = Vec::new();
+        let blamed_names: Vec<String> = self.0.iter().filter_map(blamed_name).collect();
+        self.0.retain(|fault| !is_consequence(fault, &blamed_names));
+        let mut reported: Vec<(Place, Option<String>)> = Vec::new();
         self.0.retain(|fault| {
             let key = fault.problem.key_and_value().0.map(str::to_owned);
-            let about = (fault.place.clone(), key);
-            let is_new = !told.contains(&about);
-            told.push(about);
+            let subject = (fault.place.clone(), key);
+            let is_new = !reported.contains(&subject);
+            reported.push(subject);
             is_new
         });
         self.0.sort_by_key(rank);
@@ -57,8 +57,9 @@ impl Faults {
     }
 }
 
-/// What is missing for this fault alone: the key that an unknown one was probably meant to be, or all of a section that is none.
-fn blamed(fault: &SceneError) -> Option<String> {
+/// Returns the name that is missing only because of this fault: the key that a misspelt one was meant to be, or a
+/// section with a wrong value.
+fn blamed_name(fault: &SceneError) -> Option<String> {
     match fault.problem.as_ref() {
         Problem::UnknownKey { nearest, .. } => nearest.clone(),
         Problem::Type { key, .. } => Some(key.clone()),
@@ -66,9 +67,9 @@ fn blamed(fault: &SceneError) -> Option<String> {
     }
 }
 
-/// True of what is missing only since something else is wrong.
-fn is_absent(fault: &SceneError, blamed: &[String]) -> bool {
-    let is_blamed = |name: &str| blamed.iter().any(|key| key == name);
+/// True for a missing key or section that another fault explains.
+fn is_consequence(fault: &SceneError, blamed_names: &[String]) -> bool {
+    let is_blamed = |name: &str| blamed_names.iter().any(|key| key == name);
     match fault.problem.as_ref() {
         Problem::Missing { key, section, .. } => is_blamed(key) || is_blamed(section),
         Problem::MissingSection { section, .. } => is_blamed(section),
@@ -76,7 +77,8 @@ fn is_absent(fault: &SceneError, blamed: &[String]) -> bool {
     }
 }
 
-/// Files before the command line, lines in their order, and what stands nowhere behind what does.
+/// Sorting key of a fault: files before the command line, then lines in order. A fault without a line comes last in its
+/// file.
 fn rank(fault: &SceneError) -> (bool, String, usize) {
     match &fault.place {
         Place::File { path, line } => {
@@ -87,9 +89,9 @@ fn rank(fault: &SceneError) -> (bool, String, usize) {
     }
 }
 
-/// Results all of which are wanted: their values, or the faults of each.
+/// Combines several results: all their values, or the faults of all of them.
 pub trait All {
-    /// The values.
+    /// The tuple of values.
     type Values;
 
     /// See [`All`].

@@ -1,7 +1,7 @@
-//! The scene: the TOML a user writes, resolved to SI with every default filled in.
+//! The scene: the TOML of a user, resolved to SI with all defaults.
 //!
-//! [`load`] reads a file, the files it is based on and the `--set` of a command line, refuses what it does not know, and gives a
-//! [`Scene`]. A scene knows what is wanted; what is built for it is decided elsewhere.
+//! [`load`] reads a file, its base files and the `--set` options of the command line, rejects unknown keys, and returns
+//! a [`Scene`]. A scene states what is wanted. [`Plan`] decides how to compute it.
 //!
 //! ```
 //! use std::path::Path;
@@ -10,7 +10,7 @@
 //! let sets = ["joint.grid=[60, 48]".to_owned()];
 //! let scene = scene::load(Path::new("pipelines/prescribed_fretting.toml"), &sets)?;
 //! let plan = Plan::of(&scene)?;
-//! // The recipe has every number that a run would use, and the plan says why.
+//! The recipe contains every number that a run would use, and the plan gives the reasons.
 //! assert_eq!(plan.inputs.recipe.surface().map(|surface| surface.grid), Some([60, 48]));
 //! for decision in &plan.decisions {
 //!     println!("{decision:?}");
@@ -58,29 +58,30 @@ pub use faults::MOST as MOST_FAULTS;
 pub use plan::{InputError, Plan, PlanError};
 pub use record::{FOLLOWING_KEYS, is_relevant};
 
-/// A complete, checked scene. All quantities are SI.
+/// Complete and checked scene. All quantities are in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// The name of its file without the extension.
+    /// File name of the scene without the extension.
     pub name: String,
-    /// The recipe as far as one key decides each value; [`Plan`] adds joints and reasons.
+    /// The recipe, as far as single keys determine it. [`Plan`] adds the values that depend on several keys, and the
+    /// reasons.
     pub recipe: Recipe,
-    /// Extent, grid and contact elements of the joint; none for an oscillator.
+    /// Size, grid and contact elements of the joint; `None` for an oscillator.
     pub joint: Option<Joint>,
-    /// Elastic constants and density of the bodies; none for an oscillator.
+    /// Elastic constants and density of the bodies; `None` for an oscillator.
     pub material: Option<Bodies>,
-    /// The rough surface (one composite surface against a flat); none where the stiffness of the contact is given, or there
-    /// is no contact.
+    /// The rough surface (one composite surface against a flat); `None` if the contact stiffness is given, or without
+    /// contact.
     pub surface: Option<Surface>,
-    /// Friction, load and boundary conditions; none for a structure without contact.
+    /// Friction, load and boundary conditions; `None` for a structure without contact.
     pub contact: Option<Contact>,
-    /// The prescribed cyclic motion; none for a static contact, or where a structure moves the joint.
+    /// The prescribed cyclic motion; `None` for a static contact, or if a structure moves the joint.
     pub motion: Option<Motion>,
-    /// Friction in the plane of the contact elements.
+    /// Friction law in the plane of the contact elements.
     pub friction_law: FrictionLaw,
-    /// When the worn contact changes the contact elements of the structure.
+    /// Criterion for updating the contact elements of the structure from the worn contact.
     pub update: Updates,
-    /// Accuracy against cost.
+    /// Settings of accuracy and cost.
     pub fidelity: Fidelity,
     canonical: serde_json::Value,
     document: toml::Table,
@@ -91,92 +92,92 @@ pub struct Scene {
 pub struct Joint {
     /// Side lengths along x and y \[m\].
     pub size: [f64; 2],
-    /// Cells along x and y; there whenever there is a surface.
+    /// Cells along x and y; always given if there is a surface.
     pub grid: Option<[usize; 2]>,
-    /// Contact elements along x and y; there whenever there is a structure with a joint.
+    /// Contact elements along x and y; always given if there is a structure with a joint.
     pub elements: Option<[usize; 2]>,
-    /// Diameter of a round hole in the middle \[m\].
+    /// Diameter of a round hole in the middle of the joint \[m\].
     pub hole: Option<f64>,
 }
 
 /// `[material]`
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bodies {
-    /// The elastic constants of both bodies.
+    /// Elastic constants of both bodies.
     pub elastic: Pair,
-    /// Density of the lower body and of the upper one \[kg/m³\]; only a structure needs them.
+    /// Density of the lower and the upper body \[kg/m³\]; only a structure needs them.
     pub density: [Option<f64>; 2],
 }
 
 /// `[contact]`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// Coulomb's coefficient of friction, zero or greater; there whenever there is a motion or a structure.
+    /// Coulomb's coefficient of friction, zero or greater; always given if there is a motion or a structure.
     pub friction_coefficient: Option<f64>,
-    /// What happens to the in-plane direction that is not driven.
+    /// Treatment of the in-plane direction y, across the motion.
     pub transverse: Transverse,
-    /// What presses and holds the bodies; none of a contact of given stiffness.
+    /// Load and boundary conditions of the rough contact; `None` if the contact stiffness is given.
     pub conditions: Option<Conditions>,
-    /// Where the preload acts, if that is given.
+    /// The points where the preload acts, if they are given.
     pub preload: Option<Preload>,
-    /// The bolt whose compliance follows from its dimensions; its clamped parts have the modulus of the lower body.
+    /// The bolt whose compliance follows from its dimensions. Its clamped parts have the modulus of the lower body.
     pub bolt: Option<BoltedJoint>,
-    /// How the bodies of a structure are to press each other, if they can; a punch where there is none.
+    /// How the bodies of a structure press each other, if both ways are possible. A punch without a structure.
     pub pressed_by: PressedBy,
-    /// What the contact elements of a structure get as stiffness.
+    /// Stiffness that the contact elements of a structure get.
     pub elements: ElementStiffness,
-    /// The file that has each of them, and what it says once it is read.
+    /// The file with a row for every contact element, and its content after reading.
     pub table: Option<ElementFile>,
 }
 
-/// A table of contact elements.
+/// File with a table of contact elements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ElementFile {
-    /// The file.
+    /// The path of the file.
     #[serde(skip)]
     pub path: PathBuf,
-    /// What it says.
+    /// The content, once the file is read.
     #[serde(skip)]
     pub table: Option<ElementTable>,
 }
 
-/// Opposing forces at two places of a structure.
+/// Bolt preload: opposing forces at two places of a structure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Preload {
-    /// The nodes of both places, by their numbers and names of sets.
+    /// The nodes of both places, given as node numbers and names of sets.
     pub ends: [String; 2],
-    /// The bolt is a part of the structure's mesh: the force is what the joint bears.
+    /// True if the bolt is a part of the structure's mesh. The force is then the load that the joint bears.
     pub in_mesh: bool,
 }
 
-/// How the bodies of a joint press each other.
+/// Punch or structure: how the bodies of a joint press each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum PressedBy {
-    /// As the structure bends.
+    /// The bodies deform as the structure bends.
     Structure,
-    /// As rigid punches on half spaces.
+    /// The bodies are rigid punches on half spaces.
     Punch,
 }
 
-/// What happens to the in-plane direction that is not driven.
+/// Treatment of the in-plane direction y, across the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Transverse {
-    /// It does not exist: neither shear nor displacement along y.
+    /// No y direction: neither shear nor displacement along y.
     Absent,
-    /// The mean displacement along y is held; local shear along y is free to arise.
+    /// The mean displacement along y is fixed; local shear along y is possible.
     Fixed,
-    /// The force along y is zero, and the mean displacement along y found.
+    /// The force along y is zero, and the mean displacement along y is solved for.
     Free,
 }
 
-/// `[motion]`: what drives the joint in every cycle of period T.
+/// `[motion]`: the drive of the joint in every cycle of period T.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
-    /// It is harmonic.
+    /// A harmonic motion.
     Harmonic(HarmonicMotion),
     /// One cycle as a table in a file.
     History {
-        /// The file, absolute.
+        /// Absolute path of the file.
         path: PathBuf,
     },
 }
@@ -184,25 +185,26 @@ pub enum Motion {
 /// `[fidelity]`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fidelity {
-    /// The set of defaults that the other values come from.
+    /// The preset from which the other values take their defaults.
     pub preset: Preset,
-    /// The error that the knobs were chosen for in place of the preset's: a bound on the error bar of the worn volume.
+    /// Bound on the error of the worn volume from which the settings were chosen, in place of the preset.
     pub tolerance: Option<f64>,
-    /// How a cycle is marched; none: the plan decides.
+    /// Method of marching through a cycle; `None` lets the plan decide.
     pub cycle: Option<March>,
     /// Time steps of a stepped cycle.
     pub steps_per_cycle: usize,
-    /// What solves of the contact and cycles are ended by.
+    /// Tolerances at which contact solves and cycles end.
     pub tolerances: Tolerances,
-    /// Whether a stepped cycle has steps of second order, and is extrapolated to steps of no length from them and half as many.
+    /// True if a stepped cycle uses steps of second order and is extrapolated to step length zero, from a second cycle
+    /// with half as many steps.
     pub cycle_extrapolation: bool,
-    /// Steps in which the load rises on bodies that slip under it, since they differ elastically.
+    /// Number of load steps for bodies of different materials, which slip while the load rises.
     pub load_steps: usize,
-    /// Whether the scene is run on half the grid too.
+    /// True if the scene is also run on half the grid.
     pub grid_check: bool,
 }
 
-/// A set of defaults.
+/// Set of defaults for accuracy and cost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preset {
@@ -216,32 +218,34 @@ pub enum Preset {
     Reference,
 }
 
-/// Reads the scene in the file at `path` with `sets` (`key=value` each) applied.
+/// Reads the scene in the file at `path` and applies `sets` (`key=value` each).
 ///
-/// Paths inside a file are relative to that file, paths in `sets` to the working folder.
+/// Paths in a file are relative to that file. Paths in `sets` are relative to the working folder.
 ///
 /// # Errors
-/// [`SceneError`] with all faults of the scene: a file that cannot be read, unknown, missing or contradictory keys, values of the
-/// wrong type, dimension or range. What follows from a fault is not judged.
+/// [`SceneError`] with all faults of the scene: a file that cannot be read, unknown, missing or contradictory keys, and
+/// values of the wrong type, dimension or range. Consequences of a fault are not reported.
 pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
     resolve::scene(&document::read(path, sets)?, name_of(path))
 }
 
-/// The document of the file at `path` with its bases and `sets` applied and paths made absolute, as TOML: what [`load_kept`] reads, also
-/// with further `sets`. Whether it is a scene, nobody has looked.
+/// Returns the document of the file at `path` as TOML, with its bases and `sets` applied and with absolute paths.
+/// [`load_kept`] can read the text, also with further `sets`. The function does not check whether the document is a
+/// valid scene.
 ///
 /// # Errors
-/// [`SceneError`] for a file that cannot be read or is no TOML, and a key that is no `key=value`.
+/// [`SceneError`] for a file that cannot be read or is not TOML, and for a set that is not `key=value`.
 pub fn text_of(path: &Path, sets: &[String]) -> Result<String, SceneError> {
     Ok(document::read(path, sets)?.to_table().to_string())
 }
 
-/// Whether the value of a key is the path of a file.
+/// True if the value of a key is the path of a file.
 pub fn is_path(key: &str) -> bool {
     keys::find(key).is_some_and(|key| key.value.value_form().is_path)
 }
 
-/// As [`load`], from the text of the scene that a run keeps, whose file stands, or stood, at `path`. It has no `base`.
+/// As [`load`], but reads the text of a scene that a run stores. `path` is the path of its file, which need not exist.
+/// The text must not have a `base`.
 ///
 /// # Errors
 /// As for [`load`].
@@ -249,11 +253,12 @@ pub fn load_kept(path: &Path, text: &str, sets: &[String]) -> Result<Scene, Scen
     resolve::scene(&document::read_kept(path, text, sets)?, name_of(path))
 }
 
-/// The scene in the file at `path` as it was written, comments too, for people: below its text stand, as comments, those of the files
-/// that it is based on, and `sets`. It is TOML, but loading it gives the scene only where there are no bases and no `sets`.
+/// Returns the text of the scene file at `path`, with its comments, for display. The texts of its base files and `sets`
+/// follow as TOML comments. The result is TOML, but loading it gives the scene only if there are no bases and no
+/// `sets`.
 ///
 /// # Errors
-/// As for [`load`], of files that cannot be read.
+/// As for [`load`], if a file cannot be read.
 pub fn source_text(path: &Path, sets: &[String]) -> Result<String, SceneError> {
     document::written(path, sets)
 }
@@ -264,31 +269,32 @@ fn name_of(path: &Path) -> String {
 }
 
 impl Scene {
-    /// The document with its bases and `--set` applied and paths made absolute: loading it again gives this scene.
+    /// The document with its bases and `--set` applied and with absolute paths. Loading it again gives this scene.
     pub fn document(&self) -> &toml::Table {
         &self.document
     }
 
-    /// What the document gives of a key of a section, as in `wear.tolerance`; none of one that has its default.
+    /// The value of a key such as `wear.tolerance` in the document; `None` if the key has its default.
     fn given(&self, key: &str) -> Option<&toml::Value> {
         let (section, name) = key.split_once('.')?;
         self.document.get(section)?.get(name)
     }
 
-    /// [`Scene::document`] as TOML.
+    /// Writes [`Scene::document`] as TOML.
     pub fn to_toml(&self) -> String {
         self.document.to_string()
     }
 
-    /// The values of its keys as they were read, in SI, as nested objects with sorted keys: what a hash of the scene is made of.
+    /// The values of the keys as they were read, in SI, as nested objects with sorted keys. Hashes of the scene are
+    /// made from this value.
     ///
-    /// Scenes that mean the same in other units are equal here. Title, name and paths are left out, since they do not influence
-    /// a result; the content of a file must be hashed beside.
+    /// Scenes that differ only in their units are equal here. Title, name and paths are omitted, because they do not
+    /// affect results. The contents of files must be hashed separately.
     pub fn canonical(&self) -> serde_json::Value {
         self.canonical.clone()
     }
 
-    /// What vibrates, if anything does.
+    /// The vibrating structure, if there is one.
     pub fn structure(&self) -> Option<&Structure> {
         self.recipe
             .structure
@@ -296,7 +302,7 @@ impl Scene {
             .map(|structure| &structure.source)
     }
 
-    /// What its rough contact is made of, if it has one.
+    /// The sections that define the rough contact, if the scene has one.
     pub fn rough(&self) -> Option<RoughJoint<'_>> {
         Some(RoughJoint {
             joint: self.joint.as_ref()?,
@@ -310,27 +316,27 @@ impl Scene {
     }
 }
 
-/// The sections of a scene that a rough contact is made of.
+/// Sections of a scene that define a rough contact.
 #[derive(Debug, Clone, Copy)]
 pub struct RoughJoint<'a> {
-    /// Extent and contact elements.
+    /// Size and contact elements of the joint.
     pub joint: &'a Joint,
     /// The two bodies.
     pub material: &'a Bodies,
     /// The surface.
     pub surface: &'a Surface,
-    /// Friction.
+    /// Friction and further contact keys.
     pub contact: &'a Contact,
-    /// What presses and holds the bodies.
+    /// Load and boundary conditions.
     pub conditions: &'a Conditions,
-    /// The structure whose contact elements the cells belong to.
+    /// The structure whose contact elements contain the cells.
     pub structure: Option<&'a Structure>,
     /// The grid of the joint.
     pub grid: Grid,
 }
 
 impl Contact {
-    /// Static load that presses the bodies together \[N\]; 0 where the approach is given.
+    /// Static load that presses the bodies together \[N\]; 0 if the approach is given instead.
     pub fn normal_load(&self) -> f64 {
         match (&self.conditions, self.elements) {
             (Some(conditions), _) => conditions.normal_load,
@@ -341,7 +347,7 @@ impl Contact {
 }
 
 impl RoughJoint<'_> {
-    /// The grid and the cells of it that belong to the joint: with a structure, those of its contact elements.
+    /// The grid, and the cells that belong to the joint. With a structure these are the cells of its contact elements.
     pub fn patch(&self) -> Patch {
         match (self.elements(), self.joint.hole) {
             (Some(Ok(elements)), _) => elements.patch().clone(),
@@ -350,10 +356,10 @@ impl RoughJoint<'_> {
         }
     }
 
-    /// The contact elements of the structure on this grid, if there is one and it is known where they are.
+    /// The contact elements of the structure on this grid, if there is a structure and its contact positions are known.
     ///
     /// # Errors
-    /// [`ModelUpdateError`] where the grid is coarser than the elements.
+    /// [`ModelUpdateError`] if the grid is coarser than the elements.
     pub fn elements(&self) -> Option<Result<ContactElements, ModelUpdateError>> {
         let array = self.structure?.contact_array()?;
         Some(ContactElements::new(

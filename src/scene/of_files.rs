@@ -1,11 +1,12 @@
-//! A scene whose structure is read from files, from one of the resonator.
+//! Conversion of a scene with a resonator into a scene whose structure is read from files.
 
 use toml::{Table, Value};
 
 use super::Scene;
 
 impl Scene {
-    /// The text of this scene with the keys of another `[structure]`, and with the nodes that `point` has for each point of the old one.
+    /// Returns the text of this scene with other keys in `[structure]`, and with each point replaced by the nodes that
+    /// `point` returns for it.
     pub fn reading_matrices(
         &self,
         keys: impl IntoIterator<Item = (&'static str, &'static str)>,
@@ -22,14 +23,14 @@ impl Scene {
             joint.remove("elements");
             joint.remove("hole");
         }
-        let usual = self
+        let default_point = self
             .structure()
             .and_then(|structure| structure.points().first().copied());
-        let name_point = |place: &mut Value, usual: Option<&str>| {
+        let name_point = |place: &mut Value, default_point: Option<&str>| {
             let Some(place) = place.as_table_mut() else {
                 return;
             };
-            let at = place.get("at").and_then(Value::as_str).or(usual);
+            let at = place.get("at").and_then(Value::as_str).or(default_point);
             if let Some(nodes) = at.and_then(&point) {
                 place.insert("at".to_owned(), nodes.into());
             }
@@ -38,9 +39,11 @@ impl Scene {
         for (key, value) in dynamics.into_iter().flatten() {
             match (key.as_str(), value) {
                 ("force", Value::Array(forces)) => {
-                    forces.iter_mut().for_each(|force| name_point(force, usual));
+                    forces
+                        .iter_mut()
+                        .for_each(|force| name_point(force, default_point));
                 }
-                ("force", force) => name_point(force, usual),
+                ("force", force) => name_point(force, default_point),
                 ("response", response) => name_point(response, None),
                 _ => (),
             }

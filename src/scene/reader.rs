@@ -1,4 +1,4 @@
-//! Access to the tree of a scene by its declared keys, and the record of what was read.
+//! Access to the tree of a scene by its declared keys. Records the values that were read.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ use super::record::Record;
 
 type Result<T> = std::result::Result<T, SceneError>;
 
-/// A key, or a section, by its dotted name.
+/// Name of a key or section.
 pub(super) trait Named {
     fn name(&self) -> &str;
 }
@@ -33,12 +33,13 @@ impl<V: ?Sized> Named for &Key<V> {
     }
 }
 
-/// Reads the values of a tree, notes them by their keys, and says what is wrong with them.
+/// Reads the values of a tree, records them by their keys, and reports their faults.
 pub(super) struct Reader<'a> {
     pub root: &'a Node,
-    /// The values that it has handed out.
+    /// The values that were read.
     pub record: Record,
-    /// A list of tables of which the tree has one, and its number: errors say so.
+    /// If the tree contains one table of a list in place of the list: the list and the number of the table, for error
+    /// messages.
     item: Option<(&'static str, usize)>,
 }
 
@@ -51,7 +52,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A reader of one of the tables of a list: the tree has it where the list would be.
+    /// Creates a reader for one table of a list. The tree contains that table in place of the list.
     pub fn of_item(root: &'a Node, list: &'static str, at: usize) -> Self {
         Reader {
             item: Some((list, at)),
@@ -59,8 +60,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// How errors call a key.
-    fn called(&self, key: &str) -> String {
+    /// Returns the name of a key in error messages.
+    fn display_name(&self, key: &str) -> String {
         match self
             .item
             .map(|(list, at)| (list, at, key.strip_prefix(list)))
@@ -78,33 +79,33 @@ impl<'a> Reader<'a> {
         self.node(key).is_some()
     }
 
-    /// A key as it is given; as the whole tree where it is not.
+    /// Returns the given value of a key, or the whole tree if the key is not given.
     fn given(&self, key: impl Named) -> GivenValue<'a> {
         GivenValue {
-            key: self.called(key.name()),
+            key: self.display_name(key.name()),
             node: self.root.get(key.name()).unwrap_or(self.root),
         }
     }
 
-    /// The value of a key, if it is given. It is not noted.
+    /// Returns the value of a key if it is given, without recording it.
     pub fn look<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
         self.has(key)
             .then(|| key.value.read(&self.given(key)))
             .transpose()
     }
 
-    /// Notes the value of a key, and returns it.
+    /// Records the value of a key, and returns it.
     pub fn note<V: Value>(&self, key: &Key<V>, value: V::Read) -> V::Read {
         self.record.note(key.name, key.value.noted(&value));
         value
     }
 
-    /// The value of a key, if it is given.
+    /// Returns and records the value of a key, if it is given.
     pub fn get<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
         Ok(self.look(key)?.map(|value| self.note(key, value)))
     }
 
-    /// The value of a key, else the one chosen for it, else none, which is noted too.
+    /// Returns the value of a key, else `chosen`, else `None`. All three are recorded.
     pub fn optional<V: Value>(
         &self,
         key: &Key<V>,
@@ -118,22 +119,22 @@ impl<'a> Reader<'a> {
         Ok(value)
     }
 
-    /// The value of a key that must be given.
+    /// Returns and records the value of a required key.
     pub fn required<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
         Ok(self.note(key, self.needed(key)?))
     }
 
-    /// The value of a key that must be given. It is not noted.
+    /// Returns the value of a required key without recording it.
     pub fn needed<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
         self.look(key)?.ok_or_else(|| self.missing(key, ""))
     }
 
-    /// The value of a key, or its default.
+    /// Returns and records the value of a key, or its default.
     pub fn value<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
         self.value_or(key, None, Preset::Balanced)
     }
 
-    /// The value of a key, else the one chosen for it, else its default under a preset.
+    /// Returns and records the value of a key, else `chosen`, else its default under a preset.
     pub fn value_or<V: Value>(
         &self,
         key: &Key<V>,
@@ -147,54 +148,58 @@ impl<'a> Reader<'a> {
         Ok(self.note(key, value))
     }
 
-    /// The default of a key under a preset, if it has one, whatever is given. It is not noted.
+    /// Returns the default of a key under a preset, if it has one, whether or not the key is given. Does not record it.
     pub fn default_of<V: Value>(&self, key: &Key<V>, preset: Preset) -> Result<Option<V::Read>> {
         let Some(text) = key.default.of(preset) else {
             return Ok(None);
         };
         let node = Node::value(&self.root.place, meant(text));
         let given = GivenValue {
-            key: self.called(key.name),
+            key: self.display_name(key.name),
             node: &node,
         };
         key.value.read(&given).map(Some)
     }
 
-    /// The default that a key has under each preset, whatever is given. It is not noted.
+    /// Returns the default of a key under a preset, whether or not the key is given. Does not record it. A missing
+    /// default is an error.
     pub fn default<V: Value>(&self, key: &Key<V>, preset: Preset) -> Result<V::Read> {
         self.default_of(key, preset)?
             .ok_or_else(|| self.missing(key, ""))
     }
 
-    /// The numbers of a key that may be the path of a file too, if it is given. They are not noted.
+    /// Returns the numbers of a key whose value may also be a path, if it is given, without recording them.
     pub fn list(&self, key: &Key<ListOrPath<3>>) -> Result<Option<[f64; 3]>> {
         self.has(key)
             .then(|| key.value.0.read(&self.given(key)))
             .transpose()
     }
 
-    /// The path of a key that may be numbers too, if it is given.
+    /// Returns the path of a key whose value may also be numbers, if it is given.
     pub fn path(&self, key: &Key<ListOrPath<3>>) -> Result<Option<PathBuf>> {
         self.has(key)
             .then(|| key.value.1.read(&self.given(key)))
             .transpose()
     }
 
-    /// The tables of a key that may be one table too, if it is a list; none within where it is one, none at all where it is not given.
+    /// Returns the tables of a key whose value may also be a single table. The inner `Option` is `None` for a single
+    /// table, the outer one if the key is not given.
     pub fn tables(&self, key: &Key<Tables>) -> Result<Option<Option<Vec<Node>>>> {
         self.has(key)
             .then(|| key.value.list(&self.given(key)))
             .transpose()
     }
 
-    /// One of those points that are allowed, of any where none are listed, if it is given. It is not noted.
+    /// Returns one of the `allowed` points, or any point if `allowed` is empty, if the key is given. Does not record
+    /// it.
     pub fn point(&self, key: &Key<Point>, allowed: &[&'static str]) -> Result<Option<String>> {
         self.has(key)
             .then(|| key.value.among(&self.given(key), allowed))
             .transpose()
     }
 
-    /// An even number of at least so many for a reason, if it is given. It is not noted.
+    /// Returns an even number of at least `least`, if the key is given. `reason` explains the bound in the error
+    /// message. Does not record it.
     pub fn even_from(
         &self,
         key: &Key<EvenInteger>,
@@ -206,14 +211,14 @@ impl<'a> Reader<'a> {
             .transpose()
     }
 
-    /// The error of a key that must be given and is not, with what may stand in its place.
+    /// Creates the error for a missing required key. `or` names an alternative.
     pub fn missing<V: Value>(&self, key: &Key<V>, or: &str) -> SceneError {
         self.missing_line(key, key.line() + or)
     }
 
-    /// The error of a key that must be given and is not, with a line that would do.
+    /// Creates the error for a missing required key, with an example line.
     pub fn missing_line(&self, key: impl Named, example: impl Into<String>) -> SceneError {
-        let key = self.called(key.name());
+        let key = self.display_name(key.name());
         let problem = Problem::Missing {
             section: keys::section_of(&key).to_owned(),
             example: example.into(),
@@ -222,7 +227,7 @@ impl<'a> Reader<'a> {
         SceneError::new(&self.root.place, problem)
     }
 
-    /// The error of a required section that is absent; it might have these lines.
+    /// Creates the error for a missing required section, with example lines.
     pub fn missing_section(
         &self,
         section: &'static str,
@@ -237,37 +242,37 @@ impl<'a> Reader<'a> {
         SceneError::new(&self.root.place, problem)
     }
 
-    /// The error of a section that contradicts another one.
+    /// Creates the error for a section that contradicts another one.
     pub fn misplaced(&self, section: &'static str, reason: impl Into<String>) -> SceneError {
         let reason = reason.into();
         self.given(section)
             .fault(|_| Problem::Misplaced { section, reason })
     }
 
-    /// The error of a key that contradicts another one.
+    /// Creates the error for a key that contradicts another one.
     pub fn conflict(&self, key: impl Named, reason: impl Into<String>) -> SceneError {
         let given = self.given(key);
         let (value, reason) = (given.node.shown(), reason.into());
         given.fault(|key| Problem::Conflict { key, value, reason })
     }
 
-    /// The error of a key whose value is out of its range.
+    /// Creates the error for a value outside its range.
     pub fn out_of_range(&self, key: impl Named, expected: impl Into<String>) -> SceneError {
         self.given(key).out_of_range(expected)
     }
 
-    /// The kind of a section, once it is there. Keys of another kind are refused.
+    /// Returns the kind of a section, and rejects keys of its other kinds. The kind must be given.
     pub fn kind(&self, key: &Key<Choice<&'static str>>) -> Result<&'static str> {
         let kind = self.needed(key)?;
         let section = keys::section_of(key.name);
         let own = keys::keys_of_kind(section, kind);
         let mut faults = Faults::default();
         for name in keys::children(section) {
-            let other = join(section, name);
-            if name != key.last() && !own.contains(&name) && self.has(other.as_str()) {
-                let given = self.given(other.as_str());
-                faults.keep::<()>(Err(given.fault(|other| Problem::OtherKind {
-                    key: other,
+            let other_key = join(section, name);
+            if name != key.last() && !own.contains(&name) && self.has(other_key.as_str()) {
+                let given = self.given(other_key.as_str());
+                faults.keep::<()>(Err(given.fault(|other_key| Problem::OtherKind {
+                    key: other_key,
                     value: given.node.shown(),
                     kind_key: key.name.to_owned(),
                     kind: kind.to_owned(),
@@ -279,7 +284,7 @@ impl<'a> Reader<'a> {
         Ok(kind)
     }
 
-    /// Refuses the keys that a form of a section has and others have not.
+    /// Rejects the keys that only one form of a section has.
     pub fn refuse_form(&self, section: &str, form: &str, reason: &str) -> Result<()> {
         let mut faults = Faults::default();
         for name in keys::keys_of_kind(section, form) {
@@ -291,7 +296,7 @@ impl<'a> Reader<'a> {
         faults.end()
     }
 
-    /// Refuses words that the whole program knows and this version does not.
+    /// Rejects words that this version does not support yet.
     pub fn refuse_words(
         &self,
         key: impl Named,
@@ -308,12 +313,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Refuses every key that no scene has, and every value that its key cannot have, whatever stands beside it.
+    /// Rejects unknown keys and values that are invalid on their own, without regard to other keys.
     pub fn check_keys(&self) -> Result<()> {
         self.check_section("", self.root)
     }
 
-    /// Refuses every key within a section that no scene has, and every value that its key cannot have.
+    /// Rejects unknown keys within a section, and values that are invalid on their own.
     pub fn check_section(&self, section: &str, node: &Node) -> Result<()> {
         let Content::Section(entries) = &node.content else {
             let names = keys::children(section).join(", ");
@@ -335,7 +340,7 @@ impl<'a> Reader<'a> {
                     self.check_section(&key, entry)
                 }
                 Some(_) => keys::check(&GivenValue {
-                    key: self.called(&key),
+                    key: self.display_name(&key),
                     node: entry,
                 }),
                 None => Err(SceneError::new(&entry.place, unknown(section, key, entry))),
@@ -345,7 +350,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What is wrong with a key that no scene has.
+/// Creates the fault for an unknown key.
 fn unknown(section: &str, key: String, entry: &Node) -> Problem {
     let value = entry.shown();
     match keys::replacement_of_former(&key) {

@@ -1,4 +1,4 @@
-//! The values of a scene's keys as they were read, in SI.
+//! Record of the values of a scene's keys as they were read, in SI.
 
 use std::cell::RefCell;
 
@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::keys;
 use crate::json;
 
-/// Sections that are null if no key of them was read.
+/// Sections that are null if none of their keys was read.
 const OPTIONAL: [&str; 9] = [
     "contact",
     "dynamics",
@@ -20,8 +20,8 @@ const OPTIONAL: [&str; 9] = [
     "wear",
 ];
 
-/// Fields of the resonator that follow from other sections. They are noted too, so that `structure` is complete in itself, and they are
-/// no difference of their own.
+/// Keys of the resonator that follow from other sections. They are recorded so that `structure` is complete, but they
+/// do not count as differences of their own.
 pub const FOLLOWING_KEYS: [&str; 5] = [
     "structure.lap_length",
     "structure.arm_height",
@@ -30,18 +30,19 @@ pub const FOLLOWING_KEYS: [&str; 5] = [
     "structure.tied",
 ];
 
-/// Whether something may be computed from a key of a canonical scene: some have their default also where what they are about is not there.
+/// True if a key of a canonical scene can affect results. Some keys have a default even if the sections that they apply
+/// to are absent.
 pub fn is_relevant(canonical: &Value, key: &str) -> bool {
     let is_there = |section: &&str| canonical.get(section).is_some_and(|s| !s.is_null());
     keys::find(key).is_none_or(|key| key.with.iter().all(is_there))
 }
 
-/// Values by their keys, a section within the other.
+/// Values by their keys, with nested sections.
 #[derive(Debug, Default)]
 pub struct Record(RefCell<Map<String, Value>>);
 
 impl Record {
-    /// Notes the value of a key, in place of one that was noted before.
+    /// Records the value of a key, replacing an earlier one.
     pub fn note(&self, key: &str, value: Value) {
         let mut sections = self.0.borrow_mut();
         let mut at = &mut *sections;
@@ -57,14 +58,14 @@ impl Record {
         at.insert(last.to_owned(), value);
     }
 
-    /// What was noted of a part of a section.
+    /// Returns the recorded value of a part of a section.
     pub fn part(&self, section: &str, name: &str) -> Value {
         let sections = self.0.borrow();
         let part = sections.get(section).and_then(|section| section.get(name));
         part.cloned().unwrap_or_default()
     }
 
-    /// All of it, with the keys of every object in order: what a hash of the scene is made of.
+    /// Returns all recorded values with sorted keys. Hashes of the scene are made from this value.
     pub fn canonical(&self) -> Value {
         let mut sections = self.0.borrow().clone();
         for name in OPTIONAL {

@@ -1,4 +1,4 @@
-//! Results shared between runs, found by what they were computed from.
+//! Cache of results that runs share, addressed by the stage keys of the results.
 
 use super::draft::{DraftEntry, KeyedEntry, encode, read_keyed};
 use super::error::StoreError;
@@ -10,7 +10,8 @@ use crate::tables::{Provenance, Table, TableName};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A folder of results, one folder a key. Entries appear whole or not at all, so that runs may share it while they write.
+/// A folder of results with one subfolder per key. An entry appears as a whole or not at all, so several runs can share
+/// the cache while they write.
 #[derive(Clone)]
 pub struct Cache {
     files: Files,
@@ -26,36 +27,38 @@ impl Cache {
         }
     }
 
-    /// Its folder.
+    /// The folder of the cache.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// The tables of a result, if all of them are there under this key and verify; otherwise why not.
+    /// Returns the tables of a result if all of them are stored under this key and verify. Otherwise returns the
+    /// reason.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if one is there and cannot be read, [`StoreError::Table`] if it holds another table.
+    /// [`StoreError::Io`] if a table exists but cannot be read, [`StoreError::Table`] if a file holds another table.
     pub fn get(
         &self,
         tables: &[TableName],
         key: &StageKey,
     ) -> Result<DraftEntry<Vec<Table>>, StoreError> {
         let folder = self.root.join(key.hash());
-        let mut found = Vec::with_capacity(tables.len());
+        let mut values_by_table = Vec::with_capacity(tables.len());
         for &table in tables {
             let key_path = folder.join(format!("{table}.json"));
             match read_keyed(&self.files, &folder, &key_path, table, key)?.0 {
-                DraftEntry::Valid(values) => found.push(values),
+                DraftEntry::Valid(table_values) => values_by_table.push(table_values),
                 DraftEntry::Stale(why) => return Ok(DraftEntry::Stale(why)),
             }
         }
-        Ok(DraftEntry::Valid(found))
+        Ok(DraftEntry::Valid(values_by_table))
     }
 
-    /// Adds a result, in place of one that does not verify.
+    /// Stores a result, and replaces one that does not verify.
     ///
     /// # Errors
-    /// [`StoreError::Locked`] while another process adds one, [`StoreError::NoSpace`] before anything is written, [`StoreError::Io`].
+    /// [`StoreError::Locked`] while another process writes, [`StoreError::NoSpace`] before anything is written,
+    /// [`StoreError::Io`].
     pub fn put(
         &self,
         key: &StageKey,
@@ -63,13 +66,14 @@ impl Cache {
         provenance: &Provenance,
     ) -> Result<(), StoreError> {
         self.files.make_dir(&self.root)?;
-        // One writer at a time: names by the number of the process would not tell two containers apart that share a cache.
+        // One writer at a time. Process numbers cannot name drafts: two containers that share a cache may have the same
+        // ones.
         let _guard = self.files.lock(&self.root.join("lock"), &self.root)?;
         let draft = self.root.join("draft");
         self.files.remove_dir_if_there(&draft)?;
         let added = self.add(key, tables, provenance, &draft);
         if added.is_err() {
-            // What is left of it serves nobody. That it cannot be removed would say less than why it was not finished.
+            // The unfinished draft is useless. An error of its removal would hide why the write failed.
             drop(self.files.remove_dir_if_there(&draft));
         }
         added

@@ -1,4 +1,4 @@
-//! Verification: which commits are sound, and what is wrong with the others.
+//! Verification: finds the sound commits and reports the damage of the others.
 
 use super::commit::{Commit, TableEntry};
 use super::draft::KeyedEntry;
@@ -12,47 +12,47 @@ use crate::tables::TableName;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What verification found of one iteration.
+/// Result of verifying one iteration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CommitReport {
     /// The iteration.
     pub wear_iteration: u64,
-    /// What keeps it from being continued; empty if it is sound.
+    /// Damage that prevents the run from continuing here; empty for a sound iteration.
     pub damage: Vec<Damage>,
     /// Damage to tables outside the chain, which no result depends on.
     pub unchained_damage: Vec<Damage>,
 }
 
-/// What verification found of one table of `once/`.
+/// Result of verifying one table of `once/`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OnceReport {
     /// The table.
     pub table: TableName,
-    /// What is wrong with it; it is then computed again.
+    /// Damage of the table. A damaged table is computed again.
     pub damage: Option<Damage>,
 }
 
-/// What verification found of a run.
+/// Result of verifying a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VerifyReport {
-    /// What is wrong with `run.json`, its copy, `scene.toml`, `plan.json`, `schemas.json` and `history.parquet`; a start mends it, but for
-    /// the rows of pruned iterations, which nothing else has.
+    /// Damage of `run.json`, its copy, `scene.toml`, `plan.json`, `schemas.json` and `history.parquet`. The next start
+    /// repairs it. Only the rows of pruned iterations are lost, because no other file has them.
     pub metadata: Vec<Damage>,
-    /// The iterations, ascending, those missing without having been pruned among them.
+    /// The iterations, ascending, including those that are missing without having been pruned.
     pub commits: Vec<CommitReport>,
-    /// The iterations that were pruned, ascending; the chain passes over them by their recorded hashes.
+    /// The pruned iterations, ascending. The chain continues over them by their recorded hashes.
     pub pruned: Vec<u64>,
     /// The tables of `once/`.
     pub once: Vec<OnceReport>,
 }
 
 impl VerifyReport {
-    /// True if nothing at all is damaged.
+    /// True if nothing is damaged.
     pub fn is_sound(&self) -> bool {
         self.damage().next().is_none()
     }
 
-    /// Everything that is damaged.
+    /// All damage of the run.
     pub fn damage(&self) -> impl Iterator<Item = &Damage> {
         self.commits
             .iter()
@@ -62,28 +62,28 @@ impl VerifyReport {
     }
 }
 
-/// What the chain passes over.
+/// Iterations that the chain skips.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Past {
-    /// The iterations that were pruned.
+    /// The pruned iterations.
     pub pruned: BTreeMap<u64, Pruned>,
-    /// True where it is not known which ones were: then no gap breaks the chain, and what stands behind one is held to its own hash
-    /// alone.
+    /// True if the list of pruned iterations is lost. Then no gap breaks the chain, and a commit after a gap is checked
+    /// against its own hash only.
     pub lost: bool,
 }
 
-/// Most iterations in a row that may be missing where it is not known what was pruned: a stray folder may have any number.
+/// Longest gap accepted while the list of pruned iterations is lost. A stray folder may have any number.
 const LONGEST_GAP: u64 = 1_000_000;
 
-/// The iterations of a run as found on disk.
+/// Chain of the iterations on disk.
 pub(super) struct Chain {
-    /// The commits up to the first that does not verify.
+    /// The sound commits, up to the first one that does not verify.
     pub sound: BTreeMap<u64, Commit>,
-    /// One report an iteration.
+    /// One report per iteration. Pruned iterations without damage have no report.
     pub reports: Vec<CommitReport>,
 }
 
-/// The iterations whose folders are there, ascending.
+/// Lists the iterations that have a folder, ascending.
 pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, StoreError> {
     Ok(files
         .list(&layout.iterations())?
@@ -93,10 +93,11 @@ pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, S
         .collect())
 }
 
-/// Verifies every iteration, and that each follows the one before it.
+/// Verifies every iteration, and that each follows its predecessor.
 ///
-/// A pruned iteration stands in the chain with the hashes that the history keeps of it. An iteration that is absent and was not
-/// pruned breaks the chain; of several in a row the first stands for all, since a stray folder may have any number.
+/// A pruned iteration is a link of the chain by the hashes in the history. An absent iteration that was not pruned
+/// breaks the chain. Of several absent ones in a row only the first gets a report, since a stray folder may have any
+/// number.
 pub(super) fn walk(files: &Files, layout: &Layout, past: &Past) -> Result<Chain, StoreError> {
     let pruned = &past.pruned;
     let mut present = folders(files, layout)?;
@@ -108,36 +109,40 @@ pub(super) fn walk(files: &Files, layout: &Layout, past: &Past) -> Result<Chain,
     let Some(&highest) = present.last() else {
         return Ok(chain);
     };
-    // Hash of the commit before, where it is known.
-    let mut before: Option<Option<String>> = Some(None);
+    // Hash of the previous commit: `None` if unknown, `Some(None)` before the first commit.
+    let mut previous_hash: Option<Option<String>> = Some(None);
     let mut broken_at: Option<u64> = None;
-    // Before each number that does not follow the one before it stands the first that is absent.
-    let mut expected = 0;
+    // Insert the first missing iteration before every number that does not follow its predecessor.
+    let mut next_number = 0;
     let mut numbers: BTreeSet<u64> = present.clone();
     numbers.extend(pruned.keys().filter(|k| **k < highest));
     let mut in_order = Vec::new();
     for number in numbers {
-        let gap = number.saturating_sub(expected);
+        let gap = number.saturating_sub(next_number);
         if gap > 0 && (!past.lost || gap > LONGEST_GAP) {
-            in_order.push(expected);
+            in_order.push(next_number);
         }
         in_order.push(number);
-        expected = number.saturating_add(1);
+        next_number = number.saturating_add(1);
     }
-    let mut expected = 0;
+    let mut next_number = 0;
     for wear_iteration in in_order {
-        if past.lost && wear_iteration > expected {
-            before = None;
+        if past.lost && wear_iteration > next_number {
+            previous_hash = None;
         }
-        expected = wear_iteration.saturating_add(1);
+        next_number = wear_iteration.saturating_add(1);
         let mut report = CommitReport {
             wear_iteration,
             damage: Vec::new(),
             unchained_damage: Vec::new(),
         };
-        let mut found = None;
-        let link = if let Some(gone) = pruned.get(&wear_iteration) {
-            Some((layout.history(), gone.parent.clone(), gone.hash.clone()))
+        let mut sound_commit = None;
+        let link = if let Some(pruned_link) = pruned.get(&wear_iteration) {
+            Some((
+                layout.history(),
+                pruned_link.parent.clone(),
+                pruned_link.hash.clone(),
+            ))
         } else if !present.contains(&wear_iteration) {
             report.damage.push(Damage {
                 path: layout.iteration(wear_iteration),
@@ -160,23 +165,23 @@ pub(super) fn walk(files: &Files, layout: &Layout, past: &Past) -> Result<Chain,
                         commit.parent.clone(),
                         commit.hash.clone(),
                     );
-                    found = Some(commit);
+                    sound_commit = Some(commit);
                     Some(link)
                 }
             }
         };
-        if let Some(first) = broken_at {
+        if let Some(first_broken) = broken_at {
             report.damage.push(Damage {
                 path: layout.iteration(wear_iteration),
-                kind: DamageKind::After(first),
+                kind: DamageKind::After(first_broken),
             });
-        } else if let (Some((path, parent, _)), Some(before)) = (&link, &before)
-            && parent != before
+        } else if let (Some((path, parent, _)), Some(previous_hash)) = (&link, &previous_hash)
+            && parent != previous_hash
         {
             report.damage.push(Damage {
                 path: path.clone(),
                 kind: DamageKind::Parent {
-                    expected: before.clone(),
+                    expected: previous_hash.clone(),
                     found: parent.clone(),
                 },
             });
@@ -184,8 +189,8 @@ pub(super) fn walk(files: &Files, layout: &Layout, past: &Past) -> Result<Chain,
         if broken_at.is_none() && !report.damage.is_empty() {
             broken_at = Some(wear_iteration);
         }
-        before = Some(link.map(|(_, _, hash)| hash));
-        if let (Some(commit), None) = (found, broken_at) {
+        previous_hash = Some(link.map(|(_, _, hash)| hash));
+        if let (Some(commit), None) = (sound_commit, broken_at) {
             chain.sound.insert(wear_iteration, commit);
         }
         if !pruned.contains_key(&wear_iteration) || !report.damage.is_empty() {
@@ -212,7 +217,7 @@ fn check_files<'a>(
 pub(super) fn check_once(files: &Files, layout: &Layout) -> Result<Vec<OnceReport>, StoreError> {
     let folder = layout.once();
     let entries = files.list(&folder)?;
-    // A table without its key file is as damaged as a key file without its table.
+    // Either file of a pair may be missing: a table without its key file is damaged too.
     let tables: BTreeSet<TableName> = entries
         .iter()
         .filter_map(|entry| entry.name.rsplit_once('.'))

@@ -1,4 +1,4 @@
-//! `commit.json`: the manifest that makes an iteration exist.
+//! `commit.json`: the manifest of a committed iteration.
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::files::Files;
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 pub struct TableEntry {
     /// Name of the file in the iteration's folder.
     pub file: String,
-    /// Its length.
+    /// Length of the file in bytes.
     pub bytes: u64,
     /// Rows of the table.
     pub rows: usize,
@@ -22,19 +22,19 @@ pub struct TableEntry {
     pub columns: Vec<String>,
     /// Hash of the file.
     pub blake3: String,
-    /// Hash of the key of the stage that wrote it.
+    /// Hash of the key of the stage that wrote the table.
     pub stage_key: String,
 }
 
 impl TableEntry {
-    /// Whether the file is that of the table.
+    /// Checks that the entry names the file of the table.
     pub(super) fn check_name(&self, table: TableName) -> Result<(), String> {
         let expected = table.file_name();
         if self.file == expected {
             return Ok(());
         }
         Err(format!(
-            "`{table}` names the file {:?}; its file is {expected:?}",
+            "`{table}` names the file {:?}; it must name {expected:?}",
             self.file
         ))
     }
@@ -45,13 +45,13 @@ impl TableEntry {
 pub struct Commit {
     /// The iteration.
     pub wear_iteration: u64,
-    /// Hash of the commit before, `None` for the first.
+    /// Hash of the previous commit, `None` for the first.
     pub parent: Option<String>,
-    /// The tables by name.
+    /// The chained tables by name.
     pub tables: BTreeMap<String, TableEntry>,
-    /// Hash of all of the above: equal runs have equal hashes.
+    /// Hash of the fields above. Equal runs have equal hashes.
     pub hash: String,
-    /// The tables that differ between equal runs.
+    /// The tables outside the chain by name. They differ between equal runs.
     pub unchained: BTreeMap<String, TableEntry>,
 }
 
@@ -73,7 +73,7 @@ impl Commit {
         commit
     }
 
-    /// The entry of a table, chained or not.
+    /// Returns the entry of a table, chained or not.
     pub fn table(&self, name: &str) -> Option<&TableEntry> {
         self.tables.get(name).or_else(|| self.unchained.get(name))
     }
@@ -93,7 +93,7 @@ impl Commit {
             .collect()
     }
 
-    /// The hash that the content gives.
+    /// Computes the hash of the content.
     fn computed_hash(&self) -> String {
         json::hash(&serde_json::json!({
             "wear_iteration": self.wear_iteration,
@@ -102,7 +102,7 @@ impl Commit {
         }))
     }
 
-    /// The manifest of an iteration, if it is sound in itself.
+    /// Reads the manifest of an iteration and checks it on its own, without the chain.
     pub(super) fn read(
         files: &Files,
         layout: &Layout,
@@ -132,15 +132,16 @@ impl Commit {
         Ok(Err(Damage { path, kind }))
     }
 
-    /// Tables stand where they belong, and each names the file that it has in every run: no path of anybody's choosing.
+    /// Checks that each table is in the right list and names its standard file. A stranger's file must not choose
+    /// paths.
     fn check_names(&self) -> Result<(), String> {
         let chained = self.tables.iter().map(|entry| (entry, true));
         let unchained = self.unchained.iter().map(|entry| (entry, false));
         for ((name, entry), chained) in chained.chain(unchained) {
-            let table =
-                TableName::from_name(name).ok_or_else(|| format!("`{name}` is no table"))?;
+            let table = TableName::from_name(name)
+                .ok_or_else(|| format!("`{name}` is not the name of a table"))?;
             if table.schema().chained != chained {
-                return Err(format!("`{name}` stands among the wrong tables"));
+                return Err(format!("`{name}` is in the wrong list of tables"));
             }
             entry.check_name(table)?;
         }

@@ -1,17 +1,17 @@
-//! The date of a start, for people: nothing is computed from it.
+//! Date of a start, for display. No result depends on it.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
 const DAY: u64 = 86_400;
 
-/// Now, as in `2026-03-01T09:30:00Z`.
+/// Returns the current time, as in `2026-03-01T09:30:00Z`.
 pub fn now() -> String {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    utc(since.map_or(0, |since| since.as_secs()))
+    let elapsed = SystemTime::now().duration_since(UNIX_EPOCH);
+    utc(elapsed.map_or(0, |elapsed| elapsed.as_secs()))
 }
 
-/// The instant that is so many seconds after the beginning of 1970, by the calendar (Hinnant, chrono-compatible low-level date
-/// algorithms: years that begin in March have their leap day at the end).
+/// Formats a time given in seconds since the beginning of 1970 (UTC). Algorithm: Hinnant, chrono-compatible low-level
+/// date algorithms. Its years begin in March, so that the leap day comes last.
 pub fn utc(seconds: u64) -> String {
     let (days, of_day) = (seconds / DAY + 719_468, seconds % DAY);
     let (era, of_era) = (days / 146_097, days % 146_097);

@@ -1,4 +1,4 @@
-//! The iteration being computed.
+//! Draft: the iteration in progress.
 
 use super::commit::TableEntry;
 use super::error::{Damage, DamageKind, StoreError};
@@ -13,40 +13,41 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// What may have been kept from before: a table, or all tables of a stage.
+/// Lookup of a stored result: a table, or all tables of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DraftEntry<T = Table> {
-    /// It was computed from the same inputs and verifies.
+    /// The result has the same inputs and verifies.
     Valid(T),
-    /// It has to be computed, and why.
+    /// The result has to be computed, with the reason.
     Stale(Recompute),
 }
 
-/// Why something has to be computed.
+/// Reason to compute a result.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Recompute {
-    /// It was never computed.
+    /// No result is stored.
     #[error("not computed yet")]
     NotThere,
-    /// It was computed from other inputs.
+    /// The stored result has other inputs.
     #[error("computed from other inputs: {changes}")]
     KeyChanged {
         /// The inputs that differ.
         changes: String,
     },
-    /// It was computed and does not verify.
+    /// The stored result does not verify.
     #[error("damaged: {0}")]
     Damaged(Damage),
 }
 
-/// A table's key and entry, in the small file beside a table that is not under a commit.
+/// Key and entry of a table that belongs to no commit. They are stored in a small JSON file next to the table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct KeyedEntry {
     pub key: StageKey,
     pub entry: TableEntry,
 }
 
-/// The key of a stage and the entries of its tables by name, in a small file beside the draft: what the stage has completed.
+/// Key of a completed stage and the entries of its tables by name. They are stored in a small JSON file next to the
+/// draft.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct StageEntry {
     key: StageKey,
@@ -54,10 +55,11 @@ struct StageEntry {
 }
 
 impl StageEntry {
-    /// The tables with their entries. Files have the names that this stage gives them: what else a file says is refused.
+    /// Returns the tables with their entries. Rejects entries whose file has another name than this stage gives it.
     fn entries(&self) -> Result<Vec<(TableName, &TableEntry)>, String> {
         let tables = self.tables.iter().map(|(name, entry)| {
-            let table = TableName::from_name(name).ok_or(format!("there is no table `{name}`"))?;
+            let table =
+                TableName::from_name(name).ok_or(format!("`{name}` is not the name of a table"))?;
             match entry.file == interim_file(table, self.key.stage()) {
                 true => Ok((table, entry)),
                 false => entry.check_name(table).map(|()| (table, entry)),
@@ -68,18 +70,19 @@ impl StageEntry {
             .values()
             .any(|entry| entry.stage_key != self.key.hash())
         {
-            return Err("a table is of another key".to_owned());
+            return Err("a table has another stage key than its stage".to_owned());
         }
         tables.collect()
     }
 }
 
-/// The file of a table that a later stage of the same iteration writes again: it does not outlive the draft.
+/// Returns the file name of an interim table: a later stage of the same iteration writes the table again. The commit
+/// discards the interim file.
 fn interim_file(table: TableName, stage: &str) -> String {
     format!("{stage}.{}", table.file_name())
 }
 
-/// The tables of the next iteration, as far as they are computed. Dropped, it stays in staging for the next start.
+/// The computed tables of the next iteration. A dropped draft stays in `staging/` for the next start.
 pub struct Draft {
     files: Files,
     folder: PathBuf,
@@ -118,27 +121,27 @@ impl Draft {
         self.wear_iteration
     }
 
-    /// The tables of a stage as an earlier start left them, if they were computed under the same key and all verify. They are then
-    /// part of the draft.
+    /// Returns the tables that an earlier start stored for a stage, if their key is the same and all verify. They then
+    /// belong to the draft.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if something is there and cannot be read, [`StoreError::Table`] if a file holds another table.
+    /// [`StoreError::Io`] if a file exists but cannot be read, [`StoreError::Table`] if a file holds another table.
     pub fn get(&mut self, key: &StageKey) -> Result<DraftEntry<Tables>, StoreError> {
         let key_path = self.key_path(key);
         if !self.files.is_there(&key_path)? {
             return Ok(DraftEntry::Stale(Recompute::NotThere));
         }
         let damaged = |damage| Ok(DraftEntry::Stale(Recompute::Damaged(damage)));
-        let of_stage: StageEntry = match read_sealed(&self.files, &key_path)? {
-            Ok(of_stage) => of_stage,
+        let stage_entry: StageEntry = match read_sealed(&self.files, &key_path)? {
+            Ok(stage_entry) => stage_entry,
             Err(damage) => return damaged(damage),
         };
-        if of_stage.key.hash() != key.hash() {
+        if stage_entry.key.hash() != key.hash() {
             return Ok(DraftEntry::Stale(Recompute::KeyChanged {
-                changes: key.changes_from(&of_stage.key),
+                changes: key.changes_from(&stage_entry.key),
             }));
         }
-        let entries = match of_stage.entries() {
+        let entries = match stage_entry.entries() {
             Ok(entries) => entries,
             Err(reason) => {
                 let kind = DamageKind::Unreadable { reason };
@@ -167,13 +170,13 @@ impl Draft {
             };
         }
         for (table, entry) in entries {
-            self.take(table, entry.clone());
+            self.include(table, entry.clone());
         }
         Ok(DraftEntry::Valid(tables))
     }
 
-    /// What an earlier start has kept of a stage that it did not complete, under the same key, and what takes more of it. It is removed
-    /// once the tables of the stage are there.
+    /// Returns the partial results that an earlier start stored for an unfinished stage under the same key, and the
+    /// writer of further ones. [`Draft::put`] removes them.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -181,12 +184,13 @@ impl Draft {
         parts::open(&self.files, &self.keys, key)
     }
 
-    /// Writes the tables of a stage to staging, in place of those that are there. A later stage of the iteration writes the `interim`
-    /// ones again: they stay beside its own until the commit, so that it can be computed again. So does what the stage cost, which counts
-    /// wherever its tables are used again.
+    /// Writes the tables of a stage to `staging/`, replacing stored ones. A later stage of the same iteration writes
+    /// the `interim` tables again. Each interim table is stored in a file of its own until the commit, so that a later
+    /// stage can be computed again. The `timing` table is stored in the same way, because its cost counts wherever the
+    /// tables are reused.
     ///
     /// # Errors
-    /// [`StoreError::NoSpace`] before a file is written, [`StoreError::Table`] if the values are those of another table,
+    /// [`StoreError::NoSpace`] before a file is written, [`StoreError::Table`] if the values belong to another table,
     /// [`StoreError::Io`].
     pub fn put(
         &mut self,
@@ -194,10 +198,10 @@ impl Draft {
         tables: &Tables,
         interim: &[TableName],
     ) -> Result<(), StoreError> {
-        // The key goes first and comes last: tables without one count for nothing.
+        // Remove the key file first and write it last: tables without a key file do not count.
         let key_path = self.key_path(key);
         self.files.remove_file_if_there(&key_path)?;
-        let mut of_stage = StageEntry {
+        let mut stage_entry = StageEntry {
             key: key.clone(),
             tables: BTreeMap::new(),
         };
@@ -211,26 +215,26 @@ impl Draft {
             entry.file = file;
             self.files.require_space(&self.folder, entry.bytes)?;
             self.files.remove_file_if_there(&path)?;
-            // The commit waits for the disk, once for all. Until then the hash tells a cut file.
+            // The commit syncs all files once. Until then the hash detects a truncated file.
             self.files.write_unsynced(&path, &bytes)?;
-            of_stage.tables.insert(table.as_str().to_owned(), entry);
+            stage_entry.tables.insert(table.as_str().to_owned(), entry);
         }
         self.files
-            .write_unsynced(&key_path, &sealed(&key_path, &of_stage)?)?;
+            .write_unsynced(&key_path, &sealed(&key_path, &stage_entry)?)?;
         parts::remove(&self.files, &self.keys, key.stage(), 0)?;
-        for (name, entry) in of_stage.tables {
+        for (name, entry) in stage_entry.tables {
             let table = TableName::from_name(&name).expect("it was one");
-            self.take(table, entry);
+            self.include(table, entry);
         }
         Ok(())
     }
 
-    /// What there is of it.
+    /// Returns the entries of the tables that belong to the draft.
     pub(super) fn into_entries(self) -> BTreeMap<TableName, TableEntry> {
         self.entries
     }
 
-    fn take(&mut self, table: TableName, entry: TableEntry) {
+    fn include(&mut self, table: TableName, entry: TableEntry) {
         if entry.check_name(table).is_ok() {
             self.entries.insert(table, entry);
         }
@@ -241,13 +245,13 @@ impl Draft {
     }
 }
 
-/// True if an entry has the rows and columns of a table: both go into the commit.
+/// Checks that an entry states the rows and columns of a table. Both go into the commit.
 fn describes(entry: &TableEntry, table: &Table) -> bool {
     let columns = table.columns().map(|(column, _)| &column.name);
     entry.rows == table.rows() && columns.eq(&entry.columns)
 }
 
-/// The file of a table, and its entry.
+/// Encodes a table, and returns the bytes of its file and its entry.
 pub(super) fn encode(
     path: &Path,
     table: TableName,
@@ -280,7 +284,7 @@ pub(super) fn encode(
     Ok((bytes, entry))
 }
 
-/// A table beside its key file, if it was computed under this key and verifies.
+/// Reads a table with a key file, if its key is the same and it verifies. Otherwise returns the reason.
 pub(super) fn read_keyed(
     files: &Files,
     folder: &Path,
@@ -307,7 +311,7 @@ pub(super) fn read_keyed(
     }
 }
 
-/// The table of an entry, or what is wrong with its file.
+/// Reads the table of an entry, or returns the damage of its file.
 pub(super) fn read_entry(
     files: &Files,
     folder: &Path,
@@ -343,7 +347,7 @@ fn read_file(
 /// Number of cells along x and y; `None` in a run without a grid.
 pub(super) type Cells = Option<[i64; 2]>;
 
-/// Checks that every cell of a table is in the grid of the joint.
+/// Checks that the indices of a table lie in the grid of the joint.
 pub(super) fn check_cells(cells: Cells, path: &Path, table: &Table) -> Result<(), Damage> {
     let Some(cells) = cells else {
         return Ok(());
@@ -355,7 +359,7 @@ pub(super) fn check_cells(cells: Cells, path: &Path, table: &Table) -> Result<()
         let is_outside = |value: &&i32| !(0..count).contains(&i64::from(**value));
         if let Some(value) = values.iter().find(is_outside) {
             let reason = format!(
-                "a cell has {name} = {value}, and joint.grid has 0 to {}",
+                "a cell has {name} = {value}, but joint.grid allows 0 to {}",
                 count - 1
             );
             return Err(Damage {
@@ -367,7 +371,8 @@ pub(super) fn check_cells(cells: Cells, path: &Path, table: &Table) -> Result<()
     Ok(())
 }
 
-/// Removes from staging what belongs to no draft of `next`, or does not verify. Returns the stages that are left and what was removed.
+/// Removes files from `staging/` that do not belong to the draft of `next` or do not verify. Returns the remaining
+/// stages and the removed paths.
 pub(super) fn clean_staging(
     files: &Files,
     layout: &Layout,
@@ -387,24 +392,24 @@ pub(super) fn clean_staging(
         }
         removed.push(path);
     }
-    let (mut stages, mut kept) = (Vec::new(), BTreeSet::new());
+    let (mut stages, mut kept_files) = (Vec::new(), BTreeSet::new());
     for entry in files.list(&keys)? {
-        // Whether they count is seen by the stage that they are of.
+        // The stage itself checks its parts when it starts.
         if parts::is_part(&entry.name) {
             continue;
         }
         let key_path = keys.join(&entry.name);
-        match whole_stage(files, &draft, &key_path)? {
+        match complete_stage(files, &draft, &key_path)? {
             Some((stage, names)) => {
                 stages.push(stage);
-                kept.extend(names);
+                kept_files.extend(names);
             }
             None => files.remove_file_if_there(&key_path)?,
         }
     }
     stages.sort();
     for entry in files.list(&draft)? {
-        if !kept.contains(&entry.name) {
+        if !kept_files.contains(&entry.name) {
             let path = draft.join(&entry.name);
             files.remove_file_if_there(&path)?;
             removed.push(path);
@@ -413,24 +418,24 @@ pub(super) fn clean_staging(
     Ok((stages, removed))
 }
 
-/// A stage that is complete in a draft, with its files; none if one of them does not verify.
-fn whole_stage(
+/// Returns a complete stage of a draft with the names of its files. Returns `None` if a file does not verify.
+fn complete_stage(
     files: &Files,
     draft: &Path,
     key_path: &Path,
 ) -> Result<Option<(String, Vec<String>)>, StoreError> {
-    let Ok(of_stage) = read_sealed::<StageEntry>(files, key_path)? else {
+    let Ok(stage_entry) = read_sealed::<StageEntry>(files, key_path)? else {
         return Ok(None);
     };
-    let stage = of_stage.key.stage();
+    let stage = stage_entry.key.stage();
     let is_own = key_path.file_stem().is_some_and(|stem| stem == stage);
-    let Some(entries) = of_stage.entries().ok().filter(|_| is_own) else {
+    let Some(entries) = stage_entry.entries().ok().filter(|_| is_own) else {
         return Ok(None);
     };
     let mut names = Vec::with_capacity(entries.len());
     for (_, entry) in entries {
-        let found = files.verify(&draft.join(&entry.file), entry.bytes, &entry.blake3)?;
-        if found.is_err() {
+        let verified = files.verify(&draft.join(&entry.file), entry.bytes, &entry.blake3)?;
+        if verified.is_err() {
             return Ok(None);
         }
         names.push(entry.file.clone());

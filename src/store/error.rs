@@ -1,4 +1,4 @@
-//! What can go wrong with a run on disk.
+//! Errors of a run on disk.
 
 use super::file_system::EntryKind;
 use super::record::LAYOUT;
@@ -8,17 +8,17 @@ use std::fmt::{self, Display};
 use std::io;
 use std::path::PathBuf;
 
-/// A run that cannot be opened, read or written as asked.
+/// Failure to open, read or write a run.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The file system refused.
+    /// The file system reported an error.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
-        /// What was asked of the system, as `"read"`.
+        /// The requested action, as `"read"`.
         action: &'static str,
-        /// Where.
+        /// The path.
         path: PathBuf,
-        /// The system's answer.
+        /// The error of the system.
         source: io::Error,
     },
     /// Another process writes this run.
@@ -26,61 +26,61 @@ pub enum StoreError {
     Locked {
         /// The run.
         path: PathBuf,
-        /// The process that holds the lock, if known.
+        /// The process that has the lock, if known.
         pid: Option<u32>,
     },
-    /// The scene differs from the one of the run in keys that alter what is already computed.
+    /// The scene differs from the scene of the run in keys that affect committed results.
     #[error(
-        "{} was computed from another scene: {}; {}begin another run, or a sibling with --from",
+        "{} was computed from another scene: {}; {}start a new run, or a sibling with --from",
         path.display(), list(keys), if *edited { EDITED } else { "" }
     )]
     SceneChanged {
         /// The run.
         path: PathBuf,
-        /// What differs.
+        /// The keys that differ.
         keys: Vec<KeyChange>,
-        /// True if `scene.toml` in the run is not as the run wrote it.
+        /// True if `scene.toml` in the run was edited.
         edited: bool,
     },
-    /// A scene that cannot go on from the state of another run.
+    /// The scene cannot continue from the state of another run.
     #[error(
-        "a run from {} cannot have another joint: {}; begin a run of its own",
+        "a run that continues {} must keep its joint, but the scene changes it: {}; start a new run without --from",
         path.display(), list(keys)
     )]
     NotInherited {
-        /// The run to begin from.
+        /// The run to continue from.
         path: PathBuf,
-        /// What differs.
+        /// The keys that differ.
         keys: Vec<KeyChange>,
     },
-    /// A folder that holds something else than a run.
-    #[error("{} is not a run: it has no run.json but holds `{found}`; give another folder", path.display())]
+    /// A folder with other content than a run.
+    #[error("{} is not a run: it has no run.json but contains `{found}`; choose another folder", path.display())]
     NotARun {
         /// The folder.
         path: PathBuf,
-        /// An entry that no run has there.
+        /// An entry that an unfinished run cannot have.
         found: String,
     },
-    /// A link, a pipe or a device where a run has a file or a folder.
+    /// A link, a pipe or a device where a run must have a file or a folder.
     #[error(
-        "{} is {}; a run has {} there and follows no link, so that nothing outside of it is touched: remove it, or copy there what belongs there (to keep a run on another disk, link its whole folder)",
+        "{} is {}, but must be {}: a run follows no link in its folder, so that it changes nothing outside; remove it, or replace it by a copy of its target (to keep a run on another disk, link its whole folder)",
         path.display(), kind(*found), kind(*expected)
     )]
     NotPlain {
-        /// Where.
+        /// The path.
         path: PathBuf,
-        /// What stands there.
+        /// The kind of entry at the path.
         found: EntryKind,
-        /// What a run has there.
+        /// The kind of entry that a run has there.
         expected: EntryKind,
     },
-    /// A folder to be read that holds no run, or does not exist.
+    /// The folder to be read does not exist or contains no run.
     #[error("there is no run at {}: run.json is missing", path.display())]
     NoRun {
         /// The folder.
         path: PathBuf,
     },
-    /// A file in place of the folder of a run.
+    /// A file where the folder of a run should be.
     #[error("{} is a file, but a run is a folder: `fretwear run NAME.toml` writes runs/NAME, and `fretwear status` lists the runs", path.display())]
     NoFolder {
         /// The file.
@@ -89,7 +89,7 @@ pub enum StoreError {
     /// A file of the run does not verify.
     #[error("damaged run: {0}")]
     Damaged(Damage),
-    /// A run of another layout.
+    /// The run has another layout.
     #[error(
         "the run {} has layout {found}{}; this program reads only layout {LAYOUT}: continue the run with the program that made it, or start a new run in another folder",
         path.display(), program.as_ref().map_or(String::new(), |program| format!(" of fretwear {program}"))
@@ -97,9 +97,9 @@ pub enum StoreError {
     OtherLayout {
         /// The run.
         path: PathBuf,
-        /// Number of its layout.
+        /// The number of its layout.
         found: u64,
-        /// Version and commit of the program that began it, if `run.json` says.
+        /// Version and commit of the program that created it, if `run.json` states them.
         program: Option<String>,
     },
     /// A `plan.json` that this program cannot read.
@@ -110,44 +110,44 @@ pub enum StoreError {
     Plan {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
-        /// Version of the program of the last start on record.
+        /// Version of the program at the last recorded start.
         program_version: String,
     },
-    /// An iteration that is not, or no longer, there.
+    /// An iteration that does not exist, or no longer.
     #[error("{} has no iteration {wear_iteration}; it has {}", path.display(), ranges(remaining))]
     NoIteration {
         /// The run.
         path: PathBuf,
-        /// The iteration asked for.
+        /// The requested iteration.
         wear_iteration: u64,
-        /// The iterations it has, ascending.
+        /// The existing iterations, ascending.
         remaining: Vec<u64>,
     },
     /// A table that an iteration, or the run, does not have.
     #[error("{} has no table `{table}`; it has {}", path.display(), known.join(", "))]
     NoTable {
-        /// The folder asked.
+        /// The folder that was searched.
         path: PathBuf,
-        /// The table asked for.
+        /// The requested table.
         table: String,
-        /// The tables there are.
+        /// The existing tables.
         known: Vec<String>,
     },
-    /// A draft of another iteration than the next.
-    #[error("iteration {wear_iteration} cannot be written now; the next of {} is {next}", path.display())]
+    /// A draft of another iteration than the next one.
+    #[error("cannot write iteration {wear_iteration} now: the next iteration of {} is {next}", path.display())]
     OutOfOrder {
         /// The run.
         path: PathBuf,
-        /// The iteration asked for.
+        /// The requested iteration.
         wear_iteration: u64,
-        /// The one that may be written.
+        /// The next iteration.
         next: u64,
     },
-    /// A table with other columns than in the iteration before.
+    /// A table whose columns differ from the columns in the previous iteration.
     #[error(
-        "the table `{table}` of iteration {wear_iteration} would have the columns {}; in the iteration before it has {}",
+        "the table `{table}` of iteration {wear_iteration} would have the columns {}, but in the previous iteration it has {}",
         found.join(", "), expected.join(", ")
     )]
     ColumnsChanged {
@@ -157,20 +157,20 @@ pub enum StoreError {
         wear_iteration: u64,
         /// Its columns.
         found: Vec<String>,
-        /// Those before.
+        /// The columns in the previous iteration.
         expected: Vec<String>,
     },
-    /// Too little room on the disk.
+    /// Too little free space on the disk.
     #[error("{} has {free} bytes of free space; {needed} are needed", path.display())]
     NoSpace {
-        /// Where the bytes were to go.
+        /// The path of the write.
         path: PathBuf,
-        /// Bytes that are free.
+        /// Free bytes.
         free: u64,
-        /// Bytes that are needed.
+        /// Required bytes.
         needed: u64,
     },
-    /// A sibling run that was killed while its beginning was copied, opened without its source.
+    /// A sibling run whose copy was interrupted, opened without its source.
     #[error(
         "{} is an unfinished copy of {source_run}, iteration {wear_iteration}; start it again with --from {source_run}@{wear_iteration}",
         path.display()
@@ -178,41 +178,41 @@ pub enum StoreError {
     UnfinishedSibling {
         /// The run.
         path: PathBuf,
-        /// Name of the run it was copied from.
+        /// Name of the source run.
         source_run: String,
-        /// The iteration it was to begin from.
+        /// The iteration to continue from.
         wear_iteration: u64,
     },
-    /// A run that exists and did not begin where `--from` says.
-    #[error("{} exists and began {found}, not from {expected}; give another folder", path.display())]
+    /// The existing run has another origin than `--from` says.
+    #[error("{} exists and began {found}, not from {expected}; choose another folder", path.display())]
     OtherOrigin {
         /// The run.
         path: PathBuf,
-        /// Where it began.
+        /// The origin of the run.
         found: String,
-        /// Where it should have begun.
+        /// The requested origin.
         expected: String,
     },
-    /// A table that breaks its schema, or a file that holds another.
+    /// A table that violates its schema, or a file with another table.
     #[error("{}: {source}", path.display())]
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error of the table.
         source: Box<TableError>,
     },
-    /// A value that has no JSON form.
+    /// A value that cannot be written as JSON.
     #[error("{} cannot be written as JSON: {source}", path.display())]
     Json {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error of the serializer.
         source: serde_json::Error,
     },
 }
 
 impl StoreError {
-    /// True for a damaged or mismatched run, as against a failure of the system or of the program.
+    /// True for a damaged or mismatched run; false for a failure of the system or the program.
     pub fn is_damage_or_mismatch(&self) -> bool {
         match self {
             StoreError::SceneChanged { .. }
@@ -235,42 +235,42 @@ impl StoreError {
     }
 }
 
-/// One file of a run, and what is wrong with it.
+/// A damaged file of a run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {kind}", path.display())]
 pub struct Damage {
     /// The file or folder.
     pub path: PathBuf,
-    /// What is wrong.
+    /// The kind of damage.
     pub kind: DamageKind,
 }
 
-/// What is wrong with a file of a run.
+/// Kind of damage of a file.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DamageKind {
-    /// It is not there.
+    /// The file is missing.
     #[error("missing")]
     Missing,
-    /// It has another length than its commit says.
-    #[error("{found} bytes long, {expected} were committed")]
+    /// The length differs from the length in the commit.
+    #[error("{found} bytes long, but {expected} were committed")]
     Size {
-        /// Length committed.
+        /// Committed length.
         expected: u64,
-        /// Length found.
+        /// Actual length.
         found: u64,
     },
-    /// It has another content than its commit says.
-    #[error("content has hash {found}, {expected} was committed")]
+    /// The content differs from the committed content.
+    #[error("content has hash {found}, but {expected} was committed")]
     Hash {
-        /// Hash committed.
+        /// Committed hash.
         expected: String,
-        /// Hash of what is there.
+        /// Actual hash.
         found: String,
     },
-    /// It is not the JSON it should be.
+    /// The content cannot be parsed.
     #[error("not readable ({reason})")]
     Unreadable {
-        /// The reader's complaint.
+        /// The error of the parser.
         reason: String,
     },
     /// A commit in the folder of another iteration.
@@ -281,24 +281,24 @@ pub enum DamageKind {
         /// Number in the commit.
         found: u64,
     },
-    /// A commit whose parent is not the one before it.
+    /// A commit whose parent is not the previous commit.
     #[error(
         "follows {}, but the iteration before it is {}",
         hash(found),
         hash(expected)
     )]
     Parent {
-        /// Hash of the iteration before.
+        /// Hash of the previous commit.
         expected: Option<String>,
-        /// Hash that the commit names.
+        /// Parent hash in this commit.
         found: Option<String>,
     },
-    /// Sound in itself, but after one that is not.
+    /// A commit that is sound in itself but follows a damaged one.
     #[error("follows the damaged iteration {0}")]
     After(u64),
 }
 
-const EDITED: &str = "the scene.toml in it is not as the run wrote it: remove it, and `--run` alone continues with the scene stored in run.json; or ";
+const EDITED: &str = "its scene.toml was edited after the run wrote it: remove that file and continue with `--run` alone, which uses the scene in run.json, or ";
 
 fn kind(kind: EntryKind) -> &'static str {
     match kind {
@@ -317,7 +317,7 @@ fn hash(hash: &Option<String>) -> &str {
     hash.as_deref().unwrap_or("nothing")
 }
 
-/// The items one after the other.
+/// Joins items by `; `.
 pub(super) fn list<T: Display>(items: &[T]) -> String {
     items
         .iter()
@@ -326,7 +326,7 @@ pub(super) fn list<T: Display>(items: &[T]) -> String {
         .join("; ")
 }
 
-/// Ascending numbers, with unbroken stretches drawn together: `0, 50, 98-100`.
+/// Formats ascending numbers, with consecutive ones as a range: `0, 50, 98-100`.
 pub(super) fn ranges(numbers: &[u64]) -> String {
     struct Range(u64, u64);
     impl Display for Range {

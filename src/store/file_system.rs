@@ -1,4 +1,4 @@
-//! The calls that the run store makes to the file system.
+//! File system calls of the run store.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, Write};
@@ -6,26 +6,26 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
 
-/// What stands at a path: itself, not what a link leads to.
+/// Kind of a directory entry. A link counts as a link, not as its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EntryKind {
     /// A file that holds bytes.
     File,
     /// A folder.
     Folder,
-    /// A symbolic link, whatever it leads to.
+    /// A symbolic link, whatever its target.
     Link,
     /// A pipe, a socket or a device.
     Other,
 }
 
 impl From<fs::FileType> for EntryKind {
-    fn from(found: fs::FileType) -> Self {
-        if found.is_symlink() {
+    fn from(file_type: fs::FileType) -> Self {
+        if file_type.is_symlink() {
             EntryKind::Link
-        } else if found.is_dir() {
+        } else if file_type.is_dir() {
             EntryKind::Folder
-        } else if found.is_file() {
+        } else if file_type.is_file() {
             EntryKind::File
         } else {
             EntryKind::Other
@@ -38,81 +38,82 @@ impl From<fs::FileType> for EntryKind {
 pub struct Entry {
     /// Name within the folder.
     pub name: String,
-    /// What it is.
+    /// Kind of the entry.
     pub kind: EntryKind,
 }
 
-/// What the store asks of a path that exists.
+/// Metadata of an existing path, as far as the store uses it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Metadata {
     /// Length in bytes.
     pub len: u64,
-    /// What it is.
+    /// Kind of the entry.
     pub kind: EntryKind,
 }
 
-/// Held as long as the lock is.
+/// Guard of a lock: dropping it releases the lock.
 pub trait LockGuard: Send + Sync {}
 impl LockGuard for File {}
 
-/// What came of asking for a lock.
+/// Result of trying to lock.
 pub enum LockAttempt {
     /// The lock is ours until the guard is dropped or the process ends.
     Taken(Box<dyn LockGuard>),
-    /// Another process, or another store of this one, holds it.
+    /// Another process, or another store in this process, has the lock.
     Held {
-        /// Its process number, if the lock file tells.
+        /// Number of that process, if the lock file states it.
         pid: Option<u32>,
     },
 }
 
-/// The file system as the store needs it.
+/// File system interface of the store.
 ///
 /// Every method returns the error of the system; the store adds the path.
 pub trait FileSystem: Send + Sync {
-    /// Creates a folder and those above it; one that exists is no error.
+    /// Creates a folder and its missing parents. An existing folder is not an error.
     fn create_dir_all(&self, path: &Path) -> io::Result<()>;
-    /// Writes a file that must not exist, without waiting for the disk.
+    /// Writes a file that must not exist yet, without syncing it.
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()>;
-    /// Returns when the content of a file is on the disk.
+    /// Syncs the content of a file to the disk.
     fn sync_file(&self, path: &Path) -> io::Result<()>;
-    /// The content of a file of at most `most` bytes; a longer one, a link and what is no file are refused before anything is read.
+    /// Reads a file of at most `most` bytes. Rejects longer files, links and anything that is not a file, before
+    /// reading.
     fn read(&self, path: &Path, most: u64) -> io::Result<Vec<u8>>;
-    /// The blake3 hash of a file's content, in the memory of one block; a link and what is no file are refused.
+    /// Computes the blake3 hash of a file block by block. Rejects links and anything that is not a file.
     fn hash(&self, path: &Path) -> io::Result<blake3::Hash>;
-    /// Renames a file, replacing one at the target, or a folder.
+    /// Renames a file, replacing an existing target, or a folder.
     fn rename(&self, from: &Path, to: &Path) -> io::Result<()>;
-    /// Returns when the names in a folder are on the disk.
+    /// Syncs the entries of a folder to the disk.
     fn sync_dir(&self, path: &Path) -> io::Result<()>;
     /// Removes a file.
     fn remove_file(&self, path: &Path) -> io::Result<()>;
-    /// Removes a folder and what is in it.
+    /// Removes a folder with its content.
     fn remove_dir_all(&self, path: &Path) -> io::Result<()>;
-    /// The entries of a folder, sorted by name.
+    /// Lists the entries of a folder, sorted by name.
     fn list(&self, path: &Path) -> io::Result<Vec<Entry>>;
-    /// What there is at a path, `None` if nothing. A link is a link, and not what it leads to.
+    /// Returns the metadata of a path, `None` if nothing exists there. Does not follow links.
     fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>>;
-    /// Bytes that this user may still write where the path is.
+    /// Returns the number of bytes that this user can still write at the path.
     fn free_space(&self, path: &Path) -> io::Result<u64>;
-    /// Takes the exclusive lock of a file, created if need be, without waiting.
+    /// Tries to take the exclusive lock of a file, which is created if needed, without waiting.
     fn try_lock(&self, path: &Path) -> io::Result<LockAttempt>;
 
-    /// Replaces a file, or a link, in one step: writes and syncs `draft`, then renames it. After an error the former file is still there. The
-    /// caller syncs the folder.
+    /// Replaces a file or a link in one step: writes and syncs `draft`, then renames it. After an error the old file
+    /// still exists. The caller syncs the folder.
     fn replace(&self, draft: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
-        // A process that was killed may have left one.
+        // A killed process may have left a draft.
         if self.metadata(draft)?.is_some() {
             self.remove_file(draft)?;
         }
-        let written = self
+        let outcome = self
             .write_new(draft, bytes)
             .and_then(|()| self.sync_file(draft))
             .and_then(|()| self.rename(draft, path));
-        if written.is_err() {
-            // The first error says more than one of the removal.
+        if outcome.is_err() {
+            // The error of the removal would hide the first error.
             drop(self.remove_file(draft));
         }
-        written
+        outcome
     }
 }
 
@@ -120,25 +121,26 @@ pub trait FileSystem: Send + Sync {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RealFileSystem;
 
-/// Who holds a lock.
+/// Process that has a lock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LockHolder {
-    /// The process, if the lock file tells.
+    /// Number of the process, if the lock file states it.
     pub pid: Option<u32>,
 }
 
-/// Times that a lock is tried, and the wait between: whoever only asks for the holder takes it for an instant.
+/// Number of attempts and pause between them. A process that only asks for the holder has the lock for an instant.
 const TRIES: usize = 5;
 const BETWEEN_TRIES: Duration = Duration::from_millis(20);
 
-/// A lock file holds the number of a process, or as many zero bytes after a power cut, since it is not synced.
+/// Most bytes of a lock file. It contains a process number. After a power cut it may contain as many zero bytes, since
+/// it is not synced.
 const LONGEST_HOLDER: u64 = 20;
 
 impl RealFileSystem {
-    /// Who holds the lock of a file, without changing anything; `None` if nobody does.
+    /// Returns the holder of a file's lock without changing anything, `None` if the lock is free.
     ///
     /// # Errors
-    /// Those of the system, but for a file that is not there.
+    /// Errors of the system. A missing file is not an error.
     pub fn lock_holder(&self, path: &Path) -> io::Result<Option<LockHolder>> {
         let mut file = match open_plain(OpenOptions::new().read(true), path) {
             Ok(file) => file,
@@ -162,53 +164,53 @@ fn holder_in(file: &mut File) -> io::Result<Option<u32>> {
     Ok(holder.and_then(|holder| holder.trim().parse().ok()))
 }
 
-/// Whether a file is still the one of a path.
+/// Checks that an open file is still the file at the path.
 #[cfg(unix)]
-fn is_at(found: &fs::Metadata, path: &Path) -> io::Result<bool> {
+fn is_at(opened: &fs::Metadata, path: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt;
     match fs::symlink_metadata(path) {
-        Ok(now) => Ok((now.dev(), now.ino()) == (found.dev(), found.ino())),
+        Ok(current) => Ok((current.dev(), current.ino()) == (opened.dev(), opened.ino())),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(error) => Err(error),
     }
 }
 
-/// An open file cannot be removed there.
+/// On other systems an open file cannot be removed.
 #[cfg(not(unix))]
-fn is_at(_found: &fs::Metadata, _path: &Path) -> io::Result<bool> {
+fn is_at(_opened: &fs::Metadata, _path: &Path) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Names that a file has, all but one of them hard links.
+/// Returns the number of names (hard links) of a file.
 #[cfg(unix)]
-fn names(found: &fs::Metadata) -> u64 {
-    std::os::unix::fs::MetadataExt::nlink(found)
+fn names(metadata: &fs::Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::nlink(metadata)
 }
 
 #[cfg(not(unix))]
-fn names(_found: &fs::Metadata) -> u64 {
+fn names(_metadata: &fs::Metadata) -> u64 {
     1
 }
 
-/// Opens a file that holds bytes. Neither a link at the path nor a pipe, which would keep the opening waiting, is followed.
+/// Opens a regular file. Rejects a link, and a pipe, which would block.
 fn open_plain(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::OpenOptionsExt;
         options.custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
     }
-    // What the flags refuse has an error of the system that says little of it.
+    // The system's own error for the flags above is unclear.
     let refuse = |kind| {
         let what = match kind {
             EntryKind::File => return Ok(()),
             EntryKind::Folder => "it is a folder, not a file",
-            EntryKind::Link => "it is a link, and none is followed",
+            EntryKind::Link => "it is a link, and links are not followed",
             EntryKind::Other => "it is a pipe, a socket or a device, not a file",
         };
         Err(io::Error::new(io::ErrorKind::InvalidInput, what))
     };
-    if let Ok(found) = fs::symlink_metadata(path) {
-        refuse(found.file_type().into())?;
+    if let Ok(metadata) = fs::symlink_metadata(path) {
+        refuse(metadata.file_type().into())?;
     }
     let file = options.open(path)?;
     refuse(file.metadata()?.file_type().into())?;
@@ -225,7 +227,7 @@ impl FileSystem for RealFileSystem {
     }
 
     fn sync_file(&self, path: &Path) -> io::Result<()> {
-        // Some systems want the right to write for it.
+        // Some systems require write access to sync.
         OpenOptions::new().write(true).open(path)?.sync_all()
     }
 
@@ -233,13 +235,13 @@ impl FileSystem for RealFileSystem {
         let file = open_plain(OpenOptions::new().read(true), path)?;
         let length = file.metadata()?.len();
         let too_long = || {
-            let text = format!("it is longer than {most} bytes, the most that is read of it");
+            let text = format!("it is longer than {most} bytes, the limit for this file");
             io::Error::new(io::ErrorKind::FileTooLarge, text)
         };
         if length > most {
             return Err(too_long());
         }
-        // It may grow meanwhile.
+        // The file may grow while it is read.
         let mut bytes = Vec::with_capacity(length as usize);
         file.take(most + 1).read_to_end(&mut bytes)?;
         if bytes.len() as u64 > most {
@@ -264,7 +266,7 @@ impl FileSystem for RealFileSystem {
         File::open(path)?.sync_all()
     }
 
-    // Other systems have no such call: names are as durable there as the system makes them.
+    // Other systems have no such call: the system itself decides how durable the entries are.
     #[cfg(not(unix))]
     fn sync_dir(&self, _path: &Path) -> io::Result<()> {
         Ok(())
@@ -294,9 +296,9 @@ impl FileSystem for RealFileSystem {
 
     fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>> {
         match fs::symlink_metadata(path) {
-            Ok(found) => Ok(Some(Metadata {
-                len: found.len(),
-                kind: found.file_type().into(),
+            Ok(metadata) => Ok(Some(Metadata {
+                len: metadata.len(),
+                kind: metadata.file_type().into(),
             })),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             Err(error) => Err(error),
@@ -313,25 +315,24 @@ impl FileSystem for RealFileSystem {
                 return Ok(attempt);
             }
         }
-        // Whoever removes it again and again is at work.
+        // A process that keeps removing the lock file is at work in the folder.
         Ok(lock_once(path)?.unwrap_or(LockAttempt::Held { pid: None }))
     }
 }
 
-/// One attempt; none where the file was removed before it was locked, so that the lock keeps nobody out.
+/// Tries once. Returns `None` if the file was removed before it was locked: such a lock excludes nobody.
 fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).truncate(false);
     let mut file = open_plain(&mut options, path)?;
-    let found = file.metadata()?;
+    let opened = file.metadata()?;
     let mut content = Vec::new();
     (&mut file)
         .take(LONGEST_HOLDER + 1)
         .read_to_end(&mut content)?;
     let is_lock = |byte: &u8| byte.is_ascii_digit() || *byte == 0;
     if content.len() as u64 > LONGEST_HOLDER || !content.iter().all(is_lock) {
-        let text =
-            "it holds more than the number of a process, so that it is no lock of a run; remove it";
+        let text = "it contains more than a process number, so it is no lock of a run; remove it";
         return Err(io::Error::new(io::ErrorKind::InvalidData, text));
     }
     let mut attempt = file.try_lock();
@@ -344,11 +345,12 @@ fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
     }
     match attempt {
         Ok(()) => {
-            if !is_at(&found, path)? {
+            if !is_at(&opened, path)? {
                 return Ok(None);
             }
-            // Under another name the file may be somebody else's: it locks as well, and only does not tell by whom.
-            if names(&found) == 1 {
+            // A file with several names may belong to someone else. It can be locked, but the process number is not
+            // written to it.
+            if names(&opened) == 1 {
                 file.set_len(0)?;
                 file.rewind()?;
                 write!(file, "{}", std::process::id())?;
@@ -365,7 +367,7 @@ fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
     }
 }
 
-/// True where the system could not read a file that is there. That says nothing of its content, so it is not damage.
+/// True if the system could not read an existing file. That is not damage, because it says nothing about the content.
 pub fn is_unread(source: &io::Error) -> bool {
     source.raw_os_error().is_some() && source.kind() != io::ErrorKind::NotFound
 }

@@ -1,4 +1,4 @@
-//! The file system with the path in every error, and the writes that replace a file in one step.
+//! [`FileSystem`] with the path in every error, and writes that replace a file in one step.
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{Entry, EntryKind, FileSystem, LockAttempt, LockGuard, Metadata};
@@ -8,14 +8,15 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What must stay free beside the bytes to be written: the manifest, the folder entries and the journal of the system.
+/// Bytes that must stay free in addition to the write: for the manifest, the folder entries and the journal of the file
+/// system.
 const SPARE_BYTES: u64 = 1 << 20;
 
-/// Most bytes of a JSON or TOML file of a run: it may hold the text of a long scene.
+/// Most bytes of a JSON or TOML file of a run. It may contain the text of a long scene.
 pub(super) const LONGEST_METADATA: u64 = 64 << 20;
 
-/// Most bytes of a table: some ten columns of numbers on 8192 x 8192 cells, not compressed. Its commit may be a stranger's too, and say
-/// of a file without end that it has as many bytes as it has.
+/// Most bytes of a table: about ten columns of numbers on 8192 x 8192 cells, uncompressed. A stranger's commit could
+/// otherwise announce a file of any length.
 pub(super) const LONGEST_TABLE: u64 = 8 << 30;
 
 /// [`FileSystem`] with paths in its errors.
@@ -23,7 +24,7 @@ pub(super) const LONGEST_TABLE: u64 = 8 << 30;
 pub(super) struct Files(pub Arc<dyn FileSystem>);
 
 impl Files {
-    /// Creates a folder so that it is still there after a crash.
+    /// Creates a folder that survives a crash.
     pub fn make_dir(&self, path: &Path) -> Result<(), StoreError> {
         let mut missing = Vec::new();
         let mut level = Some(path);
@@ -48,13 +49,13 @@ impl Files {
         Ok(())
     }
 
-    /// Writes a file that must not exist, and returns when its content is on the disk.
+    /// Writes a file that must not exist yet, and syncs it.
     pub fn write_new(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         self.write_unsynced(path, bytes)?;
         self.sync_file(path)
     }
 
-    /// Writes a file that must not exist. Power loss may cut it.
+    /// Writes a file that must not exist yet. A power cut may truncate it.
     pub fn write_unsynced(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         self.0
             .write_new(path, bytes)
@@ -65,14 +66,14 @@ impl Files {
         self.0.sync_file(path).map_err(io_error("sync", path))
     }
 
-    /// Creates a folder whose loss in a crash would do no harm.
+    /// Creates a folder that may be lost in a crash without harm.
     pub fn make_dir_unsynced(&self, path: &Path) -> Result<(), StoreError> {
         self.0
             .create_dir_all(path)
             .map_err(io_error("create the folder", path))
     }
 
-    /// The content of a file of at most `most` bytes, `None` if there is none.
+    /// Reads a file of at most `most` bytes. Returns `None` if it does not exist.
     fn read_if_there(&self, path: &Path, most: u64) -> Result<Option<Vec<u8>>, StoreError> {
         match self.0.read(path, most) {
             Ok(bytes) => Ok(Some(bytes)),
@@ -81,12 +82,12 @@ impl Files {
         }
     }
 
-    /// The content of a file of JSON or TOML; one that is not there, or longer than any, is damage.
+    /// Reads a JSON or TOML file. A missing or too long file is damage.
     pub fn read_metadata(&self, path: &Path) -> Result<Result<Vec<u8>, Damage>, StoreError> {
         self.read_bounded(path, LONGEST_METADATA)
     }
 
-    /// The content of a file of at most `most` bytes; one that is not there, or longer, is damage.
+    /// Reads a file of at most `most` bytes. A missing or longer file is damage.
     pub fn read_bounded(
         &self,
         path: &Path,
@@ -137,22 +138,22 @@ impl Files {
         Ok(())
     }
 
-    /// The entries of a folder, none if it is not there. A link to a folder is none.
+    /// Lists the entries of a folder. A missing folder has no entries. Rejects a link to a folder.
     pub fn list(&self, path: &Path) -> Result<Vec<Entry>, StoreError> {
         match self.look(path)? {
             None => Ok(Vec::new()),
-            Some(found) if found.kind == EntryKind::Folder => {
+            Some(metadata) if metadata.kind == EntryKind::Folder => {
                 self.0.list(path).map_err(io_error("list", path))
             }
-            Some(found) => Err(StoreError::NotPlain {
+            Some(metadata) => Err(StoreError::NotPlain {
                 path: path.to_owned(),
-                found: found.kind,
+                found: metadata.kind,
                 expected: EntryKind::Folder,
             }),
         }
     }
 
-    /// The entries of the folder of a run, which may itself be a link to where its user keeps it.
+    /// Lists the entries of the folder of a run. The user may have made that folder a link.
     pub fn list_root(&self, layout: &Layout) -> Result<Vec<Entry>, StoreError> {
         let root = &layout.root;
         if !self.is_there(root)? {
@@ -169,7 +170,7 @@ impl Files {
         Ok(self.look(path)?.is_some())
     }
 
-    /// Refuses if fewer bytes are free than are to be written, with some to spare.
+    /// Checks that the disk has space for the bytes and a reserve.
     pub fn require_space(&self, path: &Path, bytes: u64) -> Result<(), StoreError> {
         let free = self
             .0
@@ -186,7 +187,7 @@ impl Files {
         Ok(())
     }
 
-    /// Takes the lock of a folder by a file in it.
+    /// Locks a folder by means of a file in it.
     pub fn lock(&self, path: &Path, folder: &Path) -> Result<Box<dyn LockGuard>, StoreError> {
         match self.0.try_lock(path).map_err(io_error("lock", path))? {
             LockAttempt::Taken(guard) => Ok(guard),
@@ -197,31 +198,32 @@ impl Files {
         }
     }
 
-    /// Gives a file a new content in one step: a crash leaves the old one or the new one.
+    /// Replaces the content of a file in one step: after a crash the file has the old or the new content.
     pub fn replace(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         self.0
-            .replace(&beside(path), path, bytes)
+            .replace(&new_file_of(path), path, bytes)
             .map_err(io_error("write", path))?;
         self.sync_dir(path.parent().unwrap_or(Path::new("")))
     }
 
-    /// [`Files::replace`] of what can be had anew: no reader sees half of it, but power loss may cut it.
+    /// As [`Files::replace`], for content that can be recomputed. No reader sees a partial file, but a power cut may
+    /// truncate it.
     pub fn replace_unsynced(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-        let fresh = beside(path);
-        self.remove_file_if_there(&fresh)?;
-        self.write_unsynced(&fresh, bytes)?;
-        self.rename(&fresh, path)
+        let new_path = new_file_of(path);
+        self.remove_file_if_there(&new_path)?;
+        self.write_unsynced(&new_path, bytes)?;
+        self.rename(&new_path, path)
     }
 
-    /// [`Files::replace`], unless the file has this content already.
+    /// As [`Files::replace`], but does nothing if the file has this content already.
     pub fn replace_if_different(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         match self.read_metadata(path)? {
-            Ok(found) if found == bytes => Ok(()),
+            Ok(current) if current == bytes => Ok(()),
             _ => self.replace(path, bytes),
         }
     }
 
-    /// The content of a file if it is as long as it was and has the hash it had.
+    /// Reads a file if its length and hash are the expected ones.
     pub fn read_verified(
         &self,
         path: &Path,
@@ -237,7 +239,7 @@ impl Files {
         Ok(check_hash(path, expected, hash(&bytes)).map(|()| bytes))
     }
 
-    /// Whether a file is as long as it was and has the hash it had, in the memory of one block.
+    /// Checks the length and hash of a file block by block.
     pub fn verify(
         &self,
         path: &Path,
@@ -247,20 +249,20 @@ impl Files {
         if let Err(damage) = self.check_length(path, length)? {
             return Ok(Err(damage));
         }
-        let found = self.0.hash(path).map_err(io_error("read", path))?;
-        Ok(check_hash(path, expected, found.to_hex().to_string()))
+        let computed = self.0.hash(path).map_err(io_error("read", path))?;
+        Ok(check_hash(path, expected, computed.to_hex().to_string()))
     }
 
-    /// Before anything is read: a stranger's file may be of any length, and a device has no end.
+    /// Checks the length before anything is read: a stranger's file may be of any length, and a device has no end.
     fn check_length(&self, path: &Path, expected: u64) -> Result<Result<(), Damage>, StoreError> {
         let kind = match self.look(path)? {
             None => DamageKind::Missing,
-            Some(found) if found.len != expected => DamageKind::Size {
+            Some(metadata) if metadata.len != expected => DamageKind::Size {
                 expected,
-                found: found.len,
+                found: metadata.len,
             },
             Some(_) if expected > LONGEST_TABLE => DamageKind::Unreadable {
-                reason: format!("{expected} bytes long; no table has more than {LONGEST_TABLE}"),
+                reason: format!("{expected} bytes long, but a table has at most {LONGEST_TABLE}"),
             },
             Some(_) => return Ok(Ok(())),
         };
@@ -271,8 +273,8 @@ impl Files {
     }
 }
 
-/// Where the new content of a file is written before it takes the place of the old.
-fn beside(path: &Path) -> PathBuf {
+/// Returns the path of the new content before it replaces the old file.
+fn new_file_of(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".new");
     PathBuf::from(name)
@@ -285,7 +287,7 @@ fn missing(path: &Path) -> Damage {
     }
 }
 
-/// The hash of a text or file, 64 hexadecimal digits.
+/// Returns the hash of a text or file, 64 hexadecimal digits.
 pub(super) fn hash(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
@@ -303,7 +305,7 @@ fn check_hash(path: &Path, expected: &str, found: String) -> Result<(), Damage> 
     })
 }
 
-/// Readable JSON text of a value, with a newline at its end.
+/// Serializes a value to indented JSON text with a newline at its end.
 pub(super) fn json(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, StoreError> {
     let mut text = serde_json::to_vec_pretty(value).map_err(|source| StoreError::Json {
         path: path.to_owned(),

@@ -1,10 +1,11 @@
-//! `history.parquet`: what all iterations of a run say in one row each, those that are pruned too.
+//! `history.parquet`: one row per iteration of a run, pruned iterations included.
 //!
-//! A row holds the columns of the iteration's one-row tables, those of `summary` under their own names and others after the name of their
-//! table, its times and transform pairs by stage, and the hash of its commit. So the chain passes over a pruned iteration by its row.
-//! Rows of iterations that are kept follow from their folders: the file may be some rows behind, and is completed from there.
+//! A row has the columns of the iteration's one-row tables, its times and transform pairs per stage, and the hash of
+//! its commit. Columns of `summary` keep their names; columns of other tables are prefixed by the name of their table.
+//! The chain continues over a pruned iteration by its row. The rows of kept iterations follow from their folders. The
+//! file may therefore be some rows behind, and is completed from the folders.
 //!
-//! The file ends with a text that holds the hash of the file as it would be with zeros in place of the hash.
+//! The file ends with a text that contains a hash: the hash of the file with zeros in its place.
 
 use super::commit::Commit;
 use super::error::{Damage, DamageKind, StoreError};
@@ -19,11 +20,11 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// Rows up to which the file is written after every commit. Beyond, it is written after every so many as take the same time: writing
-/// costs as much as there are rows.
+/// Number of rows up to which the file is written after every commit. Writing costs time in proportion to the rows, so
+/// longer files are written less often, at the same share of the run time.
 const ROWS_AT_ONCE: u64 = 1024;
 
-/// More wear iterations than any run leaves folders of.
+/// Upper bound of the wear iterations of any run.
 const MOST_ROWS: i64 = 1 << 24;
 
 const NAME: &str = "history";
@@ -31,7 +32,7 @@ const WEAR_ITERATION: &str = "wear_iteration";
 const COMMIT: &str = "commit";
 const PRUNED: &str = "pruned";
 const BYTES: &str = "bytes";
-/// Entry of the content key of a campaign's row.
+/// Metadata entry with the content key of a campaign's row.
 const ROW: &str = "content_key";
 const TIMING: [&str; 3] = [
     "timing_seconds_",
@@ -39,7 +40,7 @@ const TIMING: [&str; 3] = [
     "timing_cpu_seconds_",
 ];
 
-/// What stands before the hash, and in its place while it is computed.
+/// Text before the hash, and the placeholder while the hash is computed.
 const BEFORE_SEAL: &[u8] = b"\"seal\":\"";
 const NO_SEAL: [u8; 64] = [b'0'; 64];
 
@@ -47,79 +48,85 @@ const NO_SEAL: [u8; 64] = [b'0'; 64];
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
     links: Vec<Link>,
-    /// By the name of the column in the file; each has a value, or none, for every row.
+    /// By column name in the file. Each column has one value or null per row.
     columns: BTreeMap<String, Nullable>,
 }
 
-/// The place of an iteration in the chain.
+/// Place of an iteration in the chain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Link {
-    /// Hash of its commit.
+    /// Hash of the commit.
     commit: String,
     pruned: bool,
-    /// Bytes of its tables, where they are known.
+    /// Bytes of the tables, if known.
     bytes: Option<i64>,
 }
 
-/// What an iteration, or several, took of one stage or of a part of one.
+/// Cost of a stage, or of a part of one, in one or several iterations.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct StageCost {
     /// Wall time \[s\].
     pub seconds: f64,
     /// Forward and inverse transform pairs.
     pub fft_pairs: f64,
-    /// CPU time of all threads \[s\]; none where the system does not tell it of an iteration.
+    /// CPU time of all threads \[s\]; `None` if the system does not report it per iteration.
     pub cpu_seconds: Option<f64>,
 }
 
-/// A column of a one-row table, and what it is called in a history.
-struct Known {
+/// A column of a one-row table, and its name in a history.
+struct HistoryColumn {
     name: String,
     table: TableName,
     column: ColumnSchema,
 }
 
-/// In the order of the file.
-static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| {
+/// All columns of one-row tables in the order of the file.
+static KNOWN: LazyLock<Vec<HistoryColumn>> = LazyLock::new(|| {
     let one_row = |table: &TableName| {
         table.schema().place == Place::Iteration && table.schema().rows == Some(1)
     };
     let mut tables: Vec<TableName> = TableName::ALL.into_iter().filter(one_row).collect();
     tables.sort_by_key(|table| *table != TableName::Summary);
     let columns = tables.into_iter().flat_map(|table| {
-        table.schema().columns.iter().map(move |column| Known {
-            name: name_of(table, &column.name),
-            table,
-            column: column.clone(),
-        })
+        table
+            .schema()
+            .columns
+            .iter()
+            .map(move |column| HistoryColumn {
+                name: history_name(table, &column.name),
+                table,
+                column: column.clone(),
+            })
     });
     columns.collect()
 });
 
-fn name_of(table: TableName, column: &str) -> String {
+fn history_name(table: TableName, column: &str) -> String {
     match table {
         TableName::Summary => column.to_owned(),
         table => format!("{table}_{column}"),
     }
 }
 
-/// True for a table whose rows a history has.
+/// True for a table whose rows are part of a history.
 pub fn is_in_history(table: TableName) -> bool {
-    KNOWN.iter().any(|known| known.table == table)
+    KNOWN
+        .iter()
+        .any(|history_column| history_column.table == table)
 }
 
 impl History {
-    /// Number of rows: the iterations 0 to one below.
+    /// Number of rows. They are the iterations from 0 on.
     pub fn len(&self) -> usize {
         self.links.len()
     }
 
-    /// True of a run without an iteration.
+    /// True for a run without iterations.
     pub fn is_empty(&self) -> bool {
         self.links.is_empty()
     }
 
-    /// The row of an iteration in one of its one-row tables; `None` where it has no such table.
+    /// Returns the row of an iteration in a one-row table, `None` if the iteration has no such table.
     ///
     /// # Errors
     /// [`TableError`] for a row that lacks a column.
@@ -127,23 +134,29 @@ impl History {
         let mut table: Option<TableBuilder> = None;
         for (column, values) in self.columns_of(T::TABLE) {
             if let Some(value) = values.at(wear_iteration as usize) {
-                let begun = table.unwrap_or_else(|| Table::builder(T::TABLE));
-                table = Some(begun.column(&column.name, value));
+                let builder = table.unwrap_or_else(|| Table::builder(T::TABLE));
+                table = Some(builder.column(&column.name, value));
             }
         }
         let table = table.map(TableBuilder::build).transpose()?;
         table.map(|table| T::of(&table)).transpose()
     }
 
-    /// The columns of a one-row table over all iterations, as its schema names them; those that no iteration has are left out.
+    /// The columns of a one-row table over all iterations, by the names of its schema. Columns without any value are
+    /// skipped.
     pub fn columns_of(&self, table: TableName) -> impl Iterator<Item = Described<'_>> {
         KNOWN
             .iter()
-            .filter(move |known| known.table == table)
-            .filter_map(|known| Some((&known.column, self.columns.get(&known.name)?)))
+            .filter(move |history_column| history_column.table == table)
+            .filter_map(|history_column| {
+                Some((
+                    &history_column.column,
+                    self.columns.get(&history_column.name)?,
+                ))
+            })
     }
 
-    /// The columns of its file but those of the chain of commits, in the order of their names.
+    /// The columns of the file without those of the commit chain, in the order of their names.
     pub fn columns(&self) -> impl Iterator<Item = (ColumnSchema, &Nullable)> {
         self.columns.iter().map(|(name, values)| {
             let column = match is_timing(name) {
@@ -154,7 +167,7 @@ impl History {
         })
     }
 
-    /// What all iterations took, by stage and by part of a stage as the `timing` table names them.
+    /// Sums the cost of all iterations per stage and per part of a stage, by the names of the `timing` table.
     pub fn cost(&self) -> BTreeMap<String, StageCost> {
         let mut costs: BTreeMap<String, StageCost> = BTreeMap::new();
         for (name, values) in &self.columns {
@@ -168,25 +181,25 @@ impl History {
                 costs.entry(stage.to_owned()).or_default().fft_pairs = sum;
             } else if let Some(stage) = name.strip_prefix(TIMING[2]) {
                 let wall = self.columns.get(&format!("{}{stage}", TIMING[0]));
-                let told = matches!(wall, Some(Nullable::F64(wall)) if (wall.iter().zip(values))
+                let is_complete = matches!(wall, Some(Nullable::F64(wall)) if (wall.iter().zip(values))
                     .all(|(wall, cpu)| wall.is_none() || cpu.is_some()));
-                costs.entry(stage.to_owned()).or_default().cpu_seconds = told.then_some(sum);
+                costs.entry(stage.to_owned()).or_default().cpu_seconds = is_complete.then_some(sum);
             }
         }
         costs
     }
 
-    /// Seconds of an iteration, by stage and by part of a stage.
+    /// Wall time \[s\] of an iteration, per stage and per part of a stage.
     pub fn seconds(&self, wear_iteration: u64) -> BTreeMap<String, f64> {
         self.timing(TIMING[0], wear_iteration).collect()
     }
 
-    /// Forward and inverse transform pairs of an iteration, over all stages.
+    /// Forward and inverse transform pairs of an iteration, summed over all stages.
     pub fn fft_pairs(&self, wear_iteration: u64) -> f64 {
         self.timing(TIMING[1], wear_iteration).map(|(_, n)| n).sum()
     }
 
-    /// A column of the `timing` table of an iteration, by stage and by part of a stage.
+    /// A column of the `timing` table of an iteration, per stage and per part of a stage.
     fn timing(&self, prefix: &str, wear_iteration: u64) -> impl Iterator<Item = (String, f64)> {
         self.columns.iter().filter_map(move |(name, values)| {
             let Nullable::F64(values) = values else {
@@ -197,27 +210,27 @@ impl History {
         })
     }
 
-    /// The iterations that are pruned, with their places in the chain.
+    /// The pruned iterations with their places in the chain.
     pub(super) fn pruned(&self) -> BTreeMap<u64, Pruned> {
         let links = self.links.iter().enumerate();
         links
             .filter(|(_, link)| link.pruned)
             .map(|(k, link)| {
-                let before = k.checked_sub(1).map(|before| &self.links[before]);
-                let parent = before.map(|before| before.commit.clone());
+                let previous = k.checked_sub(1).map(|previous| &self.links[previous]);
+                let parent = previous.map(|previous| previous.commit.clone());
                 let hash = link.commit.clone();
                 (k as u64, Pruned { hash, parent })
             })
             .collect()
     }
 
-    /// Hash of the commit of an iteration.
+    /// Returns the hash of an iteration's commit.
     pub fn commit_of(&self, wear_iteration: u64) -> Option<&str> {
         let link = self.links.get(wear_iteration as usize)?;
         Some(&link.commit)
     }
 
-    /// Leaves so many rows.
+    /// Keeps at most this number of rows.
     pub(super) fn truncate(&mut self, rows: usize) {
         if rows < self.links.len() {
             self.links.truncate(rows);
@@ -227,7 +240,7 @@ impl History {
         }
     }
 
-    /// Adds the row of the next iteration, from its commit and what of its tables a history has.
+    /// Appends the row of the next iteration, from its commit and those of its tables that are part of a history.
     pub(super) fn push(&mut self, commit: &Commit, tables: &[(TableName, Table)]) {
         let rows = self.links.len();
         self.links.push(Link {
@@ -237,20 +250,20 @@ impl History {
         });
         for (name, table) in tables {
             for (column, values) in table.columns() {
-                self.column(name_of(*name, &column.name), column.kind, rows)
+                self.column(history_name(*name, &column.name), column.kind, rows)
                     .push(values);
             }
         }
         self.fill();
     }
 
-    /// Adds the times of the last row.
+    /// Adds the times to the last row.
     pub(super) fn push_timing(&mut self, timing: &typed::Timing) {
         let rows = self.links.len() - 1;
-        let known = |values: &[f64]| values.iter().map(|value| Some(*value)).collect();
+        let all_some = |values: &[f64]| values.iter().map(|value| Some(*value)).collect();
         let series: [Vec<Option<f64>>; 3] = [
-            known(&timing.seconds),
-            known(&timing.fft_pairs),
+            all_some(&timing.seconds),
+            all_some(&timing.fft_pairs),
             timing.cpu_seconds.clone(),
         ];
         for (prefix, values) in TIMING.into_iter().zip(series) {
@@ -271,7 +284,7 @@ impl History {
         self.fill();
     }
 
-    /// Adds the row of an iteration of which nothing but its place in the chain is left.
+    /// Appends the row of a pruned iteration of which only the commit hash is known.
     pub(super) fn push_pruned(&mut self, hash: &str) {
         self.links.push(Link {
             commit: hash.to_owned(),
@@ -281,7 +294,7 @@ impl History {
         self.fill();
     }
 
-    /// Notes that iterations are pruned.
+    /// Marks iterations as pruned.
     pub(super) fn prune(&mut self, iterations: &[u64]) {
         for &k in iterations {
             if let Some(link) = self.links.get_mut(k as usize) {
@@ -290,16 +303,17 @@ impl History {
         }
     }
 
-    /// True once an iteration is pruned: from then on no folder has all that the history has.
+    /// True if an iteration is pruned. Then the folders no longer have all content of the history.
     pub(super) fn has_pruned(&self) -> bool {
         self.links.iter().any(|link| link.pruned)
     }
 
-    /// True if the file is written after the commit of the last row, so that writing takes the same part of a run however long it is.
+    /// True if the file has to be written after the commit of the last row. The interval grows with the run, so that
+    /// writing takes a constant share of the time.
     pub(super) fn is_due(&self) -> bool {
         let rows = self.links.len() as u64;
-        let every = (rows / ROWS_AT_ONCE).max(1).next_power_of_two();
-        rows.is_multiple_of(every)
+        let interval = (rows / ROWS_AT_ONCE).max(1).next_power_of_two();
+        rows.is_multiple_of(interval)
     }
 
     fn column(&mut self, name: String, kind: ColumnType, rows: usize) -> &mut Nullable {
@@ -307,7 +321,7 @@ impl History {
         column.or_insert_with(|| Nullable::absent(kind, rows))
     }
 
-    /// Gives every column as many rows as there are.
+    /// Extends every column to the number of rows.
     fn fill(&mut self) {
         let rows = self.links.len();
         self.columns
@@ -315,15 +329,15 @@ impl History {
             .for_each(|column| column.resize(rows));
     }
 
-    /// The bytes of its file, the hash of it at their end.
+    /// Encodes the file, with its hash at the end.
     ///
     /// # Errors
-    /// [`TableError`] if the format library refuses.
+    /// [`TableError`] if the Parquet library fails.
     pub fn to_bytes(&self) -> Result<Vec<u8>, TableError> {
         self.to_bytes_of(None)
     }
 
-    /// The bytes of its file with the content key of the row of a campaign whose run it is: [`History::row_in`] reads it.
+    /// Encodes the file with the content key of a campaign row, which [`History::row_in`] reads.
     ///
     /// # Errors
     /// As [`History::to_bytes`].
@@ -342,7 +356,7 @@ impl History {
             Nullable::I64(links.map(|link| link.bytes).collect()),
         ];
         let mut columns: Vec<Described> = own.iter().zip(&own_values).collect();
-        for Known { name, .. } in KNOWN.iter() {
+        for HistoryColumn { name, .. } in KNOWN.iter() {
             columns.extend(self.columns.get(name).map(|values| (in_file(name), values)));
         }
         let timing = self.columns.iter().filter(|(name, _)| is_timing(name));
@@ -362,7 +376,7 @@ impl History {
         if let Some(row) = row {
             entry[ROW] = json!(row);
         }
-        // Last, and as a text of its own making: what follows from an object need not keep an order.
+        // The seal comes last and is appended as text, because a JSON object need not keep the order of its keys.
         let mut entry = entry.to_string();
         entry.truncate(entry.len() - 1);
         entry += ",";
@@ -377,23 +391,23 @@ impl History {
         Ok(bytes)
     }
 
-    /// The content key of the row of a campaign whose run a file is of; none of another file.
+    /// Reads the content key of the campaign row from the bytes of a file, `None` if it has none.
     pub fn row_in(bytes: &[u8]) -> Option<String> {
         let entry = entry_of(bytes, NAME).ok().flatten()?;
         let entry: serde_json::Value = serde_json::from_str(&entry).ok()?;
         entry[ROW].as_str().map(str::to_owned)
     }
 
-    /// The history in the bytes of a file.
+    /// Decodes a history from the bytes of a file.
     ///
     /// # Errors
-    /// [`DamageKind`] for bytes that are not those of its hash, or of another file.
+    /// [`DamageKind`] for bytes that do not match their hash, and for another file.
     pub fn of_bytes(bytes: &[u8]) -> Result<History, DamageKind> {
         check_seal(bytes)?;
         let unreadable = |reason: String| DamageKind::Unreadable { reason };
-        let found = nullable_from_parquet(bytes, NAME, MOST_ROWS)
+        let file_columns = nullable_from_parquet(bytes, NAME, MOST_ROWS)
             .map_err(|error| unreadable(error.to_string()))?;
-        let mut columns: BTreeMap<String, Nullable> = found.into_iter().collect();
+        let mut columns: BTreeMap<String, Nullable> = file_columns.into_iter().collect();
         let own = own_columns().map(|column| columns.remove(&column.name));
         let [
             Some(Nullable::I64(numbers)),
@@ -402,7 +416,7 @@ impl History {
             Some(Nullable::I64(bytes)),
         ] = own
         else {
-            return Err(unreadable("it is not a history".to_owned()));
+            return Err(unreadable("the file is not a history".to_owned()));
         };
         let mut links = Vec::with_capacity(numbers.len());
         for (k, number) in numbers.into_iter().enumerate() {
@@ -410,7 +424,7 @@ impl History {
                 return Err(unreadable(format!("row {k} has no commit")));
             };
             if number != Some(k as i64) {
-                return Err(unreadable(format!("row {k} is of another iteration")));
+                return Err(unreadable(format!("row {k} belongs to another iteration")));
             }
             links.push(Link {
                 commit: commit.clone(),
@@ -419,18 +433,20 @@ impl History {
             });
         }
         for (name, values) in &columns {
-            let known = KNOWN.iter().find(|known| known.name == *name);
-            let kind = known.map(|known| known.column.kind);
+            let history_column = KNOWN
+                .iter()
+                .find(|history_column| history_column.name == *name);
+            let kind = history_column.map(|history_column| history_column.column.kind);
             let kind = kind.or(is_timing(name).then_some(ColumnType::F64));
-            if !kind.is_some_and(|kind| is_of(values, kind)) {
-                return Err(unreadable(format!("no history has such a column `{name}`")));
+            if !kind.is_some_and(|kind| has_kind(values, kind)) {
+                return Err(unreadable(format!("a history has no such column `{name}`")));
             }
         }
         Ok(History { links, columns })
     }
 }
 
-fn is_of(values: &Nullable, kind: ColumnType) -> bool {
+fn has_kind(values: &Nullable, kind: ColumnType) -> bool {
     std::mem::discriminant(values) == std::mem::discriminant(&Nullable::absent(kind, 0))
 }
 
@@ -438,7 +454,7 @@ fn is_timing(name: &str) -> bool {
     TIMING.iter().any(|prefix| name.starts_with(prefix))
 }
 
-/// The columns that are those of no table.
+/// The columns of the history that belong to no table.
 fn own_columns() -> [ColumnSchema; 4] {
     [
         ColumnSchema::plain(WEAR_ITERATION, ColumnType::I64, "1"),
@@ -457,14 +473,14 @@ fn timing_column(name: &str) -> ColumnSchema {
     ColumnSchema::plain(name, ColumnType::F64, unit)
 }
 
-/// A column of a one-row table under its name in the file.
+/// Returns a column of a one-row table, under its name in the file.
 fn in_file(name: &str) -> &'static ColumnSchema {
     static IN_FILE: LazyLock<BTreeMap<String, ColumnSchema>> = LazyLock::new(|| {
-        let columns = KNOWN.iter().map(|known| {
-            let name = known.name.clone();
+        let columns = KNOWN.iter().map(|column_of_table| {
+            let name = column_of_table.name.clone();
             let column = ColumnSchema {
                 name: name.clone(),
-                ..known.column.clone()
+                ..column_of_table.column.clone()
             };
             (name, column)
         });
@@ -482,21 +498,21 @@ fn place_of_seal(bytes: &[u8]) -> Option<usize> {
 
 fn check_seal(bytes: &[u8]) -> Result<(), DamageKind> {
     let Some(place) = place_of_seal(bytes) else {
-        let reason = "the hash at its end is not there".to_owned();
+        let reason = "the hash at its end is missing".to_owned();
         return Err(DamageKind::Unreadable { reason });
     };
-    let mut open = bytes.to_vec();
-    let seal = &mut open[place..place + NO_SEAL.len()];
+    let mut unsealed = bytes.to_vec();
+    let seal = &mut unsealed[place..place + NO_SEAL.len()];
     let expected = String::from_utf8_lossy(seal).into_owned();
     seal.copy_from_slice(&NO_SEAL);
-    let found = hash(&open);
+    let found = hash(&unsealed);
     if found == expected {
         return Ok(());
     }
     Err(DamageKind::Hash { expected, found })
 }
 
-/// What there is of a history on disk.
+/// State of the history file on disk.
 pub(super) enum Found {
     Sound(History),
     Absent,
@@ -516,7 +532,7 @@ pub(super) fn read(files: &Files, layout: &Layout) -> Result<Found, StoreError> 
     })
 }
 
-/// Writes the history of a run. It waits for the disk once something is pruned: till then the folders have all of it.
+/// Writes the history of a run. It syncs the file once an iteration is pruned; until then the folders have all content.
 pub(super) fn write(files: &Files, layout: &Layout, history: &History) -> Result<(), StoreError> {
     let path = layout.history();
     let bytes = history.to_bytes().map_err(|source| StoreError::Table {

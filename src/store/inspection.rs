@@ -1,4 +1,4 @@
-//! A look at a run as it is on disk, also while another process writes it.
+//! Consistent read of a run on disk, also while another process writes it.
 
 use super::chain::{self, Chain, Past};
 use super::error::{Damage, DamageKind, StoreError};
@@ -8,36 +8,36 @@ use super::layout::Layout;
 use super::record::RunRecord;
 use super::record_file::read_record;
 
-/// Times that a run is looked at while its writer prunes.
+/// Most attempts to read a run while its writer prunes.
 const LOOKS: usize = 8;
 
-/// What a look at a run finds.
+/// Record, history and chain of a run, read at one time.
 pub(super) struct Looked {
     pub record: RunRecord,
     pub past: ReadPast,
     pub chain: Chain,
 }
 
-/// What of the past of a run is known, and what there is of its history.
+/// Pruned iterations of a run, and the state of its history file.
 pub(super) struct ReadPast {
     pub past: Past,
     pub found: Found,
 }
 
 impl ReadPast {
-    /// Reads it.
+    /// Reads the history file and derives the pruned iterations.
     pub fn read(files: &Files, layout: &Layout) -> Result<Self, StoreError> {
         let found = history::read(files, layout)?;
         let mut past = Past::default();
         match &found {
             Found::Sound(history) => past.pruned = history.pruned(),
-            // A run that has pruned nothing may have been ended before its first row was written.
+            // The history may also be absent because the run ended before its first row was written.
             Found::Absent | Found::Damaged(_) => past.lost = true,
         }
         Ok(ReadPast { past, found })
     }
 
-    /// Rows that the file has.
+    /// Number of rows in the file.
     pub fn rows(&self) -> usize {
         match &self.found {
             Found::Sound(history) => history.len(),
@@ -45,7 +45,7 @@ impl ReadPast {
         }
     }
 
-    /// The rows that agree with what is committed.
+    /// Returns the leading rows that agree with the commits.
     pub fn matching_rows(self, chain: &Chain) -> History {
         let Found::Sound(mut history) = self.found else {
             return History::default();
@@ -55,12 +55,12 @@ impl ReadPast {
         history
     }
 
-    /// What is wrong with the file of the history: where it is behind, it is not damaged.
+    /// Returns the damage of the history file. A file that is only behind is not damaged.
     pub fn damage(&self, layout: &Layout, chain: &Chain) -> Option<Damage> {
         let path = layout.history();
         match &self.found {
             Found::Damaged(damage) => Some(damage.clone()),
-            // Without a gap nothing is missing that the folders do not have.
+            // Without a gap the folders have all content of the history.
             Found::Absent => has_gap(chain, &self.past).then_some(Damage {
                 path,
                 kind: DamageKind::Missing,
@@ -81,7 +81,7 @@ impl ReadPast {
     }
 }
 
-/// True if an iteration below the latest is neither committed nor known to be pruned.
+/// True if an iteration below the latest is neither committed nor recorded as pruned.
 pub(super) fn has_gap(chain: &Chain, past: &Past) -> bool {
     let Some(&latest) = chain.sound.keys().next_back() else {
         return false;
@@ -90,7 +90,7 @@ pub(super) fn has_gap(chain: &Chain, past: &Past) -> bool {
     pruned + (chain.sound.len() as u64) < latest + 1
 }
 
-/// Rows of a history, from the first on, whose commits are those of the run.
+/// Counts the leading rows of a history whose commit hashes match the run.
 fn agreeing_rows(history: &History, past: &Past, chain: &Chain) -> usize {
     let latest = chain.sound.keys().next_back().copied();
     let rows = latest
@@ -105,7 +105,8 @@ fn agreeing_rows(history: &History, past: &Past, chain: &Chain) -> usize {
     (0..rows).take_while(agrees).count()
 }
 
-/// Verifies the iterations. What a writer prunes meanwhile looks like damage to whoever read the history before.
+/// Verifies the iterations. Reads the run again when the history has changed meanwhile: an iteration that a writer has
+/// just pruned looks like damage.
 pub(super) fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<Looked, StoreError> {
     let read = || {
         let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
@@ -126,15 +127,15 @@ pub(super) fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<Loo
                 chain,
             });
         }
-        let now = read()?;
-        if now.1.past == past.past {
+        let reread = read()?;
+        if reread.1.past == past.past {
             return Ok(Looked {
                 record,
                 past,
                 chain,
             });
         }
-        (record, past) = now;
+        (record, past) = reread;
         looks += 1;
     }
 }

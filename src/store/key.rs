@@ -1,4 +1,4 @@
-//! The key of a stage: what its result depends on.
+//! Key of a stage: all inputs that determine its result.
 
 use super::commit::Commit;
 use super::error::list;
@@ -8,9 +8,9 @@ use crate::tables::TableName;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-/// The hash of all that a stage's tables depend on, and what went into it, so that a change can be explained.
+/// Hash of all inputs of a stage's tables, stored with these inputs so that a change can be explained.
 ///
-/// No file times and no paths go in: equal inputs give equal keys on every machine.
+/// The inputs contain no file times and no paths: equal inputs give equal keys on every machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageKey {
     hash: String,
@@ -18,8 +18,8 @@ pub struct StageKey {
 }
 
 impl StageKey {
-    /// The key of a stage from its name, the tables it writes, the parameters it reads and the keys of the stages whose results it
-    /// reads. What another layout has is found under no key of this one.
+    /// Builds the key of a stage from its name, the tables it writes, the parameters it reads and the keys of the
+    /// stages whose results it reads. The layout number is an input too, so results of another layout are never found.
     pub fn new(
         stage: &str,
         tables: &[TableName],
@@ -27,23 +27,23 @@ impl StageKey {
         upstream: &[&StageKey],
     ) -> StageKey {
         let tables: Vec<&str> = tables.iter().map(|table| table.as_str()).collect();
-        let mut above = Map::new();
+        let mut upstream_hashes = Map::new();
         for key in upstream {
             let stage = key.stage();
             let mut name = stage.to_owned();
             let mut count = 1;
-            while above.contains_key(&name) {
+            while upstream_hashes.contains_key(&name) {
                 count += 1;
                 name = format!("{stage} {count}");
             }
-            above.insert(name, json!(key.hash));
+            upstream_hashes.insert(name, json!(key.hash));
         }
         let inputs = json!({
             "stage": stage,
             "layout": LAYOUT,
             "tables": tables,
             "parameters": parameters,
-            "upstream": above,
+            "upstream": upstream_hashes,
         });
         StageKey {
             hash: hash(&inputs),
@@ -51,7 +51,7 @@ impl StageKey {
         }
     }
 
-    /// The key of a committed state, for the stages that continue from it.
+    /// Returns the key of a committed state, for the stages that continue from it.
     pub fn of_commit(commit: &Commit) -> StageKey {
         StageKey {
             hash: commit.hash.clone(),
@@ -72,7 +72,7 @@ impl StageKey {
         self.inputs["stage"].as_str().unwrap_or_default()
     }
 
-    /// What differs from the key of an earlier result, in words.
+    /// Describes the differences from the key of an earlier result.
     pub(super) fn changes_from(&self, earlier: &StageKey) -> String {
         list(&differences(&earlier.inputs, &as_read(&self.inputs)))
     }

@@ -1,4 +1,4 @@
-//! Where a run keeps each of its files. No other module spells their names.
+//! Paths of the files in a run folder. No other module spells their names.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ const ONCE: &str = "once";
 const ITERATIONS: &str = "iterations";
 const ITERATION_PREFIX: &str = "wear_iteration=";
 
-/// The files and folders that a run has in its folder. Whatever else is there, it neither reads nor touches.
+/// The files and folders of a run. The store neither reads nor changes other entries of the folder.
 pub(super) const FILES: [&str; 11] = [
     "scene.toml",
     "scene.original.toml",
@@ -24,61 +24,61 @@ pub(super) const FILES: [&str; 11] = [
     "lock",
 ];
 pub(super) const FOLDERS: [&str; 4] = [ONCE, ITERATIONS, "staging", "damaged"];
-/// Entries that a folder has only after its record is written.
+/// Entries that exist only after `run.json` was written.
 pub(super) const AFTER_THE_RECORD: [&str; 2] = ["failure.json", "damaged"];
 
-/// The paths of a run.
+/// Paths of a run.
 #[derive(Debug, Clone)]
 pub struct Layout {
     pub(super) root: PathBuf,
 }
 
 impl Layout {
-    /// The paths of a run in this folder. The run need not exist.
+    /// Returns the paths of a run in this folder. The run need not exist.
     pub fn at(root: &Path) -> Layout {
         Layout {
             root: root.to_owned(),
         }
     }
-    /// The scene as resolved.
+    /// The resolved scene.
     pub fn scene(&self) -> PathBuf {
         self.root.join("scene.toml")
     }
-    /// Log of the run for its user. The program does not read it.
+    /// Log of the run for the user. The program does not read it.
     pub fn log(&self) -> PathBuf {
         self.root.join("log.txt")
     }
-    /// The scene as its user wrote it; reports show it, and nothing is computed from it.
+    /// The scene as the user wrote it. Reports show it; no result depends on it.
     pub(super) fn written_scene(&self) -> PathBuf {
         self.root.join("scene.original.toml")
     }
     pub(super) fn plan(&self) -> PathBuf {
         self.root.join("plan.json")
     }
-    /// The record of the run. A folder without it is no run yet.
+    /// The record of the run. A folder without it is not a run yet.
     pub fn record(&self) -> PathBuf {
         self.root.join("run.json")
     }
-    /// What the columns of all tables mean.
+    /// The meaning of the columns of all tables.
     pub(super) fn schemas(&self) -> PathBuf {
         self.root.join("schemas.json")
     }
     pub(super) fn history(&self) -> PathBuf {
         self.root.join("history.parquet")
     }
-    /// What `run.json` says, a second time.
+    /// The copy of `run.json`.
     pub(super) fn record_copy(&self) -> PathBuf {
         self.root.join("run.copy.json")
     }
-    /// Why the last start failed; gone once the run goes on.
+    /// The reason why the last start failed. The next start removes it.
     pub(super) fn failure(&self) -> PathBuf {
         self.root.join("failure.json")
     }
-    /// There while the beginning of a sibling is being copied.
+    /// Marker that exists while the start of a sibling is copied.
     pub(super) fn copying(&self) -> PathBuf {
         self.root.join("copying.json")
     }
-    /// Held by who writes the run.
+    /// The lock file of the process that writes the run.
     pub fn lock(&self) -> PathBuf {
         self.root.join("lock")
     }
@@ -104,7 +104,7 @@ impl Layout {
     pub(super) fn draft(&self, wear_iteration: u64) -> PathBuf {
         self.staging().join(iteration_name(wear_iteration))
     }
-    /// The keys of a draft's tables, beside the draft so that its folder can be renamed as it is.
+    /// The keys of a draft's tables, outside the draft so that its folder can be renamed as it is.
     pub(super) fn draft_keys(&self, wear_iteration: u64) -> PathBuf {
         self.staging().join(format!("keys-{wear_iteration}"))
     }
@@ -117,17 +117,18 @@ impl Layout {
     pub(super) fn damaged(&self) -> PathBuf {
         self.root.join("damaged")
     }
-    /// True if the record of the run, or its copy, is there.
+    /// True if the record of the run or its copy exists.
     pub fn has_record(&self) -> bool {
         self.record().exists() || self.record_copy().exists()
     }
-    /// True for a run, also for one that has lost its record.
+    /// True for a run, also if its record is lost.
     pub fn is_of_run(&self) -> bool {
         self.has_record() || self.iterations().exists()
     }
 }
 
-/// File of a table, relative to the folder of its run; `*` stands for all iterations. A table of no run has its file name alone.
+/// Returns the file of a table, relative to the folder of its run. `*` for the iteration means all iterations. A table
+/// outside of runs has only its file name.
 pub fn table_file(table: TableName, wear_iteration: impl Display) -> String {
     let file = table.file_name();
     match table.schema().place {
@@ -140,12 +141,12 @@ pub fn table_file(table: TableName, wear_iteration: impl Display) -> String {
 /// Name of the manifest in an iteration's folder.
 pub(super) const COMMIT_FILE: &str = "commit.json";
 
-/// The folder name of an iteration, as readers of partitioned tables want it: not padded.
+/// Returns the folder name of an iteration: unpadded, as readers of partitioned tables expect it.
 pub(super) fn iteration_name(wear_iteration: u64) -> String {
     format!("{ITERATION_PREFIX}{wear_iteration}")
 }
 
-/// The iteration of a folder name.
+/// Parses the iteration from a folder name.
 pub(super) fn iteration_of(name: &str) -> Option<u64> {
     let number = name.strip_prefix(ITERATION_PREFIX)?.parse().ok()?;
     (iteration_name(number) == name).then_some(number)

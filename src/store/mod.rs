@@ -1,26 +1,27 @@
-//! The run store: what a run leaves on disk, and how it survives being killed.
+//! The run store: the files of a run, and how they survive a killed process.
 //!
 //! ```text
 //! runs/<name>/
-//!   scene.toml plan.json run.json lock     the scene as resolved, what was decided, who computes; one writer
-//!   run.copy.json                          `run.json` again: nothing else could stand in for it
-//!   schemas.json                           what the columns of all tables mean
-//!   history.parquet                        a row an iteration with its one-row tables, pruned ones too
-//!   once/          surface.parquet surface.json …               written once a run, each with the key of its stage
-//!   iterations/    wear_iteration=0/ …/ commit.json             one folder a committed state
-//!   staging/       the draft; never scanned by readers
-//!   damaged/       what did not verify and was set aside
+//!   scene.toml plan.json run.json lock     resolved scene, decisions, record of the run, lock of its writer
+//!   run.copy.json                          a copy of `run.json`, because no other file could replace it
+//!   schemas.json                           the meaning of the columns of all tables
+//!   history.parquet                        one row per iteration with its one-row tables, pruned iterations included
+//!   once/          surface.parquet surface.json …               tables written once per run, and their stage keys
+//!   iterations/    wear_iteration=0/ …/ commit.json             one folder per committed state
+//!   staging/       the draft, which readers ignore
+//!   damaged/       files that did not verify and were set aside
 //! ```
 //!
-//! Nothing exists until it is committed. A draft's tables are written in `staging/`. To commit them they are synced,
-//! `commit.json` is written and synced last, and the folder is renamed into `iterations/`. A commit names the hash of every file
-//! and of its parent, so the latest state is the highest commit whose chain verifies, never the newest file. `run.json` is
-//! written last when a run is created: a folder without it is no run yet and is completed by the next start.
+//! Nothing counts before it is committed. The tables of a draft are written to `staging/`. A commit syncs them, writes
+//! and syncs `commit.json`, and then renames the folder into `iterations/`. A commit stores the hash of each of its
+//! files and of its parent. The latest state is therefore the highest commit whose chain verifies, never the newest
+//! file. A new run gets its `run.json` last: a folder without it is not a run yet, and the next start completes it.
 //!
-//! A run folder may come from anywhere. No link in it is followed, names of files come from the list of tables and not from what
-//! a file says, lengths are looked at before anything is read, and iterations are counted by the folders that are there. Whatever
-//! is committed is under a hash: tables under that of their commit, a JSON file under the one at its own end (`sealed.rs`), `history.parquet` likewise
-//! (`history.rs`), `scene.toml`, `plan.json` and `schemas.json` under what `run.json` says of them. A draft in staging is checked before it is used.
+//! A run folder may come from anyone. The store follows no link in it, takes file names from the list of tables and not
+//! from the files, checks lengths before it reads, and counts iterations by their folders. A hash protects all
+//! committed data: the hash in the commit for tables, the hash at the end of a JSON file (`sealed.rs`) and of
+//! `history.parquet` (`history.rs`), and the hashes in `run.json` for `scene.toml`, `plan.json` and `schemas.json`. A
+//! draft in `staging/` is checked before it is used.
 //!
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 

@@ -1,4 +1,4 @@
-//! Starting: a new run is created, an existing one is checked and put in order.
+//! Start of a run: creates a new run, or checks and repairs an existing one.
 
 use super::chain;
 use super::commit::Commit;
@@ -21,29 +21,30 @@ use crate::tables::{Place, TableName};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a start found and did, for the caller to print.
+/// Findings and actions of a start, to be printed by the caller.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Opening {
     /// True if the run is new.
     pub created: bool,
-    /// The iteration it continues from.
+    /// The iteration from which the run continues.
     pub latest: Option<u64>,
-    /// Iterations that cannot be continued from and were moved to `damaged/`, ascending.
+    /// Iterations from which the run cannot continue, ascending. They were moved to `damaged/`.
     pub set_aside: Vec<DamagedIteration>,
-    /// Damage that no result depends on. It is mended: `run.json` from its copy; a table without which the run is complete was moved to
-    /// `damaged/` and is in no commit any more.
+    /// Repaired damage that affects no result. `run.json` was restored from its copy. A table that the run does not
+    /// need was moved to `damaged/` and removed from its commit.
     pub mended: Vec<Damage>,
-    /// What is wrong with `history.parquet` where it held the only rows of pruned iterations: those are lost.
+    /// Damage of `history.parquet`, if the rows of pruned iterations are lost by it.
     pub history_lost: Option<Damage>,
-    /// Stages of an unfinished iteration whose tables are used again if their inputs are the same, by name.
+    /// Completed stages of an unfinished iteration, by name. Their tables are reused if their inputs are the same.
     pub drafts_kept: Vec<String>,
-    /// Leftovers removed from staging.
+    /// Leftovers that were removed from `staging/`.
     pub drafts_removed: Vec<PathBuf>,
     /// Free keys whose values changed.
     pub changed_keys: Vec<KeyChange>,
-    /// Version of the program before and now, if it changed. Results need not be bit-identical to those of one version.
+    /// Program version before and now, if it changed. Results need not be bit-identical to results of a single version.
     pub program_changed: Option<(String, String)>,
-    /// Threads before and now, if they changed. Results need not be bit-identical to those of one number.
+    /// Number of threads before and now, if it changed. Results need not be bit-identical to results with a constant
+    /// number.
     pub threads_changed: Option<(usize, usize)>,
     /// Machine before and now, if it changed.
     pub machine_changed: Option<(Machine, Machine)>,
@@ -54,32 +55,30 @@ pub struct Opening {
 pub struct DamagedIteration {
     /// The iteration.
     pub wear_iteration: u64,
-    /// What is wrong with it.
+    /// The damage.
     pub damage: Vec<Damage>,
-    /// Where it is now.
+    /// The new path.
     pub moved_to: PathBuf,
 }
 
 impl Opening {
-    /// The findings as sentences, those that a user must know first.
+    /// Returns the findings as sentences, the most important ones first.
     pub fn notices(&self) -> Vec<String> {
         let mut notices = Vec::new();
-        for aside in &self.set_aside {
+        for damaged in &self.set_aside {
             notices.push(format!(
-                "iteration {} does not verify ({}); it was moved to {}",
-                aside.wear_iteration,
-                super::error::list(&aside.damage),
-                aside.moved_to.display()
+                "iteration {} is damaged ({}); it was moved to {}",
+                damaged.wear_iteration,
+                super::error::list(&damaged.damage),
+                damaged.moved_to.display()
             ));
         }
         for damage in &self.mended {
-            notices.push(format!(
-                "damaged, and mended, since no result depends on it: {damage}"
-            ));
+            notices.push(format!("repaired damage that affects no result: {damage}"));
         }
         if let Some(damage) = &self.history_lost {
             notices.push(format!(
-                "{damage}; the figures of pruned iterations were there alone and are lost; nothing that is still to be computed depends on them"
+                "{damage}; the figures of pruned iterations are lost, because no other file had them; further results do not depend on them"
             ));
         }
         for change in &self.changed_keys {
@@ -87,7 +86,7 @@ impl Opening {
         }
         let changed = |what: &str, before: &dyn std::fmt::Display, now: &dyn std::fmt::Display| {
             format!(
-                "{what} changed from {before} to {now}: results need not be bit-identical to an unbroken run"
+                "{what} changed from {before} to {now}: results need not be bit-identical to those of an uninterrupted run"
             )
         };
         if let Some((before, now)) = &self.program_changed {
@@ -114,18 +113,18 @@ fn describe(machine: &Machine) -> String {
     )
 }
 
-/// A run folder under our lock.
+/// A locked run folder.
 pub(super) struct Locked {
     pub files: Files,
     pub layout: Layout,
     pub guard: Box<dyn LockGuard>,
     /// `None` if the folder is new, or its creation was not completed.
     pub record: Option<FoundRecord>,
-    /// The sibling whose copy was not completed.
+    /// The origin of a sibling whose copy was not completed.
     pub unfinished: Option<Origin>,
 }
 
-/// Creates the folder if need be and takes its lock.
+/// Creates the folder if needed and takes its lock.
 pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, StoreError> {
     let files = Files(fs);
     let layout = Layout::at(root);
@@ -134,13 +133,13 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
         refuse_foreign(&files, &layout)?;
     }
     files.make_dir(root)?;
-    // A folder that is refused stays as it is: nothing is locked in it.
+    // A rejected folder is not changed: no lock file is created in it.
     read_record(&files, &layout)?;
     let guard = files.lock(&layout.lock(), root)?;
     let record = read_record(&files, &layout)?;
     let mut unfinished = None;
     if record.is_none() {
-        // A marker that was being written when the process ended says nothing: nothing was copied yet.
+        // An unreadable marker was cut off when the process ended. Nothing was copied yet.
         let marker = files.read_metadata(&layout.copying())?.ok();
         unfinished = marker.and_then(|bytes| serde_json::from_slice(&bytes).ok());
         if unfinished.is_none() && !chain::folders(&files, &layout)?.is_empty() {
@@ -159,7 +158,7 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
     })
 }
 
-/// Refuses a folder without `run.json` that holds what the creation of a run does not put there.
+/// Rejects a folder without `run.json` that contains anything but the files of an unfinished run.
 fn refuse_foreign(files: &Files, layout: &Layout) -> Result<(), StoreError> {
     for entry in files.list_root(layout)? {
         let name = entry.name.strip_suffix(".new").unwrap_or(&entry.name);
@@ -174,7 +173,7 @@ fn refuse_foreign(files: &Files, layout: &Layout) -> Result<(), StoreError> {
     Ok(())
 }
 
-/// Writes the folder of a run; `run.json` comes last and makes it one.
+/// Creates the folder of a run. `run.json` comes last and makes the folder a run.
 pub(super) fn create(
     files: &Files,
     layout: &Layout,
@@ -187,14 +186,14 @@ pub(super) fn create(
     let mut record = RunRecord::new(identity, origin);
     write_identity(files, layout, identity, &mut record)?;
     write_record(files, layout, &record)?;
-    // As any later start finds it.
+    // Read the record back, so that it is the same as in any later start.
     let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
         path: layout.root.clone(),
     })?;
     Ok(found.record)
 }
 
-/// Brings `scene.toml`, `scene.original.toml`, `plan.json` and `schemas.json` up to date, and what the record says of them.
+/// Updates `scene.toml`, `scene.original.toml`, `plan.json` and `schemas.json`, and their entries in the record.
 fn write_identity(
     files: &Files,
     layout: &Layout,
@@ -214,14 +213,14 @@ fn write_identity(
     record.plan_hash = hash(&bytes);
     files.replace_if_different(&plan, &bytes)?;
     let schemas = layout.schemas();
-    let of_runs = TableName::ALL.iter().map(|table| table.schema());
-    let of_runs = of_runs.filter(|schema| schema.place != Place::Beside);
-    let bytes = json(&schemas, &of_runs.collect::<Vec<_>>())?;
+    let run_schemas = TableName::ALL.iter().map(|table| table.schema());
+    let run_schemas = run_schemas.filter(|schema| schema.place != Place::Beside);
+    let bytes = json(&schemas, &run_schemas.collect::<Vec<_>>())?;
     record.schemas_hash = hash(&bytes);
     files.replace_if_different(&schemas, &bytes)
 }
 
-/// Writes `run.json`, then its copy: at any instant one of them is whole, and the copy is at most one step behind.
+/// Writes `run.json`, then its copy. At any instant one of them is complete, and the copy is at most one step behind.
 pub(super) fn write_record(
     files: &Files,
     layout: &Layout,
@@ -233,8 +232,8 @@ pub(super) fn write_record(
     files.replace_if_different(&layout.record_copy(), &bytes)
 }
 
-/// Checks an existing run against its identity and puts it in order: what does not verify is set aside, pruning that was
-/// interrupted is completed, staging is cleaned.
+/// Checks an existing run against its identity and repairs it: sets damaged iterations aside, completes interrupted
+/// pruning and cleans `staging/`.
 pub(super) fn resume(
     files: Files,
     layout: Layout,
@@ -246,30 +245,30 @@ pub(super) fn resume(
         mended: found.damage.into_iter().collect(),
         ..Opening::default()
     };
-    let (changed, refused): (Vec<_>, Vec<_>) =
+    let (changed, forbidden): (Vec<_>, Vec<_>) =
         differences(&record.scene, &as_read(&identity.scene))
             .into_iter()
             .partition(|change| matches(&change.key, &identity.free_keys));
-    if !refused.is_empty() {
-        // A scene whose first attempt failed before anything was committed may be mended. Stages know by their keys what
-        // of it still holds.
+    if !forbidden.is_empty() {
+        // Without commits the scene may still be changed, as after a failed first attempt. The stage keys show which
+        // results are still valid.
         let committed = !chain::folders(&files, &layout)?.is_empty()
             || record.origin.is_some()
             || files.is_there(&layout.damaged())?;
         if committed {
-            let written = written_scene(&files, &layout)?.ok();
+            let current_text = written_scene(&files, &layout)?.ok();
             return Err(StoreError::SceneChanged {
                 path: layout.root,
-                keys: made(refused, &identity.following_keys),
-                edited: written.is_some_and(|written| written != record.scene_toml),
+                keys: made(forbidden, &identity.following_keys),
+                edited: current_text.is_some_and(|current_text| current_text != record.scene_toml),
             });
         }
-        let written = record.scene_written;
+        let written_scene_text = record.scene_written;
         record = RunRecord::new(identity, None);
-        record.scene_written = written;
+        record.scene_written = written_scene_text;
     }
     opening.changed_keys = changed;
-    // As it is in memory, not as it was read: the text of a float must not drift.
+    // Store the scene as it is in memory, not as it was read: the text of a float must not drift.
     record.scene = identity.scene.clone();
     record.scene_hash = identity.scene_hash();
     files.remove_file_if_there(&layout.copying())?;
@@ -291,7 +290,7 @@ pub(super) fn resume(
             opening.mended.append(&mut report.unchained_damage);
         }
     }
-    // The highest first: a crash in between leaves the lower ones to be found damaged again.
+    // Move the highest iteration first. After a crash in between, the lower ones are found damaged again.
     for report in reports.iter().rev() {
         let beyond = opening
             .latest
@@ -307,21 +306,21 @@ pub(super) fn resume(
     }
     opening.set_aside.reverse();
     reports.retain(|report| report.damage.is_empty());
-    // Without a gap the folders have all of it: what power loss left of the file is no matter.
+    // Without a gap the folders have all content of the history, so damage of its file does not matter.
     if has_gap(&chain, &past.past) {
         opening.history_lost = past.damage(&layout, &chain);
     }
-    // What was pruned beyond the latest will be computed anew.
-    let rows_of_file = past.rows();
-    let agreeing = past.matching_rows(&chain);
-    let rows_agreeing = agreeing.len();
+    // Iterations that were pruned beyond the latest one will be computed again.
+    let file_rows = past.rows();
+    let agreeing_history = past.matching_rows(&chain);
+    let agreeing_rows = agreeing_history.len();
     let mut reader = RunReader {
         files,
         layout,
         record,
         commits: chain.sound,
         reports,
-        history: agreeing,
+        history: agreeing_history,
     };
     let history = std::mem::take(&mut reader.history);
     reader.history = reader.completed(history)?;
@@ -332,7 +331,7 @@ pub(super) fn resume(
         history,
         ..
     } = &mut reader;
-    if [rows_of_file, rows_agreeing] != [history.len(); 2] {
+    if [file_rows, agreeing_rows] != [history.len(); 2] {
         history::write(files, layout, history)?;
     }
 
@@ -344,19 +343,19 @@ pub(super) fn resume(
     Ok((reader, opening))
 }
 
-/// A version with the commit that it was built from.
-fn of_commit(version: &str, commit: Option<&str>) -> String {
+/// Formats a version with the commit that it was built from.
+fn with_commit(version: &str, commit: Option<&str>) -> String {
     match commit {
         Some(commit) => format!("{version} ({commit})"),
         None => version.to_owned(),
     }
 }
 
-/// Records a start under other circumstances than the last.
+/// Records a start with another version, machine, scene or number of threads than the last one.
 fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &RunIdentity) {
     let (version, threads, machine) = record.circumstances();
-    let this = Machine::this();
-    // What a package was built from is not known, and no change.
+    let this_machine = Machine::this();
+    // The commit of a packaged program is unknown. This does not count as a change.
     let rebuilt = record
         .commit()
         .zip(COMMIT)
@@ -364,15 +363,15 @@ fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &
     if version != identity.program_version || rebuilt.is_some() {
         let (then, now) = rebuilt.unzip();
         opening.program_changed = Some((
-            of_commit(version, then),
-            of_commit(&identity.program_version, now),
+            with_commit(version, then),
+            with_commit(&identity.program_version, now),
         ));
     }
     if threads != identity.threads {
         opening.threads_changed = Some((threads, identity.threads));
     }
-    if *machine != this {
-        opening.machine_changed = Some((machine.clone(), this.clone()));
+    if *machine != this_machine {
+        opening.machine_changed = Some((machine.clone(), this_machine.clone()));
     }
     if opening.program_changed.is_some()
         || opening.threads_changed.is_some()
@@ -385,7 +384,7 @@ fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &
             program_version: identity.program_version.clone(),
             program_commit: COMMIT.map(str::to_owned),
             threads: identity.threads,
-            machine: this,
+            machine: this_machine,
             changed_keys: opening
                 .changed_keys
                 .iter()
@@ -403,7 +402,7 @@ fn set_aside(files: &Files, layout: &Layout, wear_iteration: u64) -> Result<Path
     Ok(target)
 }
 
-/// Moves a file or folder to `damaged/`, beside what an earlier start may have put there.
+/// Moves a file or folder to `damaged/` without replacing an earlier one of the same name.
 fn move_to_damaged(
     files: &Files,
     layout: &Layout,
@@ -423,7 +422,7 @@ fn move_to_damaged(
     Ok(target)
 }
 
-/// Takes damaged tables outside of the chain out of a commit, whose hash does not count them.
+/// Removes damaged tables outside the chain from a commit. The hash of the commit does not include them.
 fn drop_damaged(
     files: &Files,
     layout: &Layout,
@@ -432,7 +431,7 @@ fn drop_damaged(
 ) -> Result<(), StoreError> {
     let folder = layout.iteration(commit.wear_iteration);
     for Damage { path, .. } in damage {
-        // The file goes first: one that a commit names and that is missing is found again, one that no commit names is not.
+        // Move the file first. If the process ends here, the next start finds it missing and removes its entry.
         if files.is_there(path)? {
             let file = path.file_name().unwrap_or_default().to_string_lossy();
             let name = format!("{}-{file}", iteration_name(commit.wear_iteration));
@@ -446,7 +445,7 @@ fn drop_damaged(
     files.replace(&manifest, &sealed(&manifest, commit)?)
 }
 
-/// Removes iterations that are listed as pruned. Each leaves the readers' sight in one step.
+/// Removes pruned iterations. Each disappears for readers in one step.
 pub(super) fn discard(
     files: &Files,
     layout: &Layout,
@@ -455,12 +454,12 @@ pub(super) fn discard(
     let present = chain::folders(files, layout)?;
     let target = layout.discarded();
     files.remove_dir_if_there(&target)?;
-    let gone: Vec<u64> = iterations.filter(|k| present.contains(k)).collect();
-    if gone.is_empty() {
+    let pruned_iterations: Vec<u64> = iterations.filter(|k| present.contains(k)).collect();
+    if pruned_iterations.is_empty() {
         return Ok(());
     }
     files.make_dir_unsynced(&target)?;
-    for wear_iteration in gone {
+    for wear_iteration in pruned_iterations {
         files.rename(
             &layout.iteration(wear_iteration),
             &target.join(iteration_name(wear_iteration)),

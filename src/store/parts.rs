@@ -1,7 +1,7 @@
-//! Parts of a stage that is being computed: what it has found so far, kept beside the draft until its tables are there.
+//! Parts of a running stage: its partial results, stored next to the draft until the tables of the stage are complete.
 //!
-//! A part counts only under the key of its stage, by the program that wrote it, as it was written, and behind all before it. It is no
-//! result: without it the stage is computed from its beginning, to the same bits.
+//! A part is valid only under the key of its stage, from the same program version, unchanged, and after valid earlier
+//! parts. Parts are not results: without them the stage starts anew and computes the same bits.
 
 use std::path::{Path, PathBuf};
 
@@ -9,17 +9,17 @@ use super::error::StoreError;
 use super::files::Files;
 use super::key::StageKey;
 
-/// Ending of the name of a part.
+/// File extension of a part.
 const ENDING: &str = ".part";
 /// Most bytes of a part.
 const LONGEST: u64 = 1 << 28;
 /// Bytes of a hash.
 const HASH: usize = 32;
 
-/// Takes the next part; false where it cannot be written, or would leave too little space.
+/// Writer of the next part. Returns false if the part cannot be written or would leave too little space.
 pub type Keep = Box<dyn FnMut(&[u8]) -> bool + Send>;
 
-/// Whether a file is a part of some stage.
+/// True for the file name of a part.
 pub(super) fn is_part(name: &str) -> bool {
     name.ends_with(ENDING)
 }
@@ -28,7 +28,7 @@ fn path_of(folder: &Path, key: &StageKey, index: u64) -> PathBuf {
     folder.join(format!("{}.{index}{ENDING}", key.stage()))
 }
 
-/// The hash that a part begins with.
+/// Computes the hash with which the file of a part begins.
 fn seal(key: &StageKey, index: u64, bytes: &[u8]) -> blake3::Hash {
     let mut hasher = blake3::Hasher::new();
     for text in [key.hash(), crate::VERSION] {
@@ -40,13 +40,14 @@ fn seal(key: &StageKey, index: u64, bytes: &[u8]) -> blake3::Hash {
     hasher.finalize()
 }
 
-/// The parts of a stage one after the other, and what takes further ones. Those that do not count are removed.
+/// Reads the valid parts of a stage, joined in order, and returns them with a writer of further parts. Removes invalid
+/// parts.
 pub(super) fn open(
     files: &Files,
     folder: &Path,
     key: &StageKey,
 ) -> Result<(Vec<u8>, Keep), StoreError> {
-    let mut kept = Vec::new();
+    let mut content = Vec::new();
     let mut index = 0;
     loop {
         let path = path_of(folder, key, index);
@@ -61,12 +62,12 @@ pub(super) fn open(
         let Some(part) = part else {
             break;
         };
-        kept.extend(part);
+        content.extend(part);
         index += 1;
     }
     remove(files, folder, key.stage(), index)?;
     let (files, folder, key) = (files.clone(), folder.to_owned(), key.clone());
-    let keep = move |part: &[u8]| {
+    let write_part = move |part: &[u8]| {
         let path = path_of(&folder, &key, index);
         let mut bytes = seal(&key, index, part).as_bytes().to_vec();
         bytes.extend(part);
@@ -76,10 +77,10 @@ pub(super) fn open(
             .and_then(|()| files.write_unsynced(&path, &bytes))
             .is_ok()
     };
-    Ok((kept, Box::new(keep)))
+    Ok((content, Box::new(write_part)))
 }
 
-/// Removes the parts of a stage from `first` on.
+/// Removes the parts of a stage from index `first` on.
 pub(super) fn remove(
     files: &Files,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! A run as a reader sees it.
+//! Reading of a run.
 
 use super::chain::{self, CommitReport, OnceReport, VerifyReport};
 use super::commit::Commit;
@@ -21,23 +21,23 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A run open for reading. Needs no lock: what is committed does not change.
+/// A run open for reading. It needs no lock, because committed data never changes.
 pub struct RunReader {
     pub(super) files: Files,
     pub(super) layout: Layout,
     pub(super) record: RunRecord,
     pub(super) commits: BTreeMap<u64, Commit>,
     pub(super) reports: Vec<CommitReport>,
-    /// As far as its file has it, and what is committed agrees with it.
+    /// The rows of the history file that agree with the commits.
     pub(super) history: History,
 }
 
 impl RunReader {
-    /// Opens a run and verifies its iterations. Those after the first that is damaged do not count.
+    /// Opens a run and verifies its iterations. Iterations after the first damaged one do not count.
     ///
     /// # Errors
-    /// [`StoreError::NoRun`], [`StoreError::NotPlain`] for a folder with links in it, [`StoreError::Damaged`] for a `run.json` that
-    /// neither reads nor has a copy that does, [`StoreError::OtherLayout`], [`StoreError::Io`].
+    /// [`StoreError::NoRun`], [`StoreError::NotPlain`] for a folder with links in it, [`StoreError::Damaged`] if
+    /// neither `run.json` nor its copy is readable, [`StoreError::OtherLayout`], [`StoreError::Io`].
     pub fn open(fs: Arc<dyn FileSystem>, root: &Path) -> Result<RunReader, StoreError> {
         let files = Files(fs);
         let layout = Layout::at(root);
@@ -64,22 +64,22 @@ impl RunReader {
         })
     }
 
-    /// What all iterations up to the latest say in one row each, those that are pruned too.
+    /// Returns the history of all iterations up to the latest, one row each, pruned iterations included.
     ///
     /// # Errors
-    /// Those of reading what is committed and not yet in the file.
+    /// Errors of reading commits that are not in the history file yet.
     pub fn history(&self) -> Result<History, StoreError> {
         self.completed(self.history.clone())
     }
 
-    /// A history with the rows of what is committed behind its last.
+    /// Completes a history by the rows of later commits.
     pub(super) fn completed(&self, mut history: History) -> Result<History, StoreError> {
         let Some(latest) = self.latest() else {
             return Ok(History::default());
         };
         for wear_iteration in history.len() as u64..=latest {
             let Some(commit) = self.commits.get(&wear_iteration) else {
-                // It is pruned, and its row is lost with the file.
+                // The iteration was pruned, and its row was lost with the file.
                 let next = self.commits.get(&(wear_iteration + 1));
                 let hash = next.and_then(|next| next.parent.as_deref());
                 history.push_pruned(hash.unwrap_or_default());
@@ -98,7 +98,7 @@ impl RunReader {
             history.push(commit, &tables);
             match self.typed::<typed::Timing>(wear_iteration) {
                 Ok(timing) => history.push_timing(&timing),
-                // No result depends on it.
+                // No result depends on the timing.
                 Err(StoreError::Damaged(_) | StoreError::NoTable { .. }) => (),
                 Err(error) => return Err(error),
             }
@@ -116,7 +116,8 @@ impl RunReader {
         &self.record
     }
 
-    /// What was decided from the scene: what `read` makes of the content of `plan.json`, or says why it is no plan.
+    /// Returns the decisions made from the scene: `read` parses the content of `plan.json`, or says why it is not a
+    /// plan.
     ///
     /// # Errors
     /// [`StoreError::Plan`], [`StoreError::Io`].
@@ -124,27 +125,28 @@ impl RunReader {
         read_plan(&self.files, &self.layout, &self.record, read)
     }
 
-    /// What is wrong with the file of the scene as its user wrote it; `None` also of a run whose scene no user wrote.
+    /// Returns the damage of the file with the scene as the user wrote it. `None` also if the run has no such scene.
     ///
     /// # Errors
     /// [`StoreError::Io`].
     pub fn written_scene_damage(&self) -> Result<Option<Damage>, StoreError> {
         match &self.record.scene_written {
-            Some(kept) => check_text(&self.files, self.layout.written_scene(), kept),
+            Some(text) => check_text(&self.files, self.layout.written_scene(), text),
             None => Ok(None),
         }
     }
 
-    /// Why the last start failed; `None` if it did not, or the run goes on. What is no longer as it was written says nothing.
+    /// Returns why the last start failed, `None` if it did not or the run is continuing. A damaged file counts as
+    /// `None`.
     ///
     /// # Errors
     /// [`StoreError::Io`].
     pub fn failure(&self) -> Result<Option<Failure>, StoreError> {
-        let found = read_sealed(&self.files, &self.layout.failure())?;
-        Ok(found.ok())
+        let failure = read_sealed(&self.files, &self.layout.failure())?;
+        Ok(failure.ok())
     }
 
-    /// Who writes the run at the moment; `None` if nobody does.
+    /// Returns the process that is writing the run, `None` if there is none.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -164,15 +166,15 @@ impl RunReader {
         self.commits.keys().next_back().copied()
     }
 
-    /// The iterations that verify, ascending; pruned ones are not among them.
+    /// The iterations that verify, ascending, without pruned ones.
     pub fn iterations(&self) -> impl Iterator<Item = u64> {
         self.commits.keys().copied()
     }
 
-    /// The manifest of an iteration.
+    /// Returns the manifest of an iteration.
     ///
     /// # Errors
-    /// [`StoreError::NoIteration`], with those there are.
+    /// [`StoreError::NoIteration`] with the existing iterations.
     pub fn commit_of(&self, wear_iteration: u64) -> Result<&Commit, StoreError> {
         self.commits
             .get(&wear_iteration)
@@ -183,7 +185,7 @@ impl RunReader {
             })
     }
 
-    /// A table of an iteration, verified.
+    /// Reads and verifies a table of an iteration.
     ///
     /// # Errors
     /// [`StoreError::NoIteration`], [`StoreError::NoTable`], [`StoreError::Damaged`], [`StoreError::Table`],
@@ -205,13 +207,13 @@ impl RunReader {
         Ok(values)
     }
 
-    /// Cells of the joint by the scene of the run.
+    /// Number of cells of the joint, from the scene of the run.
     pub(super) fn cells(&self) -> Cells {
         let grid = self.record.scene.pointer("/joint/grid")?;
         Some([grid.get(0)?.as_i64()?, grid.get(1)?.as_i64()?])
     }
 
-    /// A table of an iteration as its type. Errors as for [`RunReader::read`].
+    /// Reads a table of an iteration as its type. Errors as for [`RunReader::read`].
     pub fn typed<T: TypedTable>(&self, wear_iteration: u64) -> Result<T, StoreError> {
         let table = self.read(wear_iteration, T::TABLE)?;
         T::of(&table).map_err(|source| StoreError::Table {
@@ -220,7 +222,8 @@ impl RunReader {
         })
     }
 
-    /// Hash of the scene that an iteration was computed from: another than that of the run for what a sibling inherited.
+    /// Returns the hash of the scene that an iteration was computed from. It differs from the run's own hash for
+    /// iterations that a sibling inherited.
     ///
     /// # Errors
     /// As for [`RunReader::read`].
@@ -250,7 +253,7 @@ impl RunReader {
             })
     }
 
-    /// Refuses another scene than that of the run, but for the keys `free` that may change.
+    /// Rejects a scene that differs from the scene of the run in other keys than `free`.
     ///
     /// # Errors
     /// [`StoreError::SceneChanged`] with the keys that differ.
@@ -268,11 +271,10 @@ impl RunReader {
         }
     }
 
-    /// The names of the stages that are complete in the draft of an iteration, in no order that means anything; nothing of them is
-    /// verified.
+    /// Lists the names of the complete stages in the draft of an iteration, in arbitrary order and unverified.
     ///
     /// # Errors
-    /// [`StoreError::Io`], but for a draft that is committed meanwhile.
+    /// [`StoreError::Io`]. A draft that is committed meanwhile is not an error.
     pub fn drafted(&self, wear_iteration: u64) -> Result<Vec<String>, StoreError> {
         match self.files.list(&self.layout.draft_keys(wear_iteration)) {
             Ok(entries) => Ok(entries
@@ -287,7 +289,7 @@ impl RunReader {
         }
     }
 
-    /// A table of `once/`, verified, whatever it was computed from; `None` if it is not there.
+    /// Reads and verifies a table of `once/`, whatever its inputs. Returns `None` if it does not exist.
     ///
     /// # Errors
     /// [`StoreError::Damaged`], [`StoreError::Table`], [`StoreError::Io`].
@@ -306,7 +308,7 @@ impl RunReader {
         Ok(Some(values))
     }
 
-    /// True if a table of `once/` is there, sound or not.
+    /// True if a table of `once/` exists, sound or not.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -318,16 +320,16 @@ impl RunReader {
     /// True if every table of `once/` verifies.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if one that is there cannot be read.
+    /// [`StoreError::Io`] if an existing table cannot be read.
     pub fn is_once_sound(&self) -> Result<bool, StoreError> {
         let reports = chain::check_once(&self.files, &self.layout)?;
         Ok(reports.iter().all(|report| report.damage.is_none()))
     }
 
-    /// Verifies every table of `once/`, and that it can be read.
+    /// Verifies every table of `once/`, and checks that it can be decoded.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if one that is there cannot be read.
+    /// [`StoreError::Io`] if an existing table cannot be read.
     pub fn verify_once(&self) -> Result<Vec<OnceReport>, StoreError> {
         let mut reports = chain::check_once(&self.files, &self.layout)?;
         for report in reports.iter_mut().filter(|report| report.damage.is_none()) {
@@ -346,15 +348,15 @@ impl RunReader {
         Ok(reports)
     }
 
-    /// What opening the run found of each iteration.
+    /// The reports from opening the run, one per iteration.
     pub fn reports(&self) -> &[CommitReport] {
         &self.reports
     }
 
-    /// Verifies every file of the run as it is now.
+    /// Verifies every file of the run in its present state.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if something that is there cannot be read.
+    /// [`StoreError::Io`] if an existing file cannot be read.
     pub fn verify(&self) -> Result<VerifyReport, StoreError> {
         let Looked {
             record,

@@ -1,4 +1,4 @@
-//! `run.json`: what a run is and how it came about.
+//! `run.json`: identity and origin of a run.
 
 use super::date;
 use crate::COMMIT;
@@ -7,38 +7,40 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Number of the layout of run folders, campaign folders and caches: their files, tables and recipes. Every change of one of these raises
-/// it, and folders of another number are rejected.
+/// Version number of the layout of run folders, campaign folders and caches: their files, tables and recipes. Every
+/// change of one of these increases it. Folders with another number are rejected.
 pub const LAYOUT: u32 = 10;
 
-/// What the caller says a run is.
+/// Identity of a run, as the caller states it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunIdentity {
-    /// The scene as resolved, all defaults in it, as nested JSON objects.
+    /// The resolved scene with all defaults, as nested JSON objects.
     pub scene: Value,
-    /// The scene as resolved, as the text of `scene.toml`.
+    /// The resolved scene as the text of `scene.toml`.
     pub scene_toml: String,
-    /// The scene as its user wrote it, for people; `None` leaves what the run has of it.
+    /// The scene as the user wrote it, for display. `None` keeps the text that the run already has.
     pub scene_written: Option<String>,
-    /// What was decided from the scene, as `plan.json` shows it.
+    /// The decisions made from the scene, as in `plan.json`.
     pub plan: Value,
     /// Version of the program.
     pub program_version: String,
-    /// Threads that compute.
+    /// Number of computing threads.
     pub threads: usize,
     /// Seed of the random surface, if there is one.
     pub seed: Option<u64>,
-    /// Keys that cannot alter what is already computed: in full, as `wear.cycles`, or a section as `output.*`. They may change
-    /// on an existing run and do not count in the scene hash.
+    /// Keys that cannot affect committed results: full keys such as `wear.cycles`, or sections such as `output.*`. They
+    /// may change in an existing run and are not part of the scene hash.
     pub free_keys: Vec<String>,
-    /// Keys, in the same form, whose values follow from others: a changed scene is refused with those others alone.
+    /// Keys in the same form whose values follow from other keys. The error for a changed scene lists only those
+    /// others.
     pub following_keys: Vec<String>,
-    /// Keys, in the same form, that a run must share with the one it begins from: its state would mean nothing with others.
+    /// Keys in the same form that a run must share with the run it continues, because a state is meaningless for other
+    /// values.
     pub inherited_keys: Vec<String>,
 }
 
 impl RunIdentity {
-    /// Hash of the scene without the free keys, so that a run that was extended has the same as one that was not.
+    /// Returns the hash of the scene without the free keys, so that extending a run does not change its hash.
     pub fn scene_hash(&self) -> String {
         let fixed: BTreeMap<String, Value> = flatten(&self.scene)
             .into_iter()
@@ -48,16 +50,16 @@ impl RunIdentity {
     }
 }
 
-/// The machine that computes.
+/// Machine that computes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
     /// Operating system.
     pub os: String,
     /// Processor architecture.
     pub architecture: String,
-    /// The vector instructions of the processor that the transforms choose by.
+    /// Vector instructions of the processor that affect the choice of the transforms.
     pub cpu_features: Vec<String>,
-    /// Processors there are.
+    /// Number of processors.
     pub processors: usize,
 }
 
@@ -93,18 +95,18 @@ fn cpu_features() -> Vec<String> {
     Vec::new()
 }
 
-/// Where a sibling run began.
+/// Origin of a sibling run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
-    /// Folder name of the run it was copied from.
+    /// Folder name of the source run.
     pub run: String,
-    /// The iteration it began from.
+    /// The iteration from which it continues.
     pub wear_iteration: u64,
-    /// Hash of that iteration's commit.
+    /// Hash of the commit of that iteration.
     pub commit: String,
 }
 
-/// What remains of an iteration that was pruned: its place in the chain.
+/// Remainder of a pruned iteration: its place in the chain.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Pruned {
     /// Hash of its commit.
@@ -113,64 +115,64 @@ pub(super) struct Pruned {
     pub parent: Option<String>,
 }
 
-/// A start that continued the run under other circumstances than before.
+/// A start under other circumstances than the previous start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
-    /// The iteration it continued from, `None` before the first.
+    /// The iteration from which it continued, `None` before the first.
     pub wear_iteration: Option<u64>,
-    /// When that was, as [`RunRecord::began`].
+    /// Time of the start, in the format of [`RunRecord::began`].
     pub began: String,
     /// Version of the program.
     pub program_version: String,
     /// As [`RunRecord::program_commit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program_commit: Option<String>,
-    /// Threads that computed.
+    /// Number of computing threads.
     pub threads: usize,
     /// The machine.
     pub machine: Machine,
-    /// Free keys whose values changed, each in words.
+    /// Free keys whose values changed, each change as a sentence.
     pub changed_keys: Vec<String>,
 }
 
-/// The content of `failure.json`: why the last start failed.
+/// Content of `failure.json`: the reason why the last start failed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Failure {
-    /// When that was, as [`RunRecord::began`].
+    /// Time of the failure, in the format of [`RunRecord::began`].
     pub when: String,
-    /// The error, as it was printed.
+    /// The printed error message.
     pub message: String,
 }
 
-/// The content of `run.json`.
+/// Content of `run.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
     /// The [`LAYOUT`] of the run.
     pub format: u32,
-    /// Version of the program that began the run.
+    /// Version of the program that created the run.
     pub program_version: String,
-    /// The commit that it was built from, with `-dirty` where its sources were changed; `None` if that is not known.
+    /// Commit that the program was built from, with `-dirty` if its sources were modified. `None` if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program_commit: Option<String>,
-    /// When the run began, as `2026-03-01T09:30:00Z`.
+    /// Time of creation, as `2026-03-01T09:30:00Z`.
     pub began: String,
-    /// Threads that it began with.
+    /// Number of threads at creation.
     pub threads: usize,
-    /// The machine it began on.
+    /// Machine at creation.
     pub machine: Machine,
     /// Seed of the random surface.
     pub seed: Option<u64>,
     /// See [`RunIdentity::scene_hash`].
     pub scene_hash: String,
-    /// Where a sibling began.
+    /// Origin of a sibling.
     pub origin: Option<Origin>,
-    /// The starts that continued under other circumstances, in order.
+    /// The starts under other circumstances, in order.
     pub continued: Vec<Continuation>,
-    /// The scene as resolved.
+    /// The resolved scene.
     pub scene: Value,
-    /// The text of `scene.toml`, which has the paths of the scene's files too.
+    /// Text of `scene.toml`, which includes the paths of the scene's files.
     pub scene_toml: String,
-    /// The text of `scene.original.toml`; `None` in a run whose scene was not written by a user.
+    /// Text of `scene.original.toml`. `None` if the scene was not written by a user.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scene_written: Option<String>,
     /// Hash of `plan.json`.
@@ -200,7 +202,7 @@ impl RunRecord {
         }
     }
 
-    /// The commit of the program of the last start that is on record.
+    /// Commit of the program at the last recorded start.
     pub(super) fn commit(&self) -> Option<&str> {
         match self.continued.last() {
             Some(last) => last.program_commit.as_deref(),
@@ -208,7 +210,7 @@ impl RunRecord {
         }
     }
 
-    /// Version, threads and machine of the last start that is on record.
+    /// Version, threads and machine at the last recorded start.
     pub(super) fn circumstances(&self) -> (&str, usize, &Machine) {
         match self.continued.last() {
             Some(last) => (&last.program_version, last.threads, &last.machine),

@@ -1,4 +1,4 @@
-//! `run.json` and its copy, and the files that stand beside it, as they are read.
+//! Reading of `run.json`, its copy and the other metadata files.
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
@@ -11,14 +11,14 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What `run.json` says, from itself or from its copy.
+/// Content of `run.json`, read from the file or from its copy.
 pub(super) struct FoundRecord {
     pub record: RunRecord,
-    /// What is wrong with `run.json` where the copy stands in for it.
+    /// Damage of `run.json`, if the record was read from the copy.
     pub damage: Option<Damage>,
 }
 
-/// What `run.json` says, `None` if neither it nor its copy is there.
+/// Reads `run.json` or its copy. Returns `None` if neither exists.
 pub(super) fn read_record(
     files: &Files,
     layout: &Layout,
@@ -50,20 +50,21 @@ fn read_one_record(
     layout: &Layout,
     path: &Path,
 ) -> Result<Result<RunRecord, Damage>, StoreError> {
-    // Another layout may lack what this one needs, its hash too: the number is looked at first.
-    let number = |value: &Value| value["format"].as_u64();
-    let ours = Some(u64::from(LAYOUT));
-    let value: Value = match read_to_judge(files, path, |value| number(value) == ours)? {
-        Ok(value) => value,
-        Err(damage) => return Ok(Err(damage)),
-    };
+    // Check the layout number first: a file of another layout may lack fields that this one needs, including the hash.
+    let layout_number = |value: &Value| value["format"].as_u64();
+    let this_layout = Some(u64::from(LAYOUT));
+    let value: Value =
+        match read_to_judge(files, path, |value| layout_number(value) == this_layout)? {
+            Ok(value) => value,
+            Err(damage) => return Ok(Err(damage)),
+        };
     let damaged = |reason: String| {
         let (path, kind) = (path.to_owned(), DamageKind::Unreadable { reason });
         Damage { path, kind }
     };
-    match number(&value) {
+    match layout_number(&value) {
         None => Ok(Err(damaged("no `format`".to_owned()))),
-        Some(found) if Some(found) != ours => Err(StoreError::OtherLayout {
+        Some(found) if Some(found) != this_layout => Err(StoreError::OtherLayout {
             path: layout.root.clone(),
             found,
             program: value["program_version"]
@@ -80,9 +81,10 @@ fn read_one_record(
     }
 }
 
-/// What is wrong with the files of a run that stand beside its tables.
+/// Returns the damage of the metadata files of a run.
 ///
-/// Of `run.json` and its copy one may be missing: a process that was killed between the two writes them at its next start.
+/// The copy of `run.json` may be missing: a process that was killed before it wrote the copy writes it at its next
+/// start.
 pub(super) fn check_metadata(
     files: &Files,
     layout: &Layout,
@@ -105,13 +107,13 @@ pub(super) fn check_metadata(
     Ok(damage)
 }
 
-/// What is wrong with a file that has a text of `run.json`.
+/// Returns the damage of a file whose text is stored in `run.json`.
 pub(super) fn check_text(
     files: &Files,
     path: PathBuf,
-    kept: &str,
+    stored_text: &str,
 ) -> Result<Option<Damage>, StoreError> {
-    check_hash(files, path, &hash(kept.as_bytes()))
+    check_hash(files, path, &hash(stored_text.as_bytes()))
 }
 
 fn check_hash(files: &Files, path: PathBuf, expected: &str) -> Result<Option<Damage>, StoreError> {
@@ -126,10 +128,11 @@ fn check_hash(files: &Files, path: PathBuf, expected: &str) -> Result<Option<Dam
     Ok((found != expected).then_some(Damage { path, kind }))
 }
 
-/// What `read` makes of the plan of a run.
+/// Reads the plan of a run and parses it by `read`.
 ///
 /// # Errors
-/// [`StoreError::Plan`] for a file that is missing, is no JSON, is not as the run wrote it, or of which `read` says why it is no plan.
+/// [`StoreError::Plan`] for a file that is missing, invalid as JSON, changed since the run wrote it, or rejected by
+/// `read`.
 pub(super) fn read_plan<P>(
     files: &Files,
     layout: &Layout,
@@ -155,11 +158,11 @@ pub(super) fn read_plan<P>(
     })
 }
 
-/// Checks that `read` makes something of the plan of a run, if there is a run and the plan is the one it wrote: a start writes a
-/// damaged one again.
+/// Checks that `read` accepts the plan of a run. Does nothing if there is no run, or if the plan is damaged, because
+/// the next start rewrites it.
 ///
 /// # Errors
-/// Those of [`super::RunReader::open`], and [`StoreError::Plan`].
+/// Errors of [`super::RunReader::open`], and [`StoreError::Plan`].
 pub fn check_plan<P>(
     fs: Arc<dyn FileSystem>,
     root: &Path,
@@ -178,33 +181,33 @@ pub fn check_plan<P>(
     }
 }
 
-/// The scene of a run as its user goes on with it.
+/// Scene of a run, as the user continues it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SceneOfRun {
-    /// The text of `scene.toml`, which may be edited; what `run.json` keeps of it where that file is gone.
+    /// Text of `scene.toml`, which may be edited. If the file is missing, the text in `run.json`.
     pub text: String,
-    /// True if it is not what the run wrote.
+    /// True if it differs from the text that the run wrote.
     pub edited: bool,
 }
 
 impl SceneOfRun {
-    /// Reads it, and nothing else of the run; `None` where there is neither `scene.toml` nor a run.
+    /// Reads only the scene of a run. Returns `None` if neither `scene.toml` nor a run exists.
     ///
     /// # Errors
-    /// Those of [`super::RunReader::open`]; [`StoreError::Damaged`] for a `scene.toml` that is no text.
+    /// Errors of [`super::RunReader::open`]; [`StoreError::Damaged`] for a `scene.toml` that is not valid text.
     pub fn read(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Option<SceneOfRun>, StoreError> {
         let files = Files(fs);
         let layout = Layout::at(root);
         survey(&files, &layout)?;
         let found = read_record(&files, &layout)?;
-        let kept = found.map(|found| found.record.scene_toml);
+        let recorded_text = found.map(|found| found.record.scene_toml);
         match written_scene(&files, &layout)? {
             Ok(text) => {
-                let edited = kept.is_some_and(|kept| kept != text);
+                let edited = recorded_text.is_some_and(|recorded_text| recorded_text != text);
                 Ok(Some(SceneOfRun { text, edited }))
             }
             Err(damage) if damage.kind != DamageKind::Missing => Err(StoreError::Damaged(damage)),
-            Err(_) => Ok(kept.map(|text| SceneOfRun {
+            Err(_) => Ok(recorded_text.map(|text| SceneOfRun {
                 text,
                 edited: false,
             })),
@@ -212,7 +215,7 @@ impl SceneOfRun {
     }
 }
 
-/// The text of `scene.toml`.
+/// Reads the text of `scene.toml`.
 pub(super) fn written_scene(
     files: &Files,
     layout: &Layout,

@@ -9,14 +9,15 @@ use super::files::{LONGEST_METADATA, io_error};
 use super::layout::Layout;
 use crate::json::hash;
 
-/// Removes the folder of a run whose scene has the hash `scene_hash`, under the lock of that run; also one that has no record any more, as
-/// a removal that was killed leaves it. The folder of another run stays, as does a link, and a run that another process writes.
+/// Removes the folder of a run whose scene has the hash `scene_hash`, under the lock of that run. A folder without a
+/// record is also removed, because an interrupted removal leaves such a folder. Keeps the folder of another run, a
+/// link, and a run that another process writes.
 ///
 /// # Errors
 /// [`StoreError::Io`].
 pub fn remove_run(files: &dyn FileSystem, run: &Path, scene_hash: &str) -> Result<(), StoreError> {
-    let found = files.metadata(run).map_err(io_error("look at", run))?;
-    if found.is_none_or(|found| found.kind != EntryKind::Folder) {
+    let metadata = files.metadata(run).map_err(io_error("look at", run))?;
+    if metadata.is_none_or(|metadata| metadata.kind != EntryKind::Folder) {
         return Ok(());
     }
     let layout = Layout::at(run);
@@ -24,7 +25,7 @@ pub fn remove_run(files: &dyn FileSystem, run: &Path, scene_hash: &str) -> Resul
     let LockAttempt::Taken(_guard) = files.try_lock(&lock).map_err(io_error("lock", &lock))? else {
         return Ok(());
     };
-    // Whose run a folder holds is read from its records, so that they are removed last.
+    // Remove the records last: they identify the run of the folder.
     let records = [layout.record_copy(), layout.record()];
     for path in &records {
         let bytes = match files.read(path, LONGEST_METADATA) {

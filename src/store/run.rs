@@ -1,4 +1,4 @@
-//! A run open for writing.
+//! Writing of a run.
 
 use super::chain::VerifyReport;
 use super::commit::Commit;
@@ -22,24 +22,24 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A run and the right to write to it.
+/// A run open for writing.
 ///
-/// What is committed stays: a process that ends at any instant leaves a run that opens at the last commit, and the tables of
-/// the iteration in progress are used again where their inputs are the same.
+/// Committed data stays. If the process ends at any instant, the run reopens at the last commit. Tables of the
+/// iteration in progress are reused if their inputs are the same.
 pub struct RunStore {
     reader: RunReader,
     provenance: Provenance,
     _guard: Box<dyn LockGuard>,
 }
 
-/// Which iterations to keep. The unworn one and the latest stay in any case.
+/// Policy of pruning. The unworn iteration and the latest one are always kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Keep {
-    /// Every iteration whose number is a multiple of this; `None` keeps none for its number.
+    /// Keeps every iteration whose number is a multiple of this; `None` for no such rule.
     pub every: Option<u64>,
-    /// That many of the last ones.
+    /// Keeps this number of the last iterations.
     pub last: u64,
-    /// These besides, such as those with a model update.
+    /// Keeps these iterations in addition, such as those with a model update.
     pub also: BTreeSet<u64>,
 }
 
@@ -47,10 +47,11 @@ impl RunStore {
     /// Creates a run, completes its creation, or continues it.
     ///
     /// # Errors
-    /// [`StoreError::Locked`] if another process writes it; [`StoreError::SceneChanged`] if the scene differs in keys that are not
-    /// free; [`StoreError::NotARun`] for a folder of something else; [`StoreError::UnfinishedSibling`] for one that
-    /// [`RunStore::create_sibling`] has to complete; [`StoreError::Damaged`] and [`StoreError::OtherLayout`] for a `run.json` that
-    /// is lost, unreadable or of another layout; [`StoreError::Io`]. Damaged iterations are no error: see [`Opening`].
+    /// [`StoreError::Locked`] if another process writes it; [`StoreError::SceneChanged`] if the scene differs in keys
+    /// that are not free; [`StoreError::NotARun`] for a folder with other content; [`StoreError::UnfinishedSibling`]
+    /// for a run that [`RunStore::create_sibling`] has to complete; [`StoreError::Damaged`] and
+    /// [`StoreError::OtherLayout`] for a `run.json` that is lost, unreadable or has another layout; [`StoreError::Io`].
+    /// Damaged iterations are not an error: see [`Opening`].
     pub fn create_or_open(
         fs: Arc<dyn FileSystem>,
         root: &Path,
@@ -107,12 +108,13 @@ impl RunStore {
         ))
     }
 
-    /// The run as a reader sees it.
+    /// The reader of the run.
     pub fn reader(&self) -> &RunReader {
         &self.reader
     }
 
-    /// Keeps why this start failed, until the run goes on. A disk that is full has no place for it, which is no other failure.
+    /// Stores the reason why this start failed; the next start removes it. A failure to store it, as on a full disk, is
+    /// ignored.
     pub fn note_failure(&self, message: &str) {
         let path = self.layout().failure();
         let failure = Failure {
@@ -128,7 +130,7 @@ impl RunStore {
         self.reader.latest()
     }
 
-    /// The iteration that comes next.
+    /// The number of the next iteration.
     pub fn next(&self) -> u64 {
         self.latest().map_or(0, |latest| latest + 1)
     }
@@ -148,31 +150,33 @@ impl RunStore {
         self.reader.verify()
     }
 
-    /// Where the tables of this run come from.
+    /// Provenance of the tables of this run.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }
 
-    /// A table that is computed once a run, if it was computed under this key and verifies; otherwise why not.
+    /// Reads a table that is computed once per run, if its key is the same and it verifies. Otherwise returns the
+    /// reason.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if it is there and cannot be read, [`StoreError::Table`] if it holds another table.
+    /// [`StoreError::Io`] if the table exists but cannot be read, [`StoreError::Table`] if the file holds another
+    /// table.
     pub fn once(&self, table: TableName, key: &StageKey) -> Result<DraftEntry, StoreError> {
         let folder = self.layout().once();
         let key_path = folder.join(format!("{table}.json"));
-        let kept = read_keyed(self.files(), &folder, &key_path, table, key)?.0;
-        if let DraftEntry::Valid(values) = &kept
+        let stored = read_keyed(self.files(), &folder, &key_path, table, key)?.0;
+        if let DraftEntry::Valid(values) = &stored
             && let Err(damage) = check_cells(self.reader.cells(), &key_path, values)
         {
             return Ok(DraftEntry::Stale(Recompute::Damaged(damage)));
         }
-        Ok(kept)
+        Ok(stored)
     }
 
-    /// Writes a table that is computed once a run, in place of one that is there.
+    /// Writes a table that is computed once per run, and replaces an existing one.
     ///
     /// # Errors
-    /// Those of [`Draft::put`].
+    /// Errors of [`Draft::put`].
     pub fn put_once(
         &mut self,
         table: TableName,
@@ -180,27 +184,27 @@ impl RunStore {
         values: &Table,
     ) -> Result<(), StoreError> {
         let (files, folder) = (self.files(), self.layout().once());
-        let staged = self.layout().staged_once();
+        let staging = self.layout().staged_once();
         let (file, key_file) = (table.file_name(), format!("{table}.json"));
         let (bytes, entry) = encode(&folder.join(&file), table, key, values, &self.provenance)?;
         files.require_space(&folder, entry.bytes)?;
-        files.remove_dir_if_there(&staged)?;
-        files.make_dir_unsynced(&staged)?;
-        files.write_new(&staged.join(&file), &bytes)?;
-        let key_path = staged.join(&key_file);
+        files.remove_dir_if_there(&staging)?;
+        files.make_dir_unsynced(&staging)?;
+        files.write_new(&staging.join(&file), &bytes)?;
+        let key_path = staging.join(&key_file);
         let key = key.clone();
         let keyed = sealed(&key_path, &KeyedEntry { key, entry })?;
         files.write_new(&key_path, &keyed)?;
-        // Between the two the hash in the old key file refuses the new table.
-        files.rename(&staged.join(&file), &folder.join(&file))?;
+        // Between the two renames the hash in the old key file rejects the new table.
+        files.rename(&staging.join(&file), &folder.join(&file))?;
         files.rename(&key_path, &folder.join(&key_file))?;
         files.sync_dir(&folder)
     }
 
-    /// Begins the next iteration, or takes up what an earlier start left of it.
+    /// Begins the next iteration, or continues the draft of an earlier start.
     ///
     /// # Errors
-    /// [`StoreError::OutOfOrder`] for another iteration than the next, [`StoreError::Io`].
+    /// [`StoreError::OutOfOrder`] for another iteration than the next one, [`StoreError::Io`].
     pub fn draft(&self, wear_iteration: u64) -> Result<Draft, StoreError> {
         self.require_next(wear_iteration)?;
         clean_staging(self.files(), self.layout(), wear_iteration)?;
@@ -213,11 +217,13 @@ impl RunStore {
         )
     }
 
-    /// Makes a draft the next iteration of the run: `commit.json` last, then one rename. Its row in the history comes after that.
+    /// Commits a draft as the next iteration of the run: writes `commit.json` last, then renames the folder. Then
+    /// appends the row of the history.
     ///
     /// # Errors
-    /// [`StoreError::OutOfOrder`] unless it follows the latest, [`StoreError::ColumnsChanged`] if a table has other columns than
-    /// before, [`StoreError::NoSpace`], [`StoreError::Io`]. After an I/O error the run is to be opened anew.
+    /// [`StoreError::OutOfOrder`] unless the draft follows the latest iteration, [`StoreError::ColumnsChanged`] if the
+    /// columns of a table change, [`StoreError::NoSpace`], [`StoreError::Io`]. After an I/O error the run must be
+    /// opened again.
     pub fn commit(&mut self, draft: Draft) -> Result<&Commit, StoreError> {
         let wear_iteration = draft.wear_iteration();
         self.require_next(wear_iteration)?;
@@ -225,12 +231,12 @@ impl RunStore {
         let parent = self.reader.commits.values().next_back();
         let (mut tables, mut unchained) = (BTreeMap::new(), BTreeMap::new());
         for (table, entry) in entries {
-            let place = if table.schema().chained {
+            let entries_by_name = if table.schema().chained {
                 &mut tables
             } else {
                 &mut unchained
             };
-            place.insert(table.as_str().to_owned(), entry);
+            entries_by_name.insert(table.as_str().to_owned(), entry);
         }
         let commit = Commit::new(
             wear_iteration,
@@ -244,14 +250,14 @@ impl RunStore {
 
         let (files, layout) = (self.files(), self.layout());
         let draft = layout.draft(wear_iteration);
-        // An earlier start may have left tables that this one did not take up.
+        // An earlier start may have left tables that this start did not use.
         for entry in files.list(&draft)? {
-            let taken = commit
+            let is_committed = commit
                 .tables
                 .values()
                 .chain(commit.unchained.values())
                 .any(|table| table.file == entry.name);
-            if !taken {
+            if !is_committed {
                 files.remove_file_if_there(&draft.join(&entry.name))?;
             }
         }
@@ -275,13 +281,13 @@ impl RunStore {
         self.reader.commit_of(wear_iteration)
     }
 
-    /// True if the history has been written after the last commit. It is a time to prune: that writes the history too, which in a
-    /// long run takes as long as several iterations.
+    /// True if the history was written after the last commit. This is the right time to prune, because pruning writes
+    /// the history too. In a long run that takes as long as several iterations.
     pub fn is_history_due(&self) -> bool {
         self.reader.history.is_due()
     }
 
-    /// Brings the file of the history up to the last commit.
+    /// Writes the history file up to the last commit.
     ///
     /// # Errors
     /// [`StoreError::NoSpace`], [`StoreError::Io`].
@@ -292,38 +298,38 @@ impl RunStore {
         }
     }
 
-    /// Removes the iterations that the policy does not keep, and returns them. Their rows stay in the history with their hashes, so
-    /// that the chain over them remains verifiable.
+    /// Removes the iterations that the policy does not keep, and returns them. Their rows and hashes stay in the
+    /// history, so that the chain remains verifiable.
     ///
     /// # Errors
-    /// [`StoreError::Io`]; what was begun is completed when the run is next opened.
+    /// [`StoreError::Io`]. The next start completes an interrupted pruning.
     pub fn prune(&mut self, keep: &Keep) -> Result<Vec<u64>, StoreError> {
         let Some(latest) = self.latest() else {
             return Ok(Vec::new());
         };
-        let kept = |k: u64| {
+        let is_kept = |k: u64| {
             k == 0
                 || k == latest
                 || k + keep.last > latest
                 || keep.every.is_some_and(|every| k.is_multiple_of(every))
                 || keep.also.contains(&k)
         };
-        let gone: Vec<u64> = self.reader.iterations().filter(|&k| !kept(k)).collect();
-        if gone.is_empty() {
-            return Ok(gone);
+        let pruned: Vec<u64> = self.reader.iterations().filter(|&k| !is_kept(k)).collect();
+        if pruned.is_empty() {
+            return Ok(pruned);
         }
-        let mut without = self.reader.history.clone();
-        without.prune(&gone);
-        history::write(self.files(), self.layout(), &without)?;
-        self.reader.history = without;
-        for wear_iteration in &gone {
+        let mut pruned_history = self.reader.history.clone();
+        pruned_history.prune(&pruned);
+        history::write(self.files(), self.layout(), &pruned_history)?;
+        self.reader.history = pruned_history;
+        for wear_iteration in &pruned {
             self.reader.commits.remove(wear_iteration);
         }
-        open::discard(self.files(), self.layout(), gone.iter().copied())?;
-        Ok(gone)
+        open::discard(self.files(), self.layout(), pruned.iter().copied())?;
+        Ok(pruned)
     }
 
-    /// Removes what is staged, also of a next iteration: nobody will commit it.
+    /// Removes all staged files, including those of the next iteration, when no commit will follow.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -359,21 +365,22 @@ impl RunStore {
         })
     }
 
-    /// A run has the same columns in all its iterations; a sibling may differ from what it began with.
+    /// Checks that the columns of all tables are the same as in the parent. A sibling may differ from the iterations
+    /// that it inherited.
     fn require_same_columns(&self, parent: &Commit, commit: &Commit) -> Result<(), StoreError> {
-        let inherited = self.reader.record.origin.as_ref();
-        if inherited.is_some_and(|origin| parent.wear_iteration <= origin.wear_iteration) {
+        let sibling_origin = self.reader.record.origin.as_ref();
+        if sibling_origin.is_some_and(|origin| parent.wear_iteration <= origin.wear_iteration) {
             return Ok(());
         }
         for (name, entry) in commit.tables.iter().chain(&commit.unchained) {
-            if let Some(before) = parent.table(name)
-                && before.columns != entry.columns
+            if let Some(parent_entry) = parent.table(name)
+                && parent_entry.columns != entry.columns
             {
                 return Err(StoreError::ColumnsChanged {
                     table: name.clone(),
                     wear_iteration: commit.wear_iteration,
                     found: entry.columns.clone(),
-                    expected: before.columns.clone(),
+                    expected: parent_entry.columns.clone(),
                 });
             }
         }

@@ -1,6 +1,7 @@
-//! JSON files that end with the hash of all that stands before it, so that no byte of them changes unnoticed.
+//! JSON files that end with a hash of all preceding text, so that no byte changes unnoticed.
 //!
-//! The hash is that of the text as it would end without it. It stands last because a text cannot hold its own hash.
+//! The hash covers the text as it would be without the hash entry. The entry comes last, because a text cannot contain
+//! its own hash.
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::files::{Files, hash, json};
@@ -8,14 +9,14 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// What the readable text of every JSON object ends with.
+/// End of the text of every JSON object.
 const END: &str = "\n}\n";
-/// What stands between the last value of the object and the hash.
+/// Text between the last value of the object and the hash.
 const BEFORE_HASH: &str = ",\n  \"seal\": \"";
-/// What stands after the hash.
+/// Text after the hash.
 const AFTER_HASH: &str = "\"\n}\n";
 
-/// The readable JSON text of an object that has at least one key, with the hash of it at its end.
+/// Serializes an object with at least one key to indented JSON text, and appends its hash.
 pub(super) fn sealed(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, StoreError> {
     let mut text = json(path, value)?;
     let seal = hash(&text);
@@ -26,7 +27,7 @@ pub(super) fn sealed(path: &Path, value: &impl Serialize) -> Result<Vec<u8>, Sto
     Ok(text)
 }
 
-/// The object in a JSON file, if it has the hash that it must have; what is there but is not as it was written is damage.
+/// Reads an object from a JSON file with a valid hash. A changed file is damage.
 pub(super) fn read_sealed<T: DeserializeOwned>(
     files: &Files,
     path: &Path,
@@ -34,7 +35,8 @@ pub(super) fn read_sealed<T: DeserializeOwned>(
     read_to_judge(files, path, |_| true)
 }
 
-/// As [`read_sealed`], where what the object says decides whether it must have a hash: another layout may have none.
+/// As [`read_sealed`], but `must_have_hash` decides from the content whether a hash is required. A file of another
+/// layout may have none.
 pub(super) fn read_to_judge<T: DeserializeOwned>(
     files: &Files,
     path: &Path,
@@ -48,10 +50,10 @@ pub(super) fn read_to_judge<T: DeserializeOwned>(
         Ok(bytes) => bytes,
         Err(damage) => return Ok(Err(damage)),
     };
-    Ok(opened(&bytes, must_have_hash).map_err(damage))
+    Ok(decode(&bytes, must_have_hash).map_err(damage))
 }
 
-fn opened<T: DeserializeOwned>(
+fn decode<T: DeserializeOwned>(
     bytes: &[u8],
     must_have_hash: impl FnOnce(&T) -> bool,
 ) -> Result<T, DamageKind> {
@@ -71,7 +73,7 @@ fn opened<T: DeserializeOwned>(
     }
     let value = serde_json::from_str(text).map_err(|error| unreadable(error.to_string()))?;
     if parts.is_none() && must_have_hash(&value) {
-        return Err(unreadable("the hash at its end is not there".to_owned()));
+        return Err(unreadable("the hash at its end is missing".to_owned()));
     }
     Ok(value)
 }

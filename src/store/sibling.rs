@@ -1,4 +1,4 @@
-//! A run that begins where another one is.
+//! Sibling: a run that continues from an iteration of another run.
 
 use super::commit::{Commit, TableEntry};
 use super::draft::KeyedEntry;
@@ -18,14 +18,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl RunStore {
-    /// Creates a run that begins from an iteration of another, also with another scene, or continues it. The source is copied
-    /// up to that iteration with its commits as they are, and is not changed.
+    /// Creates a run that continues from an iteration of another run, possibly with another scene, or opens it if it
+    /// exists. Copies the source with its commits up to that iteration, and does not change the source.
     ///
     /// # Errors
-    /// [`StoreError::NoIteration`] with the iterations that the source has; [`StoreError::NotInherited`] if the scene differs in
-    /// what a state belongs to; [`StoreError::Damaged`] if the source does not
-    /// verify up to there; [`StoreError::OtherOrigin`] if the run exists and began otherwise; [`StoreError::NoSpace`];
-    /// and those of [`RunStore::create_or_open`].
+    /// [`StoreError::NoIteration`] with the iterations of the source; [`StoreError::NotInherited`] if the scene differs
+    /// in keys that a state depends on; [`StoreError::Damaged`] if the source does not verify up to that iteration;
+    /// [`StoreError::OtherOrigin`] if the run exists and has another origin; [`StoreError::NoSpace`]; and the errors of
+    /// [`RunStore::create_or_open`].
     pub fn create_sibling(
         fs: Arc<dyn FileSystem>,
         root: &Path,
@@ -34,7 +34,7 @@ impl RunStore {
         wear_iteration: u64,
     ) -> Result<(RunStore, Opening), StoreError> {
         let run = run_name(source);
-        // A source that is refused leaves no folder behind.
+        // Open the source first: a rejected source must not leave a new folder behind.
         let source = if has_record(&fs, root)? {
             None
         } else {
@@ -42,11 +42,11 @@ impl RunStore {
         };
         let mut locked = open::lock(fs, root)?;
         if let Some(FoundRecord { record, .. }) = &locked.record {
-            let same = record
+            let has_same_origin = record
                 .origin
                 .as_ref()
                 .is_some_and(|origin| origin.run == run && origin.wear_iteration == wear_iteration);
-            if !same {
+            if !has_same_origin {
                 return Err(StoreError::OtherOrigin {
                     path: root.to_owned(),
                     found: record
@@ -72,14 +72,15 @@ impl RunStore {
             commit: sound_commit(&source, wear_iteration)?.hash.clone(),
         };
         let (files, layout) = (&locked.files, &locked.layout);
-        // Whatever is there is an unfinished copy. The marker comes before the first file of the copy and goes after the record.
+        // The content is an unfinished copy. The marker is written before the first file of the copy and removed after
+        // the record is written.
         files.replace(&layout.copying(), &json(&layout.copying(), &origin)?)?;
         files.remove_dir_if_there(&layout.once())?;
         files.remove_dir_if_there(&layout.iterations())?;
         copy(files, layout, &source, wear_iteration)?;
-        let mut inherited = source.history()?;
-        inherited.truncate(wear_iteration as usize + 1);
-        history::write(files, layout, &inherited)?;
+        let mut inherited_history = source.history()?;
+        inherited_history.truncate(wear_iteration as usize + 1);
+        history::write(files, layout, &inherited_history)?;
         locked.record = Some(FoundRecord {
             record: open::create(files, layout, identity, Some(origin))?,
             damage: None,
@@ -95,7 +96,7 @@ fn has_record(fs: &Arc<dyn FileSystem>, root: &Path) -> Result<bool, StoreError>
     Files(fs.clone()).is_there(&layout.record())
 }
 
-/// The run to begin from, if the scene can go on from that iteration of it.
+/// Opens the source run, if the scene can continue from that iteration.
 fn open_source(
     fs: Arc<dyn FileSystem>,
     identity: &RunIdentity,
@@ -115,17 +116,17 @@ fn open_source(
     Ok(source)
 }
 
-/// The folder name of a run, also where it is given as `.`.
+/// Returns the folder name of a run. A path without a name, such as `..`, is returned as it is.
 fn run_name(path: &Path) -> String {
     path.file_name()
         .map_or(path.to_string_lossy(), |name| name.to_string_lossy())
         .into_owned()
 }
 
-/// The commit of an iteration, or the damage that stands in its way.
+/// Returns the commit of an iteration, or the damage that makes it unusable.
 fn sound_commit(source: &RunReader, wear_iteration: u64) -> Result<&Commit, StoreError> {
     source.commit_of(wear_iteration).map_err(|error| {
-        let there = source
+        let has_report = source
             .reports
             .iter()
             .any(|report| report.wear_iteration == wear_iteration);
@@ -135,13 +136,13 @@ fn sound_commit(source: &RunReader, wear_iteration: u64) -> Result<&Commit, Stor
             .flat_map(|report| &report.damage)
             .next();
         match damage {
-            Some(damage) if there => StoreError::Damaged(damage.clone()),
+            Some(damage) if has_report => StoreError::Damaged(damage.clone()),
             _ => error,
         }
     })
 }
 
-/// Copies `once/` and the iterations up to one, verifying what is read.
+/// Copies `once/` and the iterations up to `wear_iteration`, verifying each file.
 fn copy(
     files: &Files,
     layout: &Layout,
@@ -163,7 +164,7 @@ fn copy(
     files.make_dir(&layout.iterations())?;
 
     for report in super::chain::check_once(files, &source.layout)? {
-        // A damaged one is computed again.
+        // A damaged table is computed again.
         if report.damage.is_none() {
             let key_file = format!("{}.json", report.table);
             let (from, to) = (source.layout.once(), layout.once());
@@ -183,7 +184,8 @@ fn copy(
         for entry in commit.tables.values() {
             copy_table(files, &from, &to, entry)?;
         }
-        // As it is, but for what no result depends on and its hash does not count: damaged tables outside of the chain.
+        // Copy the commit as it is, without damaged tables outside the chain: no result depends on them, and the hash
+        // does not include them.
         let mut commit = commit.clone();
         for (name, entry) in std::mem::take(&mut commit.unchained) {
             match copy_table(files, &from, &to, &entry) {

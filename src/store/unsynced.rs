@@ -1,4 +1,4 @@
-//! Runs that wait for the disk once, at their end.
+//! File system that syncs a run once, at its end.
 
 use super::error::StoreError;
 use super::file_system::{Entry, EntryKind, FileSystem, LockAttempt, Metadata};
@@ -7,8 +7,8 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A file system whose calls do not wait for the disk. What is written is there for every reader, also after the process is killed; a loss
-/// of power may leave files that are cut.
+/// A file system without syncing. Other processes see all written data, also after this process is killed. A power cut
+/// may truncate files.
 pub struct UnsyncedFileSystem(pub Arc<dyn FileSystem>);
 
 impl FileSystem for UnsyncedFileSystem {
@@ -65,10 +65,10 @@ impl FileSystem for UnsyncedFileSystem {
     }
 }
 
-/// Folders above a run that its start may have made, as `runs` of `runs/NAME`: their names are to last too.
+/// Number of parent folders that a start may have created, as `runs` of `runs/NAME`. They are synced too.
 const ABOVE: usize = 2;
 
-/// Returns when a run and what is below its folder is on the disk, each file before the folder that names it.
+/// Syncs a run folder with its content, each file before the folder that lists it.
 ///
 /// # Errors
 /// [`StoreError::Io`]
@@ -79,8 +79,8 @@ pub fn sync_all(files: &dyn FileSystem, root: &Path) -> Result<(), StoreError> {
             true => Path::new("."),
             false => folder,
         };
-        let synced = files.sync_dir(folder);
-        synced.map_err(io_error("sync the folder", folder))?;
+        let outcome = files.sync_dir(folder);
+        outcome.map_err(io_error("sync the folder", folder))?;
     }
     Ok(())
 }
@@ -94,6 +94,6 @@ fn sync_below(files: &dyn FileSystem, folder: &Path) -> Result<(), StoreError> {
             EntryKind::Link | EntryKind::Other => (),
         }
     }
-    let synced = files.sync_dir(folder);
-    synced.map_err(io_error("sync the folder", folder))
+    let outcome = files.sync_dir(folder);
+    outcome.map_err(io_error("sync the folder", folder))
 }

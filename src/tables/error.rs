@@ -1,9 +1,9 @@
-//! What can be wrong with a table or its file.
+//! Errors of a table or its file.
 
-/// A table that does not hold to its schema, or a file that is not such a table.
+/// Table that does not match its schema, or file that is not such a table.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// A schema text that cannot be understood.
+    /// A schema text that cannot be parsed.
     #[error("the schema text is not valid: {0}")]
     SchemaText(#[from] toml::de::Error),
     /// A schema that gives one column twice.
@@ -19,12 +19,12 @@ pub enum TableError {
     UnknownColumn {
         /// Name of the table.
         table: String,
-        /// The name given.
+        /// The given name.
         column: String,
         /// The columns of the schema.
         known: String,
     },
-    /// A column that this table leaves out or lacks.
+    /// A column that this table omits or lacks.
     #[error("the table `{table}` lacks the column `{column}`")]
     MissingColumn {
         /// Name of the table.
@@ -32,7 +32,7 @@ pub enum TableError {
         /// Name of the column.
         column: String,
     },
-    /// A column given twice.
+    /// A column that was given twice.
     #[error("the column `{column}` of the table `{table}` was given twice")]
     ColumnTwice {
         /// Name of the table.
@@ -40,16 +40,16 @@ pub enum TableError {
         /// Name of the column.
         column: String,
     },
-    /// A column of another type than the schema's.
+    /// A column whose type differs from the schema.
     #[error("the column `{column}` of the table `{table}` is {found}; its schema says {expected}")]
     ColumnType {
         /// Name of the table.
         table: String,
         /// Name of the column.
         column: String,
-        /// Type found.
+        /// Actual type.
         found: String,
-        /// Type of the schema.
+        /// Type in the schema.
         expected: String,
     },
     /// Columns of different lengths.
@@ -66,34 +66,34 @@ pub enum TableError {
         /// Rows of the first column.
         expected: usize,
     },
-    /// Another number of rows than the schema fixes.
+    /// A number of rows that differs from the schema.
     #[error("the table `{table}` has {found} rows; it must have {expected}")]
     Rows {
         /// Name of the table.
         table: String,
-        /// Rows found.
+        /// Actual number of rows.
         found: usize,
-        /// Rows of the schema.
+        /// Number of rows in the schema.
         expected: usize,
     },
-    /// A file of more rows than any table has.
+    /// A file with too many rows.
     #[error("the file of the table `{table}` has {found} rows; it may have at most {limit}")]
     TooManyRows {
         /// Name of the table.
         table: String,
-        /// Rows that the file announces, or has.
+        /// Rows that the file declares or contains.
         found: i64,
         /// Most rows.
         limit: i64,
     },
-    /// A file in a compression that is not read.
+    /// A file with an unsupported compression.
     #[error("the file of the table `{table}` is compressed as {found}; read are {read}")]
     Codec {
         /// Name of the table.
         table: String,
         /// The compression.
         found: String,
-        /// Those that are read.
+        /// The supported compressions.
         read: String,
     },
     /// A value that is not a finite number.
@@ -109,10 +109,10 @@ pub enum TableError {
         row: usize,
         /// The value found.
         value: f64,
-        /// What the schema allows.
+        /// The values that the schema allows.
         expected: &'static str,
     },
-    /// A column with absent values, which no table of this program has.
+    /// A column with null values, which no table of this program has.
     #[error(
         "the column `{column}` of the table `{table}` has {nulls} absent values; it may have none"
     )]
@@ -121,10 +121,10 @@ pub enum TableError {
         table: String,
         /// Name of the column.
         column: String,
-        /// Absent values.
+        /// Number of null values.
         nulls: usize,
     },
-    /// A column whose unit in the file is not that of the schema.
+    /// A column whose unit in the file differs from the schema.
     #[error(
         "the column `{column}` of the file of `{table}` is in `{found}`; its schema says `{expected}`"
     )]
@@ -133,7 +133,7 @@ pub enum TableError {
         table: String,
         /// Name of the column.
         column: String,
-        /// Unit in the file, empty if none is given.
+        /// Unit in the file, empty if not given.
         found: String,
         /// Unit of the schema.
         expected: String,
@@ -143,20 +143,20 @@ pub enum TableError {
         "the file has no valid `fretwear` entry in its metadata ({reason}); it should hold the table `{expected}`"
     )]
     NotOurs {
-        /// Name of the table wanted.
+        /// Name of the expected table.
         expected: String,
-        /// What is wrong with the entry.
+        /// The error in the entry.
         reason: String,
     },
-    /// The file of another table.
+    /// A file with another table.
     #[error("the file holds the table `{found}`, not `{expected}`")]
     OtherTable {
         /// Table in the file.
         found: String,
-        /// Table wanted.
+        /// Expected table.
         expected: String,
     },
-    /// Bytes that are not a readable Parquet file, or a table that Parquet cannot take.
+    /// Bytes that are not a readable Parquet file, or a table that Parquet cannot store.
     #[error("the Parquet of the table `{table}` failed: {source}")]
     Parquet {
         /// Name of the table.
@@ -164,7 +164,7 @@ pub enum TableError {
         /// The error of the format library.
         source: parquet::errors::ParquetError,
     },
-    /// Columns that Arrow cannot join.
+    /// Columns that Arrow cannot combine.
     #[error("the columns of the table `{table}` do not join: {source}")]
     Arrow {
         /// Name of the table.

@@ -1,4 +1,4 @@
-//! Parquet files whose bytes nobody vouches for: what they announce is looked at before anything of them is unpacked.
+//! Untrusted Parquet files: their declared sizes are checked before anything is decompressed.
 
 use std::any::Any;
 use std::panic::{self, AssertUnwindSafe};
@@ -7,7 +7,7 @@ use parquet::basic::CompressionCodec;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::ParquetMetaData;
 
-/// The compressions that the format library is built with: our own, and those that other programs write by default.
+/// Supported compressions: the one of this program, and defaults of other programs.
 const CODECS: [CompressionCodec; 6] = [
     CompressionCodec::UNCOMPRESSED,
     CompressionCodec::SNAPPY,
@@ -17,12 +17,12 @@ const CODECS: [CompressionCodec; 6] = [
     CompressionCodec::ZSTD,
 ];
 
-/// The names of the compressions that are read.
+/// Names of the supported compressions.
 pub fn codecs() -> String {
     CODECS.map(|codec| codec.to_string()).join(", ")
 }
 
-/// The first compression of a file that is not read.
+/// Returns the first unsupported compression in a file.
 pub fn unread_codec(metadata: &ParquetMetaData) -> Option<String> {
     metadata
         .row_groups()
@@ -33,7 +33,7 @@ pub fn unread_codec(metadata: &ParquetMetaData) -> Option<String> {
         .map(|codec| codec.to_string())
 }
 
-/// The rows that a file announces.
+/// Returns the number of rows that a file declares.
 pub fn declared_rows(metadata: &ParquetMetaData) -> i64 {
     metadata
         .row_groups()
@@ -42,12 +42,12 @@ pub fn declared_rows(metadata: &ParquetMetaData) -> i64 {
         .fold(0, i64::saturating_add)
 }
 
-/// What `decode` makes of bytes. The format library asserts some of what damaged bytes break; that is an error of the bytes.
+/// Runs `decode` and turns its panics into errors. The Parquet library panics on some damaged bytes.
 ///
 /// # Errors
-/// [`ParquetError::General`] with the words of the assertion.
+/// [`ParquetError::General`] with the text of the panic.
 pub fn decoded<T>(decode: impl FnOnce() -> T) -> Result<T, ParquetError> {
-    // Nothing that `decode` leaves half done is looked at.
+    // After a panic, no state of `decode` is used.
     panic::catch_unwind(AssertUnwindSafe(decode))
         .map_err(|reason| ParquetError::General(format!("damaged: {}", words(&*reason))))
 }

@@ -1,11 +1,12 @@
 //! The tables of a run: their schemas, their values in memory, and their Parquet files.
 //!
-//! `schemas/*.toml` is the one source of column names, types, units and encodings: the types of [`typed`] are generated from it. A
-//! [`Table`] that breaks its schema cannot be built. A file says the unit of each column, in the column's field metadata and in a JSON
-//! text under the key [`METADATA_KEY`] of the file, since some readers hide field metadata. What the columns mean stands once a run,
-//! in its `schemas.json`, and in files that belong to no run.
+//! `schemas/*.toml` is the only source of column names, types, units and encodings. The types of [`typed`] are
+//! generated from it. A [`Table`] that violates its schema cannot be built. A file states the unit of each column
+//! twice: in the metadata of the column's field, and in a JSON text under [`METADATA_KEY`], because some readers hide
+//! field metadata. The meaning of the columns is stored once per run, in its `schemas.json`, and in each file that
+//! belongs to no run.
 //!
-//! Arrow and Parquet are named in this folder only.
+//! Only this folder uses Arrow and Parquet.
 
 mod error;
 mod foreign;
@@ -26,5 +27,5 @@ pub use schema::{ColumnSchema, ColumnType, Place, Schema};
 pub use table::{Column, Table, TableBuilder};
 pub use typed::{TableName, TypedTable};
 
-/// Tables by name: those that a stage reads or writes.
+/// Tables by name, such as the tables that a stage reads or writes.
 pub type Tables = std::collections::BTreeMap<TableName, Table>;

@@ -1,13 +1,13 @@
-//! Columns of which rows may lack a value: what several tables, or the tables of several runs, are joined to.
+//! Columns with optional values: the common form of several tables, or of the tables of several runs.
 
 use super::{Column, ColumnSchema, ColumnType};
 
-/// Values of a column of which rows may lack one.
+/// Values of a column in which rows may have no value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Nullable {
-    /// Integers of 32 bits.
+    /// 32-bit integers.
     I32(Vec<Option<i32>>),
-    /// Integers.
+    /// 64-bit integers.
     I64(Vec<Option<i64>>),
     /// Floating-point values.
     F64(Vec<Option<f64>>),
@@ -30,7 +30,7 @@ macro_rules! each {
 }
 
 impl Nullable {
-    /// A column of values of a type, all absent.
+    /// Creates a column of a type in which all values are absent.
     pub fn absent(kind: ColumnType, rows: usize) -> Nullable {
         match kind {
             ColumnType::F64 | ColumnType::MaybeF64 => Nullable::F64(vec![None; rows]),
@@ -51,12 +51,12 @@ impl Nullable {
         self.len() == 0
     }
 
-    /// Takes away the rows from one on, or adds rows without a value.
+    /// Truncates the column, or appends rows without a value.
     pub fn resize(&mut self, rows: usize) {
         each!(self, values => values.resize(rows, None));
     }
 
-    /// Adds the rows of a column of the same type; those of another type as rows without a value.
+    /// Appends the rows of a column. Rows of another type are appended without values.
     pub fn append(&mut self, other: &Nullable) {
         match (&mut *self, other) {
             (Nullable::F64(values), Nullable::F64(own)) => values.extend(own),
@@ -68,7 +68,8 @@ impl Nullable {
         }
     }
 
-    /// Adds the first value of a column of the same type as the last row; a column of another type, or of no rows, adds nothing.
+    /// Appends the first value of a column of the same type. An empty column, or a column of another type, adds
+    /// nothing.
     pub fn push(&mut self, column: &Column) {
         match (self, column) {
             (Nullable::F64(values), Column::F64(own)) => {
@@ -91,7 +92,7 @@ impl Nullable {
         }
     }
 
-    /// The value of a row as a column of one row, if there is one.
+    /// Returns the value of a row as a column of one row, `None` if the row has no value.
     pub fn at(&self, row: usize) -> Option<Column> {
         Some(match self {
             Nullable::F64(values) => vec![(*values.get(row)?)?].into(),
@@ -103,5 +104,5 @@ impl Nullable {
     }
 }
 
-/// A column with its meaning.
+/// Column with its schema.
 pub type Described<'a> = (&'a ColumnSchema, &'a Nullable);

@@ -1,4 +1,4 @@
-//! Tables as Parquet files, and back.
+//! Reading and writing of tables as Parquet files.
 
 use super::foreign::{codecs, declared_rows, decoded, unread_codec};
 use super::nullable::{Described, Nullable};
@@ -21,28 +21,29 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The key of the file's metadata under which the schema and the provenance stand as one JSON text.
+/// Key of the file's metadata whose JSON text contains schema and provenance.
 pub const METADATA_KEY: &str = "fretwear";
 
-/// Past level 3 the fields of a run shrink by a few per cent and take several times as long.
+/// Higher levels reduce the size by a few per cent and take several times as long.
 const ZSTD_LEVEL: i32 = 3;
 
-/// Rows decoded at a time: a 256 x 256 field in one piece, and no larger allocation because a damaged footer asks for it.
+/// Rows decoded at a time. A field of 256 x 256 cells fits in one batch, and a damaged footer cannot request a larger
+/// allocation.
 const BATCH_ROWS: usize = 1 << 16;
 
-/// Most rows of a table: one for each cell of the largest grid of a joint.
+/// Most rows of a table: one per cell of the largest grid.
 const MOST_ROWS: i64 = 1 << 28;
 
-/// Where a table comes from.
+/// Provenance of a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Provenance {
-    /// Hash of the scene, without the keys that cannot alter what is already computed.
+    /// Hash of the scene without the keys that cannot affect committed results.
     pub scene_hash: String,
     /// Version of the program that wrote the table.
     pub program_version: String,
 }
 
-/// The JSON text under [`METADATA_KEY`].
+/// JSON text under [`METADATA_KEY`].
 #[derive(Debug, Serialize, Deserialize)]
 struct FileEntry {
     schema: String,
@@ -51,7 +52,7 @@ struct FileEntry {
     columns: BTreeMap<String, ColumnEntry>,
 }
 
-/// What is said of a column: its unit in every file; what it means where no run says it beside its tables.
+/// Description of a column in the file: its unit, and for tables outside of runs also its dimension and meaning.
 #[derive(Debug, Serialize, Deserialize)]
 struct ColumnEntry {
     unit: String,
@@ -72,13 +73,13 @@ impl ColumnEntry {
     }
 }
 
-/// The bytes of a table's Parquet file. Equal tables of equal provenance give equal bytes.
+/// Encodes a table as a Parquet file. Equal tables with equal provenance give equal bytes.
 ///
-/// Dense floats are BYTE_STREAM_SPLIT, sparse ones PLAIN, integers DELTA_BINARY_PACKED, all with zstd; floats and integers
-/// have no dictionary.
+/// Encodings: BYTE_STREAM_SPLIT for dense floats, PLAIN for sparse floats, DELTA_BINARY_PACKED for integers, all
+/// compressed with zstd. Floats and integers have no dictionary.
 ///
 /// # Errors
-/// [`TableError::Arrow`] or [`TableError::Parquet`] if the format libraries refuse the table.
+/// [`TableError::Arrow`] or [`TableError::Parquet`] if the format libraries reject the table.
 pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, TableError> {
     let schema = table.schema();
     let columns = table
@@ -90,7 +91,7 @@ pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, Tab
     write(&schema.name, columns, properties)
 }
 
-/// The bytes of a Parquet file of columns that are those of no schema; `entry` stands under [`METADATA_KEY`].
+/// Encodes columns without a schema as a Parquet file, with `entry` under [`METADATA_KEY`].
 ///
 /// # Errors
 /// As for [`to_parquet`].
@@ -118,11 +119,11 @@ pub fn nullable_to_parquet(
     write(table, arrays, properties.build())
 }
 
-/// The columns of a file of [`nullable_to_parquet`] of at most so many rows, each under its name.
+/// Decodes the columns of a file of [`nullable_to_parquet`] with at most `most_rows` rows, each with its name.
 ///
 /// # Errors
-/// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::TooManyRows`], [`TableError::ColumnType`] for a column of a type
-/// that no table has.
+/// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::TooManyRows`], [`TableError::ColumnType`] for
+/// a column of an unsupported type.
 pub fn nullable_from_parquet(
     bytes: &[u8],
     table: &str,
@@ -132,7 +133,7 @@ pub fn nullable_from_parquet(
         .map_err(|source| parquet_error(table, source))?
 }
 
-/// As [`nullable_from_parquet`], of the columns that are wanted alone.
+/// As [`nullable_from_parquet`], but only decodes the wanted columns.
 ///
 /// # Errors
 /// As for [`nullable_from_parquet`].
@@ -146,7 +147,7 @@ pub fn columns_from_parquet(
         .map_err(|source| parquet_error(table, source))?
 }
 
-/// The text that stands under [`METADATA_KEY`] in a Parquet file, if there is one.
+/// Returns the text under [`METADATA_KEY`] in a Parquet file, if there is one.
 ///
 /// # Errors
 /// [`TableError::Parquet`] for bytes that are not Parquet.
@@ -204,7 +205,7 @@ fn decode_nullable(
             table: table.to_owned(),
             source,
         })?;
-        // It may hold more than it announced.
+        // The file may contain more rows than it declares.
         rows += batch.num_rows() as i64;
         few_rows(table, rows, most_rows)?;
         for ((_, column), array) in columns.iter_mut().zip(batch.columns()) {
@@ -223,7 +224,7 @@ fn decode_nullable(
     Ok(columns)
 }
 
-/// The bytes of a file of columns.
+/// Encodes columns as a Parquet file.
 fn write(
     table: &str,
     columns: Vec<(Field, ArrayRef)>,
@@ -249,11 +250,11 @@ fn parquet_error(table: &str, source: ParquetError) -> TableError {
     }
 }
 
-/// The table in the bytes of a Parquet file.
+/// Decodes a table from the bytes of a Parquet file.
 ///
 /// # Errors
-/// A [`TableError`] for bytes that are not Parquet, a file of another program or table, and a table that
-/// does not hold to the schema.
+/// A [`TableError`] for bytes that are not Parquet, a file of another program or table, and a table that does not match
+/// the schema.
 pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
     decoded(|| decode(bytes, expected)).map_err(|source| TableError::Parquet {
         table: expected.name.clone(),
@@ -276,7 +277,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
             expected: expected.name.clone(),
         });
     }
-    // Before anything is unpacked: a few bytes may announce any number of rows.
+    // Check before decompression: a few bytes may declare any number of rows.
     few_rows(&expected.name, declared_rows(reader.metadata()), MOST_ROWS)?;
     if let Some(codec) = unread_codec(reader.metadata()) {
         return Err(TableError::Codec {
@@ -311,7 +312,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
             table: expected.name.clone(),
             source,
         })?;
-        // It may hold more than it announced.
+        // The file may contain more rows than it declares.
         rows += batch.num_rows() as i64;
         few_rows(&expected.name, rows, MOST_ROWS)?;
         for ((described, column), array) in columns.iter_mut().zip(batch.columns()) {
@@ -326,7 +327,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
         .build()
 }
 
-/// Where the table in the bytes of a Parquet file comes from.
+/// Returns the provenance of the table in the bytes of a Parquet file.
 ///
 /// # Errors
 /// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::NotOurs`] for a file of another program.
@@ -398,7 +399,7 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
         serde_json::to_string(&entry).map_err(|error| ParquetError::External(Box::new(error)))?;
     let mut properties = begin_properties(&provenance.program_version, text)?;
     if schema.rows == Some(1) {
-        // For one value a column, compression costs more time and room than it saves.
+        // For a single value per column, compression costs more time and space than it saves.
         properties = without_index(properties).set_compression(Compression::UNCOMPRESSED);
     }
     for (column, _) in table.columns() {
@@ -416,14 +417,14 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
     Ok(properties.build())
 }
 
-/// Without least and largest values and places of pages: of a few rows they take more room than the rows, and nobody skips any.
+/// Disables statistics and page offsets. For a few rows they need more space than the rows, and no reader uses them.
 fn without_index(properties: WriterPropertiesBuilder) -> WriterPropertiesBuilder {
     properties
         .set_statistics_enabled(EnabledStatistics::None)
         .set_offset_index_disabled(true)
 }
 
-/// What all files have in common.
+/// Returns the properties that all files share.
 fn begin_properties(
     program_version: &str,
     entry: String,
@@ -475,7 +476,7 @@ fn empty_column(kind: ColumnType) -> Column {
     }
 }
 
-/// Adds the values of an Arrow array to a column.
+/// Appends the values of an Arrow array to a column.
 fn append(
     table: &str,
     described: &ColumnSchema,

@@ -1,4 +1,4 @@
-//! Schemas: what a table's columns are called and mean.
+//! Schemas: names and meanings of the columns of a table.
 
 use super::{TableError, TableName};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 pub enum ColumnType {
     /// 64-bit floating point.
     F64,
-    /// 64-bit floating point, or nothing in a row that has no such value.
+    /// 64-bit floating point, or no value in some rows.
     #[serde(rename = "f64?")]
     MaybeF64,
     /// 32-bit signed integer.
@@ -37,7 +37,7 @@ impl fmt::Display for ColumnType {
     }
 }
 
-/// Where the file of a table is.
+/// Location of a table's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Place {
@@ -45,7 +45,7 @@ pub enum Place {
     Once,
     /// In the folder of an iteration.
     Iteration,
-    /// Beside runs, of which it compares several.
+    /// Outside of runs. Such a table compares several runs.
     Beside,
 }
 
@@ -58,25 +58,26 @@ pub struct ColumnSchema {
     /// Type of the values.
     #[serde(rename = "type")]
     pub kind: ColumnType,
-    /// SI symbol, `"1"` where there is none.
+    /// SI unit symbol, `"1"` for a dimensionless quantity.
     pub unit: String,
-    /// The quantity, as `"length"`.
+    /// The physical quantity, as `"length"`.
     pub dimension: String,
-    /// What the column means, with its sign convention.
+    /// The meaning of the column, with its sign convention.
     pub description: String,
-    /// Mostly zero: stored plainly, since runs of zeros compress better than split bytes.
+    /// True if most values are zero. The column is then stored as PLAIN, because runs of zeros compress better than
+    /// split bytes.
     #[serde(default)]
     pub sparse: bool,
-    /// No column where the scene lacks the physics.
+    /// True if the column is absent in scenes without its physics.
     #[serde(default)]
     pub optional: bool,
-    /// May be positive infinity, as a stiffness without compliance.
+    /// True if the values may be positive infinity, as a stiffness without compliance.
     #[serde(default)]
     pub infinite: bool,
 }
 
 impl ColumnSchema {
-    /// A column of no table of `schemas/`.
+    /// Creates a column that belongs to no table of `schemas/`.
     pub fn plain(name: &str, kind: ColumnType, unit: &str) -> ColumnSchema {
         ColumnSchema {
             name: name.to_owned(),
@@ -91,21 +92,21 @@ impl ColumnSchema {
     }
 }
 
-/// The columns of one table, as one file of `schemas/` gives them.
+/// Columns of one table, as declared in one file of `schemas/`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Schema {
     /// Name of the table and stem of its file.
     pub name: String,
-    /// What a row is.
+    /// The meaning of a row.
     pub description: String,
-    /// Where its file is.
+    /// The location of the file.
     pub place: Place,
-    /// When it is written, and when there is none.
+    /// When the table is written, and when it is absent.
     pub written: String,
-    /// Number of rows, where it is always the same.
+    /// Number of rows, if it is always the same.
     pub rows: Option<usize>,
-    /// False where equal runs write different values: the table then stays out of the hash chain of the commits.
+    /// False if equal runs write different values. The hash chain of the commits then excludes the table.
     #[serde(default = "yes")]
     pub chained: bool,
     /// The columns, in the order of the file.
@@ -121,7 +122,7 @@ impl Schema {
     /// Reads a schema from the text of its TOML file.
     ///
     /// # Errors
-    /// [`TableError::SchemaText`] for a text of another form, [`TableError::SchemaColumnTwice`] for a repeated column.
+    /// [`TableError::SchemaText`] for an invalid text, [`TableError::SchemaColumnTwice`] for a repeated column.
     pub fn parse(text: &str) -> Result<Schema, TableError> {
         let schema: Schema = toml::from_str(text)?;
         for (position, column) in schema.columns.iter().enumerate() {
@@ -138,12 +139,12 @@ impl Schema {
         Ok(schema)
     }
 
-    /// The column of a name.
+    /// Finds a column by its name.
     pub fn column(&self, name: &str) -> Option<&ColumnSchema> {
         self.columns.iter().find(|column| column.name == name)
     }
 
-    /// The column of a name, or the error that lists what there is.
+    /// Finds a column by its name. The error lists the existing columns.
     pub(super) fn require(&self, name: &str) -> Result<&ColumnSchema, TableError> {
         self.column(name).ok_or_else(|| TableError::UnknownColumn {
             table: self.name.clone(),
@@ -167,17 +168,17 @@ static SCHEMAS: LazyLock<Vec<Schema>> = LazyLock::new(|| {
 });
 
 impl TableName {
-    /// The schema.
+    /// The schema of the table.
     pub fn schema(self) -> &'static Schema {
         &SCHEMAS[self as usize]
     }
 
-    /// The name, which is also the stem of the file.
+    /// The name of the table, which is also the stem of its file.
     pub fn as_str(self) -> &'static str {
         &self.schema().name
     }
 
-    /// The table of a name.
+    /// Finds a table by its name.
     pub fn from_name(name: &str) -> Option<TableName> {
         TableName::ALL
             .into_iter()

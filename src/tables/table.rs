@@ -1,4 +1,4 @@
-//! A table in memory.
+//! Tables in memory.
 
 use super::{ColumnSchema, ColumnType, Schema, TableError, TableName};
 
@@ -7,7 +7,7 @@ use super::{ColumnSchema, ColumnType, Schema, TableError, TableName};
 pub enum Column {
     /// Floating-point values.
     F64(Vec<f64>),
-    /// Floating-point values, where there are any.
+    /// Floating-point values, absent in some rows.
     MaybeF64(Vec<Option<f64>>),
     /// 32-bit integers.
     I32(Vec<i32>),
@@ -61,11 +61,12 @@ macro_rules! conversions {
 }
 conversions!(F64 f64, MaybeF64 Option<f64>, I32 i32, I64 i64, Bool bool, Text String);
 
-/// Columns that hold to a schema: names, types and lengths are right, required columns are there, every float is a number.
+/// Table that matches its schema: names, types and lengths are right, required columns exist, and every float is a
+/// number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     schema: &'static Schema,
-    /// One entry a column of the schema, in its order; `None` for an optional column left out.
+    /// One entry per column of the schema, in its order; `None` for an omitted optional column.
     columns: Vec<Option<Column>>,
     rows: usize,
 }
@@ -76,12 +77,12 @@ impl Table {
         TableBuilder::of(table.schema())
     }
 
-    /// The schema.
+    /// The schema of the table.
     pub fn schema(&self) -> &'static Schema {
         self.schema
     }
 
-    /// Refuses another table than that of a name.
+    /// Rejects a table with another name.
     pub(super) fn require(&self, table: TableName) -> Result<(), TableError> {
         if self.schema == table.schema() {
             return Ok(());
@@ -97,7 +98,7 @@ impl Table {
         self.rows
     }
 
-    /// The columns there are, with their schemas, in the order of the file.
+    /// The existing columns with their schemas, in the order of the file.
     pub fn columns(&self) -> impl Iterator<Item = (&'static ColumnSchema, &Column)> {
         self.schema
             .columns
@@ -106,16 +107,16 @@ impl Table {
             .filter_map(|(schema, column)| column.as_ref().map(|column| (schema, column)))
     }
 
-    /// True if the column is there.
+    /// True if the column exists.
     pub fn has(&self, name: &str) -> bool {
         self.columns().any(|(schema, _)| schema.name == name)
     }
 
-    /// The column of a name.
+    /// Returns a column by its name.
     ///
     /// # Errors
-    /// [`TableError::UnknownColumn`] for a name the schema lacks, [`TableError::MissingColumn`] for an optional column left
-    /// out.
+    /// [`TableError::UnknownColumn`] for a name that the schema lacks, [`TableError::MissingColumn`] for an omitted
+    /// optional column.
     pub fn column(&self, name: &str) -> Result<&Column, TableError> {
         self.schema.require(name)?;
         self.columns()
@@ -130,7 +131,7 @@ impl Table {
     /// The values of a column of floats.
     ///
     /// # Errors
-    /// Those of [`Table::column`], and [`TableError::ColumnType`] for a column of another type.
+    /// Errors of [`Table::column`], and [`TableError::ColumnType`] for a column of another type.
     pub fn f64(&self, name: &str) -> Result<&[f64], TableError> {
         match self.column(name)? {
             Column::F64(values) => Ok(values),
@@ -138,7 +139,7 @@ impl Table {
         }
     }
 
-    /// The values of a column of floats that some rows lack. Errors as for [`Table::f64`].
+    /// The values of a column of floats that may be absent in some rows. Errors as for [`Table::f64`].
     pub fn maybe_f64(&self, name: &str) -> Result<&[Option<f64>], TableError> {
         match self.column(name)? {
             Column::MaybeF64(values) => Ok(values),
@@ -188,7 +189,7 @@ impl Table {
     }
 }
 
-/// Collects the columns of a [`Table`]; [`TableBuilder::build`] holds them to the schema.
+/// Collects the columns of a [`Table`]. [`TableBuilder::build`] checks them against the schema.
 #[derive(Debug)]
 pub struct TableBuilder {
     schema: &'static Schema,
@@ -196,7 +197,7 @@ pub struct TableBuilder {
 }
 
 impl TableBuilder {
-    /// Begins a table of any schema.
+    /// Begins a table with any schema.
     pub fn of(schema: &'static Schema) -> Self {
         TableBuilder {
             schema,
@@ -210,7 +211,7 @@ impl TableBuilder {
         self
     }
 
-    /// Adds an optional column if there is one.
+    /// Adds an optional column, if it is given.
     pub fn maybe(self, name: &str, values: Option<impl Into<Column>>) -> Self {
         match values {
             Some(values) => self.column(name, values),
@@ -218,11 +219,11 @@ impl TableBuilder {
         }
     }
 
-    /// The table.
+    /// Checks the columns and builds the table.
     ///
     /// # Errors
-    /// A [`TableError`] with table, column, row and value for a column that is unknown, given twice, missing, or of another
-    /// type or length than it must be, and for a float that is NaN or, unless the schema allows it, infinite.
+    /// A [`TableError`] with table, column, row and value for a column that is unknown, given twice, missing, or has a
+    /// wrong type or length, and for a float that is NaN or, unless the schema allows it, infinite.
     pub fn build(self) -> Result<Table, TableError> {
         let TableBuilder { schema, given } = self;
         let table = || schema.name.clone();

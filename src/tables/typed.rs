@@ -1,22 +1,23 @@
-//! Tables as types: a field a column, generated from `schemas/*.toml` when the program is built (`schemas/build.rs`).
+//! Tables as types with one field per column, generated from `schemas/*.toml` when the program is built
+//! (`schemas/build.rs`).
 //!
-//! A table of one row is a type of plain values, as [`StaticContact`]; another one has a vector a column, as [`ContactField`]. What
-//! stands behind a name is in its schema.
+//! A table of one row is a type of plain values, as [`StaticContact`]. Any other table has one vector per column, as
+//! [`ContactField`]. The schema gives the meaning of each name.
 
 use super::{Table, TableError};
 
-/// A table whose columns are the fields of a type.
+/// Table whose columns are the fields of a type.
 pub trait TypedTable: Sized {
-    /// The table.
+    /// The name of the table.
     const TABLE: TableName;
 
-    /// The columns as a table.
+    /// Converts the columns to a table.
     ///
     /// # Errors
-    /// A [`TableError`] for columns of different lengths and for a float that is no number.
+    /// A [`TableError`] for columns of different lengths and for a float that is not a number.
     fn to_table(&self) -> Result<Table, TableError>;
 
-    /// The columns of a table.
+    /// Converts a table to its columns.
     ///
     /// # Errors
     /// [`TableError::OtherTable`] for another table.

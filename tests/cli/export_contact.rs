@@ -185,7 +185,7 @@ fn a_table_that_does_not_fit_is_an_error() {
                 .take_while(|line| !line.starts_with("7,"))
                 .map(|line| format!("{line}\n"))
                 .collect(),
-            "it has 7 contact elements, and the structure of the scene 88",
+            "it has 7 contact elements, but the structure of the scene has 88",
         ),
         (String::new(), "there is no column `element`"),
     ] {
@@ -198,11 +198,11 @@ fn a_table_that_does_not_fit_is_an_error() {
     for (sets, says) in [
         (
             ["contact.kn=1 N/um"],
-            "contact.elements has it for each contact element",
+            "contact.elements gives it for each contact element",
         ),
         (
             ["contact.friction_coefficient=0.5"],
-            "contact.elements has it for each contact element",
+            "contact.elements gives it for each contact element",
         ),
     ] {
         let did = bench.fretwear(&["check", "table.toml", "--set", sets[0]]);

@@ -258,10 +258,10 @@ fn schema_explains_every_key_of_a_scene() {
     assert_eq!(editor.json(), json_schema());
     let one = bench.done(&["schema", "contact.rotation"]).stdout();
     for part in [
-        "contact.rotation\n\nWhat happens to the rotations of the bodies about x and y.\n",
+        "contact.rotation\n\nRotations of the bodies about x and y: fixed or free.\n",
         "default     \"fixed\"\n",
         "example     rotation = \"fixed\"\n",
-        "only        where there is a [surface]\n",
+        "only        with a [surface]\n",
         "\"free\"   the bodies tilt",
     ] {
         assert!(one.contains(part), "no {part:?} in {one}");

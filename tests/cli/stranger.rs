@@ -70,7 +70,11 @@ fn a_kept_scene_has_no_base() {
     for command in [&["run", "--run", "a"][..], &["run", "--from", "a@1"]] {
         let did = bench.fretwear(command);
         assert_eq!(did.code(), 2, "{}", did.stderr());
-        assert!(did.stderr().contains("has no base"), "{}", did.stderr());
+        assert!(
+            did.stderr().contains("must not have a base"),
+            "{}",
+            did.stderr()
+        );
         assert!(!did.stderr().contains("password"), "{}", did.stderr());
     }
 }

@@ -133,7 +133,7 @@ fn a_run_ends_when_a_part_of_its_load_is_lost() {
     assert!(
         stays
             .stderr()
-            .contains("`wear.until.preload` ends a run whose load falls"),
+            .contains("`wear.until.preload` ends a run when its bolt load falls"),
         "{}",
         stays.stderr()
     );
@@ -176,11 +176,11 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
     for (sets, says) in [
         (
             vec![bolt, "contact.bolt_stiffness=5 N/um"],
-            "contact.bolt says how stiff the bolt is; give one or the other",
+            "contact.bolt determines the stiffness of the bolt already; give one or the other",
         ),
         (
             vec![bolt, "contact.bolt.size=M4.5"],
-            "must be a metric thread, as M10",
+            "must be a metric thread, such as M10",
         ),
         (
             vec![bolt, "contact.bolt.hole=3 mm"],
@@ -188,7 +188,7 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
         ),
         (
             vec![bolt, "contact.boundary=periodic"],
-            "has no edge that it could be clamped in",
+            "the joint has no edge, so no parts can be clamped",
         ),
         (
             vec![
@@ -197,7 +197,7 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
                 "contact.bolt.shank_length=0 mm",
                 "contact.bolt.modulus=9000 GPa",
             ],
-            "give contact.bolt_stiffness in its place",
+            "give contact.bolt_stiffness instead",
         ),
     ] {
         let sets = sets.iter().flat_map(|set| ["--set", set]);

@@ -27,12 +27,12 @@ const OF_DYNAMICS: &[(&str, &str, &str)] = &[
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
         r#"force = { amplitude = "0 N" }"#,
-        r#"case.toml, line 19: dynamics.force.amplitude = "0 N": must be other than zero: a force of nothing drives nothing; leave it out"#,
+        r#"case.toml, line 19: dynamics.force.amplitude = "0 N": must be other than zero; remove a force of zero"#,
     ),
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
         r#"force = { amplitude = "-5 N" }"#,
-        r#"case.toml, line 19: dynamics.force.amplitude = "-5 N": must be greater than zero; an opposite force has phase = "180 deg""#,
+        r#"case.toml, line 19: dynamics.force.amplitude = "-5 N": must be greater than zero; use phase = "180 deg" for an opposite force"#,
     ),
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
@@ -87,7 +87,7 @@ const OF_DYNAMICS: &[(&str, &str, &str)] = &[
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
         r#"force = [{ amplitude = "1000 N" }, { amplitude = "5 N", harmonic = 0, phase = "90 deg" }]"#,
-        r#"case.toml, line 19: dynamics.force[1].phase = "90 deg": harmonic = 0 is a constant force, which has no phase; leave it out"#,
+        r#"case.toml, line 19: dynamics.force[1].phase = "90 deg": harmonic = 0 is a constant force, which has no phase; remove the phase"#,
     ),
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
@@ -108,7 +108,7 @@ const OF_DYNAMICS: &[(&str, &str, &str)] = &[
         "frequency =",
         r#"method = "time"
 frequency ="#,
-        r#"case.toml, line 20: dynamics.method = "time": there is no such key any more: every forced response is computed by harmonic balance; leave it out"#,
+        r#"case.toml, line 20: dynamics.method = "time": there is no such key any more: every forced response is computed by harmonic balance; remove the key"#,
     ),
     (
         "frequency =",
@@ -292,7 +292,7 @@ coefficient = "2e3 um^3/J"
 cycles = 10_000_000
 "#,
         "",
-        "case.toml, line 21: section [update]: without [wear] the contact never changes; leave it out",
+        "case.toml, line 21: section [update]: without [wear] the contact never changes; remove it",
     ),
     (
         "[update]",
@@ -375,7 +375,9 @@ fn lists_of_too_many() {
     ] {
         let set = format!("{key}=[{}]", numbers(count));
         let message = message_of(ROUGH, &[&set]);
-        let end = format!(": {key} = (a list of {count}): must be a list of at most {limit}");
+        let end = format!(
+            ": {key} = (a list with {count} items): must be a list of at most {limit} items"
+        );
         assert!(message.ends_with(&end), "{message}");
     }
     let message = message_of(

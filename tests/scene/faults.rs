@@ -32,7 +32,7 @@ const IN_FILE: &[(&str, &str, &str)] = &[
     (
         r#"title = "Case""#,
         r#"structure.kind = "resonator""#,
-        r#"case.toml: section [dynamics] is missing ([structure] needs it: what makes it vibrate); add for example:
+        r#"case.toml: section [dynamics] is missing ([structure] needs it: the forces that make it vibrate); add for example:
 [dynamics]
 force = { amplitude = "1000 N", at = "far_wall", direction = "x" }
 frequency = ["900 Hz", "1050 Hz"]"#,
@@ -40,19 +40,19 @@ frequency = ["900 Hz", "1050 Hz"]"#,
     (
         r#"title = "Case""#,
         "dynamics = { modes = 30 }",
-        r#"case.toml: section [structure] is missing ([dynamics] needs it: what vibrates); add for example:
+        r#"case.toml: section [structure] is missing ([dynamics] needs it: the structure that vibrates); add for example:
 [structure]
 kind = "resonator""#,
     ),
     (
         r#"title = "Case""#,
         "update = { stiffness_change = 0.1 }",
-        "case.toml, line 1: section [update]: it changes the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out",
+        "case.toml, line 1: section [update]: it updates the contact elements of a structure, but there is none; add [structure] and [dynamics], or remove it",
     ),
     (
         r#"keep = "all""#,
         "response_at = [0, 1e6]",
-        "case.toml, line 23: output.response_at = [0, 1000000.0]: without [dynamics] there is no response; leave it out or give []",
+        "case.toml, line 23: output.response_at = [0, 1000000.0]: without [dynamics] there is no response; remove it or give []",
     ),
     (
         r#"size = ["40 mm", "30 mm"]"#,
@@ -132,7 +132,7 @@ kind = "resonator""#,
     (
         r#"{ diameter = "11 mm" }"#,
         r#"{ diameter = "30 mm" }"#,
-        r#"case.toml, line 5: joint.hole.diameter = "30 mm": must be less than the shorter side of joint.size"#,
+        r#"case.toml, line 5: joint.hole.diameter = "30 mm": must be less than the length of the joint, shorter side of joint.size"#,
     ),
     (
         "198.4 GPa",
@@ -248,12 +248,12 @@ kind = "resonator""#,
         "friction_coefficient = 0.6",
         r#"rotation = "free"
 boundary = "periodic""#,
-        r#"case.toml, line 15: contact.rotation = "free": with contact.boundary = "periodic" a turned body would not repeat itself; use "fixed""#,
+        r#"case.toml, line 15: contact.rotation = "free": with contact.boundary = "periodic" a rotated body would not be periodic; use "fixed""#,
     ),
     (
         "friction_coefficient = 0.6",
         r#"moment = ["2 N m", "0 N m"]"#,
-        r#"case.toml, line 15: contact.moment = ["2 N m", "0 N m"]: with contact.rotation = "fixed" the moments are found and reported; use "free", or leave moment out"#,
+        r#"case.toml, line 15: contact.moment = ["2 N m", "0 N m"]: with contact.rotation = "fixed" the moments are computed and reported; use "free", or remove moment"#,
     ),
     (
         "friction_coefficient = 0.6",
@@ -269,7 +269,7 @@ moment = ["2 N", "0 N"]"#,
     (
         "friction_coefficient = 0.6",
         r#"stiffness = "tangent""#,
-        r#"case.toml, line 15: contact.stiffness = "tangent": it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out"#,
+        r#"case.toml, line 15: contact.stiffness = "tangent": it applies to the contact elements of a structure, but there is none; add [structure] and [dynamics], or remove the key"#,
     ),
     (
         "friction_coefficient = 0.6",
@@ -279,7 +279,7 @@ moment = ["2 N", "0 N"]"#,
     (
         "friction_coefficient = 0.6",
         r#"distribution = "by_load""#,
-        r#"case.toml, line 15: contact.distribution = "by_load": it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out"#,
+        r#"case.toml, line 15: contact.distribution = "by_load": it applies to the contact elements of a structure, but there is none; add [structure] and [dynamics], or remove the key"#,
     ),
     (
         "friction_coefficient = 0.6",
@@ -321,7 +321,7 @@ boundary = "Periodic""#,
     (
         r#"amplitude = ["5 um", "0 um"]"#,
         r#"amplitude = ["0 um", "0 um"]"#,
-        r#"case.toml, line 18: motion.amplitude = ["0 um", "0 um"]: nothing moves; give a value greater than zero, or leave [motion] out for a static contact"#,
+        r#"case.toml, line 18: motion.amplitude = ["0 um", "0 um"]: nothing moves; give a value greater than zero, or remove [motion] for a static contact"#,
     ),
     (
         r#"amplitude = ["5 um", "0 um"]"#,
@@ -344,7 +344,7 @@ history = "cycle.parquet""#,
         r#"amplitude = ["5 um", "0 um"]"#,
         r#"amplitude = "5 um"
 normal_load_amplitude = "30 kN""#,
-        r#"case.toml, line 19: motion.normal_load_amplitude = "30 kN": must be less than contact.normal_load, 30000 N, or the joint would come apart"#,
+        r#"case.toml, line 19: motion.normal_load_amplitude = "30 kN": must be less than contact.normal_load, 30000 N, or the joint would lift off"#,
     ),
     (
         r#"amplitude = ["5 um", "0 um"]"#,
@@ -366,7 +366,7 @@ moment = "2 N m""#,
     (
         r#"amplitude = ["5 um", "0 um"]"#,
         r#"force = "0 N""#,
-        r#"case.toml, line 18: motion.force = "0 N": nothing moves; give a value greater than zero, or leave [motion] out for a static contact"#,
+        r#"case.toml, line 18: motion.force = "0 N": nothing moves; give a value greater than zero, or remove [motion] for a static contact"#,
     ),
     (
         r#"coefficient = "2e3 um^3/J""#,
@@ -407,7 +407,7 @@ moment = "2 N m""#,
         "cycles = 10_000_000",
         r#"cycles = 5
 scheme = "explicit""#,
-        r#"case.toml: wear.depth_step is missing; add to [wear]: depth_step = "0.1 um"   (this scheme has no other measure of its steps)"#,
+        r#"case.toml: wear.depth_step is missing; add to [wear]: depth_step = "0.1 um"   (this scheme needs it to choose its steps)"#,
     ),
     (
         "cycles = 10_000_000",

@@ -72,11 +72,11 @@ fn bases_in_a_circle_are_refused() {
         .with("self.toml", "base = \"self.toml\"\n");
     assert_eq!(
         folder.message("start.toml", &[]),
-        "b.toml, line 1: base goes round in a circle: a.toml -> b.toml -> ./a.toml"
+        "b.toml, line 1: the base files form a cycle: a.toml -> b.toml -> ./a.toml"
     );
     assert_eq!(
         folder.message("self.toml", &[]),
-        "self.toml, line 1: base goes round in a circle: self.toml -> self.toml"
+        "self.toml, line 1: the base files form a cycle: self.toml -> self.toml"
     );
 }
 

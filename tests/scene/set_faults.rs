@@ -45,11 +45,11 @@ const IN_SET: &[(&[&str], &str)] = &[
             "contact.transverse=absent",
             r#"motion.amplitude=["1 um", "1 um"]"#,
         ],
-        r#"--set motion.amplitude=["1 um", "1 um"]: motion.amplitude = ["1 um", "1 um"]: contact.transverse = "absent" leaves no motion along y; give "0 um" for y, or transverse = "fixed""#,
+        r#"--set motion.amplitude=["1 um", "1 um"]: motion.amplitude = ["1 um", "1 um"]: contact.transverse = "absent" allows no motion along y; give "0 um" for y, or transverse = "fixed""#,
     ),
     (
         &[r#"motion.amplitude=["0 um", "30 mm"]"#],
-        r#"--set motion.amplitude=["0 um", "30 mm"]: motion.amplitude = ["0 um", "30 mm"]: must be less than the 30.0000 mm that the joint is long along y: slip is taken to be small"#,
+        r#"--set motion.amplitude=["0 um", "30 mm"]: motion.amplitude = ["0 um", "30 mm"]: must be less than the length of the joint, 30.0000 mm along y: slip is assumed to be small"#,
     ),
     (
         &["wear.cycles=1e300"],
@@ -61,7 +61,7 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["wear.tolerance=0.1", "fidelity.wear_tolerance=0.1"],
-        "--set fidelity.wear_tolerance=0.1: fidelity.wear_tolerance = 0.1: wear.tolerance says the same; give one of them",
+        "--set fidelity.wear_tolerance=0.1: fidelity.wear_tolerance = 0.1: wear.tolerance has the same meaning; give one of them",
     ),
     (
         &["fidelity.steps_per_cycle=33"],
@@ -73,7 +73,7 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["fidelity.preset=fast", "fidelity.tolerance=0.01"],
-        "--set fidelity.tolerance=0.01: fidelity.tolerance = 0.01: fidelity.preset sets the same knobs; give one of them",
+        "--set fidelity.tolerance=0.01: fidelity.tolerance = 0.01: fidelity.preset sets the same keys; give one of them",
     ),
     (
         &["fidelity.preset=papr"],
@@ -153,11 +153,11 @@ const IN_SET: &[(&[&str], &str)] = &[
     ),
     (
         &["output.response_at=[1]"],
-        "--set output.response_at=[1]: output.response_at = [1]: without [dynamics] there is no response; leave it out or give []",
+        "--set output.response_at=[1]: output.response_at = [1]: without [dynamics] there is no response; remove it or give []",
     ),
     (
         &["fidelity.aft_samples=64"],
-        "--set fidelity.aft_samples=64: fidelity.aft_samples = 64: it is about [dynamics], and there is none; leave it out",
+        "--set fidelity.aft_samples=64: fidelity.aft_samples = 64: it applies to [dynamics], but there is none; remove it",
     ),
     (
         &["motion.phase=5 um"],
@@ -258,7 +258,7 @@ fn a_key_of_many_names() {
         let set = format!("{}=1", name(count));
         let message = case().message("case.toml", &[&set]);
         let end = format!(
-            ": has a key of {count} names; a key has at most 80, such as --set joint.hole.diameter=\"11 mm\""
+            ": has a key of {count} names; use at most 80, as in --set joint.hole.diameter=\"11 mm\""
         );
         assert!(message.ends_with(&end), "{count}");
     }

@@ -9,7 +9,7 @@ const IN_ROUGH: &[(&str, &str, &str)] = &[
 kind = "resonator"
 "#,
         "",
-        r#"case.toml: section [structure] is missing ([dynamics] needs it: what vibrates); add for example:
+        r#"case.toml: section [structure] is missing ([dynamics] needs it: the structure that vibrates); add for example:
 [structure]
 kind = "resonator""#,
     ),
@@ -19,7 +19,7 @@ force = { amplitude = "1000 N", at = "far_wall", direction = "x" }
 frequency = ["900 Hz", "1050 Hz"]
 "#,
         "",
-        r#"case.toml: section [dynamics] is missing ([structure] needs it: what makes it vibrate); add for example:
+        r#"case.toml: section [dynamics] is missing ([structure] needs it: the forces that make it vibrate); add for example:
 [dynamics]
 force = { amplitude = "1000 N", at = "far_wall", direction = "x" }
 frequency = ["900 Hz", "1050 Hz"]"#,
@@ -94,29 +94,29 @@ leaf_cells = 1000"#,
 head_cells = 999
 half_depth_cells = 999
 window_cells = 999"#,
-        "case.toml, line 16: section [structure]: the box around its mesh has 1.97e8 cells; it may have at most 4e6: make joint.elements or the *_cells smaller",
+        "case.toml, line 16: section [structure]: the box around its mesh has 1.97e8 cells, but at most 4e6 are allowed: make joint.elements or the *_cells smaller",
     ),
     (
         r#"kind = "resonator""#,
         r#"kind = "resonator"
 window_height = "30 mm""#,
-        r#"case.toml, line 18: structure.window_height = "30 mm": structure.window_height must be greater than joint.size along y, and is 30 mm against 38 mm"#,
+        r#"case.toml, line 18: structure.window_height = "30 mm": structure.window_height must be greater than joint.size along y, but they are 30 mm and 38 mm"#,
     ),
     (
         r#"kind = "resonator""#,
         r#"kind = "resonator"
 frame_height = "100 mm""#,
-        r#"case.toml, line 18: structure.frame_height = "100 mm": structure.frame_height must be greater than structure.window_height, and is 100 mm against 120 mm"#,
+        r#"case.toml, line 18: structure.frame_height = "100 mm": structure.frame_height must be greater than structure.window_height, but they are 100 mm and 120 mm"#,
     ),
     (
         r#""38 mm""#,
         r#""130 mm""#,
-        r#"case.toml, line 2: joint.size = ["40 mm", "130 mm"]: structure.window_height must be greater than joint.size along y, and is 120 mm against 130 mm"#,
+        r#"case.toml, line 2: joint.size = ["40 mm", "130 mm"]: structure.window_height must be greater than joint.size along y, but they are 120 mm and 130 mm"#,
     ),
     (
         "elements = [19, 19]",
         "elements = [19, 17]",
-        "case.toml, line 4: joint.elements = [19, 17]: must be as many along x as along y for a resonator, such as [19, 19]",
+        "case.toml, line 4: joint.elements = [19, 17]: must be the same number along x and y for a resonator, such as [19, 19]",
     ),
     (
         "elements = [19, 19]",
@@ -136,12 +136,12 @@ frame_height = "100 mm""#,
     (
         "grid = [76, 57]",
         "grid = [76, 18]",
-        "case.toml, line 3: joint.grid = [76, 18]: must be at least one cell to a contact element, 19 along x and y, or elements would bear nothing",
+        "case.toml, line 3: joint.grid = [76, 18]: must be at least one cell per contact element, 19 along x and y, or elements would bear no load",
     ),
     (
         "elements = [19, 19]",
         r#"hole = { diameter = "16 mm" }"#,
-        r#"case.toml, line 4: joint.hole.diameter = "16 mm": must be within 2.1053 mm of 10.6104 mm: the hole of a resonator is that of its mesh, 21 contact elements; leave joint.hole out"#,
+        r#"case.toml, line 4: joint.hole.diameter = "16 mm": must be within 2.1053 mm of 10.6104 mm: the mesh of a resonator defines its hole, 21 contact elements; remove joint.hole"#,
     ),
     (
         r#"density = "7949 kg/m^3""#,
@@ -152,7 +152,7 @@ frame_height = "100 mm""#,
         r#"density = "7949 kg/m^3""#,
         r#"density = "7949 kg/m^3"
 upper = { youngs_modulus = "70 GPa" }"#,
-        r#"case.toml, line 9: material.upper.youngs_modulus = "70 GPa": a resonator is of one material; material.lower and material.upper must be alike"#,
+        r#"case.toml, line 9: material.upper.youngs_modulus = "70 GPa": a resonator has one material; material.lower and material.upper must be equal"#,
     ),
     (
         "poisson_ratio = 0.3",
@@ -185,13 +185,13 @@ normal_load = "30 kN""#,
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 kn = "1e4 N/um""#,
-        r#"case.toml, line 16: contact.kn = "1e4 N/um": [surface] is there, from which the contact stiffness is computed; give one or the other"#,
+        r#"case.toml, line 16: contact.kn = "1e4 N/um": the contact stiffness is already computed from [surface]; give one or the other"#,
     ),
     (
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 kt = "1e4 N/um""#,
-        r#"case.toml, line 16: contact.kt = "1e4 N/um": [surface] is there, from which the contact stiffness is computed; give one or the other"#,
+        r#"case.toml, line 16: contact.kt = "1e4 N/um": the contact stiffness is already computed from [surface]; give one or the other"#,
     ),
     (
         r#"normal_load = "30 kN""#,
@@ -210,13 +210,13 @@ stiffness = "tangential""#,
         r#"normal_load = "30 kN"
 stiffness = "tangent"
 distribution = "by_load""#,
-        r#"case.toml, line 17: contact.distribution = "by_load": contact.stiffness = "tangent" gives each element its own stiffness; leave distribution out, or add stiffness = "total""#,
+        r#"case.toml, line 17: contact.distribution = "by_load": contact.stiffness = "tangent" gives each element its own stiffness; remove distribution, or add stiffness = "total""#,
     ),
     (
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 distribution = "loaded""#,
-        r#"case.toml, line 16: contact.distribution = "loaded": contact.stiffness = "sliders", its default, gives each element its own stiffness; leave distribution out, or add stiffness = "total""#,
+        r#"case.toml, line 16: contact.distribution = "loaded": contact.stiffness = "sliders", its default, gives each element its own stiffness; remove distribution, or add stiffness = "total""#,
     ),
     (
         r#"normal_load = "30 kN""#,
@@ -283,7 +283,7 @@ normal_load = "30 kN""#,
 kt = "1e4 N/um"
 friction_coefficient = 0.6
 normal_load = "0 N""#,
-        r#"case.toml, line 8: contact.kn = "0 N/um": without a normal stiffness the contact bears nothing unless contact.kt and contact.normal_load are greater than zero; give them, or leave [contact] out"#,
+        r#"case.toml, line 8: contact.kn = "0 N/um": without a normal stiffness the contact bears no load unless contact.kt and contact.normal_load are greater than zero; give them, or remove [contact]"#,
     ),
     (
         "friction_coefficient = 0.6
@@ -316,19 +316,19 @@ gap = "1 um""#,
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 pressure_cap = "600 MPa""#,
-        r#"case.toml, line 12: contact.pressure_cap = "600 MPa": it is about the contact of a rough surface, and contact.kn and contact.kt are given instead; leave it out"#,
+        r#"case.toml, line 12: contact.pressure_cap = "600 MPa": it applies to the contact of a rough surface, but contact.kn and contact.kt are given instead; remove it"#,
     ),
     (
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 bolt_stiffness = "1 N/um""#,
-        r#"case.toml, line 12: contact.bolt_stiffness = "1 N/um": it is about the contact of a rough surface, and contact.kn and contact.kt are given instead; leave it out"#,
+        r#"case.toml, line 12: contact.bolt_stiffness = "1 N/um": it applies to the contact of a rough surface, but contact.kn and contact.kt are given instead; remove it"#,
     ),
     (
         r#"normal_load = "30 kN""#,
         r#"normal_load = "30 kN"
 stiffness = "total""#,
-        r#"case.toml, line 12: contact.stiffness = "total": it is about the contact of a rough surface, and contact.kn and contact.kt are given instead; leave it out"#,
+        r#"case.toml, line 12: contact.stiffness = "total": it applies to the contact of a rough surface, but contact.kn and contact.kt are given instead; remove it"#,
     ),
     (
         "[structure]",
@@ -336,21 +336,21 @@ stiffness = "total""#,
 coefficient = "2e3 um^3/J"
 cycles = 5
 [structure]"#,
-        r#"case.toml, line 8: contact.kn = "1.2e4 N/um": a contact of given stiffness has no surface that could wear; give [surface] instead, or leave [wear] out"#,
+        r#"case.toml, line 8: contact.kn = "1.2e4 N/um": a contact of given stiffness has no surface that could wear; give [surface] instead, or remove [wear]"#,
     ),
     (
         "[structure]",
         "[output]
 response_at = [0, 5]
 [structure]",
-        "case.toml, line 13: output.response_at = [0, 5]: without [wear] there are no cycles; leave it out or give []",
+        "case.toml, line 13: output.response_at = [0, 5]: without [wear] there are no cycles; remove it or give []",
     ),
     (
         "[structure]",
         "[update]
 iterations = 5
 [structure]",
-        "case.toml, line 12: section [update]: without [wear] the contact never changes; leave it out",
+        "case.toml, line 12: section [update]: without [wear] the contact never changes; remove it",
     ),
     (
         r#"[contact]
@@ -377,7 +377,7 @@ const IN_OSCILLATOR: &[(&str, &str, &str)] = &[
         r#"[joint]
 size = ["40 mm", "38 mm"]
 [structure]"#,
-        "case.toml, line 1: section [joint]: an oscillator has one contact element and no joint; leave it out",
+        "case.toml, line 1: section [joint]: an oscillator has one contact element and no joint; remove it",
     ),
     (
         "[structure]",
@@ -385,7 +385,7 @@ size = ["40 mm", "38 mm"]
 youngs_modulus = "198.4 GPa"
 poisson_ratio = 0.3
 [structure]"#,
-        "case.toml, line 1: section [material]: an oscillator has a mass and a stiffness instead, in [structure]; leave it out",
+        "case.toml, line 1: section [material]: an oscillator has a mass and a stiffness instead, in [structure]; remove it",
     ),
     (
         "[structure]",
@@ -400,7 +400,7 @@ kind = "flat"
 coefficient = "2e3 um^3/J"
 cycles = 5
 [structure]"#,
-        "case.toml, line 1: section [wear]: an oscillator has no surface that could wear; leave [wear] out",
+        "case.toml, line 1: section [wear]: an oscillator has no surface that could wear; remove [wear]",
     ),
     (
         r#"mass = "1 kg""#,
@@ -466,7 +466,7 @@ kt = "6 N/um"
         r#"force = { amplitude = "100 N" }"#,
         r#"force = { amplitude = "100 N" }
 modes = 3"#,
-        "case.toml, line 12: dynamics.modes = 3: an oscillator is not reduced to modes; leave it out",
+        "case.toml, line 12: dynamics.modes = 3: an oscillator is not reduced to modes; remove it",
     ),
     (
         r#"stiffness = "4 N/um"

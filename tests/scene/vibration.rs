@@ -258,7 +258,7 @@ fn a_bolt_loosens_only_with_wear() {
     let end = CASE.find("[motion]").expect("a motion");
     assert_eq!(
         message_of(&CASE[..end], &[set]),
-        "--set contact.bolt_stiffness=500 N/um: contact.bolt_stiffness = \"500 N/um\": it makes the load fall as the joint wears, and there is no [wear]; leave it out"
+        "--set contact.bolt_stiffness=500 N/um: contact.bolt_stiffness = \"500 N/um\": it makes the load fall as the joint wears, but there is no [wear]; remove it"
     );
 }
 
@@ -382,7 +382,7 @@ fn grounds_that_cannot_move_so() {
         (
             "springs.toml",
             vec![r#"dynamics.base={ displacement = "1 um" }"#],
-            "the motion of the ground is that of an oscillator; drive a reduced structure with dynamics.force",
+            "only an oscillator can have a ground motion; drive a reduced structure with dynamics.force",
         ),
         (
             "undriven.toml",
@@ -645,7 +645,7 @@ fn harmonics_that_are_not_given_are_extended() {
             crate::support::OSCILLATOR,
             &["fidelity.harmonic_tolerance=0.01"]
         ),
-        "--set fidelity.harmonic_tolerance=0.01: fidelity.harmonic_tolerance = 0.01: without a [contact] the vibration is linear and has no more harmonics; leave it out"
+        "--set fidelity.harmonic_tolerance=0.01: fidelity.harmonic_tolerance = 0.01: without a [contact] the vibration is linear and has no further harmonics; remove it"
     );
     // Those that are driven are among them from the beginning.
     let forces = r#"dynamics.force=[{ amplitude = "9 N" }, { amplitude = "5 N", harmonic = 5 }]"#;
@@ -664,7 +664,7 @@ fn a_set_kind_drops_the_keys_of_other_structures() {
     let faults = folder.faults("case.toml", &["structure.kind=oscillator"]);
     assert_eq!(
         faults[0],
-        "case.toml, line 1: section [joint]: an oscillator has one contact element and no joint; leave it out"
+        "case.toml, line 1: section [joint]: an oscillator has one contact element and no joint; remove it"
     );
     // Of the structure nothing is left to complain of.
     assert!(
@@ -697,7 +697,7 @@ fn one_key_of_a_list_of_forces_cannot_be_changed() {
     let folder = Folder::new().with("case.toml", &text);
     assert_eq!(
         folder.message("case.toml", &["dynamics.force.amplitude=5 N"]),
-        "--set dynamics.force.amplitude=5 N: dynamics.force = { amplitude = \"5 N\" }: dynamics.force is a list of 2 tables, which is replaced by a list only; give all of it"
+        "--set dynamics.force.amplitude=5 N: dynamics.force = { amplitude = \"5 N\" }: dynamics.force is a list of 2 tables, which only a complete list can replace; give the complete list"
     );
     let scene = scene_of(&text, &["dynamics.force=[{ amplitude = \"5 N\" }]"]);
     assert_eq!(dynamics(&scene).forces.len(), 1);

@@ -56,7 +56,7 @@ fn a_unit_of_both_laws_needs_the_law() {
     for unit in OF_BOTH {
         let faults = faults_of(&replaced(CASE, "2e3 um^3/J", unit), &[]);
         let expected = format!(
-            "case.toml, line 20: wear.coefficient = \"{unit}\": this unit is that of alpha (volume per dissipated energy) and of Archard's k (volume per load and slip); say which it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)"
+            "case.toml, line 20: wear.coefficient = \"{unit}\": this unit fits both alpha (volume per dissipated energy) and Archard's k (volume per load and slip); state which one it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)"
         );
         assert_eq!(faults, [expected]);
     }

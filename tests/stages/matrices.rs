@@ -363,7 +363,10 @@ fn matrices_of_no_structure_are_rejected() {
     let check = ["check", "blocks.toml", "--set", "structure.file=folder"];
     bench.write("folder/structure.json", about("mm"));
     bench.done(&check);
-    for (length, part) in [("cm", "is not that of the folder"), ("mile", "mile")] {
+    for (length, part) in [
+        ("cm", "differs from the units of the folder"),
+        ("mile", "mile"),
+    ] {
         bench.write("folder/structure.json", about(length));
         let said = told(&check);
         assert!(said.contains(part), "{said}");

@@ -229,5 +229,5 @@ fn what_different_bodies_are_refused() {
         coupling(&[soft, set]).expect("without friction it is computed");
     }
     let error = Plan::of(&bench.scene("small.toml", &[soft])).expect_err("refused");
-    assert!(error.to_string().contains("leave [motion]"), "{error}");
+    assert!(error.to_string().contains("remove [motion]"), "{error}");
 }

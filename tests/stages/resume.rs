@@ -242,7 +242,7 @@ fn a_flipped_bit_is_named_and_computed_again() {
         let did = bench.done(&["run", "--run", "a"]);
         let said = did.stderr();
         assert!(
-            said.contains(&format!("iteration {k} does not verify (a/{name}")),
+            said.contains(&format!("iteration {k} is damaged (a/{name}")),
             "{said}"
         );
         let goes_on = match k {
@@ -298,7 +298,8 @@ fn a_damaged_timing_stops_nothing() {
     flip(&root.join("iterations/wear_iteration=0/timing.parquet"));
     let did = bench.done(&["run", "--run", "a", "--set", "wear.cycles=60_000"]);
     assert!(
-        did.stderr().contains("no result depends on it"),
+        did.stderr()
+            .contains("repaired damage that affects no result"),
         "{}",
         did.stderr()
     );

@@ -392,7 +392,7 @@ fn a_changed_joint_is_refused_by_its_own_key() {
         ),
     ] {
         let message = Start::new(bench.scene("resonator.toml", &[SHORT, set]), &a).refused();
-        let expected = format!("was computed from another scene: {told}; begin another run");
+        let expected = format!("was computed from another scene: {told}; start a new run");
         assert!(message.contains(&expected), "{message}");
     }
 }

@@ -254,7 +254,10 @@ fn what_is_no_file_is_not_read() {
     fs::write(&commit, sealed(&forged)).expect("written");
     let report = look(&trap.root()).expect("readable").verify();
     let damage = &report.expect("readable").commits[2].damage[0];
-    assert!(damage.to_string().contains("no table has more"), "{damage}");
+    assert!(
+        damage.to_string().contains("but a table has at most"),
+        "{damage}"
+    );
     let record = trap.root().join("run.json");
     let file = fs::File::options()
         .write(true)
@@ -346,7 +349,10 @@ fn cells_outside_of_the_grid_are_damage() {
         assert_eq!(read.is_ok(), is_sound, "{cell:?}");
         if let Err(error) = read {
             assert!(error.is_damage_or_mismatch(), "{error}");
-            assert!(error.to_string().contains("joint.grid has 0 to"), "{error}");
+            assert!(
+                error.to_string().contains("joint.grid allows 0 to"),
+                "{error}"
+            );
         }
         assert_eq!(
             store.verify().expect("readable").is_sound(),

@@ -11,95 +11,101 @@ use crate::units::Dimension;
 
 keys! {
     section "contact": "Load, friction and boundary conditions of the joint; without it a structure is bonded and linear.";
-    section "contact.preload": "A bolt of a structure from files, in place of normal_load: two opposing forces along the line between the centroids of head and nut, each spread by area. They stay.";
+    section "contact.preload": "Preload of a bolt in a structure from files, in place of normal_load: two constant, opposing forces along the line between the centroids of head and nut, each distributed by area.";
 
-    section "contact.bolt": "A bolt outside of the structure, in place of bolt_stiffness: its compliance and that of what it clamps follow by VDI 2230-1:2015, 5.1. With [wear].";
+    section "contact.bolt": "A bolt outside the structure, in place of bolt_stiffness: VDI 2230-1:2015, 5.1, gives its compliance and the compliance of the clamped parts. Requires [wear].";
 
-    /// Coulomb's coefficient of friction [A §2c]. A joint of 0 bears no shear and does not wear.
-    FRICTION_COEFFICIENT: Quantity = "contact.friction_coefficient", Rule("must be given where the joint moves, else none: no friction"),
+    /// Coulomb's coefficient of friction [A §2c]. A joint with 0 transmits no shear and does not wear.
+    FRICTION_COEFFICIENT: Quantity = "contact.friction_coefficient", Rule("must be given if the joint moves, else none: no friction"),
         Quantity(Dimension::NONE, NOT_NEGATIVE, "0.6");
     /// Static load that presses the bodies together: the preload of the bolt. With kn and kt it may be 0.
     NORMAL_LOAD: Quantity = "contact.normal_load", Rule("must be given, unless approach or gap is"),
         Quantity(Dimension::FORCE, POSITIVE, "30 kN");
-    /// The force of the bolt. With in_mesh the load that the joint bears.
+    /// The force of the bolt. With in_mesh it is the load that the joint bears.
     PRELOAD_FORCE: Quantity = "contact.preload.force", Required, Quantity(Dimension::FORCE, POSITIVE, "10 kN"), with ["structure", "surface"];
-    /// Where the head presses: nodes and sets of nodes, with commas between.
+    /// Where the head presses: nodes and sets of nodes, separated by commas.
     PRELOAD_HEAD: Text = "contact.preload.head", Required, Text("HEAD"), with ["structure", "surface"];
-    /// Where the nut presses.
+    /// Where the nut presses: nodes and sets of nodes, separated by commas.
     PRELOAD_NUT: Text = "contact.preload.nut", Required, Text("NUT"), with ["structure", "surface"];
-    /// Whether the bolt is a part of the mesh: its force is found such that the joint bears the force given.
+    /// Whether the bolt is part of the mesh. The bolt force is then chosen such that the joint bears the given force.
     PRELOAD_IN_MESH: Boolean = "contact.preload.in_mesh", Is("false"), Boolean, with ["structure", "surface"];
-    /// Approach of the bodies in place of normal_load, counted from height 0, positive when pressed together. Of a contact that does
-    /// not move.
+    /// Approach of the bodies in place of normal_load, counted from height 0, positive when pressed together. Only for
+    /// a contact that does not move.
     APPROACH: Quantity = "contact.approach", Absent, Quantity(Dimension::LENGTH, ANY, "2 um"), of ["rough"];
     /// Normal stiffness of the whole joint, in place of a surface. Such a joint does not wear.
-    KN: Quantity = "contact.kn", Rule("from the [surface]; must be given where kt is"), STIFF, of ["given"];
+    KN: Quantity = "contact.kn", Rule("from the [surface]; must be given if kt is"), STIFF, of ["given"];
     /// Tangential stiffness of the whole joint, in place of a surface.
-    KT: Quantity = "contact.kt", Rule("from the [surface]; must be given where kn is"), STIFF, of ["given"];
-    /// A table (CSV) of the contact elements, a row a slider, in place of a surface. See fretwear export --contact.
+    KT: Quantity = "contact.kt", Rule("from the [surface]; must be given if kn is"), STIFF, of ["given"];
+    /// A table (CSV) of the contact elements in place of a surface, with one row per slider. See fretwear export
+    /// --contact.
     ELEMENTS: FilePath = "contact.elements", Absent, FilePath("contact.csv"), of ["given"], with ["structure"];
     /// Gap at rest. A contact with a gap has no normal_load.
     GAP: Quantity = "contact.gap", Is("0 um"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "1 um"), of ["given"];
-    /// Largest pressure that a point can carry, as the hardness of its material [A eq. 4.3].
+    /// Largest pressure that a point can carry, such as the hardness of its material [A eq. 4.3].
     PRESSURE_CAP: Quantity = "contact.pressure_cap", Rule("none: elastic"), Quantity(Dimension::PRESSURE, POSITIVE, "600 MPa"), of ["rough"];
     /// What lies beyond the edges of the joint.
     BOUNDARY: Choice<Boundary> = "contact.boundary", Is("free"), Choice(&[
         ("free", Boundary::Free, "a free surface without traction"),
-        ("periodic", Boundary::Periodic, "the same joint again, in both directions"),
+        ("periodic", Boundary::Periodic, "the joint repeats periodically in both directions"),
     ]), of ["rough"];
-    /// What happens along y, across a motion along x.
+    /// Treatment of the direction y, across a motion along x.
     TRANSVERSE: Choice<Transverse> = "contact.transverse", Is("fixed"), Choice(&[
-        ("absent", Transverse::Absent, "there is no y: neither shear nor displacement; cheaper"),
-        ("fixed", Transverse::Fixed, "the displacement along y is held on average, or follows what drives it"),
-        ("free", Transverse::Free, "there is no force along y, and the displacement is found; not with [dynamics]"),
+        ("absent", Transverse::Absent, "no y direction: neither shear nor displacement; cheaper"),
+        ("fixed", Transverse::Fixed, "the mean displacement along y is fixed, or follows a prescribed motion"),
+        ("free", Transverse::Free, "no force along y, and the displacement is solved for; not with [dynamics]"),
     ]), of ["rough"];
-    /// What happens to the rotations of the bodies about x and y.
+    /// Rotations of the bodies about x and y: fixed or free.
     ROTATION: Choice<Rotation> = "contact.rotation", Is("fixed"), Choice(&[
-        ("fixed", Rotation::FIXED, "they are held; the moments are reported"),
-        ("free", Rotation::Free { moment: [0.0; 2] }, "the bodies tilt until the pressure has the moments given"),
+        ("fixed", Rotation::FIXED, "the rotations are zero; the moments are reported"),
+        ("free", Rotation::Free { moment: [0.0; 2] }, "the bodies tilt until the pressure has the given moments"),
     ]), of ["rough"];
-    /// Moments about x and y, through the middle of the joint, under which free rotations are found. With rotation = "free".
+    /// Moments about x and y, through the middle of the joint, that act on free rotations. Requires rotation = "free".
     MOMENT: List<2> = "contact.moment", Rule("no moments"),
         List(XY, Quantity(Dimension::MOMENT, ANY, r#"["2 N m", "0 N m"]"#), None), of ["rough"];
-    /// How the bodies of a structure press each other. The default is the structure where its contact elements are pairs of nodes of a mesh of equal boxes (`stiffness = "sliders"`), else a punch.
+    /// How the bodies of a structure press each other. The default "structure" applies if the contact elements are
+    /// pairs of nodes of a mesh of equal boxes (`stiffness = "sliders"`). Otherwise the default is "punch".
     PRESSING: Choice<PressedBy> = "contact.pressing", ByPreset(["punch", "structure", "structure", "structure"]), Choice(&[
-        ("structure", PressedBy::Structure, "as the structure bends under its loads; rotation, moment and approach follow"),
-        ("punch", PressedBy::Punch, "as rigid punches on half spaces, so that most of the load is at the edges"),
+        ("structure", PressedBy::Structure, "the structure bends under its loads, which determines rotation, moment and approach"),
+        ("punch", PressedBy::Punch, "rigid punches on half spaces, so that most of the load is at the edges"),
     ]), of ["rough"], with ["structure", "surface"];
-    /// What law the contact elements of a structure get from the rough contact. With boundary = "periodic" it is total.
+    /// Law that the contact elements of a structure get from the rough contact. With boundary = "periodic" the default
+    /// is total.
     STIFFNESS: Choice<Stiffness> = "contact.stiffness", ByPreset(["total", "sliders", "sliders", "sliders"]), Choice(&[
-        ("sliders", Stiffness::Sliders, "each contact element its curve of force over displacement in the rough contact, a bank of sliders, without what the finite elements have already"),
-        ("total", Stiffness::Total, "one slider each, with the stiffness of the whole patch, as published"),
-        ("roughness", Stiffness::Roughness, "as total, without the compliance of the bodies, which the finite elements have already"),
-        ("tangent", Stiffness::Tangent, "one slider each, with the stiffness of its own cells"),
+        ("sliders", Stiffness::Sliders, "a bank of sliders per contact element, fitted to its force-displacement curve in the rough contact, without the compliance that the finite elements already have"),
+        ("total", Stiffness::Total, "one slider per contact element, with the stiffness of the whole patch, as published"),
+        ("roughness", Stiffness::Roughness, "as total, without the compliance of the bodies, which the finite elements already have"),
+        ("tangent", Stiffness::Tangent, "one slider per contact element, with the stiffness of its own cells"),
     ]), of ["rough"], with ["structure", "surface"];
-    /// How the stiffness of the joint is shared among the contact elements. With stiffness = "total" or "roughness".
+    /// How the stiffness of the joint is distributed over the contact elements. Requires stiffness = "total" or
+    /// "roughness".
     DISTRIBUTION: Choice<Distribution> = "contact.distribution", Is("uniform"), Choice(&[
         ("uniform", Distribution::Uniform, "by area"),
-        ("loaded", Distribution::Loaded, "by area, among those that bear load"),
+        ("loaded", Distribution::Loaded, "by area, over the elements that bear load"),
         ("by_load", Distribution::ByLoad, "by static load"),
     ]), of ["rough"], with ["structure", "surface"];
-    /// Stiffness of the bolt and of what it clamps: the load falls as wear brings the bodies closer. With [wear].
+    /// Stiffness of the bolt together with the clamped parts. The load falls as wear brings the bodies closer. Requires
+    /// [wear].
     BOLT_STIFFNESS: Quantity = "contact.bolt_stiffness", Rule("none: the load stays"), Quantity(Dimension::STIFFNESS, POSITIVE, "500 N/um"), of ["rough"];
-    /// Metric thread of the bolt: M10, or M10x1.25 with a pitch that is not the coarse one.
+    /// Metric thread of the bolt: M10, or M10x1.25 with a fine pitch.
     BOLT_SIZE: Text = "contact.bolt.size", Rule("must be given, unless diameter and core_diameter are"), Text("M10"), with ["surface"];
-    /// Nominal diameter of a thread that is not metric, in place of size.
+    /// Nominal diameter of a non-metric thread, in place of size.
     BOLT_DIAMETER: Quantity = "contact.bolt.diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "10 mm"), with ["surface"];
-    /// Diameter of the core of its thread.
+    /// Core diameter of a non-metric thread.
     BOLT_CORE_DIAMETER: Quantity = "contact.bolt.core_diameter", Absent, Quantity(Dimension::LENGTH, POSITIVE, "8.16 mm"), with ["surface"];
     /// Clamped length, from head to nut or to the thread of the part.
     BOLT_CLAMP_LENGTH: Quantity = "contact.bolt.clamp_length", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), with ["surface"];
     /// Length of the shank without thread.
     BOLT_SHANK_LENGTH: Quantity = "contact.bolt.shank_length", Is("0 mm"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "20 mm"), with ["surface"];
-    /// Outer diameter of the face that head and nut press on: for a hexagon about its width across flats.
+    /// Outer diameter of the face under head and nut: for a hexagon about its width across flats.
     BOLT_BEARING_DIAMETER: Quantity = "contact.bolt.bearing_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "14.6 mm"), with ["surface"];
     /// Diameter of the hole in the clamped parts.
     BOLT_HOLE: Quantity = "contact.bolt.hole", Required, Quantity(Dimension::LENGTH, POSITIVE, "11 mm"), with ["surface"];
-    /// Outer diameter of the clamped parts: of others the widest circle about the bolt that fits in.
+    /// Outer diameter of the clamped parts. If they are not round: the widest circle about the bolt that fits into
+    /// them.
     BOLT_OUTER_DIAMETER: Quantity = "contact.bolt.outer_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), with ["surface"];
-    /// Young's modulus of bolt and nut. That of the clamped parts is [material].
+    /// Young's modulus of bolt and nut. [material] gives the modulus of the clamped parts.
     BOLT_MODULUS: Quantity = "contact.bolt.modulus", Is("205 GPa"), Quantity(Dimension::PRESSURE, POSITIVE, "205 GPa"), with ["surface"];
-    /// The head of the bolt.
+    /// Shape of the bolt head.
     BOLT_HEAD: Choice<BoltHead> = "contact.bolt.head", Is("hexagon"), Choice(&[
         ("hexagon", BoltHead::Hexagon, "a hexagon"),
         ("cylinder", BoltHead::Cylinder, "a cylinder with a socket"),
@@ -113,7 +119,7 @@ keys! {
 
 const STIFF: Quantity = Quantity(Dimension::STIFFNESS, NOT_NEGATIVE, "1e4 N/um");
 
-/// [`NORMAL_LOAD`] beside given stiffness, which may be that of a contact without load.
+/// [`NORMAL_LOAD`] with a given stiffness. It may be zero, because a contact of given stiffness may be unloaded.
 pub const LOAD_AT_REST: super::Key<Quantity> = super::Key {
     value: Quantity(Dimension::FORCE, NOT_NEGATIVE, "30 kN"),
     ..NORMAL_LOAD

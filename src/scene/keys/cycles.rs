@@ -10,68 +10,71 @@ use super::word::{Boolean, Choice, FilePath, PartOrNever, WordOrTable};
 use crate::scene::Scheme;
 use crate::units::Dimension;
 
-/// 2^53: cycles are counted on in floating-point numbers, which hold every integer up to here.
+/// 2^53: cycles are counted in floating-point numbers, which represent every integer up to here.
 pub const MOST_CYCLES: u64 = 1 << 53;
 
-/// More wear iterations than any run makes, each of which leaves files.
+/// Upper bound of the wear iterations of a run. Each iteration writes files.
 pub const MOST_ITERATIONS: u64 = 1_000_000_000;
 
 keys! {
-    section "motion": "The motion of the joint in every cycle of period T, where no structure moves it.";
+    section "motion": "The motion of the joint in every cycle of period T, if no structure moves it.";
     section "wear": "Wear over many cycles; without it one cycle is computed.";
-    section "wear.until": "What ends the run before its cycles: the wear step after that in which it was reached for certain, by its error bar, is the last.";
+    section "wear.until": "Criteria that end the run before wear.cycles. The run does one more wear step after a criterion is met with certainty, judged by its error bar.";
 
     /// Half ranges of the displacement of the upper body along x and y: u(t) = amplitude cos(2 pi t/T + phase).
     MOTION_AMPLITUDE: List<2> = "motion.amplitude", Rule("none, if force, rotation or moment is given"),
         List(XY, Quantity(Dimension::LENGTH, NOT_NEGATIVE, r#"["5 um", "0 um"]"#), Some(FOR_X)), of ["harmonic"];
-    /// Half ranges of the force along x and y, in place of amplitude. Zero along y leaves y to contact.transverse.
+    /// Half ranges of the force along x and y, in place of amplitude. With zero along y, contact.transverse determines
+    /// y.
     MOTION_FORCE: List<2> = "motion.force", Absent,
         List(XY, Quantity(Dimension::FORCE, NOT_NEGATIVE, r#"["5 kN", "0 N"]"#), Some(FOR_X)), of ["harmonic"];
     /// Half range of the rotation of the upper body about z, through the middle of the joint.
     MOTION_ROTATION: Quantity = "motion.rotation", Absent, Quantity(Dimension::ANGLE, POSITIVE, "0.1 mrad"), of ["harmonic"];
     /// Half range of the moment about z, in place of rotation.
     MOTION_MOMENT: Quantity = "motion.moment", Absent, Quantity(Dimension::MOMENT, POSITIVE, "20 N m"), of ["harmonic"];
-    /// Phases of the motion along x and y: two amplitudes a quarter of a period apart make an orbit.
+    /// Phases of the motion along x and y. Two amplitudes a quarter of a period apart make an orbit.
     MOTION_PHASE: List<2> = "motion.phase", Is("0 deg"),
         List(XY, Quantity(Dimension::ANGLE, ANY, r#"["0 deg", "90 deg"]"#), Some(FOR_BOTH)), of ["harmonic"];
-    /// Half range of the normal load: N(t) = normal_load + normal_load_amplitude cos(2 pi t/T). Less than contact.normal_load.
+    /// Half range of the normal load: N(t) = normal_load + normal_load_amplitude cos(2 pi t/T). Must be less than
+    /// contact.normal_load.
     NORMAL_LOAD_AMPLITUDE: Quantity = "motion.normal_load_amplitude", Is("0 N"), Quantity(Dimension::FORCE, NOT_NEGATIVE, "100 N"), of ["harmonic"];
-    /// One cycle as a table (CSV or Parquet), in place of all other keys of the motion. Columns time (in periods), displacement_x,
-    /// and if needed displacement_y and normal_load, in SI.
+    /// One cycle as a table (CSV or Parquet), in place of all other keys of the motion. Its columns are time (in
+    /// periods), displacement_x, and optionally displacement_y and normal_load, in SI.
     HISTORY: FilePath = "motion.history", Absent, FilePath("cycle.parquet");
-    /// Worn volume per dissipated energy alpha [A eq. 2.5], or Archard's k, as law says.
+    /// Wear coefficient: worn volume per dissipated energy alpha [A eq. 2.5], or Archard's k. See law.
     COEFFICIENT: Quantity = "wear.coefficient", Required, Quantity(Dimension::WEAR_COEFFICIENT, POSITIVE, "2e3 um^3/J");
-    /// The law of the coefficient. By either it counts the volume that both bodies lose together.
-    LAW: Choice<&'static str> = "wear.law", Rule("energy; must be given with a unit of coefficient that has N, Pa or bar"), Choice(&[
-        ("energy", "energy", "alpha, worn volume per energy that friction dissipates"),
-        ("archard", "archard", "Archard's k, worn volume per load and local slip, not stroke: alpha = k/mu with contact.friction_coefficient"),
+    /// Wear law of the coefficient. With both laws, the coefficient counts the volume that both bodies lose together.
+    LAW: Choice<&'static str> = "wear.law", Rule("energy; must be given if the unit of coefficient contains N, Pa or bar"), Choice(&[
+        ("energy", "energy", "alpha, worn volume per energy dissipated by friction"),
+        ("archard", "archard", "Archard's k, worn volume per load and local slip (not stroke): alpha = k/mu with contact.friction_coefficient"),
     ]);
-    /// Number of cycles at which the run ends.
+    /// Number of cycles after which the run ends.
     CYCLES: Integer = "wear.cycles", Rule("none, if volume is given"), integer(1, MOST_CYCLES, "10_000_000");
-    /// Worn volume at which the run ends. With cycles too, the first that is reached counts.
+    /// Worn volume at which the run ends. With cycles too, the limit that is reached first counts.
     VOLUME: Quantity = "wear.volume", Rule("none, if cycles is given"), Quantity(Dimension::VOLUME, POSITIVE, "1 mm^3");
-    /// Part of the bolt load that is left when the run ends. With a bolt that loses load.
+    /// Remaining part of the bolt load at which the run ends. Requires a bolt that loses load.
     UNTIL_PRELOAD: Quantity = "wear.until.preload", Rule("none"), Quantity(Dimension::NONE, CHANGE, "90 %");
-    /// How a wear step is taken.
+    /// Time integration scheme of the wear steps.
     SCHEME: Choice<Scheme> = "wear.scheme", ByPreset(["explicit", "implicit", "implicit", "implicit"]), Choice(&[
-        ("implicit", Scheme::Implicit, "stable and of second order: steps as long as tolerance allows"),
-        ("semi_implicit", Scheme::SemiImplicit, "stable and of first order: pressure of the end of a step, slip of its beginning; needs depth_step"),
-        ("explicit", Scheme::Explicit, "the published one; needs depth_step, unstable where that is too large"),
+        ("implicit", Scheme::Implicit, "stable, second order: steps as long as tolerance allows"),
+        ("semi_implicit", Scheme::SemiImplicit, "stable, first order: pressure at the end of a step, slip at its beginning; needs depth_step"),
+        ("explicit", Scheme::Explicit, "the published scheme; needs depth_step, unstable if depth_step is too large"),
     ]);
-    /// Largest wear depth of a step [A eq. 2.7]. It caps implicit steps, and sets those of the other schemes.
-    DEPTH_STEP: Quantity = "wear.depth_step", Rule("none; 0.1 um by preset paper where the scheme needs one"),
+    /// Largest wear depth per step [A eq. 2.7]. It limits implicit steps, and sets the steps of the other schemes.
+    DEPTH_STEP: Quantity = "wear.depth_step", Rule("none; 0.1 um with preset paper if the scheme needs one"),
         Quantity(Dimension::LENGTH, POSITIVE, "0.1 um");
-    /// Relative error that a wear step may make; the same as fidelity.wear_tolerance.
+    /// Relative error allowed per wear step; the same as fidelity.wear_tolerance.
     WEAR_STEP_TOLERANCE: Quantity = "wear.tolerance", Rule("fidelity.wear_tolerance"), Quantity(Dimension::NONE, TOLERANCE, "0.01");
-    /// When the worn contact changes the contact elements of the structure: by one of the keys below [A §2e].
+    /// When the worn contact updates the contact elements of the structure: by one of the keys below [A §2e].
     UPDATE: WordOrTable = "update", Is("never"), WordOrTable("never", "{ stiffness_change = 0.10 }");
-    /// Relative change of kn or kt of the contact since the last update, at which the next is due. With contact.stiffness = "sliders"
-    /// that of the force or energy of a cycle counts too.
+    /// Relative change of kn or kt of the contact since the last update that triggers the next one. With
+    /// contact.stiffness = "sliders", changes of the force or energy of a cycle count too.
     STIFFNESS_CHANGE: Quantity = "update.stiffness_change", Absent, Quantity(Dimension::NONE, CHANGE, "0.10");
-    /// Growth of the worn volume since the last update, at which the next is due too. It counts from 3 % of the whole volume on. Beside
-    /// stiffness_change alone.
+    /// Growth of the worn volume since the last update that triggers the next one. It counts once 3 % of the expected
+    /// final volume is worn. Only with stiffness_change.
     VOLUME_GROWTH: PartOrNever = "update.volume_growth", ByPreset(["never", "0.5", "0.5", "0.25"]), PartOrNever("0.5");
-    /// Whether the motion of the contact elements goes on to change between updates. It changes as it has since the update before.
+    /// Whether the motion of the contact elements continues to change between updates. It changes at its rate since the
+    /// previous update.
     EXTRAPOLATE: Boolean = "update.extrapolate", ByPreset(["false", "true", "true", "true"]), Boolean;
     /// Wear iterations between two updates.
     UPDATE_ITERATIONS: Integer = "update.iterations", Absent, integer(1, MOST_ITERATIONS, "5");

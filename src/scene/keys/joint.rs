@@ -6,18 +6,19 @@ use super::value::{Counts, List, POISSON, POSITIVE, Quantity, XY};
 use super::word::{FilePath, Text};
 use crate::units::Dimension;
 
-/// More cells a side would need fields of several GiB each once they are padded for convolution.
+/// Most cells per side. Larger grids would need fields of several GiB each, once they are padded for convolution.
 const LARGEST_GRID: u64 = 16_384;
 
-/// More contact elements a side than any structure is meshed with: a slip of the keyboard.
+/// Most contact elements per side. A larger number is probably a typing error.
 const LARGEST_ELEMENTS: u64 = 999;
 
-/// It belongs to a file, and not to the scene that a file and its base are.
+/// Keys that belong to a single file, not to the scene that results from a file and its bases.
 pub mod file {
     use super::*;
 
     keys! {
-        /// The scene file that this one begins from: it has only the keys that differ. Not with --set.
+        /// The scene file on which this one is based. This file then contains only the keys that differ. Not with
+        /// --set.
         BASE: FilePath = "base", Absent, FilePath("other.toml");
     }
 }
@@ -25,25 +26,27 @@ pub mod file {
 keys! {
     section "": "The scene as a whole.";
     section "joint": "Size, grid and contact elements of the joint. An oscillator has none.";
-    section "joint.hole": "A round hole in the middle of the joint: its cells carry nothing.";
+    section "joint.hole": "A round hole in the middle of the joint. Its cells carry no load.";
     section "material": "The elastic bodies. An oscillator has none.";
-    section "material.lower": "The body below the joint, where it differs from the other one.";
-    section "material.upper": "The body above the joint, where it differs from the other one.";
+    section "material.lower": "The body below the joint, if it differs from the other body.";
+    section "material.upper": "The body above the joint, if it differs from the other body.";
 
-    /// What the scene is called in reports.
+    /// Title of the scene in reports.
     TITLE: Text = "title", Absent, Text("Lap joint, Rq 5 um");
-    /// Side lengths of the joint along x and y. Of a resonator: length of the lap, and height of its arms.
+    /// Side lengths of the joint along x and y. For a resonator: length of the lap, and height of its arms.
     SIZE: List<2> = "joint.size", Required, List(XY, Quantity(Dimension::LENGTH, POSITIVE, r#"["40 mm", "30 mm"]"#), None);
-    /// Cells of the rough contact along x and y. A resonator needs at least one for each contact element.
-    GRID: Counts = "joint.grid", Rule("must be given where there is a [surface]"), Counts(LARGEST_GRID, "[256, 192]");
-    /// Contact elements of the structure along x and y. Of a resonator an odd number, at least 9, as many along x as along y.
+    /// Number of cells of the rough contact along x and y. A resonator needs at least one per contact element.
+    GRID: Counts = "joint.grid", Rule("must be given with a [surface]"), Counts(LARGEST_GRID, "[256, 192]");
+    /// Number of contact elements of the structure along x and y. A resonator needs an odd number, at least 9, the same
+    /// along x and y.
     ELEMENTS: Counts = "joint.elements", Rule("[19, 19] for a resonator, else none"), Counts(LARGEST_ELEMENTS, "[19, 19]");
-    /// Diameter of the hole. That of a resonator is made of contact elements, and may only be confirmed here.
+    /// Diameter of the hole. The hole of a resonator follows from its contact elements; a value given here must agree
+    /// with it.
     HOLE_DIAMETER: Quantity = "joint.hole.diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "11 mm");
     /// Young's modulus of both bodies.
-    YOUNGS_MODULUS: Quantity = "material.youngs_modulus", Rule("must be given, or for both bodies"), MODULUS;
+    YOUNGS_MODULUS: Quantity = "material.youngs_modulus", Rule("must be given, or separately for both bodies"), MODULUS;
     /// Poisson's ratio of both bodies.
-    POISSON_RATIO: Quantity = "material.poisson_ratio", Rule("must be given, or for both bodies"), RATIO;
+    POISSON_RATIO: Quantity = "material.poisson_ratio", Rule("must be given, or separately for both bodies"), RATIO;
     /// Density of both bodies.
     DENSITY: Quantity = "material.density", Rule("must be given for a resonator, else none"), MASS;
     /// Young's modulus of the lower body.

@@ -1,5 +1,5 @@
-//! The keys of a scene, each declared once: name, type, range, example, default, meaning, and the kinds of its section that have
-//! it. What is read and refused, what people are told of a key, and what an editor knows come from here.
+//! Declarations of all keys of a scene: name, type, range, example, default, meaning, and the kinds of its section that
+//! have the key. Reading, checking, help and editor support use these declarations.
 
 pub mod contact;
 pub mod cycles;
@@ -19,31 +19,31 @@ use super::error::SceneError;
 pub use value::{EvenInteger, Form, GivenValue, List, Quantity, Value, as_toml, meant};
 pub use word::{Choice, ListOrPath, Point, Tables};
 
-/// A key, and the type of its value.
+/// Key of a scene, with the type of its value.
 pub struct Key<V: ?Sized> {
     /// Dotted, from the top of the document.
     pub name: &'static str,
-    /// What it means; the first sentence alone says it in short.
+    /// The meaning. The first sentence is a summary.
     doc: &'static str,
     pub default: Default,
-    /// The kinds of its section, or forms of it that have no key for their kind, that have it; none: all.
+    /// Kinds of its section that have the key, or forms of a section without `kind`; empty for all.
     pub kinds: &'static [&'static str],
-    /// Sections without all of which it means nothing, also where a scene has its default.
+    /// Sections that must all be present for the key to have an effect, even if the scene has its default.
     pub with: &'static [&'static str],
     pub value: V,
 }
 
-/// A key whose value may be of any type.
+/// Key with a value of any type.
 pub type AnyKey = Key<dyn HasForm>;
 
-/// Whatever has a form.
+/// Value type that describes itself and checks values.
 pub trait HasForm {
     fn value_form(&self) -> Form;
 
-    /// Refuses what is not of its type or out of its range.
+    /// Rejects a value of the wrong type or out of range.
     fn check(&self, given: &GivenValue<'_>) -> Result<(), SceneError>;
 
-    /// Whether what is given is the path of a file.
+    /// True if the given value is the path of a file.
     fn names_file(&self, given: &GivenValue<'_>) -> bool;
 }
 
@@ -62,7 +62,7 @@ impl<V: Value> HasForm for V {
 }
 
 impl<V: HasForm + ?Sized> Key<V> {
-    /// A line of its section that would do.
+    /// An example line for its section.
     pub fn line(&self) -> String {
         format!(
             "{} = {}",
@@ -78,30 +78,30 @@ impl<V: ?Sized> Key<V> {
         self.name.rsplit('.').next().unwrap_or(self.name)
     }
 
-    /// The lines of the declaration as one.
+    /// The meaning as a single line.
     pub fn doc(&self) -> String {
         let lines: Vec<&str> = self.doc.lines().map(str::trim).collect();
         lines.join(" ")
     }
 }
 
-/// What a key is where a scene does not give it. Values are as after `--set`.
+/// Default of a key. Values are written as after `--set`.
 #[derive(Clone, Copy)]
 pub enum Default {
-    /// Nothing: its section needs it.
+    /// No default: its section requires the key.
     Required,
-    /// Nothing: it is not there.
+    /// No default: the key is optional.
     Absent,
-    /// This.
+    /// This value.
     Is(&'static str),
-    /// This, by `fidelity.preset`: paper, fast, balanced, reference.
+    /// This value, by `fidelity.preset`: paper, fast, balanced, reference.
     ByPreset([&'static str; 4]),
-    /// What follows from other keys.
+    /// The value follows from other keys, as the text says.
     Rule(&'static str),
 }
 
 impl Default {
-    /// The value, if it does not depend on other keys than the preset.
+    /// Returns the value, if it depends on no other key than the preset.
     pub fn of(&self, preset: Preset) -> Option<&'static str> {
         match self {
             Default::Is(value) => Some(value),
@@ -139,7 +139,7 @@ impl fmt::Display for Default {
     }
 }
 
-/// Sections that are no keys themselves with what they say, and keys.
+/// Declared sections with their meanings, except sections that are themselves keys, and declared keys.
 type Declared = (
     &'static [(&'static str, &'static str)],
     &'static [&'static AnyKey],
@@ -165,7 +165,7 @@ macro_rules! keys {
 }
 use keys;
 
-/// All of them, in the order in which people are told of them. A table that is itself a key may also be written as a plain value.
+/// All declarations, in the order of display. A table that is itself a key may also be written as a plain value.
 const DECLARED: [Declared; 8] = [
     joint::DECLARED,
     surface::DECLARED,
@@ -177,7 +177,7 @@ const DECLARED: [Declared; 8] = [
     output::DECLARED,
 ];
 
-/// Lines of a section that would do.
+/// Example lines for several keys of a section.
 pub fn lines(keys: &[&AnyKey]) -> String {
     let lines: Vec<String> = keys.iter().map(|key| key.line()).collect();
     lines.join("\n")
@@ -188,20 +188,20 @@ pub fn all() -> impl Iterator<Item = &'static AnyKey> {
     DECLARED.iter().flat_map(|declared| declared.1).copied()
 }
 
-/// Every key of a file that holds a scene, or a part of one.
+/// Every key of a scene file, including keys that belong to the file alone.
 pub fn of_files() -> impl Iterator<Item = &'static AnyKey> {
     joint::file::DECLARED.1.iter().copied().chain(all())
 }
 
-/// The key of a name.
+/// Finds the key with a name.
 pub fn find(name: &str) -> Option<&'static AnyKey> {
     all().find(|key| key.name == name)
 }
 
-/// Keys that another form of their section has with a wider range, which people are not told of apart.
+/// Keys that another form of their section has with a wider range. Help pages do not list them.
 const WIDER: [&AnyKey; 1] = [&contact::LOAD_AT_REST];
 
-/// Refuses what no key of this name can be.
+/// Rejects a value that no key of this name accepts.
 pub fn check(given: &GivenValue<'_>) -> Result<(), SceneError> {
     let declared = all().chain(WIDER).filter(|key| key.name == given.key);
     let mut checks = declared.map(|key| key.value.check(given));
@@ -212,7 +212,7 @@ pub fn check(given: &GivenValue<'_>) -> Result<(), SceneError> {
     }
 }
 
-/// What a section says that is no key itself.
+/// Returns the meaning of a section that is not itself a key.
 pub fn about_section(name: &str) -> Option<&'static str> {
     let mut sections = DECLARED.iter().flat_map(|declared| declared.0);
     sections
@@ -220,30 +220,26 @@ pub fn about_section(name: &str) -> Option<&'static str> {
         .map(|section| section.1)
 }
 
-/// The forms of sections that have no key for their kind.
+/// Forms of sections that have no `kind`: section, form, condition.
 pub const FORMS: &[(&str, &str, &str)] = &[
-    ("contact", "rough", "where there is a [surface]"),
-    (
-        "contact",
-        "given",
-        "where kn and kt take the place of a [surface]",
-    ),
+    ("contact", "rough", "with a [surface]"),
+    ("contact", "given", "with kn and kt in place of a [surface]"),
     ("motion", "harmonic", "without history"),
 ];
 
-/// The sections that have a `kind`.
+/// Lists the sections that have a `kind`.
 pub fn with_kinds() -> impl Iterator<Item = &'static str> {
     all().filter_map(|key| key.name.strip_suffix(".kind"))
 }
 
-/// The kinds of a section; none of one without `kind`.
+/// Lists the kinds of a section; empty for a section without `kind`.
 pub fn kinds(section: &str) -> Vec<&'static str> {
     let key = find(&join(section, "kind"));
     let choices = key.map_or_else(Vec::new, |key| key.value.value_form().choices);
     choices.into_iter().map(|choice| choice.0).collect()
 }
 
-/// The names of the keys, and of the sections below, that a kind of a section, or a form of it, has for itself.
+/// Lists the keys and subsections that belong only to the given kind or form of a section.
 pub fn keys_of_kind(section: &str, kind: &str) -> Vec<&'static str> {
     let of_kind = all().filter(|key| key.kinds.contains(&kind));
     let mut names: Vec<&str> = of_kind
@@ -254,12 +250,12 @@ pub fn keys_of_kind(section: &str, kind: &str) -> Vec<&'static str> {
     names
 }
 
-/// The section of a key.
+/// Returns the section of a key.
 pub fn section_of(key: &str) -> &str {
     key.rsplit_once('.').map_or("", |split| split.0)
 }
 
-/// Keys of one section of which a scene gives one: setting one drops the others.
+/// Alternative keys of a section. A scene gives one of them, and setting one drops the others.
 pub const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
     (
         "motion",
@@ -287,14 +283,14 @@ pub const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
     ),
 ];
 
-/// A section, a key of it, and the word that makes another key of it meaningless: setting the word drops the other key.
+/// Section, key, word, dropped key: setting the key to the word drops the other key, which it makes meaningless.
 pub const DROPPED_BY: &[(&str, &str, &str, &str)] = &[
     ("contact", "stiffness", "tangent", "distribution"),
     ("contact", "stiffness", "sliders", "distribution"),
     ("contact", "rotation", "fixed", "moment"),
 ];
 
-/// Names that a resonator's drawing has, and the keys that give them.
+/// Likely names and the keys that they mean: names in the drawing of the resonator and usual abbreviations.
 const ELSEWHERE: &[(&str, &str)] = &[
     ("structure.lap_length", "joint.size"),
     ("structure.arm_height", "joint.size"),
@@ -310,16 +306,16 @@ const ELSEWHERE: &[(&str, &str)] = &[
     ("dynamics.amplitude", "dynamics.force.amplitude"),
 ];
 
-/// Words less alike than this are not suggested: at 0.6 `frq` still finds `rq` and `bolt` finds nothing.
+/// Smallest similarity of a suggestion: at 0.6 `frq` still finds `rq`, and `bolt` finds nothing.
 const LIKENESS: f64 = 0.6;
 
-/// The word most like `word`, if any is like it at all.
+/// Finds the known word that is most similar to `word`, if one is similar enough.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let word = word.to_lowercase();
     let length = word.chars().count();
     known
         .into_iter()
-        // Two words are at least as unlike as their lengths: a long one is not compared letter by letter.
+        // Words of very different length cannot be similar enough; skip the comparison letter by letter.
         .filter(|candidate| {
             let other = candidate.chars().count();
             length.min(other) as f64 >= LIKENESS * length.max(other) as f64
@@ -333,7 +329,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
-/// What stands directly under a section (`""`: at the top), in the order of the keys.
+/// Lists the keys and subsections directly in a section (`""`: at the top), in the order of the keys.
 pub fn children(section: &str) -> Vec<&'static str> {
     let mut names: Vec<&str> = Vec::new();
     for key in all() {
@@ -353,25 +349,26 @@ pub fn children(section: &str) -> Vec<&'static str> {
     names
 }
 
-/// Keys that scenes once had, and what to do without them.
+/// Keys of former versions, with their replacement.
 const FORMER: [(&str, &str); 2] = [
     (
         "dynamics.method",
-        "every forced response is computed by harmonic balance; leave it out",
+        "every forced response is computed by harmonic balance; remove the key",
     ),
     (
         "fidelity.aft_events",
-        "contact elements are sampled over the cycle; leave it out, or say with fidelity.aft_samples how often",
+        "contact elements are sampled over the cycle; remove the key, or set the number of samples with fidelity.aft_samples",
     ),
 ];
 
-/// What to do without a key that scenes once had; none of another one.
+/// Returns the replacement of a key of former versions, `None` for any other key.
 pub fn replacement_of_former(key: &str) -> Option<&'static str> {
     let mut former = FORMER.iter();
     former.find(|entry| entry.0 == key).map(|entry| entry.1)
 }
 
-/// The known key that an unknown one was probably meant to be: in its own section, else of the same name elsewhere, else alike elsewhere.
+/// Guesses the known key that an unknown one was meant to be: a similar one in its section, else one of the same name
+/// elsewhere, else a similar one elsewhere.
 pub fn nearest_key(key: &str) -> Option<String> {
     if let Some((_, given)) = ELSEWHERE.iter().find(|entry| entry.0 == key) {
         return Some((*given).to_owned());
@@ -380,14 +377,14 @@ pub fn nearest_key(key: &str) -> Option<String> {
     if let Some(sibling) = nearest(name, children(section)) {
         return Some(join(section, sibling));
     }
-    // `friction` is not spelt like friction_coefficient, but begins it.
+    // `friction` is not similar to friction_coefficient, but is its beginning.
     let mut longer = children(section)
         .into_iter()
-        .filter(|of| of.starts_with(name));
+        .filter(|candidate| candidate.starts_with(name));
     if let (Some(sibling), None) = (longer.next(), longer.next()) {
         return Some(join(section, sibling));
     }
-    // A table such as joint.hole has a few keys of its own: one of that name elsewhere is not what was meant.
+    // A table such as joint.hole has few keys of its own. A key with the same name elsewhere is not a good guess.
     if section.contains('.') {
         return None;
     }
@@ -397,7 +394,7 @@ pub fn nearest_key(key: &str) -> Option<String> {
         .map(|known| known.name.to_owned())
 }
 
-/// A dotted key from its section and its name.
+/// Joins a section and a name to a dotted key.
 pub fn join(section: &str, name: &str) -> String {
     if section.is_empty() {
         name.to_owned()

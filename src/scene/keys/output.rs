@@ -7,49 +7,53 @@ use super::value::{Integer, IntegerRange, Integers, integer};
 use super::word::{Boolean, BooleanOrTable, Choice, WordOrTable};
 use crate::recipe::{Durability, ResonanceOf};
 
-/// Each is a forced response of its own, which takes seconds at least: more of them are no choice of the user's.
+/// Most response cycles. Each is a separate forced response that takes seconds at least.
 const MOST_RESPONSES: usize = 10_000;
 
-/// A history has no more.
+/// Most samples of a cycle. No history has more rows.
 const MOST_SAMPLES: usize = 1_000_000;
 
 keys! {
-    section "output": "What a run keeps.";
+    section "output": "The results that a run stores.";
 
-    /// Which iterations are kept, to restart from and to read: all, or those that the keys below name.
+    /// Iterations that are kept, to restart from and to read: all, or the ones selected below.
     KEEP: WordOrTable = "output.keep", Is("all"), WordOrTable("all", "{ every = 50, last = 3, updates = true }");
-    /// Every so many iterations are kept.
-    KEEP_EVERY: Integer = "output.keep.every", Rule("only those below"), integer(1, MOST_ITERATIONS, "50");
-    /// The last so many iterations are kept.
+    /// Interval of kept iterations: every n-th one.
+    KEEP_EVERY: Integer = "output.keep.every", Rule("none: only the iterations selected below"), integer(1, MOST_ITERATIONS, "50");
+    /// Number of last iterations that are kept.
     KEEP_LAST: Integer = "output.keep.last", Is("1"), integer(1, MOST_ITERATIONS, "3");
     /// Whether the iterations that updated the contact elements are kept.
     KEEP_UPDATES: Boolean = "output.keep.updates", Is("true"), Boolean;
-    /// Whether pressure, shear and slip over the steady cycle are written, as table cycle_field. True is all that the keys below choose from.
+    /// Whether pressure, shear and slip over the steady cycle are written, as table cycle_field. With true, everything
+    /// is written that the keys below select from.
     CYCLE_FIELDS: BooleanOrTable = "output.cycle_fields", Is("false"), BooleanOrTable("{ samples = [0, 16, 32], j = [20, 20], every = 10 }");
-    /// The samples, by their rows in the table cycle: 0 is t = 0. A cycle by reversal has three or four, one that is stepped has one for each
-    /// step and t = T.
+    /// The samples, by their rows in the table cycle: 0 is t = 0. A cycle by reversal has three or four samples. A
+    /// stepped cycle has one sample per step and one for t = T.
     CYCLE_FIELDS_SAMPLES: Integers = "output.cycle_fields.samples", Rule("all"), Integers(MOST_SAMPLES, "a list of different numbers of samples, such as [0, 16, 32]");
     /// The first and the last cell along x.
     CYCLE_FIELDS_I: IntegerRange = "output.cycle_fields.i", Rule("all"), IntegerRange("[0, 63]");
     /// The first and the last cell along y.
     CYCLE_FIELDS_J: IntegerRange = "output.cycle_fields.j", Rule("all"), IntegerRange("[20, 20]");
-    /// They are written every so many iterations, and of the last.
+    /// Interval of writing, in iterations. The last iteration is always written.
     CYCLE_FIELDS_EVERY: Integer = "output.cycle_fields.every", Is("1"), integer(1, MOST_ITERATIONS, "10");
-    /// Indentation and hysteresis curves are written every so many iterations; 0: never.
+    /// Interval of indentation and hysteresis curves, in iterations; 0 means never.
     CURVES_EVERY: Integer = "output.curves_every", Is("10"), integer(0, MOST_ITERATIONS, "5");
-    /// Whether kn and kt of the joint are computed at every iteration; contact elements want them in any case.
+    /// Whether kn and kt of the joint are computed at every iteration. Contact elements require them in any case.
     STIFFNESS: Boolean = "output.stiffness", Is("true"), Boolean;
-    /// Cycles at which a forced response of the worn joint is computed. It is not fed back; the first and the last are always there.
+    /// Cycles at which a forced response of the worn joint is computed. It does not affect the wear. The first and the
+    /// last cycle are always included.
     RESPONSE_AT: Integers = "output.response_at", Is("[]"),
         Integers(MOST_RESPONSES, "a list of numbers of cycles in ascending order, such as [0, 1e6, 1e7]");
-    /// Which states of wear have a resonance of their own, with the contact elements of their own surface. It is not fed back.
+    /// States of wear for which the resonance is computed, with contact elements for the worn surface. It does not
+    /// affect the wear.
     RESONANCE: Choice<ResonanceOf> = "output.resonance", Is("updates"), Choice(&[
-        ("updates", ResonanceOf::Updates, "those of updates, of response_at, and the last"),
-        ("all", ResonanceOf::All, "all wear iterations, each with a response that feeds nothing back"),
+        ("updates", ResonanceOf::Updates, "states of updates and of response_at, and the last state"),
+        ("all", ResonanceOf::All, "all wear iterations, each with a response that does not affect the wear"),
     ]);
-    /// When what is written is on the disk for good, so that a loss of power leaves it. A run that is killed goes on in either case.
+    /// When written data is synced to the disk, so that it survives a loss of power. A killed run can continue in
+    /// either case.
     DURABILITY: Choice<Durability> = "output.durability", Is("commit"), Choice(&[
         ("commit", Durability::Commit, "at every commit"),
-        ("end", Durability::End, "where the run ends or is stopped, for many short runs: a loss of power may leave one that must be removed and begun anew"),
+        ("end", Durability::End, "when the run ends or is stopped, for many short runs: after a loss of power a run may have to be removed and started again"),
     ]);
 }

@@ -12,10 +12,10 @@ use crate::units::Dimension;
 
 keys! {
     section "surface": "The heights of one composite rough surface against a flat, positive towards the other body.";
-    section "surface.correct": "Unit and spacing in place of wrong ones in the file of the surface. A warning says so.";
-    section "surface.second": "The second of two measured faces. Heights of either count outwards from its own body, and their sum is the composite surface; each has its own trend subtracted.";
+    section "surface.correct": "Unit and spacing that replace wrong ones in the file of the surface. The program warns that they do.";
+    section "surface.second": "The second of two measured faces. The heights of each face count outwards from its own body. The composite surface is their sum, after the trend of each is subtracted.";
 
-    /// Where the heights come from.
+    /// Source of the heights.
     KIND: Choice<&'static str> = "surface.kind", Required, Choice(&[
         ("gaussian", "gaussian", "random heights, autocorrelation exp(-(x^2/clx^2 + y^2/cly^2))"),
         ("exponential", "exponential", "random heights, autocorrelation exp(-sqrt(x^2/clx^2 + y^2/cly^2))"),
@@ -24,7 +24,7 @@ keys! {
         ("sphere", "sphere", "a sphere, its apex at height 0 in the middle of the joint"),
         ("file", "file", "a measured topography"),
     ]);
-    /// Root mean square height. The surface is scaled to have exactly this.
+    /// Root mean square height. The surface is scaled to exactly this value.
     RQ: Quantity = "surface.rq", Required, length("5 um"), of ["gaussian", "exponential", "self_affine"];
     /// Lengths along x and y at which the autocorrelation has fallen to 1/e.
     CORRELATION_LENGTH: List<2> = "surface.correlation_length", Required,
@@ -33,7 +33,7 @@ keys! {
     HURST_EXPONENT: Quantity = "surface.hurst", Required, Quantity(Dimension::NONE, HURST, "0.8"), of ["self_affine"];
     /// Wavelength above which the power spectrum is flat.
     ROLLOFF_WAVELENGTH: Quantity = "surface.rolloff_wavelength", Rule("the longer side of the joint"), length("10 mm"), of ["self_affine"];
-    /// Wavelength below which there is no roughness; shorter than rolloff_wavelength.
+    /// Wavelength below which there is no roughness. Must be shorter than rolloff_wavelength.
     CUTOFF_WAVELENGTH: Quantity = "surface.cutoff_wavelength", Rule("none: roughness down to the grid"), length("0.1 mm"), of ["self_affine"];
     /// Seed of the random heights: the same seed gives the same surface.
     SEED: Integer = "surface.seed", Is("1"), integer(0, LARGEST_INTEGER, "2"), of ["gaussian", "exponential", "self_affine"];
@@ -41,7 +41,7 @@ keys! {
     RADIUS: Quantity = "surface.radius", Required, length("25 mm"), of ["sphere"];
     /// The topography: X3P, SDF, SUR, AL3D, NPY, CSV, XYZ or Parquet. Axis 0 of NPY is x.
     PATH: FilePath = "surface.path", Required, FilePath("heights.npy"), of ["file"];
-    /// Unit of the heights, of a file that does not state its own.
+    /// Unit of the heights, for a file that does not state it.
     UNIT: Unit = "surface.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
     /// What is subtracted from the heights.
     DETREND: Choice<Detrend> = "surface.detrend", Is("plane"), Choice(&[
@@ -50,37 +50,37 @@ keys! {
         ("plane", Detrend::Plane, "the mean plane"),
         ("quadratic", Detrend::Quadratic, "plane and curvature"),
     ]), of ["file"];
-    /// What becomes of points that were not measured.
+    /// Treatment of points that were not measured.
     FILL: Choice<Fill> = "surface.fill", Is("interpolate"), Choice(&[
-        ("mask", Fill::Mask, "cells less than half measured leave the joint: they carry no load"),
-        ("interpolate", Fill::Interpolate, "the smoothest surface through their rim"),
+        ("mask", Fill::Mask, "cells of which less than half was measured are excluded from the joint: they carry no load"),
+        ("interpolate", Fill::Interpolate, "the smoothest surface through the surrounding points"),
     ]), of ["file"];
-    /// Distances of the points along x and y, in place of what the file says.
+    /// Spacing of the points along x and y, in place of the spacing in the file.
     SPACING: List<2> = "surface.spacing", Rule("that of the file, else the map covers the joint"),
         List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
     /// Whether x and y of the map are exchanged.
     TRANSPOSE: Boolean = "surface.transpose", Is("false"), Boolean, of ["file"];
-    /// Unit of the heights, in place of the one that the file states.
+    /// Unit of the heights, in place of the unit in the file.
     CORRECT_UNIT: Unit = "surface.correct.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
-    /// Distances of the points along x and y, in place of those that the file states.
+    /// Spacing of the points along x and y, in place of the spacing in the file.
     CORRECT_SPACING: List<2> = "surface.correct.spacing", Rule("those of the file"),
         List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
     /// The topography of the second face.
     SECOND_PATH: FilePath = "surface.second.path", Absent, FilePath("upper.x3p"), of ["file"];
-    /// Unit of its heights, of a file that does not state its own.
+    /// Unit of the heights of the second face, for a file that does not state it.
     SECOND_UNIT: Unit = "surface.second.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
-    /// Distances of its points along x and y, in place of what its file says.
+    /// Spacing of the points of the second face along x and y, in place of the spacing in its file.
     SECOND_SPACING: List<2> = "surface.second.spacing", Rule("that of the file, else the map covers the joint"),
         List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
-    /// Whether x and y of its map are exchanged, before it is turned over.
+    /// Whether x and y of the second map are exchanged, before the map is mirrored.
     SECOND_TRANSPOSE: Boolean = "surface.second.transpose", Is("false"), Boolean, of ["file"];
-    /// How its map is turned over to face the first one.
+    /// How the second map is mirrored to face the first one.
     SECOND_MIRROR: Choice<Mirror> = "surface.second.mirror", Is("none"), Choice(&[
-        ("none", Mirror::None, "not: its points lie opposite to those of the same place in the first map"),
+        ("none", Mirror::None, "not mirrored: its points face the points at the same place of the first map"),
         ("x", Mirror::X, "along x, h(Lx - x, y), as a part that is turned over about its y axis"),
         ("y", Mirror::Y, "along y, h(x, Ly - y), as a part that is turned over about its x axis"),
     ]), of ["file"];
-    /// Its displacement along x and y of the joint, after it is turned over.
+    /// Displacement of the second map along x and y of the joint, after mirroring.
     SECOND_SHIFT: List<2> = "surface.second.shift", Rule("none: the middles of both maps face each other"),
         List(XY, Quantity(Dimension::LENGTH, ANY, r#"["20 um", "0 um"]"#), None), of ["file"];
 }

@@ -1,4 +1,4 @@
-//! The types of values: what each must be in words, how it is read, and its JSON Schema. Numbers are here, words in `word.rs`.
+//! Value types of numbers: description, reading and JSON Schema. `word.rs` has words, texts and tables.
 
 use std::marker::PhantomData;
 use std::ops::{
@@ -16,17 +16,17 @@ use crate::units::{self, Dimension};
 
 type Result<T> = std::result::Result<T, SceneError>;
 
-/// What people and programs are told of a type of values.
+/// Description of a value type, for users and programs.
 pub struct Form {
-    /// A value that would do, as after `--set`: TOML, or a text without its quotes.
+    /// An example value, as after `--set`: TOML, or a text without quotes.
     pub example: &'static str,
-    /// What it must be.
+    /// The expected value in words.
     pub words: String,
-    /// What a value must be, for an editor.
+    /// The JSON Schema of a value, for editors.
     pub schema: Json,
-    /// The words to choose from, and what each means.
+    /// The words to choose from, with their meanings.
     pub choices: Vec<(&'static str, &'static str)>,
-    /// Whether it is the path of a file, which is relative to the file of the scene.
+    /// True for the path of a file, relative to the scene file.
     pub is_path: bool,
 }
 
@@ -42,28 +42,28 @@ impl Form {
     }
 }
 
-/// A type of values.
+/// Value type of a key.
 pub trait Value {
-    /// What is made of the text.
+    /// The type of the value after reading.
     type Read: Serialize;
 
     fn form(&self) -> Form;
 
-    /// The value, if it is of this type and within its range.
+    /// Reads the value, if it has this type and is within its range.
     fn read(&self, given: &GivenValue<'_>) -> Result<Self::Read>;
 
-    /// The value as a scene is known by it.
+    /// Returns the value as it is recorded in the canonical scene.
     fn noted(&self, read: &Self::Read) -> Json {
         json!(read)
     }
 
-    /// Whether what is given is the path of a file.
+    /// True if the given value is the path of a file.
     fn names_file(&self, _: &GivenValue<'_>) -> bool {
         self.form().is_path
     }
 }
 
-/// What a scene gives for a key, and under which name errors speak of it.
+/// Value given for a key, and the name of the key in error messages.
 pub struct GivenValue<'a> {
     pub key: String,
     pub node: &'a Node,
@@ -90,7 +90,7 @@ impl GivenValue<'_> {
         })
     }
 
-    /// What is given, if it is a value and not a section.
+    /// The given value, `None` for a section.
     pub fn value(&self) -> Option<&Toml> {
         match &self.node.content {
             Content::Value(value) => Some(value),
@@ -99,13 +99,13 @@ impl GivenValue<'_> {
     }
 }
 
-/// The value that a text after `--set` means: TOML if it can be read as such, else the text.
+/// Parses the text after `--set`: as TOML if possible, else as a string.
 pub fn meant(text: &str) -> Toml {
     text.parse()
         .unwrap_or_else(|_| Toml::String(text.to_owned()))
 }
 
-/// The text after `--set` as it stands in a file: as it is if it can be read as TOML, else as a TOML string.
+/// Returns the text after `--set` as it is written in a file: unchanged if it is valid TOML, else as a TOML string.
 pub fn as_toml(text: &str) -> String {
     match text.parse::<Toml>() {
         Ok(_) => text.to_owned(),
@@ -113,7 +113,7 @@ pub fn as_toml(text: &str) -> String {
     }
 }
 
-/// A range of numbers, and how to say it.
+/// Range of numbers, with its description.
 #[derive(Clone, Copy)]
 pub struct Check {
     range: (Bound<f64>, Bound<f64>),
@@ -150,12 +150,12 @@ pub const TOLERANCE: Check = check(
     "greater than 0 and less than 1, such as 1e-4",
 );
 
-/// What is said before its example.
+/// Removes the example from a description.
 fn without_example(text: &'static str) -> &'static str {
     text.split(", such as").next().unwrap_or(text)
 }
 
-/// A number with its unit; example as `30 kN`.
+/// Quantity with a unit: dimension, range and example, as `30 kN`.
 pub struct Quantity(pub Dimension, pub Check, pub &'static str);
 
 /// A text that begins with a number.
@@ -187,7 +187,8 @@ impl Quantity {
         Ok(number)
     }
 
-    /// Of a plain number with its range; a text has its number judged where it is read.
+    /// Returns the schema of the quantity. Only a plain number has a range in the schema; a text is checked when it is
+    /// read.
     fn schema(&self) -> Json {
         if self.0 != Dimension::NONE {
             return json!({ "type": "string", "pattern": WITH_UNIT });
@@ -227,17 +228,17 @@ impl Value for Quantity {
     }
 }
 
-/// What a value that stands alone in place of a list means, and how to say it.
+/// Meaning of a single value in place of a list, and its description.
 pub struct ScalarForm<const N: usize>(fn(f64) -> [f64; N], &'static str);
 
 pub const FOR_X: ScalarForm<2> = ScalarForm(|x| [x, 0.0], "; one alone is for x");
 pub const FOR_BOTH: ScalarForm<2> = ScalarForm(|both| [both; 2], "; one alone is for both");
 pub const FOR_ALL: ScalarForm<3> = ScalarForm(|all| [all; 3], "");
 
-/// A list of quantities: what it is, the type of each, and what one alone is.
+/// List of quantities: description, type of the items, and meaning of a single value.
 pub struct List<const N: usize>(pub &'static str, pub Quantity, pub Option<ScalarForm<N>>);
 
-/// What most lists are.
+/// Description of most lists.
 pub const XY: &str = "a list of two values, for x and y";
 
 impl<const N: usize> Value for List<N>
@@ -248,8 +249,8 @@ where
 
     fn form(&self) -> Form {
         let each = self.1.form();
-        let said = self.2.as_ref().map_or("", |alone| alone.1);
-        let words = format!("{}: {}{said}", self.0, each.words);
+        let single_form = self.2.as_ref().map_or("", |alone| alone.1);
+        let words = format!("{}: {}{single_form}", self.0, each.words);
         let list = json!({ "type": "array", "items": each.schema, "minItems": N, "maxItems": N });
         let schema = match self.2 {
             Some(_) => json!({ "anyOf": [list, each.schema] }),
@@ -277,13 +278,13 @@ where
     }
 }
 
-/// 2^63: floats without a fraction below it, such as `1e6`, are integers.
+/// 2^63: below it, floats without a fraction, such as `1e6`, count as integers.
 const INTEGER_END: f64 = 9_223_372_036_854_775_808.0;
 
-/// The largest integer that a scene can spell: where no other bound is, this one is not worth telling.
+/// Largest integer that TOML can represent. As a default bound it is not displayed.
 pub const LARGEST_INTEGER: u64 = i64::MAX as u64;
 
-/// An integer, also if written as `1e6`.
+/// Returns an integer, also if it is written as `1e6`.
 fn as_integer(value: &Toml) -> Option<i64> {
     match value {
         Toml::Integer(number) => Some(*number),
@@ -294,7 +295,7 @@ fn as_integer(value: &Toml) -> Option<i64> {
     }
 }
 
-/// An integer of the first to the second number; the example.
+/// Integer type: smallest and largest value, and an example.
 pub struct Integer<T = u64>(u64, u64, &'static str, PhantomData<T>);
 
 pub const fn integer<T>(smallest: u64, largest: u64, example: &'static str) -> Integer<T> {
@@ -326,11 +327,11 @@ impl<T: TryFrom<u64> + Serialize> Value for Integer<T> {
     }
 }
 
-/// An even integer of the first to the second number; the example.
+/// Even integer: smallest and largest value, and an example.
 pub struct EvenInteger(pub u64, pub u64, pub &'static str);
 
 impl EvenInteger {
-    /// The number, of at least so many for a reason beside the declared one.
+    /// Reads the number with another lower bound. `reason` explains the bound in the error message.
     pub fn read_from(&self, given: &GivenValue<'_>, least: u64, reason: &str) -> Result<usize> {
         let number = integer(0, LARGEST_INTEGER, self.2).read(given)?;
         Some(number)
@@ -358,7 +359,7 @@ impl Value for EvenInteger {
     }
 }
 
-/// A list of two integers of 1 to the number, for x and y; the example.
+/// List of two integers from 1 to the given maximum, for x and y, with an example.
 pub struct Counts(pub u64, pub &'static str);
 
 impl Value for Counts {
@@ -391,7 +392,7 @@ impl Value for Counts {
     }
 }
 
-/// The first and the last of a range of integers of 0 or more; the example.
+/// First and last value of a range of integers, 0 or more, with an example.
 pub struct IntegerRange(pub &'static str);
 
 impl Value for IntegerRange {
@@ -422,7 +423,7 @@ impl Value for IntegerRange {
     }
 }
 
-/// A list of at most so many different integers of 0 or more; what it must be, with the example at its end.
+/// List of different integers, 0 or more: its greatest length, and a description that ends with an example.
 pub struct Integers(pub usize, pub &'static str);
 
 impl Value for Integers {
@@ -444,8 +445,8 @@ impl Value for Integers {
         if items.len() > longest {
             return Err(given.fault(|key| Problem::Range {
                 key,
-                value: format!("(a list of {})", items.len()),
-                expected: format!("a list of at most {longest}"),
+                value: format!("(a list with {} items)", items.len()),
+                expected: format!("a list of at most {longest} items"),
             }));
         }
         let number = |item| as_integer(item).and_then(|n| u64::try_from(n).ok());

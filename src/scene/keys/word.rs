@@ -1,4 +1,4 @@
-//! Values that are words, texts and tables.
+//! Value types of words, texts and tables.
 
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ impl Value for Boolean {
     }
 }
 
-/// A text that is not empty; the example.
+/// Non-empty text, with an example.
 pub struct Text(pub &'static str);
 
 impl Value for Text {
@@ -48,7 +48,7 @@ impl Value for Text {
     }
 }
 
-/// The path of a file, absolute by the time that it is read; the example.
+/// Path of a file, with an example. The path is absolute when it is read.
 pub struct FilePath(pub &'static str);
 
 impl Value for FilePath {
@@ -67,7 +67,7 @@ impl Value for FilePath {
     }
 }
 
-/// A unit alone; the example. What is read is its worth in SI.
+/// Unit without a number, with an example. It is read as its value in SI.
 pub struct Unit(pub Dimension, pub &'static str);
 
 impl Value for Unit {
@@ -76,7 +76,7 @@ impl Value for Unit {
     fn form(&self) -> Form {
         Form {
             words: format!(
-                "the unit of {}, or a number of them as \"25.4 mm\" for inches",
+                "the unit of {}, or a multiple of a unit, such as \"25.4 mm\" for inches",
                 self.0
             ),
             ..Text(self.1).form()
@@ -90,11 +90,11 @@ impl Value for Unit {
     }
 }
 
-/// One of a few words, what it stands for, and what it means.
+/// Choice of words, with the value and the meaning of each word.
 pub struct Choice<T: 'static>(pub &'static [(&'static str, T, &'static str)]);
 
 impl<T: Copy + PartialEq> Choice<T> {
-    /// The choice among those of the words that are allowed.
+    /// Reads the choice, limited to the allowed words.
     pub fn among(&self, given: &GivenValue<'_>, allowed: impl Fn(&str) -> bool) -> Result<T> {
         let choices = || self.0.iter().filter(|choice| allowed(choice.0));
         let word = given.value().and_then(Toml::as_str).unwrap_or_default();
@@ -127,14 +127,14 @@ impl<T: Copy + PartialEq + Serialize> Value for Choice<T> {
         self.among(given, |_| true)
     }
 
-    /// Its word.
+    /// Returns the word of the choice.
     fn noted(&self, read: &T) -> Json {
         let word = self.0.iter().find(|choice| choice.1 == *read);
         json!(word.map(|choice| choice.0))
     }
 }
 
-/// One word where there is no table of keys; the table as an example.
+/// A single word or a table of keys, with an example of the table.
 pub struct WordOrTable(pub &'static str, pub &'static str);
 
 impl Value for WordOrTable {
@@ -154,10 +154,10 @@ impl Value for WordOrTable {
     }
 }
 
-/// A part of something, or never; a part as an example.
+/// Fraction of a quantity, or `never`, with an example.
 pub struct PartOrNever(pub &'static str);
 
-/// The word that stands in place of a part.
+/// The word in place of a fraction.
 const NEVER: &str = "never";
 
 impl PartOrNever {
@@ -187,7 +187,7 @@ impl Value for PartOrNever {
     }
 }
 
-/// True or false where there is no table of keys; the table as an example.
+/// True, false or a table of keys, with an example of the table.
 pub struct BooleanOrTable(pub &'static str);
 
 impl Value for BooleanOrTable {
@@ -205,7 +205,7 @@ impl Value for BooleanOrTable {
     }
 }
 
-/// The path of a file where there is no table of keys; a path and a table as examples. What is read is the path, if it is one.
+/// Path of a file or a table of keys, with an example of each. It is read as the path, if it is one.
 pub struct PathOrTable(pub &'static str, pub &'static str);
 
 impl Value for PathOrTable {
@@ -231,7 +231,8 @@ impl Value for PathOrTable {
     }
 }
 
-/// Numbers with units of one kind of a section, the path of a file of another. What is read is whether it may be either.
+/// Numbers with units for one kind of a section, or the path of a file for another kind. Reading only checks that it
+/// may be either.
 pub struct ListOrPath<const N: usize>(pub List<N>, pub FilePath);
 
 impl<const N: usize> Value for ListOrPath<N>
@@ -243,7 +244,7 @@ where
     fn form(&self) -> Form {
         let (list, path) = (self.0.form(), self.1.form());
         Form {
-            words: format!("{}; of matrices {}", list.words, path.words),
+            words: format!("{}; for matrices {}", list.words, path.words),
             schema: json!({ "anyOf": [list.schema, path.schema] }),
             is_path: true,
             ..list
@@ -251,7 +252,7 @@ where
     }
 
     fn read(&self, given: &GivenValue<'_>) -> Result<()> {
-        // Numbers that are none have an error of their own; a text may be a path.
+        // Invalid numbers have an error of their own. Any text may be a path.
         match self.1.read(given) {
             Ok(_) => Ok(()),
             Err(_) => self.0.read(given).map(drop),
@@ -264,12 +265,13 @@ where
     }
 }
 
-/// True of what begins like no number, or ends like a file: a number with a wrong unit is to be told as such.
+/// True for a text that does not begin like a number, or that ends like a file name. A number with a wrong unit must be
+/// reported as a number.
 fn is_like_path(text: &str) -> bool {
-    let begins = text.trim_start();
-    let is_number = begins.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
-        && !begins.starts_with("./")
-        && !begins.starts_with("..");
+    let trimmed = text.trim_start();
+    let is_number = trimmed.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
+        && !trimmed.starts_with("./")
+        && !trimmed.starts_with("..");
     let extension = Path::new(text).extension().and_then(|e| e.to_str());
     let is_file = |e: &str| {
         e.chars().all(|c| c.is_ascii_alphanumeric()) && e.chars().any(|c| c.is_ascii_alphabetic())
@@ -277,11 +279,11 @@ fn is_like_path(text: &str) -> bool {
     !is_number || extension.is_some_and(is_file)
 }
 
-/// A point of a structure: one of a few words, or a node or a set of nodes; the words and what each means.
+/// Point of a structure: one of a few words with their meanings, or a node or set of nodes.
 pub struct Point(pub &'static [(&'static str, &'static str)]);
 
 impl Point {
-    /// One of the words that are allowed; any node or set where none are.
+    /// Reads one of the allowed words, or any node or set if none are listed.
     pub fn among(&self, given: &GivenValue<'_>, allowed: &[&'static str]) -> Result<String> {
         let point = self.read(given)?;
         if allowed.is_empty() || allowed.contains(&point.as_str()) {
@@ -318,11 +320,11 @@ impl Value for Point {
     }
 }
 
-/// A table of keys, or a list of such tables; the example. What is read is whether it may be either.
+/// Table of keys, or a list of such tables, with an example. Reading only checks that it may be either.
 pub struct Tables(pub &'static str);
 
 impl Tables {
-    /// The list, if it is one.
+    /// Returns the list, or `None` for a single table.
     pub fn list(&self, given: &GivenValue<'_>) -> Result<Option<Vec<Node>>> {
         if matches!(given.node.content, Content::Section(_)) {
             return Ok(None);

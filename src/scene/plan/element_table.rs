@@ -1,4 +1,4 @@
-//! The table of contact elements that a scene names.
+//! Reading of the table of contact elements that a scene names.
 
 use std::path::PathBuf;
 
@@ -9,22 +9,22 @@ use crate::recipe::{ElementStiffness, Layout};
 use crate::scene::{Contact, Scene};
 use crate::structure::reduction::ContactPorts;
 
-/// Bytes of a table at most: 10 000 elements of a hundred sliders.
+/// Most bytes of a table: 10 000 elements with a hundred sliders each.
 const LONGEST: u64 = 1 << 28;
 
-/// What precedes the kind of contact ports in the head of a table.
+/// Beginning of the header line that states the kind of contact ports.
 const PORTS: &str = "# contact ports:";
 
-/// A centre that is off that of the structure by less than this part of the joint is that of the structure.
+/// Tolerance of a centre, relative to the size of the joint.
 const SAME: f64 = 1e-6;
 
-/// What can be wrong with a table of contact elements.
+/// Error in a table of contact elements.
 #[derive(Debug, thiserror::Error)]
 #[error("contact.elements {}: {problem}", path.display())]
 pub struct ElementTableError {
     /// The file.
     path: PathBuf,
-    /// What is wrong.
+    /// The problem.
     problem: Box<ElementTableProblem>,
 }
 
@@ -44,7 +44,7 @@ enum ElementTableProblem {
         expected: &'static str,
     },
     #[error(
-        "row {row}: element {element} follows element {before}; rows ascend by element, from 0 without a gap"
+        "row {row}: element {element} follows element {before}; the rows must ascend by element, from 0 without a gap"
     )]
     Order {
         row: usize,
@@ -52,14 +52,16 @@ enum ElementTableProblem {
         before: usize,
     },
     #[error(
-        "row {row}: x, y, mu and the damping springs must equal those of the other sliders of element {element}"
+        "row {row}: x, y, mu and the damping springs must be the same for all sliders of element {element}"
     )]
     NotAlike { row: usize, element: usize },
-    #[error("it has no row")]
+    #[error("the table has no row")]
     Empty,
-    #[error("it has {found} contact elements, and the structure of the scene {expected}")]
+    #[error(
+        "the table has {found} contact elements, but the structure of the scene has {expected}"
+    )]
     Count { found: usize, expected: usize },
-    #[error("element {element} is at ({:e}, {:e}) m, and that of the structure at ({:e}, {:e}) m", .found[0], .found[1], .expected[0], .expected[1])]
+    #[error("element {element} is at ({:e}, {:e}) m, but in the structure it is at ({:e}, {:e}) m", .found[0], .found[1], .expected[0], .expected[1])]
     Place {
         element: usize,
         found: [f64; 2],
@@ -67,7 +69,8 @@ enum ElementTableProblem {
     },
 }
 
-/// Reads the table of a scene, if it names one, into its contact, and says by it what the contact elements of its structure are.
+/// Reads the table of contact elements, if the scene names one, and updates contact and structure of the scene from it.
+/// Returns the hash of the file.
 pub(super) fn read(scene: &mut Scene) -> Result<Option<String>, ElementTableError> {
     let Scene {
         contact: Some(contact),
@@ -89,15 +92,15 @@ pub(super) fn read(scene: &mut Scene) -> Result<Option<String>, ElementTableErro
     let content = hash_of(|add| add(&bytes));
     table.content.clone_from(&content);
     let ports = ports_of(&bytes);
-    fill(contact, table);
+    set_contact(contact, table);
     if let Some(structure) = &mut scene.recipe.structure {
         structure.contact_ports = ports;
     }
     Ok(Some(content))
 }
 
-/// What the table says of the whole joint.
-fn fill(contact: &mut Contact, table: ElementTable) {
+/// Sets the contact keys of the whole joint from the table.
+fn set_contact(contact: &mut Contact, table: ElementTable) {
     contact.friction_coefficient = Some(table.mean_friction());
     contact.elements = ElementStiffness::Given {
         kn: table.total(2),
@@ -110,7 +113,7 @@ fn fill(contact: &mut Contact, table: ElementTable) {
     }
 }
 
-/// Holds the table of a scene against the contact elements of its structure.
+/// Checks the table of a scene against the contact elements of its structure.
 pub(super) fn check(scene: &Scene, layout: &Layout) -> Result<(), ElementTableError> {
     let file = scene
         .contact
@@ -133,8 +136,8 @@ pub(super) fn check(scene: &Scene, layout: &Layout) -> Result<(), ElementTableEr
         .flatten()
         .fold(layout.lever, |most, c| most.max(c.abs()));
     for (element, (found, expected)) in table.centres.iter().zip(&layout.centres).enumerate() {
-        let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
-        if off > SAME * size {
+        let distance = (found[0] - expected[0]).hypot(found[1] - expected[1]);
+        if distance > SAME * size {
             return Err(wrong(ElementTableProblem::Place {
                 element,
                 found: *found,
@@ -145,7 +148,7 @@ pub(super) fn check(scene: &Scene, layout: &Layout) -> Result<(), ElementTableEr
     Ok(())
 }
 
-/// What the elements of a table are between: nodes, unless its head says faces.
+/// Reads the kind of contact ports from the header of a table: nodes, unless it says faces.
 fn ports_of(bytes: &[u8]) -> ContactPorts {
     let text = String::from_utf8_lossy(bytes);
     let mut head = text.lines().take_while(|line| line.starts_with('#'));
@@ -184,7 +187,7 @@ fn of_csv(bytes: &[u8]) -> Result<ElementTable, ElementTableProblem> {
         };
         let any = |k| value(k, "is not a finite number", |_| true);
         let positive = |k| {
-            value(k, "is not zero or a finite number above", |value| {
+            value(k, "is not a finite number, zero or greater", |value| {
                 value >= 0.0
             })
         };
@@ -194,18 +197,18 @@ fn of_csv(bytes: &[u8]) -> Result<ElementTable, ElementTableProblem> {
                 row,
                 column: COLUMNS[0],
                 value: text(0).to_owned(),
-                expected: "is no number of an element, from 0",
+                expected: "is not an element number, which counts from 0",
             })?;
         let centre = [any(1)?, any(2)?];
         let (mu, springs) = (positive(4)?, [positive(5)?, positive(6)?]);
         positive(3)?;
-        let known = table.count();
-        if element == known {
+        let element_count = table.count();
+        if element == element_count {
             table.centres.push(centre);
             table.friction_coefficient.push(mu);
             table.damping_springs.push(springs);
-        } else if element + 1 != known {
-            let before = known.saturating_sub(1);
+        } else if element + 1 != element_count {
+            let before = element_count.saturating_sub(1);
             return Err(ElementTableProblem::Order {
                 row,
                 element,
@@ -228,7 +231,7 @@ fn of_csv(bytes: &[u8]) -> Result<ElementTable, ElementTableProblem> {
     }
 }
 
-/// The head of a table whose elements are between nodes or faces.
+/// Returns the header line that states the kind of contact ports.
 pub fn ports_line(ports: ContactPorts) -> String {
     let kind = if ports.are_faces() { "faces" } else { "nodes" };
     format!("{PORTS} {kind}")

@@ -1,5 +1,5 @@
-//! The files that a scene names: a surface, a motion history, the matrices of a structure. They enter what a run is known by by their content, never by path or
-//! time.
+//! Reading of the files that a scene names: surface, motion history and matrices of a structure. A run is identified by
+//! the contents of its files, never by their paths or times.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,13 +19,13 @@ use crate::surface::readers::{self, Correction, ReadError, ReadOptions, Reading}
 use crate::tables::{self, TableError, TableName, TypedTable, typed};
 use crate::wear::{Channel, Motion, mean_of};
 
-/// Two values this close, relative to the largest, are the same sample.
+/// Relative tolerance at which two values count as the same sample.
 const SAME: f64 = 1e-9;
 
-/// Bytes of the longest motion history: a million samples in text.
+/// Most bytes of a motion history: a million samples as text.
 const LONGEST_HISTORY: u64 = 64 << 20;
 
-/// A scene that is well written and cannot be run: by itself, or for a file that it names.
+/// Error in a valid scene that cannot be run, because of the scene itself or of a file that it names.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
     /// The scene cannot be run.
@@ -34,17 +34,17 @@ pub enum InputError {
     /// The surface file cannot be read.
     #[error("surface.path: {0}")]
     Read(#[from] ReadError),
-    /// That of the second face cannot be read.
+    /// The file of the second face cannot be read.
     #[error("surface.second.path: {0}")]
     ReadSecond(ReadError),
     /// The measured surface does not fit the joint.
     #[error("{key} {}: {source}", path.display())]
     Prepare {
-        /// surface.path or surface.second.path.
+        /// `surface.path` or `surface.second.path`.
         key: &'static str,
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error.
         source: PrepareError,
     },
     /// The files of the structure cannot be used.
@@ -53,37 +53,37 @@ pub enum InputError {
     /// The table of contact elements cannot be used.
     #[error(transparent)]
     Elements(#[from] ElementTableError),
-    /// The motion history is not one.
+    /// The motion history is not valid.
     #[error("motion.history {}: {problem}", path.display())]
     History {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: Box<HistoryProblem>,
     },
 }
 
-/// What can be wrong with a motion history.
+/// Error in a motion history.
 #[derive(Debug, thiserror::Error)]
 pub enum HistoryProblem {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// It is no table of numbers.
+    /// The file is not a table of numbers.
     #[error("{0}")]
     Csv(#[from] csv::Error),
-    /// It is no `cycle` table.
+    /// The file is not a `cycle` table.
     #[error("{0}")]
     Table(#[from] TableError),
     /// A column is missing.
     #[error(
-        "there is no column `{column}`; a history has time (parts of the period), displacement_x and, if they exist, displacement_y [m] and normal_load [N]"
+        "there is no column `{column}`; a history has time (fraction of the period), displacement_x [m] and optionally displacement_y [m] and normal_load [N]"
     )]
     MissingColumn {
         /// The column.
         column: &'static str,
     },
-    /// A value is no number.
+    /// A value is not a number.
     #[error("row {row}, column `{column}`: \"{value}\" is not a finite number")]
     NotANumber {
         /// The row, from 1.
@@ -93,13 +93,13 @@ pub enum HistoryProblem {
         /// The text.
         value: String,
     },
-    /// Too short.
+    /// Too few samples.
     #[error("{rows} rows; a cycle needs at least 3 samples")]
     TooShort {
-        /// Rows without the repeated first one.
+        /// Number of rows, without the repeated first one.
         rows: usize,
     },
-    /// Time does not run from 0 to 1.
+    /// Time does not increase from 0 to 1.
     #[error("row {row}: time is {time}; time must increase from 0 to at most 1 (the period)")]
     Time {
         /// The row, from 1.
@@ -107,7 +107,7 @@ pub enum HistoryProblem {
         /// The time.
         time: f64,
     },
-    /// The last sample, at time 1, is not the first again.
+    /// The last sample, at time 1, differs from the first.
     #[error("the cycle does not close: {column} is {first:e} at time 0 and {last:e} at time 1")]
     NotClosed {
         /// The column.
@@ -119,33 +119,33 @@ pub enum HistoryProblem {
     },
     /// Neither displacement nor load changes.
     #[error(
-        "nothing moves: displacement and normal_load are the same in all {rows} rows; leave [motion] out for a static contact"
+        "nothing moves: displacement and normal_load are the same in all {rows} rows; remove [motion] for a static contact"
     )]
     NoMotion {
-        /// Rows.
+        /// Number of rows.
         rows: usize,
     },
-    /// Motion along y in a scene without y.
+    /// The history moves along y, but the scene has no y direction.
     #[error("displacement_y is not zero, but `contact.transverse` is \"absent\"; use \"fixed\"")]
     TransverseAbsent,
-    /// Displacement along y where the force along y is zero.
+    /// The history moves along y, but the scene prescribes zero force along y.
     #[error(
-        "displacement_y is not zero, but `contact.transverse` is \"free\", which finds it from no force along y; use \"fixed\""
+        "displacement_y is not zero, but `contact.transverse` is \"free\", which computes it from zero force along y; use \"fixed\""
     )]
     TransverseFree,
 }
 
-/// What the files of a scene say.
+/// Contents of the files of a scene.
 pub(super) struct Files {
-    /// The scene with what the files say of its structure and its load.
+    /// The scene, updated from the files of its structure and load.
     pub scene: Scene,
     /// Hashes of the files.
     pub contents: Contents,
-    /// What they say; the recipe is as far as the scene has it.
+    /// The inputs of a run from the files. The recipe is not complete yet.
     pub inputs: Inputs,
 }
 
-/// Hash of what is written part by part.
+/// Returns the hash of data that is written in parts.
 pub(super) fn hash_of(write: impl FnOnce(&mut dyn FnMut(&[u8]))) -> String {
     let mut hasher = blake3::Hasher::new();
     write(&mut |part| {
@@ -186,7 +186,7 @@ impl Files {
             let content = hash(&bytes);
             canonical["surface"]["content"] = json!(content);
             contents.surface = Some(content);
-            let of_second = match &mut file.second {
+            let second_bytes = match &mut file.second {
                 Some(second) => {
                     let bytes = readers::bytes(&second.path).map_err(InputError::ReadSecond)?;
                     let content = hash(&bytes);
@@ -197,7 +197,7 @@ impl Files {
                 None => None,
             };
             if let Some(rough) = scene.rough() {
-                measured = on_joint(&rough, bytes, of_second)?.map(Arc::new);
+                measured = on_joint(&rough, bytes, second_bytes)?.map(Arc::new);
             }
         }
         let motion = match (&scene.contact, &scene.motion) {
@@ -211,7 +211,8 @@ impl Files {
                 canonical["motion"]["content"] = json!(content);
                 let halved = scene.fidelity.cycle_extrapolation;
                 contents.history = Some((content, halved));
-                // As many steps as of any other stepped cycle, the middles that extrapolation needs among them.
+                // The number of steps is the same as in any other stepped cycle. It includes the midpoints that
+                // extrapolation needs.
                 let steps = scene.fidelity.steps_per_cycle;
                 let motion = history(contact, path, &bytes).map_err(wrong)?;
                 match halved {
@@ -223,7 +224,7 @@ impl Files {
             (None, _) => Motion::none(0.0),
         };
         if let Some(conditions) = scene.contact.as_mut().and_then(|c| c.conditions.as_mut()) {
-            // A history may have loads of its own.
+            // A history may have its own loads.
             conditions.normal_load = motion.mean_load;
         }
         let inputs = Inputs {
@@ -248,12 +249,13 @@ impl Files {
     }
 }
 
-/// The measured heights on the joint's cells: from the bytes of the surface's file, and of the second face's if it has one. None of a surface that is generated.
-/// The map itself is dropped, for it may be many times larger than the joint's grid.
+/// Reads the measured heights onto the cells of the joint, from the bytes of the surface file and of the second face,
+/// if there is one. Returns `None` for a generated surface. The map itself is dropped, because it may be much larger
+/// than the grid.
 fn on_joint(
     rough: &RoughJoint,
     bytes: Vec<u8>,
-    of_second: Option<Vec<u8>>,
+    second_bytes: Option<Vec<u8>>,
 ) -> Result<Option<PreparedSurface>, InputError> {
     let Some(file) = rough.surface.file() else {
         return Ok(None);
@@ -286,7 +288,7 @@ fn on_joint(
     let read = readers::parse(&file.path, &bytes, &options)?;
     drop(bytes);
     let first = prepare("surface.path", &file.path, read, [0.0; 2])?;
-    let Some((second, bytes)) = file.second.as_ref().zip(of_second) else {
+    let Some((second, bytes)) = file.second.as_ref().zip(second_bytes) else {
         return Ok(Some(first));
     };
     let options = ReadOptions {
@@ -308,7 +310,7 @@ fn on_joint(
     Ok(Some(first.composite(second)))
 }
 
-/// The columns of a history: time, displacement_x, and the optional displacement_y and normal_load.
+/// Columns of a history: time, displacement_x, and the optional displacement_y and normal_load.
 struct Columns {
     time: Vec<f64>,
     displacement_x: Vec<f64>,
@@ -316,7 +318,7 @@ struct Columns {
     normal_load: Option<Vec<f64>>,
 }
 
-/// A motion from a `cycle` table (Parquet), or from a CSV file with columns of the same names, in SI units.
+/// Reads a motion from a `cycle` table (Parquet), or from a CSV file with the same column names, in SI units.
 fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, HistoryProblem> {
     let parquet = path
         .extension()
@@ -327,7 +329,7 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
         from_csv(bytes)?
     };
     if columns.time.last().is_some_and(|t| (t - 1.0).abs() <= SAME) {
-        columns.close()?;
+        columns.remove_repeated_sample()?;
     }
     let rows = columns.time.len();
     if rows < 3 {
@@ -362,8 +364,8 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
     let mean_load = columns.normal_load.as_deref().map_or(load, mean_of);
     let normal_load = columns.normal_load.unwrap_or_else(|| vec![load; rows]);
     let changes = |values: &[f64]| values.iter().any(|value| *value != values[0]);
-    let mut given = drive.iter().map(|channel| &channel.values()[..]);
-    if !given.any(changes) && !changes(&normal_load) {
+    let mut channels = drive.iter().map(|channel| &channel.values()[..]);
+    if !channels.any(changes) && !changes(&normal_load) {
         return Err(HistoryProblem::NoMotion { rows });
     }
     Ok(Motion {
@@ -378,8 +380,8 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
 }
 
 impl Columns {
-    /// Takes the last sample away, which repeats the first.
-    fn close(&mut self) -> Result<(), HistoryProblem> {
+    /// Removes the last sample, which must repeat the first.
+    fn remove_repeated_sample(&mut self) -> Result<(), HistoryProblem> {
         let named = [
             ("displacement_x", Some(&mut self.displacement_x)),
             ("displacement_y", self.displacement_y.as_mut()),

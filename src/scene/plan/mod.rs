@@ -1,7 +1,7 @@
-//! What a scene needs: the one place that decides what will exist.
+//! Planning of a scene: decides what a run computes.
 //!
-//! A [`Plan`] has the recipe of a run. It computes nothing, so that it costs a run no time, and equal scenes give equal plans on every
-//! machine. What a run will cost is rehearsed where somebody asks for it ([`crate::rehearsal`]).
+//! A [`Plan`] contains the recipe of a run. Planning computes nothing, so it costs a run no time, and equal scenes give
+//! equal plans on every machine. [`crate::rehearsal`] estimates the cost of a run on request.
 
 pub mod element_table;
 mod files;
@@ -25,122 +25,124 @@ pub use files::{HistoryProblem, InputError};
 pub use stability::unstable_explicit_step;
 pub use structure_files::StructureFileError;
 
-/// A scene that is well written and cannot be run.
+/// Error in a valid scene that cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
-    /// A motion that the cycle cannot march.
+    /// The cycle cannot be marched for this motion.
     #[error(transparent)]
     Cycle(#[from] CycleError),
     /// Normal and tangential contact are coupled, and the bodies move.
     #[error(
-        "`material.lower` and `material.upper` differ so that pressure causes slip (Dundurs' beta = {beta:.4}); of such bodies this version computes the static contact only: leave [motion], [dynamics] and [wear] out, or make beta zero with the same constants for both or with both poisson_ratio = 0.5"
+        "`material.lower` and `material.upper` differ so that pressure causes slip (Dundurs' beta = {beta:.4}); for such bodies this version computes only the static contact: remove [motion], [dynamics] and [wear], or make beta zero by equal constants for both bodies or by poisson_ratio = 0.5 for both"
     )]
     Dissimilar {
         /// Dundurs' β.
         beta: f64,
     },
-    /// A static contact of coupled bodies with friction, under what it is not pressed by in steps.
+    /// Static contact of coupled bodies with friction, with a key that load steps do not support.
     #[error(
-        "`{key}` is {value}, and the bodies differ elastically (Dundurs' beta = {beta:.4}): with friction they are pressed together by a rising load without moments; give {instead}, or leave contact.friction_coefficient out"
+        "`{key}` is {value}, and the bodies differ elastically (Dundurs' beta = {beta:.4}): with friction, such bodies can only be pressed together by a rising load without moments; give {instead}, or remove contact.friction_coefficient"
     )]
     IndentedWithout {
         /// The key.
         key: &'static str,
         /// Its value.
         value: &'static str,
-        /// What would be right.
+        /// The alternative.
         instead: &'static str,
         /// Dundurs' β.
         beta: f64,
     },
-    /// A structure that cannot press its joint.
-    #[error("`contact.pressing` is \"structure\", and {reason}; use \"punch\", or leave it out")]
+    /// The structure cannot press its joint.
+    #[error(
+        "`contact.pressing` cannot be \"structure\": {reason}; use \"punch\", or remove the key"
+    )]
     StructureCannotPress {
-        /// Why not.
+        /// The reason.
         reason: &'static str,
     },
-    /// A preload at places of a structure that does not press.
+    /// A preload at points of a structure that does not press its joint.
     #[error(
-        "`contact.preload` says where a structure is pressed, and it does not press: {reason}; give contact.normal_load in its place"
+        "`contact.preload` needs a structure that presses the joint, and this structure does not: {reason}; give contact.normal_load instead"
     )]
     PreloadOfPunch {
-        /// Why not.
+        /// The reason.
         reason: &'static str,
     },
-    /// What the structure decides.
+    /// A key whose value follows from the structure.
     #[error(
-        "`{key}` is given, and the structure decides how its bodies lie against each other; leave it out, or give contact.pressing = \"punch\""
+        "`{key}` is given, but the structure determines how its bodies press each other; remove the key, or set contact.pressing = \"punch\""
     )]
     HeldByStructure {
         /// The key.
         key: &'static str,
     },
-    /// The bolt of a punch.
+    /// A bolt outside the structure without known position.
     #[error(
-        "`contact.bolt_stiffness`, and `contact.bolt`, are those of a bolt outside of the structure, and where it acts is not known or the bolt is in the mesh; give contact.preload with head and nut, leave it out, or give contact.pressing = \"punch\""
+        "`contact.bolt_stiffness` and `contact.bolt` describe a bolt outside the structure, but its position is not given or the bolt is in the mesh; give contact.preload with head and nut, remove the key, or set contact.pressing = \"punch\""
     )]
     BoltOfStructure,
-    /// A bolt by its dimensions that does not fit.
+    /// The dimensions of the bolt are not valid here.
     #[error("`contact.bolt`: {reason}")]
     Bolt {
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// A milestone of a load that stays.
+    /// The run ends at a preload, but the load is constant.
     #[error(
-        "`wear.until.preload` ends a run whose load falls, and this one stays; give contact.bolt_stiffness, contact.bolt or contact.preload.in_mesh, or leave it out"
+        "`wear.until.preload` ends a run when its bolt load falls, but this load is constant; give contact.bolt_stiffness, contact.bolt or contact.preload.in_mesh, or remove the key"
     )]
     LoadStays,
-    /// A value that this version does not compute.
+    /// A value that this version does not support.
     #[error("`{key}` is {value}, which this version does not compute; use {instead}")]
     NotAvailable {
         /// The key.
         key: &'static str,
         /// Its value.
         value: &'static str,
-        /// What would be right.
+        /// The alternative.
         instead: &'static str,
     },
-    /// Fields of cells beyond the grid.
+    /// Output of cells outside the grid.
     #[error(
-        "`output.cycle_fields.{key}` = {range:?}, and the cells of the grid have {key} from 0 to {last}: give two numbers of these"
+        "`output.cycle_fields.{key}` = {range:?}, but the cells of the grid have {key} from 0 to {last}: give two numbers in this range"
     )]
     NoSuchCells {
         /// `i` or `j`.
         key: &'static str,
-        /// The first and the last cell asked for.
+        /// The requested first and last cell.
         range: [u64; 2],
-        /// The last there is.
+        /// The last existing cell.
         last: usize,
     },
-    /// Fields of samples beyond the cycle.
+    /// Output of samples outside the cycle.
     #[error(
-        "`output.cycle_fields.samples` has {sample}, and the cycle has the samples 0 to {last}: {instead}"
+        "`output.cycle_fields.samples` has {sample}, but the cycle has the samples 0 to {last}: {instead}"
     )]
     NoSuchSample {
         /// The sample.
         sample: u64,
-        /// The last there is.
+        /// The last existing sample.
         last: usize,
-        /// What would be right.
+        /// The alternative.
         instead: &'static str,
     },
-    /// Fields of chosen samples of a cycle whose samples depend on a vibration.
+    /// Output of selected samples, although the samples of the cycle depend on the vibration.
     #[error(
-        "`output.cycle_fields.samples` is given, and which samples the cycle has is decided after dynamic_response; give fidelity.cycle = \"stepped\" or \"reversal\" too, or leave the samples out for all"
+        "`output.cycle_fields.samples` is given, but the samples of the cycle are decided only after dynamic_response; set fidelity.cycle = \"stepped\" or \"reversal\" too, or remove the key to write all samples"
     )]
     SamplesNotKnown,
-    /// `superposition` of a rotation, or of forces and displacements together.
+    /// `superposition` of a rotation, or of forces together with displacements.
     #[error(
-        "`fidelity.cycle` is \"superposition\", which needs displacements along all axes that move, or forces along all of them, and no rotation about z; use \"reversal\""
+        "`fidelity.cycle` is \"superposition\", which needs a displacement on each moving axis or a force on each, and no rotation about z; use \"reversal\""
     )]
     NotSuperposed,
-    /// `superposition` of contact elements that move their own cells.
+    /// `superposition` although the contact elements move their cells differently.
     #[error(
-        "`fidelity.cycle` is \"superposition\", which moves all cells alike, and with `contact.stiffness` = \"sliders\" each contact element moves its own; use \"reversal\""
+        "`fidelity.cycle` is \"superposition\", which moves all cells equally, but with `contact.stiffness` = \"sliders\" each contact element moves its own cells; use \"reversal\""
     )]
     SuperposedElements,
-    /// The cap is too low for the load.
+    /// The pressure cap is too low for the load.
     #[error(
         "`contact.pressure_cap` = {cap:.6e} Pa on the joint's {area:.6e} m² carries {capacity:.6e} N; `contact.normal_load` is {load:.6e} N: lower the load or raise the cap"
     )]
@@ -149,7 +151,7 @@ pub enum PlanError {
         cap: f64,
         /// Nominal area of the joint \[m²\].
         area: f64,
-        /// Their product \[N\].
+        /// Largest load that the cap allows \[N\].
         capacity: f64,
         /// The largest load of the cycle \[N\].
         load: f64,
@@ -159,26 +161,26 @@ pub enum PlanError {
     Surface {
         /// The key of the lengths.
         key: &'static str,
-        /// The longest waves' lengths along x and y \[m\].
+        /// Lengths of the longest waves along x and y \[m\].
         lengths: Vec<f64>,
-        /// What is wrong.
+        /// The error.
         source: SurfaceError,
     },
-    /// More load than any solid bears.
+    /// The load is more than any solid bears.
     #[error(
-        "`contact.normal_load` = {load:.6e} N is a mean pressure of {pressure:.6e} Pa on the joint's {area:.6e} m², more than a thousand times the contact modulus {modulus:.6e} Pa: no solid bears that; lower the load, or see whether its unit is N or kN, that of `joint.size` mm or m, and that of `material.youngs_modulus` GPa or MPa"
+        "`contact.normal_load` = {load:.6e} N is a mean pressure of {pressure:.6e} Pa on the joint's {area:.6e} m², more than a thousand times the contact modulus {modulus:.6e} Pa: no solid bears that; lower the load, or check the units: N or kN, `joint.size` in mm or m, `material.youngs_modulus` in GPa or MPa"
     )]
     Overloaded {
         /// The largest load of the cycle \[N\].
         load: f64,
-        /// That over the area \[Pa\].
+        /// Mean pressure \[Pa\].
         pressure: f64,
         /// Nominal area of the joint \[m²\].
         area: f64,
         /// Contact modulus of the two bodies \[Pa\].
         modulus: f64,
     },
-    /// Forces that friction cannot hold.
+    /// The tangential force exceeds the friction limit.
     #[error(
         "`motion.force` reaches {force:.6e} N under a normal load of {load:.6e} N, where friction carries less than {limit:.6e} N: the joint would slide away; make the force smaller, or give `motion.amplitude`"
     )]
@@ -187,48 +189,48 @@ pub enum PlanError {
         force: f64,
         /// The normal load at that instant \[N\].
         load: f64,
-        /// Friction coefficient times it \[N\].
+        /// Friction limit \[N\]: friction coefficient times normal load.
         limit: f64,
     },
-    /// A moment about z that friction cannot hold.
+    /// The moment about z exceeds the friction limit.
     #[error(
-        "`motion.moment` reaches {moment:.6e} N m under a normal load of {load:.6e} N, where friction carries less than {limit:.6e} N m, were all of the load on the outermost cell, {reach:.4} mm from the joint's centre: the joint would turn away; make the moment smaller, see whether its unit is N m or N mm, or give `motion.rotation`"
+        "`motion.moment` reaches {moment:.6e} N m under a normal load of {load:.6e} N, where friction carries less than {limit:.6e} N m, even with all of the load on the outermost cell, {reach:.4} mm from the joint's centre: the joint would turn away; make the moment smaller, check whether its unit is N m or N mm, or give `motion.rotation`"
     )]
     TurnsAway {
         /// The moment \[N m\].
         moment: f64,
         /// The normal load at that instant \[N\].
         load: f64,
-        /// The outermost cell's distance \[mm\].
+        /// Distance of the outermost cell \[mm\].
         reach: f64,
-        /// Friction coefficient times the load times that \[N m\].
+        /// Friction limit \[N m\]: friction coefficient times normal load times this distance.
         limit: f64,
     },
-    /// Moments that no pressure has.
+    /// No pressure can balance the moments.
     #[error(
-        "`contact.moment` = {moment:?} N m moves the resultant of {load:.6e} N to {arm:.4?} mm from the joint's centre, and the joint reaches {reach:.4?} mm: make the moment smaller or the load larger, or see whether its unit is N m or N mm"
+        "`contact.moment` = {moment:?} N m moves the resultant of {load:.6e} N to {arm:.4?} mm from the joint's centre, but the joint only extends to {reach:.4?} mm: make the moment smaller or the load larger, or check whether its unit is N m or N mm"
     )]
     MomentNotCarried {
         /// About x and y \[N m\].
         moment: [f64; 2],
         /// The least load of the cycle \[N\].
         load: f64,
-        /// Where its resultant would be, x and y \[mm\].
+        /// Position of its resultant, x and y \[mm\].
         arm: [f64; 2],
-        /// The outermost cells, x and y \[mm\].
+        /// Position of the outermost cells, x and y \[mm\].
         reach: [f64; 2],
     },
-    /// The grid and the contact elements do not fit.
+    /// The grid and the contact elements do not match.
     #[error("joint.grid: {0}")]
     Elements(ModelUpdateError),
-    /// Nothing says what the mesh under the joint has of its compliance.
+    /// The compliance of the mesh at the joint is unknown.
     #[error(
-        "contact.stiffness = \"sliders\", its default, takes from the bodies' compliance what the finite elements have of it, and no positions of nodes say how thick they are at the joint; give structure.layer, or contact.stiffness = \"total\""
+        "contact.stiffness = \"sliders\" (the default) subtracts the compliance of the finite elements at the joint, but no positions of nodes give their thickness; give structure.layer, or contact.stiffness = \"total\""
     )]
     NoLayer,
-    /// No cell is left.
+    /// The joint has no cell.
     #[error(
-        "the joint has no cell: `joint.hole.diameter` takes all of {cells} cells; make it smaller"
+        "the joint has no cell: `joint.hole.diameter` removes all {cells} cells; make it smaller"
     )]
     NoCells {
         /// Cells of the grid.
@@ -236,24 +238,24 @@ pub enum PlanError {
     },
 }
 
-/// What a scene needs: the recipe of its run with what its files say.
+/// Plan of a run: its complete inputs, including the contents of its files, and the reasons.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// All that a run is computed from.
+    /// The inputs of a run.
     pub inputs: Inputs,
-    /// What was decided from the scene alone, and what will be decided by a stated rule.
+    /// The decisions made from the scene alone, and the decisions that stages will make by a stated rule.
     pub decisions: Vec<Decision>,
-    /// Figures that an engineer would look at, by rules of thumb.
+    /// Figures for an engineer to check, by rules of thumb.
     pub checks: Vec<Check>,
-    /// What the user should change or know before it runs.
+    /// Warnings for the user before the run.
     pub warnings: Vec<String>,
 }
 
 impl Plan {
-    /// What there is to say of a measured surface and of the matrices of a structure: the run's stages say it too.
+    /// Notices about a measured surface and the matrices of a structure. The stages of the run report them too.
     pub fn notices(&self) -> impl Iterator<Item = String> + use<'_> {
         let measured = self.inputs.measured.iter();
-        let measured = measured.flat_map(|found| found.notices.iter().map(ToString::to_string));
+        let measured = measured.flat_map(|surface| surface.notices.iter().map(ToString::to_string));
         let imported = self.inputs.imported.iter();
         let notes = imported.flat_map(|found| found.notes.clone());
         let pressing = self.inputs.recipe.pressing_notice().map(str::to_owned);
@@ -265,7 +267,7 @@ impl Plan {
     /// Reads the files of a scene, each once, and decides what it needs.
     ///
     /// # Errors
-    /// [`InputError`] for a file that cannot be used, and for a scene that is well written and cannot be run.
+    /// [`InputError`] for a file that cannot be used, and for a valid scene that cannot be run.
     pub fn of(scene: &Scene) -> Result<Plan, InputError> {
         let given_load = scene.rough().map(|rough| rough.conditions.normal_load);
         let Files {
@@ -304,10 +306,10 @@ impl Plan {
     }
 }
 
-/// Decides what a scene needs, and completes the recipe of its inputs.
+/// Decides what a run of the scene computes, and completes the recipe of its inputs.
 ///
 /// # Errors
-/// [`PlanError`] for a scene that is well written and cannot be run.
+/// [`PlanError`] for a valid scene that cannot be run.
 fn decide(scene: &Scene, contents: &Contents, inputs: &mut Inputs) -> Result<(), PlanError> {
     let Inputs { motion, recipe, .. } = inputs;
     let (mut surface, mut contact, mut cycle) = (None, None, None);
@@ -315,7 +317,7 @@ fn decide(scene: &Scene, contents: &Contents, inputs: &mut Inputs) -> Result<(),
         let decided = rough::decide(scene, &rough, motion, contents)?;
         let is_pressed = decided.1.pressing.is_some();
         (surface, contact, cycle) = (Some(decided.0), Some(decided.1), decided.2);
-        // What presses the joint is at rest in the vibration.
+        // The forces that press the joint are constant in the vibration.
         if let Some(response) = recipe.response.as_mut().filter(|_| is_pressed) {
             response.forces.retain(|force| force.harmonic > 0);
         }

@@ -1,4 +1,4 @@
-//! Where the numbers of a recipe come from that a preset has a say in.
+//! Reasons for the numbers of a recipe that a preset affects.
 
 use serde_json::json;
 
@@ -6,20 +6,20 @@ use crate::recipe::{Reasons, Recipe};
 use crate::scene::Scene;
 use crate::scene::keys::{cycles::*, fidelity::*};
 
-/// The reason of each number of a recipe that a preset has a say in, by its key: the scene gives it, or it follows from the error that
-/// is asked for, or from the preset. How a cycle is marched has its reason in the cycle.
+/// Returns the reason of each number of a recipe that a preset affects, by its key. A number is given in the scene, or
+/// follows from the requested tolerance or from the preset. The cycle itself records the reason for its marching.
 pub(super) fn reasons(scene: &Scene, recipe: &Recipe) -> Reasons {
     let fidelity = &scene.fidelity;
     let load_steps = recipe.contact().and_then(|c| c.coupling.load_steps());
     let (cycle, wear) = (recipe.cycle().is_some(), recipe.wear.is_some());
-    let sheared = cycle || load_steps.is_some();
+    let has_shear = cycle || load_steps.is_some();
     let vibrates = recipe.response.is_some();
     let response = recipe.response.as_ref();
     let extended = response.is_some_and(|response| response.harmonic_tolerance.is_some());
-    // Keys that give a number, whether the recipe has it, and whether it follows from an error that is asked for.
+    // Keys of a number, whether the recipe has the number, and whether it follows from a requested tolerance.
     let numbers: [(&[&str], bool, bool); 10] = [
         (&[NORMAL_TOLERANCE.name], recipe.contact().is_some(), true),
-        (&[TANGENTIAL_TOLERANCE.name], sheared, true),
+        (&[TANGENTIAL_TOLERANCE.name], has_shear, true),
         (&[LOAD_STEPS.name], load_steps.is_some(), false),
         (&[CYCLE_TOLERANCE.name], cycle, true),
         (&[STEPS_PER_CYCLE.name], cycle, true),

@@ -1,4 +1,4 @@
-//! The rough contact of a scene: what is decided about it.
+//! Planning of the rough contact.
 
 use super::PlanError;
 use crate::contact::normal::Rotation;
@@ -16,7 +16,7 @@ use crate::structure::resonator::{BOLT_ABOVE, BOLT_BELOW};
 use crate::wear::cycle::March;
 use crate::wear::{Channel, Motion};
 
-/// Points of the plane that fields of a scene are transformed on.
+/// Points of the plane on which the fields of a scene are transformed.
 pub(super) fn plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
     match boundary {
         Boundary::Free => [fast_length(2 * grid.nx - 1), fast_length(2 * grid.ny - 1)],
@@ -24,8 +24,8 @@ pub(super) fn plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
     }
 }
 
-/// Decides the parts of a recipe that a rough joint has: cells and heights, contact, cycle. `motion` is what `[motion]` says, `contents`
-/// are the hashes of the files of surface and motion.
+/// Decides the parts of a recipe that belong to a rough joint: cells and heights, contact, and cycle. `motion` is the
+/// motion of `[motion]`. `contents` are the hashes of the surface and motion files.
 pub(super) fn decide(
     scene: &Scene,
     rough: &RoughJoint,
@@ -51,22 +51,23 @@ pub(super) fn decide(
     Ok((surface, contact, cycle))
 }
 
-/// Hashes of the files that a scene names, where they were read.
+/// Hashes of the files that a scene names, if they were read.
 #[derive(Debug, Clone, Default)]
 pub struct Contents {
-    /// That of the surface.
+    /// Hash of the surface file.
     pub surface: Option<String>,
-    /// That of the motion's history, and whether every other sample of the motion is one in the middle between those of the file.
+    /// Hash of the motion history, and whether every other sample is a midpoint between samples of the file.
     pub history: Option<(String, bool)>,
 }
 
-/// What the contact elements are: where each has a law of its own, pairs of nodes, between which cells move as the mesh does.
+/// Kind of the contact elements. Elements with laws of their own are pairs of nodes, and the cells between the nodes
+/// move as the mesh does.
 fn contact_ports(scene: &Scene) -> ContactPorts {
     let structure = scene.recipe.structure.as_ref();
     structure.map_or(ContactPorts::Faces, |structure| structure.contact_ports)
 }
 
-/// The compliances of a bolt and of what it clamps, beside that of the contact.
+/// Returns the compliances of a bolt and of its clamped parts, without the contact.
 fn bolt_compliance(
     bolt: BoltedJoint,
     contact: &recipe::Contact,
@@ -76,12 +77,12 @@ fn bolt_compliance(
     let (lower, upper) = (contact.bodies.lower, contact.bodies.upper);
     if lower.youngs_modulus != upper.youngs_modulus {
         return Err(wrong(
-            "its clamped parts are of one modulus, and [material] has two; give contact.bolt_stiffness in its place".to_owned(),
+            "its clamped parts must have one modulus, but [material] has two; give contact.bolt_stiffness instead".to_owned(),
         ));
     }
     if contact.conditions.approach.is_some() {
         return Err(wrong(
-            "contact.approach holds the bodies, and no bolt does; give contact.normal_load"
+            "contact.approach prescribes the position of the bodies, so a bolt has no effect; give contact.normal_load"
                 .to_owned(),
         ));
     }
@@ -90,23 +91,23 @@ fn bolt_compliance(
         ..bolt
     };
     let plates = bolt.plates().map_err(|error| wrong(error.to_string()))?;
-    let of_bolt = bolt.bolt();
+    let bolt_alone = bolt.bolt();
     if contact.pressing.is_some() {
-        // The structure gives way itself.
+        // The structure itself represents the compliance under the bolt.
         return Ok(recipe::BoltCompliance {
-            bolt: of_bolt,
+            bolt: bolt_alone,
             plates,
             patch: None,
         });
     }
     if contact.conditions.boundary == Boundary::Periodic {
-        return Err(wrong("with contact.boundary = \"periodic\" the joint has no edge that it could be clamped in; use \"free\"".to_owned()));
+        return Err(wrong("with contact.boundary = \"periodic\" the joint has no edge, so no parts can be clamped; use \"free\"".to_owned()));
     }
     let mut half_space = HalfSpace::new(patch.grid, contact.bodies, Boundary::Free);
-    let found = stiffness::normal(&mut half_space, &patch.kept);
-    let patch = 1.0 / found.map_err(|error| wrong(error.to_string()))?.total;
+    let stiffnesses = stiffness::normal(&mut half_space, &patch.kept);
+    let patch = 1.0 / stiffnesses.map_err(|error| wrong(error.to_string()))?.total;
     let compliance = recipe::BoltCompliance {
-        bolt: of_bolt,
+        bolt: bolt_alone,
         plates,
         patch: Some(patch),
     };
@@ -114,12 +115,12 @@ fn bolt_compliance(
         return Ok(compliance);
     }
     Err(wrong(format!(
-        "bolt and clamped parts give way by {:.3e} m/N together, and the half spaces under the joint by {patch:.3e} m/N already: the parts are too short for half spaces; give contact.bolt_stiffness in its place",
-        of_bolt + plates
+        "bolt and clamped parts have a compliance of {:.3e} m/N together, but the half spaces under the joint alone have {patch:.3e} m/N: the parts are too short for half spaces; give contact.bolt_stiffness instead",
+        bolt_alone + plates
     )))
 }
 
-/// The mesh under the joint, where the contact elements at its nodes have laws of their own.
+/// Returns the mesh at the joint, if the contact elements at its nodes have laws of their own.
 fn structure_mesh(scene: &Scene, rough: &RoughJoint) -> Option<recipe::StructureMesh> {
     let structure = rough
         .structure
@@ -133,7 +134,7 @@ fn structure_mesh(scene: &Scene, rough: &RoughJoint) -> Option<recipe::Structure
     })
 }
 
-/// How the bodies press each other, by the structure or as punches, and why.
+/// Decides whether the bodies are pressed by the structure or as punches, and returns the reason.
 fn pressing(
     scene: &Scene,
     rough: &RoughJoint,
@@ -141,7 +142,7 @@ fn pressing(
     let Some(structure) = rough.structure else {
         return Ok((None, "no [structure]"));
     };
-    let given = scene.given(PRESSING.name);
+    let given_pressing = scene.given(PRESSING.name);
     let preload = rough.contact.preload.as_ref();
     if rough.contact.pressed_by == PressedBy::Punch {
         if preload.is_some() {
@@ -167,14 +168,17 @@ fn pressing(
         None
     };
     if let Some(reason) = hinders {
-        return match given {
+        return match given_pressing {
             Some(_) => Err(PlanError::StructureCannotPress { reason }),
             None if preload.is_some() => Err(PlanError::PreloadOfPunch { reason }),
             None => Ok((None, reason)),
         };
     }
-    let held = [ROTATION.name, MOMENT.name, APPROACH.name];
-    if let Some(key) = held.into_iter().find(|key| scene.given(key).is_some()) {
+    let determined_keys = [ROTATION.name, MOMENT.name, APPROACH.name];
+    if let Some(key) = determined_keys
+        .into_iter()
+        .find(|key| scene.given(key).is_some())
+    {
         return Err(PlanError::HeldByStructure { key });
     }
     let is_bolt_outside = preload.is_some_and(|preload| !preload.in_mesh);
@@ -294,7 +298,7 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
             "contact.friction_coefficient = 0: no shear, nothing is dissipated and nothing wears",
         );
     }
-    // Contact elements are made of them, and held against them.
+    // The stiffness is needed to build the contact elements and to compare with them.
     let stiffness = scene.recipe.output.stiffness || scene.recipe.structure.is_some();
     if !stiffness {
         why.add("stiffness", "output.stiffness = false");
@@ -319,8 +323,8 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
     })
 }
 
-/// What elastically different bodies make of a scene, and why. Cycles and wear of such bodies are refused: their pressure changes with
-/// the shear of every instant, which the cycle and the wear step take to be constant.
+/// Decides how elastically different bodies are treated, and returns the reason. Rejects cycles and wear of such
+/// bodies: their pressure changes with the shear at every instant, but cycle and wear step assume constant pressure.
 fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), PlanError> {
     let pair = rough.material.elastic;
     if !pair.is_coupled() {
@@ -338,7 +342,7 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), Pla
         );
         return Ok((Coupling::Frictionless, why));
     }
-    let refused = [
+    let unsupported = [
         (
             rough.conditions.approach.is_some(),
             "contact.approach",
@@ -358,7 +362,7 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), Pla
             "\"fixed\" or \"absent\"",
         ),
     ];
-    match refused.into_iter().find(|(given, ..)| *given) {
+    match unsupported.into_iter().find(|(given, ..)| *given) {
         Some((_, key, value, instead)) => Err(PlanError::IndentedWithout {
             key,
             value,
@@ -424,7 +428,7 @@ fn cycle(
     }))
 }
 
-/// The motion of a scene; under its load at rest where nothing moves it harmonically.
+/// Returns the motion of a scene. Without harmonic motion it is a constant load.
 pub(super) fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
     let load = contact.normal_load();
     match &scene.motion {
@@ -480,7 +484,7 @@ fn check(
     Ok(())
 }
 
-/// Fields of samples that the cycle does not have, or of cells that the grid does not have.
+/// Rejects output of samples outside the cycle and of cells outside the grid.
 fn check_cycle_fields(
     fields: &recipe::CycleFields,
     grid: Grid,
@@ -518,7 +522,7 @@ fn check_cycle_fields(
     Ok(())
 }
 
-/// A surface of which the grid shows no wave.
+/// Rejects a surface whose waves the grid cannot represent.
 fn check_waves(rough: &RoughJoint) -> Result<(), PlanError> {
     let (key, lengths) = match rough.surface.correlation_length() {
         Some(lengths) => ("surface.correlation_length", lengths.to_vec()),
@@ -535,11 +539,11 @@ fn check_waves(rough: &RoughJoint) -> Result<(), PlanError> {
     })
 }
 
-/// A mean pressure over the contact modulus that no contact solve has to come to an end with. Up to some ten they do, and a warning says
-/// that the unit is mistaken.
+/// Largest mean pressure over the contact modulus. Contact solves converge up to about ten. Beyond that, a warning
+/// points to a mistaken unit.
 const MOST_STRAIN: f64 = 1e3;
 
-/// Refuses a load beyond all solids.
+/// Rejects a load that no solid can bear.
 fn check_pressure(rough: &RoughJoint, patch: &Patch, loads: &[f64]) -> Result<(), PlanError> {
     let largest = loads
         .iter()
@@ -558,9 +562,9 @@ fn check_pressure(rough: &RoughJoint, patch: &Patch, loads: &[f64]) -> Result<()
     Ok(())
 }
 
-/// Pressures push: their resultant stays among the cells, whatever the moments.
+/// Checks that the resultant of the pressure can lie within the joint. Pressures only push, whatever the moments.
 fn check_moment(rough: &RoughJoint, patch: &Patch, load: f64) -> Result<(), PlanError> {
-    // Under an approach the load is found.
+    // With a given approach the load is not known yet.
     let conditions = rough.conditions;
     let (Rotation::Free { moment }, None) = (conditions.rotation, conditions.approach) else {
         return Ok(());
@@ -584,7 +588,7 @@ fn check_moment(rough: &RoughJoint, patch: &Patch, load: f64) -> Result<(), Plan
     }
 }
 
-/// Forces stay below what friction carries, at every instant.
+/// Checks that tangential forces stay below the friction limit at every instant.
 fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanError> {
     for (sample, &load) in motion.normal_load.iter().enumerate() {
         let forces = motion.drive.iter().filter(|axis| axis.is_force());
@@ -600,14 +604,15 @@ fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanErr
     Ok(())
 }
 
-/// A moment about z stays below what friction carries at every instant, were all of the load on the outermost cell.
+/// Checks that a moment about z stays below the friction limit at every instant, even with all of the load on the
+/// outermost cell.
 fn check_torsion(
     motion: &Motion,
     patch: &Patch,
     friction_coefficient: f64,
 ) -> Result<(), PlanError> {
-    let given = motion.rotation.as_ref().filter(|turn| turn.is_force());
-    let Some(moments) = given.map(Channel::values) else {
+    let moment_channel = motion.rotation.as_ref().filter(|turn| turn.is_force());
+    let Some(moments) = moment_channel.map(Channel::values) else {
         return Ok(());
     };
     let reach = centres(patch).fold(0.0, |reach: f64, (x, y)| reach.max(x.hypot(y)));
@@ -625,7 +630,7 @@ fn check_torsion(
     Ok(())
 }
 
-/// Where the cells of a joint are \[m\].
+/// Centres of the cells of a joint \[m\].
 fn centres(patch: &Patch) -> impl Iterator<Item = (f64, f64)> {
     let grid = patch.grid;
     let kept = (0..grid.len()).filter(|&cell| patch.kept[cell]);

@@ -1,4 +1,4 @@
-//! What is known of the stability of an explicit wear step before a contact is.
+//! Stability of an explicit wear step, estimated before a contact is computed.
 
 use std::f64::consts::PI;
 
@@ -6,9 +6,10 @@ use crate::contact::cell_integrals;
 use crate::recipe::Recipe;
 use crate::wear::explicit;
 
-/// The explicit step of a recipe \[m\], and the longest that is stable under this pressure \[Pa\] on its cells: a step of depth d,
-/// reached by the cell that wears fastest under its pressure p, makes N α µ·(slip path) = d/p on every cell that slips as far, which
-/// is stable up to twice the smallest eigenvalue of the compliance. None without an explicit step of a given depth.
+/// Returns the explicit step depth of a recipe \[m\], and the largest stable one under this pressure \[Pa\] on its
+/// cells. A step of depth d is the wear of the fastest-wearing cell with pressure p. Then N α µ·(slip path) = d/p on
+/// every cell with the same slip path. The step is stable up to twice the smallest eigenvalue of the compliance.
+/// Returns `None` without an explicit step of a given depth.
 fn explicit_step(recipe: &Recipe, pressure: f64) -> Option<[f64; 2]> {
     let (wear, contact) = (recipe.wear.as_ref()?, recipe.contact()?);
     let depth_step = wear.depth_step.filter(|_| wear.scheme.is_explicit())?;
@@ -18,32 +19,32 @@ fn explicit_step(recipe: &Recipe, pressure: f64) -> Option<[f64; 2]> {
     Some([depth_step, explicit::largest_stable_depth(pressure, own)])
 }
 
-/// The warning for an explicit step that is unstable under the cap on the pressure. Whether another one is, or becomes so, is known once
-/// the pressures are.
+/// Warns of an explicit step that is unstable under the pressure cap. Other unstable steps can only be detected once
+/// the pressures are known.
 pub(super) fn warning(recipe: &Recipe) -> Option<String> {
     let cap = recipe.contact()?.conditions.pressure_cap?;
     let [depth_step, longest] = explicit_step(recipe, cap)?;
     (depth_step > longest).then(|| {
         format!(
-            "wear.depth_step = {depth_step:e} m is beyond stability from the first step on: at most {longest:.2e} m is stable under contact.pressure_cap = {cap:e} Pa, and the contact area will be wrong; make wear.depth_step smaller or wear.scheme \"implicit\""
+            "wear.depth_step = {depth_step:e} m is unstable from the first step on: at most {longest:.2e} m is stable under contact.pressure_cap = {cap:e} Pa, and the contact area will be wrong; make wear.depth_step smaller or set wear.scheme to \"implicit\""
         )
     })
 }
 
-/// The warning of an explicit step that is, or becomes, unstable on the cells of the scene, under the peak pressure of the unworn contact and
-/// the mean pressure of the worn one \[Pa\].
+/// Warns of an explicit step that is unstable from the beginning or becomes unstable. `peak` is the largest pressure of
+/// the unworn contact, `mean` the mean pressure of the worn one \[Pa\].
 pub fn unstable_explicit_step(recipe: &Recipe, peak: f64, mean: f64) -> Option<String> {
     let [depth_step, at_first] = explicit_step(recipe, peak)?;
     let [_, at_last] = explicit_step(recipe, mean)?;
     let choice = if depth_step > at_first {
-        "beyond stability from the first step on"
+        "unstable from the first step on"
     } else if depth_step > at_last {
-        "stable at first, beyond stability once wear has spread the load"
+        "stable at first, but unstable once wear has spread the load"
     } else {
         return None;
     };
     let turns = depth_step * peak / at_first;
     Some(format!(
-        "wear.depth_step = {depth_step:e} m is {choice}: cells below {turns:.2e} Pa overshoot, lift off and come back, and the contact area will be wrong; at most {at_last:.2e} m is stable under the {mean:.2e} Pa that the worn contact bears in the mean; make wear.depth_step smaller or wear.scheme \"implicit\""
+        "wear.depth_step = {depth_step:e} m is {choice}: cells below {turns:.2e} Pa overshoot, lift off and come back, and the contact area will be wrong; at most {at_last:.2e} m is stable under the {mean:.2e} Pa mean pressure of the worn contact; make wear.depth_step smaller or set wear.scheme to \"implicit\""
     ))
 }

@@ -1,4 +1,4 @@
-//! The files of a structure that comes from another program.
+//! Reading of structure files from other programs.
 
 use std::path::{Path, PathBuf};
 
@@ -15,10 +15,10 @@ use crate::structure::node_tables::{self, NodeTableError};
 use crate::structure::readers::{self, Input, ReadError};
 use crate::units::{self, Dimension, UnitError};
 
-/// Bytes of the longest table of nodes: some ten million of them.
+/// Most bytes of a table of nodes: about ten million nodes.
 const LONGEST_TABLE: u64 = 1 << 30;
 
-/// What is wrong with the files of a structure.
+/// Error in the files of a structure.
 #[derive(Debug, thiserror::Error)]
 pub enum StructureFileError {
     /// The matrices cannot be read.
@@ -31,28 +31,28 @@ pub enum StructureFileError {
         key: &'static str,
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         problem: NodeTableError,
     },
-    /// Neither the folder nor the scene says the units.
+    /// Neither the folder nor the scene states the units.
     #[error(
         "structure.file: the units of this folder are unknown; give structure.unit = {{ length = \"mm\", mass = \"t\", time = \"s\" }}, or the correct units"
     )]
     NoUnit,
-    /// The units of the folder are none.
+    /// The units of the folder are not valid.
     #[error("structure.file: structure.json of the folder: {0}")]
     Unit(#[from] UnitError),
-    /// The scene gives others.
+    /// The scene states other units than the folder.
     #[error(
-        "structure.unit is not that of the folder, whose structure.json has {}, {} and {}; leave structure.unit out, or import with the right --unit", .0[0], .0[1], .0[2]
+        "structure.unit differs from the units of the folder, whose structure.json has {}, {} and {}; remove structure.unit, or import with the right --unit", .0[0], .0[1], .0[2]
     )]
     OtherUnit([String; 3]),
-    /// They are not those of the scene's structure.
+    /// The matrices do not match the structure of the scene.
     #[error("structure: {0}")]
     Import(#[from] ImportError),
 }
 
-/// Reads the matrices of a scene's structure, and says in the scene what they are.
+/// Reads the matrices of a scene's structure, and updates the scene from them.
 pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     let points = points(scene);
     let is_ratio_given = scene.given(DAMPING_RATIO.name).is_some();
@@ -90,7 +90,7 @@ pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
     Ok(Some(imported))
 }
 
-/// Where forces act and displacements are read, each once.
+/// Lists the points where forces act and displacements are read, without repetition.
 fn points(scene: &Scene) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     if let Some(response) = &scene.recipe.response {
@@ -122,16 +122,16 @@ fn imported(
         Some(None) if !is_unit_given => return Err(StructureFileError::NoUnit),
         None | Some(None) => import.unit,
         Some(Some(unit)) => {
-            let of_folder = UnitSystem {
+            let folder_unit = UnitSystem {
                 length: units::parse_unit(&unit.length, Dimension::LENGTH)?,
                 mass: units::parse_unit(&unit.mass, Dimension::MASS)?,
                 time: units::parse_unit(&unit.time, Dimension::TIME)?,
             };
-            if is_unit_given && !import.unit.is_near(&of_folder) {
+            if is_unit_given && !import.unit.is_near(&folder_unit) {
                 let Unit { length, mass, time } = unit;
                 return Err(StructureFileError::OtherUnit([length, mass, time]));
             }
-            of_folder
+            folder_unit
         }
     };
     let mut order = Vec::new();
@@ -165,7 +165,10 @@ fn imported(
         },
     )?;
     let damping = [&matrices.damping, &matrices.hysteretic];
-    let is_damped = damping.into_iter().flatten().any(|of| of.largest() > 0.0);
+    let is_damped = damping
+        .into_iter()
+        .flatten()
+        .any(|matrix| matrix.largest() > 0.0);
     Ok((imported, unit, is_damped))
 }
 
@@ -175,10 +178,10 @@ fn table<T>(
     parse: fn(&[u8]) -> Result<T, NodeTableError>,
 ) -> Result<T, StructureFileError> {
     let read = files::read(path, LONGEST_TABLE);
-    let found = read
+    let parsed = read
         .map_err(NodeTableError::from)
         .and_then(|bytes| parse(&bytes));
-    found.map_err(|problem| StructureFileError::Table {
+    parsed.map_err(|problem| StructureFileError::Table {
         key,
         path: path.to_owned(),
         problem,

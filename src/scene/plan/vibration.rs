@@ -1,11 +1,11 @@
-//! The vibrating structure of a scene: what is decided about it.
+//! Planning of the vibrating structure.
 
 use serde_json::json;
 
 use crate::recipe::{self, ElementStiffness, Reasons, Recipe};
 use crate::scene::{Contact, DampingBasis, Scene, Stiffness};
 
-/// Contact elements of the structure.
+/// Number of contact elements of the structure.
 fn contact_elements(scene: &Scene) -> usize {
     let structure = scene.recipe.structure.as_ref();
     let structure = structure.filter(|_| scene.contact.is_some());
@@ -14,7 +14,7 @@ fn contact_elements(scene: &Scene) -> usize {
     })
 }
 
-/// Says why structure and response are as they are.
+/// Adds the reasons to structure and response.
 pub(super) fn explain(scene: &Scene, recipe: &mut Recipe) {
     let (Some(structure), Some(response)) = (&mut recipe.structure, &mut recipe.response) else {
         return;
@@ -55,7 +55,7 @@ pub(super) fn explain(scene: &Scene, recipe: &mut Recipe) {
     );
 }
 
-/// The contact elements; none without structure or contact.
+/// Returns the contact elements, `None` without structure or contact.
 pub(super) fn elements(scene: &Scene) -> Option<recipe::Elements> {
     let contact = scene.contact.as_ref();
     let contact = contact.filter(|_| scene.recipe.response.is_some())?;

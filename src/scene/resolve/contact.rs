@@ -1,4 +1,4 @@
-//! `[contact]`: of a rough surface, or of given stiffness.
+//! Resolves `[contact]`: a rough contact, or a contact of given stiffness.
 
 use super::{All, Body, Result};
 use crate::contact::normal::Rotation;
@@ -24,7 +24,7 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
         return match (body, has_surface) {
             (Body::Joint, _) => Err(reader.missing_section("contact", purpose, &load)),
             (Body::Matrices, true) => {
-                let purpose = "the load on the joint; or leave [surface], [wear] and [update] out for a bonded joint";
+                let purpose = "the load on the joint; or remove [surface], [wear] and [update] for a bonded joint";
                 Err(reader.missing_section("contact", purpose, &friction))
             }
             (_, true) => Err(reader.missing_section("contact", purpose, &friction)),
@@ -36,7 +36,7 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
         };
     }
     if reader.has(&ELEMENTS) {
-        return by_table(reader, body).map(Some);
+        return table_contact(reader, body).map(Some);
     }
     for key in [&KN, &KT] {
         if !reader.has(key) {
@@ -51,10 +51,10 @@ pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>
         if has_surface {
             return Err(reader.conflict(
                 key,
-                "[surface] is there, from which the contact stiffness is computed; give one or the other",
+                "the contact stiffness is already computed from [surface]; give one or the other",
             ));
         }
-        return given(reader).map(Some);
+        return stiffness_contact(reader).map(Some);
     }
     match body {
         Body::Oscillator => {
@@ -87,7 +87,7 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         read => read,
     };
     let boundary = reader.value(&BOUNDARY)?;
-    let (friction_coefficient, pressed, pressed_by, elements, transverse, rotation) = (
+    let (friction_coefficient, load, pressed_by, elements, transverse, rotation) = (
         friction_coefficient,
         load_or_approach(reader, body),
         pressed_by(reader, vibrates),
@@ -96,10 +96,10 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         rotation(reader, boundary),
     )
         .all()?;
-    let (normal_load, approach, preload) = pressed;
+    let (normal_load, approach, preload) = load;
     let bolt_stiffness = reader.optional(&BOLT_STIFFNESS, None)?;
     let without_wear =
-        "it makes the load fall as the joint wears, and there is no [wear]; leave it out";
+        "it makes the load fall as the joint wears, but there is no [wear]; remove it";
     if bolt_stiffness.is_some() && !reader.has("wear") {
         return Err(reader.conflict(&BOLT_STIFFNESS, without_wear));
     }
@@ -110,7 +110,7 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     if bolt.is_some() && bolt_stiffness.is_some() {
         return Err(reader.conflict(
             &BOLT_STIFFNESS,
-            "contact.bolt says how stiff the bolt is; give one or the other",
+            "contact.bolt determines the stiffness of the bolt already; give one or the other",
         ));
     }
     Ok(Contact {
@@ -132,7 +132,7 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     })
 }
 
-/// The bolt by its dimensions, whose clamped parts are of the modulus of the lower body.
+/// Reads the bolt by its dimensions. The modulus of its clamped parts is set later, from the lower body.
 fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
     if !reader.has("contact.bolt") {
         return Ok(None);
@@ -144,7 +144,7 @@ fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
     );
     let [diameter, core_diameter] = match (size, diameter, core) {
         (Some(size), None, None) => metric_thread(&size).ok_or_else(|| {
-            let expected = "a metric thread, as M10, or M10x1.25 with its pitch; of another give diameter and core_diameter";
+            let expected = "a metric thread, such as M10, or M10x1.25 with its pitch; for another thread give diameter and core_diameter";
             reader.out_of_range(&BOLT_SIZE, expected)
         })?,
         (None, Some(diameter), Some(core)) => [diameter, core],
@@ -152,7 +152,7 @@ fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
         (None, None, Some(_)) => return Err(reader.missing(&BOLT_DIAMETER, "")),
         (None, None, None) => return Err(reader.missing(&BOLT_SIZE, "")),
         (Some(_), ..) => {
-            return Err(reader.conflict(&BOLT_SIZE, "it has both diameters; leave them out"));
+            return Err(reader.conflict(&BOLT_SIZE, "a thread size determines both diameters; remove diameter and core_diameter"));
         }
     };
     let (clamp_length, bearing_diameter, hole_diameter, outer_diameter) = (
@@ -178,55 +178,55 @@ fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
     Ok(Some(bolt))
 }
 
-/// How the bodies are to press each other.
+/// Reads how the bodies are to press each other.
 fn pressed_by(reader: &Reader<'_>, vibrates: bool) -> Result<PressedBy> {
     if !vibrates && reader.look(&PRESSING)? == Some(PressedBy::Structure) {
-        let reason = "there is no structure; add [structure] and [dynamics], or leave it out";
+        let reason = "there is no structure; add [structure] and [dynamics], or remove the key";
         return Err(reader.conflict(&PRESSING, reason));
     }
     let chosen = (!vibrates).then_some(PressedBy::Punch);
     reader.value_or(&PRESSING, chosen, reader.value(&PRESET)?)
 }
 
-/// What law the contact elements of a structure have, and how they share one stiffness where they do.
+/// Reads the law of the contact elements of a structure, and how they share a common stiffness.
 fn element_law(
     reader: &Reader<'_>,
     vibrates: bool,
     boundary: Boundary,
 ) -> Result<ElementStiffness> {
-    let given = reader.look(&STIFFNESS)?;
+    let given_stiffness = reader.look(&STIFFNESS)?;
     let distribution = reader.value(&DISTRIBUTION)?;
-    let needs_structure = "it is about the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
-    if !vibrates && given.is_some_and(|stiffness| stiffness != Stiffness::Total) {
+    let needs_structure = "it applies to the contact elements of a structure, but there is none; add [structure] and [dynamics], or remove the key";
+    if !vibrates && given_stiffness.is_some_and(|stiffness| stiffness != Stiffness::Total) {
         return Err(reader.conflict(&STIFFNESS, needs_structure));
     }
     if !vibrates && distribution != Distribution::Uniform {
         return Err(reader.conflict(&DISTRIBUTION, needs_structure));
     }
-    // Those of a periodic joint have no mesh to take from half spaces.
+    // A periodic joint has no mesh whose compliance could be subtracted from half spaces.
     let needs_total = !vibrates || boundary == Boundary::Periodic;
     let chosen = needs_total.then_some(Stiffness::Total);
     let stiffness = reader.value_or(&STIFFNESS, chosen, reader.value(&PRESET)?)?;
-    let own = match stiffness {
+    let own_law = match stiffness {
         Stiffness::Tangent => Some("tangent"),
         Stiffness::Sliders => Some("sliders"),
         Stiffness::Total | Stiffness::Roughness => None,
     };
-    if let (Some(word), true) = (own, reader.has(&DISTRIBUTION)) {
-        let default = if given.is_none() {
+    if let (Some(word), true) = (own_law, reader.has(&DISTRIBUTION)) {
+        let default = if given_stiffness.is_none() {
             ", its default,"
         } else {
             ""
         };
         return Err(reader.conflict(
             &DISTRIBUTION,
-            format!("contact.stiffness = \"{word}\"{default} gives each element its own stiffness; leave distribution out, or add stiffness = \"total\""),
+            format!("contact.stiffness = \"{word}\"{default} gives each element its own stiffness; remove distribution, or add stiffness = \"total\""),
         ));
     }
     if stiffness == Stiffness::Sliders && boundary == Boundary::Periodic {
         return Err(reader.conflict(
             &BOUNDARY,
-            "contact.stiffness = \"sliders\" takes what the structure's mesh has from half spaces with a free surface; use \"free\", or stiffness = \"total\"",
+            "contact.stiffness = \"sliders\" subtracts the compliance of the structure's mesh from half spaces with a free surface; use \"free\", or stiffness = \"total\"",
         ));
     }
     Ok(ElementStiffness::Contact {
@@ -235,7 +235,7 @@ fn element_law(
     })
 }
 
-/// What presses the bodies together: a load, or for a contact that does not move the approach.
+/// Reads what presses the bodies together: a load, or the approach of a contact that does not move.
 fn load_or_approach(
     reader: &Reader<'_>,
     body: Body,
@@ -258,13 +258,13 @@ fn load_or_approach(
         (Some(load), None) => Ok((load, None, None)),
         (None, Some(_)) if moves => Err(reader.conflict(
             &APPROACH,
-            "it presses a contact that does not move; with [motion] or [dynamics] give contact.normal_load",
+            "it is only for a contact that does not move; with [motion] or [dynamics] give contact.normal_load",
         )),
         (None, approach) => Ok((reader.note(&NORMAL_LOAD, 0.0), approach, None)),
     }
 }
 
-/// The preload at two places of a structure, and its force \[N\].
+/// Reads the preload at two places of a structure, and its force \[N\].
 fn preload(reader: &Reader<'_>, body: Body) -> Result<Option<(f64, Preload)>> {
     if !reader.has("contact.preload") {
         return Ok(None);
@@ -284,7 +284,7 @@ fn preload(reader: &Reader<'_>, body: Body) -> Result<Option<(f64, Preload)>> {
         }
     }
     if body != Body::Matrices {
-        let reason = "it names sets of nodes of a structure of kind = \"mesh\" or \"matrices\", and this scene has none; give contact.normal_load";
+        let reason = "it names sets of nodes of a structure of kind = \"mesh\" or \"matrices\", but this scene has none; give contact.normal_load";
         return Err(reader.misplaced("contact.preload", reason));
     }
     let (force, head, nut, in_mesh) = (
@@ -309,39 +309,40 @@ fn transverse(reader: &Reader<'_>, vibrates: bool) -> Result<Transverse> {
     Ok(transverse)
 }
 
-/// What the bodies' rotations about x and y do.
+/// Reads the rotations of the bodies about x and y.
 fn rotation(reader: &Reader<'_>, boundary: Boundary) -> Result<Rotation> {
     let rotation = reader.value(&ROTATION)?;
     if rotation != Rotation::FIXED && boundary == Boundary::Periodic {
         return Err(reader.conflict(
             &ROTATION,
-            "with contact.boundary = \"periodic\" a turned body would not repeat itself; use \"fixed\"",
+            "with contact.boundary = \"periodic\" a rotated body would not be periodic; use \"fixed\"",
         ));
     }
     match reader.get(&MOMENT)? {
         Some(_) if rotation == Rotation::FIXED => Err(reader.conflict(
             &MOMENT,
-            "with contact.rotation = \"fixed\" the moments are found and reported; use \"free\", or leave moment out",
+            "with contact.rotation = \"fixed\" the moments are computed and reported; use \"free\", or remove moment",
         )),
         Some(moment) => Ok(Rotation::Free { moment }),
         None => Ok(rotation),
     }
 }
 
-/// Contact elements that a table has, which is read later.
-fn by_table(reader: &Reader<'_>, body: Body) -> Result<Contact> {
-    let of_table = "contact.elements has it for each contact element; leave it out";
+/// Reads a contact whose elements are in a table. The table itself is read later.
+fn table_contact(reader: &Reader<'_>, body: Body) -> Result<Contact> {
+    let in_table = "the table of contact.elements gives it for each contact element; remove it";
     if body == Body::Joint {
-        let reason = "contact elements are part of a structure; add [structure] and [dynamics], or give [surface] in their place";
+        let reason = "contact elements are part of a structure; add [structure] and [dynamics], or give [surface] instead";
         return Err(reader.conflict(&ELEMENTS, reason));
     }
     if reader.has("surface") {
-        let reason = "[surface] is there, from which the contact elements are computed; give one or the other";
+        let reason =
+            "the contact elements are already computed from [surface]; give one or the other";
         return Err(reader.conflict(&ELEMENTS, reason));
     }
     for section in ["contact.preload", "contact.bolt"] {
         if reader.has(section) {
-            return Err(reader.misplaced(section, of_table));
+            return Err(reader.misplaced(section, in_table));
         }
     }
     for key in [
@@ -352,10 +353,10 @@ fn by_table(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         FRICTION_COEFFICIENT.name,
     ] {
         if reader.has(key) {
-            return Err(reader.conflict(key, of_table));
+            return Err(reader.conflict(key, in_table));
         }
     }
-    reader.refuse_form("contact", "rough", of_table)?;
+    reader.refuse_form("contact", "rough", in_table)?;
     note_rough(reader)?;
     Ok(Contact {
         friction_coefficient: None,
@@ -377,7 +378,7 @@ fn by_table(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     })
 }
 
-/// The record has the keys of a rough contact too, with their defaults.
+/// Records the keys of a rough contact with their defaults, because the record always has them.
 fn note_rough(reader: &Reader<'_>) -> Result<()> {
     reader.note(&STIFFNESS, Stiffness::Total);
     reader.note(&PRESSING, PressedBy::Punch);
@@ -390,9 +391,9 @@ fn note_rough(reader: &Reader<'_>) -> Result<()> {
     Ok(())
 }
 
-fn given(reader: &Reader<'_>) -> Result<Contact> {
+fn stiffness_contact(reader: &Reader<'_>) -> Result<Contact> {
     if reader.has("contact.preload") {
-        let reason = "contact.kn and contact.kt are given, and such a joint is not pressed: its load at rest is contact.normal_load, uniform by area";
+        let reason = "contact.kn and contact.kt are given, and such a joint has no bolt: its load at rest is contact.normal_load, uniform by area";
         return Err(reader.misplaced("contact.preload", reason));
     }
     if reader.has("contact.bolt") {
@@ -402,7 +403,7 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
     reader.refuse_form(
         "contact",
         "rough",
-        "it is about the contact of a rough surface, and contact.kn and contact.kt are given instead; leave it out",
+        "it applies to the contact of a rough surface, but contact.kn and contact.kt are given instead; remove it",
     )?;
     let kn = match reader.get(&KN) {
         Ok(None) => Err(reader.missing_line(&KN, "kn = \"1.2e4 N/um\"")),
@@ -418,14 +419,14 @@ fn given(reader: &Reader<'_>) -> Result<Contact> {
             ));
         }
         Some(load) => load,
-        // One that just touches says so by a gap of 0.
+        // A contact that just touches is given by a gap of 0.
         None if reader.has(&GAP) => 0.0,
         None => return Err(reader.missing(&LOAD_AT_REST, "   (or gap = \"20 um\")")),
     };
     if kn == 0.0 && (kt == 0.0 || normal_load == 0.0) {
         return Err(reader.conflict(
             &KN,
-            "without a normal stiffness the contact bears nothing unless contact.kt and contact.normal_load are greater than zero; give them, or leave [contact] out",
+            "without a normal stiffness the contact bears no load unless contact.kt and contact.normal_load are greater than zero; give them, or remove [contact]",
         ));
     }
     let friction_coefficient = reader.optional(&FRICTION_COEFFICIENT, None)?;

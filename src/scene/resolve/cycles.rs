@@ -1,4 +1,4 @@
-//! `[motion]`, `[wear]` and `[update]`: what happens in a cycle, and over many of them.
+//! Resolves `[motion]`, `[wear]` and `[update]`: one cycle, and many of them.
 
 use super::{All, Body, Result, fidelity};
 use crate::scene::keys::{contact::KN, cycles::*, fidelity::WEAR_TOLERANCE};
@@ -9,7 +9,7 @@ use crate::scene::{
 use crate::units::has_force;
 use crate::wear::{Harmonic, HarmonicMotion};
 
-/// Largest wear depth of an explicit step of the `paper` preset \[m\]: what [A §4a] takes at Rq 5 and 10 µm.
+/// Largest wear depth of an explicit step of the `paper` preset \[m\]: the value of [A §4a] at Rq 5 and 10 µm.
 const PAPER_DEPTH_STEP: f64 = 1e-7;
 
 pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Motion>> {
@@ -48,9 +48,7 @@ fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<HarmonicMotion> {
     if normal_load_amplitude >= normal_load {
         return Err(reader.out_of_range(
             &NORMAL_LOAD_AMPLITUDE,
-            format!(
-                "less than contact.normal_load, {normal_load} N, or the joint would come apart"
-            ),
+            format!("less than contact.normal_load, {normal_load} N, or the joint would lift off"),
         ));
     }
     let amplitude = reader.note(&MOTION_AMPLITUDE, amplitude.unwrap_or([0.0; 2]));
@@ -68,7 +66,7 @@ fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<HarmonicMotion> {
         };
         return Err(reader.conflict(
             key,
-            "nothing moves; give a value greater than zero, or leave [motion] out for a static contact",
+            "nothing moves; give a value greater than zero, or remove [motion] for a static contact",
         ));
     }
     let axis = |axis: usize, force: Option<f64>| Harmonic {
@@ -77,7 +75,7 @@ fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<HarmonicMotion> {
         is_force: force.is_some(),
     };
     let mut axes = vec![axis(0, force.map(|force| force[0]))];
-    // Without a force of its own y is held or free, as the scene says.
+    // Without a force along y, `contact.transverse` decides whether y is fixed or free.
     let along_y = force.map(|force| force[1]).filter(|force| *force > 0.0);
     match contact.transverse {
         Transverse::Absent => {}
@@ -91,13 +89,13 @@ fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<HarmonicMotion> {
     })
 }
 
-/// What `contact.transverse` leaves of the motion along y.
+/// Rejects a motion or force along y that `contact.transverse` does not allow.
 fn check_along_y(reader: &Reader<'_>, contact: &Contact, amplitude: f64, force: f64) -> Result<()> {
     let absent = contact.transverse == Transverse::Absent;
     if force > 0.0 && absent {
         return Err(reader.conflict(
             &MOTION_FORCE,
-            "contact.transverse = \"absent\" leaves no force along y; give \"0 N\" for y, or transverse = \"fixed\"",
+            "contact.transverse = \"absent\" allows no force along y; give \"0 N\" for y, or transverse = \"fixed\"",
         ));
     }
     if amplitude == 0.0 {
@@ -107,11 +105,11 @@ fn check_along_y(reader: &Reader<'_>, contact: &Contact, amplitude: f64, force: 
         Transverse::Fixed => Ok(()),
         Transverse::Absent => Err(reader.conflict(
             &MOTION_AMPLITUDE,
-            "contact.transverse = \"absent\" leaves no motion along y; give \"0 um\" for y, or transverse = \"fixed\"",
+            "contact.transverse = \"absent\" allows no motion along y; give \"0 um\" for y, or transverse = \"fixed\"",
         )),
         Transverse::Free => Err(reader.conflict(
             &MOTION_AMPLITUDE,
-            "contact.transverse = \"free\" finds the motion along y from no force; give \"0 um\" for y, or transverse = \"fixed\"",
+            "contact.transverse = \"free\" computes the motion along y from zero force; give \"0 um\" for y, or transverse = \"fixed\"",
         )),
     }
 }
@@ -133,14 +131,14 @@ fn torsion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Harmonic>> {
     if contact.transverse == Transverse::Absent {
         return Err(reader.conflict(
             key,
-            "a rotation about z moves cells along y, and contact.transverse = \"absent\" leaves no y; use \"fixed\" or \"free\"",
+            "a rotation about z moves cells along y, but contact.transverse = \"absent\" allows no motion along y; use \"fixed\" or \"free\"",
         ));
     }
     let boundary = contact.conditions.map(|conditions| conditions.boundary);
     if boundary == Some(Boundary::Periodic) {
         return Err(reader.conflict(
             key,
-            "with contact.boundary = \"periodic\" a turned body would not repeat itself; use boundary = \"free\"",
+            "with contact.boundary = \"periodic\" a rotated body would not be periodic; use boundary = \"free\"",
         ));
     }
     Ok(Some(Harmonic {
@@ -150,7 +148,7 @@ fn torsion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Harmonic>> {
     }))
 }
 
-/// What `[wear]` needs beside it: a surface, and something that moves it.
+/// Checks that `[wear]` has a surface, and a motion.
 fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
     if body == Body::Joint && !reader.has("motion") {
         return Err(reader.missing_section(
@@ -160,35 +158,35 @@ fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
         ));
     }
     if body == Body::Oscillator {
-        let reason = "an oscillator has no surface that could wear; leave [wear] out";
+        let reason = "an oscillator has no surface that could wear; remove [wear]";
         return Err(reader.misplaced("wear", reason));
     }
     if reader.has(&KN) {
         return Err(reader.conflict(
             &KN,
-            "a contact of given stiffness has no surface that could wear; give [surface] instead, or leave [wear] out",
+            "a contact of given stiffness has no surface that could wear; give [surface] instead, or remove [wear]",
         ));
     }
     Ok(())
 }
 
-/// Worn volume per dissipated energy \[m³/J\] of the coefficient that is given. By Archard's law, dV = k N ds, it is α = k/µ, since the
-/// energy is µ N ds.
+/// Returns the worn volume per dissipated energy \[m³/J\] from the given coefficient. By Archard's law, dV = k N ds, it
+/// is α = k/µ, because the energy is µ N ds.
 fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
-    let given = reader.needed(&COEFFICIENT)?;
+    let coefficient = reader.needed(&COEFFICIENT)?;
     let alpha = match reader.look(&LAW)? {
         Some("archard") => match contact.and_then(|contact| contact.friction_coefficient) {
             Some(0.0) => Err(reader.conflict(
                 &LAW,
                 "alpha = k/mu, and contact.friction_coefficient is 0: give a friction coefficient greater than zero",
             )),
-            friction => Ok(given / friction.unwrap_or(1.0)),
+            friction => Ok(coefficient / friction.unwrap_or(1.0)),
         },
         None if reader.root.text(COEFFICIENT.name).is_some_and(has_force) => Err(reader.conflict(
             &COEFFICIENT,
-            "this unit is that of alpha (volume per dissipated energy) and of Archard's k (volume per load and slip); say which it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)",
+            "this unit fits both alpha (volume per dissipated energy) and Archard's k (volume per load and slip); state which one it is: wear.law = \"energy\", or wear.law = \"archard\" (alpha = k/mu)",
         )),
-        _ => Ok(given),
+        _ => Ok(coefficient),
     };
     alpha.map(|alpha| reader.note(&COEFFICIENT, alpha))
 }
@@ -199,16 +197,16 @@ pub(super) fn wear(
     fidelity: &Fidelity,
     contact: Option<&Contact>,
 ) -> Result<Option<Wear>> {
-    let general = reader.look(&WEAR_TOLERANCE)?;
+    let fidelity_tolerance = reader.look(&WEAR_TOLERANCE)?;
     if !reader.has("wear") {
         return Ok(None);
     }
     check_wear(reader, body)?;
-    let own = reader.look(&WEAR_STEP_TOLERANCE)?;
-    if own.is_some() && general.is_some() {
+    let step_tolerance = reader.look(&WEAR_STEP_TOLERANCE)?;
+    if step_tolerance.is_some() && fidelity_tolerance.is_some() {
         return Err(reader.conflict(
             &WEAR_TOLERANCE,
-            "wear.tolerance says the same; give one of them",
+            "wear.tolerance has the same meaning; give one of them",
         ));
     }
     let cycles = reader.optional(&CYCLES, None);
@@ -224,15 +222,14 @@ pub(super) fn wear(
             Some(reader.note(&DEPTH_STEP, PAPER_DEPTH_STEP))
         }
         (None, scheme) if scheme.needs_depth_step() => {
-            return Err(reader.missing(
-                &DEPTH_STEP,
-                "   (this scheme has no other measure of its steps)",
-            ));
+            return Err(
+                reader.missing(&DEPTH_STEP, "   (this scheme needs it to choose its steps)")
+            );
         }
         (given, _) => given,
     };
-    let tolerance = match own {
-        Some(own) => own,
+    let tolerance = match step_tolerance {
+        Some(step_tolerance) => step_tolerance,
         None => fidelity::wear_tolerance(reader, fidelity)?,
     };
     Ok(Some(Wear {
@@ -246,7 +243,7 @@ pub(super) fn wear(
     }))
 }
 
-/// When the contact elements are renewed, and whether their motion is carried on in between.
+/// Reads when the contact elements are updated, and whether their motion is extrapolated between updates.
 pub(super) fn update(
     reader: &Reader<'_>,
     wear: Option<&Wear>,
@@ -259,7 +256,7 @@ pub(super) fn update(
             if reader.has(key) {
                 return Err(reader.conflict(
                     key,
-                    "without an update nothing is carried on; give update.stiffness_change too",
+                    "it has no effect without updates; give update.stiffness_change too",
                 ));
             }
         }
@@ -285,28 +282,28 @@ fn criterion(
         UPDATE_ITERATIONS.name,
         UPDATE_WEAR_VOLUME.name,
     ];
-    let given: Vec<&str> = criteria
+    let given_criteria: Vec<&str> = criteria
         .into_iter()
         .filter(|key| reader.has(*key))
         .collect();
-    let Some(&first) = given.first() else {
+    let Some(&first) = given_criteria.first() else {
         return match reader.node(&UPDATE).map(|node| node.shown()) {
             Some(empty) if empty == "{}" => Err(reader.missing(&STIFFNESS_CHANGE, "")),
             _ => reader.look(&UPDATE).map(|_| Update::Never),
         };
     };
-    if let Some(second) = given.get(1) {
+    if let Some(second) = given_criteria.get(1) {
         return Err(reader.conflict(
             *second,
             format!("{first} decides already when to update; give one of them"),
         ));
     }
     if wear.is_none() {
-        let reason = "without [wear] the contact never changes; leave it out";
+        let reason = "without [wear] the contact never changes; remove it";
         return Err(reader.misplaced("update", reason));
     }
     if !vibrates {
-        let reason = "it changes the contact elements of a structure, and there is none; add [structure] and [dynamics], or leave it out";
+        let reason = "it updates the contact elements of a structure, but there is none; add [structure] and [dynamics], or remove it";
         return Err(reader.misplaced("update", reason));
     }
     let change = match reader.get(&STIFFNESS_CHANGE)? {
@@ -318,7 +315,7 @@ fn criterion(
             return Err(reader.conflict(
                 &VOLUME_GROWTH,
                 format!(
-                    "it is beside update.stiffness_change; {first} decides already when to update"
+                    "it needs update.stiffness_change, but {first} decides already when to update"
                 ),
             ));
         }

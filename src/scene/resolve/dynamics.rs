@@ -1,4 +1,4 @@
-//! `[dynamics]`: what drives the structure and what of its response is wanted.
+//! Resolves `[dynamics]`: the drive of the structure, and the wanted response.
 
 use std::f64::consts::TAU;
 
@@ -13,28 +13,27 @@ use crate::scene::keys::structure::STRUCTURAL_DAMPING;
 use crate::scene::reader::Reader;
 use crate::scene::{Base, BaseMotion, Contact, Fidelity, Force, Port, Rayleigh, Structure};
 
-/// Harmonics unless the scene says otherwise [A §3].
+/// Default harmonics [A §3].
 const FIRST_HARMONICS: [u32; 4] = [0, 1, 2, 3];
-/// Modal damping ratio of a bolted steel structure unless the scene says otherwise. The published case does not state its own.
+/// Default modal damping ratio of a bolted steel structure. The published case does not state its ratio.
 const STEEL_DAMPING: f64 = 0.002;
-/// Where the forced response of an oscillator begins unless the scene says otherwise: at this share of the natural frequency without the
-/// contact.
+/// Default lower end of the forced response of an oscillator, relative to the natural frequency without contact.
 const FROM_FREE: f64 = 0.5;
-/// Where the forced response of an oscillator begins unless the scene says otherwise and nothing holds it without the contact: at this
-/// share of the natural frequency with the contact's springs.
+/// Default lower end if nothing holds the oscillator without the contact, relative to the natural frequency with the
+/// contact springs.
 const FROM_STUCK: f64 = 0.3;
-/// Where the forced response of an oscillator ends unless the scene says otherwise: at this share of the natural frequency with the
-/// contact's springs.
+/// Default upper end of the forced response of an oscillator, relative to the natural frequency with the contact
+/// springs.
 const TO_STUCK: f64 = 1.5;
-/// Share of the largest force that a sum of several leaves by rounding.
+/// Rounding error of a sum of forces that cancel, relative to the largest force.
 const CANCELLED: f64 = 1e-14;
 
-/// The section on the motion of the ground.
+/// Section of the ground motion.
 const BASE: &str = "dynamics.base";
-/// The section on damping by mass and stiffness.
+/// Section of Rayleigh damping.
 const RAYLEIGH: &str = "dynamics.rayleigh";
 
-/// Points of a structure at which forces act and displacements are read, the usual one first.
+/// Points of a structure at which forces act and displacements are read, the default one first.
 fn points(structure: &Structure) -> &'static [&'static str] {
     structure.points()
 }
@@ -70,7 +69,7 @@ pub(super) fn response(
             }
         },
     };
-    if base.is_none() && cancel(&forces) {
+    if base.is_none() && forces_cancel(&forces) {
         return Err(reader.conflict(
             &FORCE,
             "the forces of harmonic 1 cancel each other, so that nothing drives the structure; change an amplitude or a phase",
@@ -115,8 +114,8 @@ pub(super) fn response(
     })
 }
 
-/// Whether what the forces of harmonic 1 add up to is rounding, at every point and along every axis.
-fn cancel(forces: &[Force]) -> bool {
+/// True if the forces of harmonic 1 cancel up to rounding, at every point and along every axis.
+fn forces_cancel(forces: &[Force]) -> bool {
     let first = || forces.iter().filter(|force| force.harmonic == 1);
     let largest = first().fold(0.0_f64, |most, force| most.max(force.amplitude));
     first().all(|force| {
@@ -129,7 +128,7 @@ fn cancel(forces: &[Force]) -> bool {
     })
 }
 
-/// Damping by mass and stiffness, where the scene has any.
+/// Reads the Rayleigh damping, `None` if there is none.
 fn rayleigh(reader: &Reader<'_>) -> Result<Option<Rayleigh>> {
     if !reader.has(RAYLEIGH) {
         return Ok(None);
@@ -146,7 +145,7 @@ fn rayleigh(reader: &Reader<'_>) -> Result<Option<Rayleigh>> {
     Ok(Some(rayleigh))
 }
 
-/// The motion of the ground, where the scene has one.
+/// Reads the motion of the ground, `None` if there is none.
 fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
     if !reader.has(BASE) {
         return Ok(None);
@@ -154,7 +153,7 @@ fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
     if !structure.is_oscillator() {
         return Err(reader.conflict(
             BASE,
-            "the motion of the ground is that of an oscillator; drive a reduced structure with dynamics.force",
+            "only an oscillator can have a ground motion; drive a reduced structure with dynamics.force",
         ));
     }
     let motion = match (
@@ -181,7 +180,7 @@ fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
     }))
 }
 
-/// One force, or a list of them, each with its record.
+/// Reads one force or a list of forces, each with its record.
 fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<(Force, Json)>> {
     let Some(list) = reader.tables(&FORCE)? else {
         let at = if structure.is_oscillator() {
@@ -204,12 +203,12 @@ fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<(Force, Json
     let Some(tables) = list else {
         return read(&Reader::new(reader.root)).map(|force| vec![force]);
     };
-    let of_table = |(at, table): (usize, Node)| {
+    let read_table = |(at, table): (usize, Node)| {
         reader.check_section(FORCE.name, &table)?;
         let root = table.below(&["dynamics", "force"]);
         read(&Reader::of_item(&root, FORCE.name, at))
     };
-    tables.into_iter().enumerate().map(of_table).collect()
+    tables.into_iter().enumerate().map(read_table).collect()
 }
 
 fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
@@ -228,22 +227,21 @@ fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
     let harmonic = reader.value(&FORCE_HARMONIC)? as u32;
     let amplitude = reader.required(&FORCE_AMPLITUDE)?;
     if amplitude == 0.0 {
-        return Err(reader.out_of_range(
-            &FORCE_AMPLITUDE,
-            "other than zero: a force of nothing drives nothing; leave it out",
-        ));
+        return Err(
+            reader.out_of_range(&FORCE_AMPLITUDE, "other than zero; remove a force of zero")
+        );
     }
     if amplitude < 0.0 && harmonic > 0 {
         return Err(reader.out_of_range(
             &FORCE_AMPLITUDE,
-            "greater than zero; an opposite force has phase = \"180 deg\"",
+            "greater than zero; use phase = \"180 deg\" for an opposite force",
         ));
     }
     let phase = reader.value(&FORCE_PHASE)?;
     if harmonic == 0 && phase != 0.0 {
         return Err(reader.conflict(
             &FORCE_PHASE,
-            "harmonic = 0 is a constant force, which has no phase; leave it out",
+            "harmonic = 0 is a constant force, which has no phase; remove the phase",
         ));
     }
     Ok(Force {
@@ -254,7 +252,7 @@ fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
     })
 }
 
-/// In ascending order.
+/// Reads the harmonics, in ascending order.
 fn harmonics(reader: &Reader<'_>, forces: &[Force], base: Option<Base>) -> Result<Vec<u32>> {
     let expected = HARMONICS.value.1;
     let mut orders = match reader.look(&HARMONICS)? {
@@ -299,7 +297,8 @@ fn harmonics(reader: &Reader<'_>, forces: &[Force], base: Option<Base>) -> Resul
     Ok(orders)
 }
 
-/// The range of the resonance and of the forced response; with a given frequency, `at`, there may be none.
+/// Reads the frequency range of the resonance and of the forced response. If the frequency `at` is given, the range is
+/// optional.
 fn frequency(
     reader: &Reader<'_>,
     structure: &Structure,

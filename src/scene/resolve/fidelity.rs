@@ -1,4 +1,4 @@
-//! `[fidelity]`: how exactly things are computed.
+//! Resolves `[fidelity]`: the accuracy of the computation.
 
 use super::Result;
 use crate::dynamics::vibration::samples_of;
@@ -7,23 +7,25 @@ use crate::scene::keys::{cycles::HISTORY, dynamics::HARMONICS, fidelity::*};
 use crate::scene::reader::Reader;
 use crate::scene::{Fidelity, Preset, Scene, Structure};
 
-/// As many steps a cycle as make an error bar of a tenth of `error`, by the 2 % that 32 make on an orbit.
+/// Returns the steps per cycle for an error bar of a tenth of `error`. On an orbit 32 steps make an error of 2 %.
 fn steps_for(error: f64) -> usize {
     let steps = 32.0 * (0.02 / (0.1 * error)).sqrt();
     ((steps / 16.0).ceil() * 16.0).clamp(32.0, 1024.0) as usize
 }
 
-/// Bounds on the normal tolerance: rounding, and what kn and contact area still make sense with.
+/// Bounds of the normal tolerance. The lower one is rounding, the upper one the accuracy that kn and contact area need.
 const NORMAL: (f64, f64) = (1e-10, 1e-5);
 
-/// Part of `fidelity.tolerance` for a tolerance of the cycles, tangential or closing. What wear steps and solves make wrong in the
-/// worn volume is to stay within the error asked for, each by how its own error enters the error bar: the bar is twice what the
-/// coarse trajectory differs by, up to four times what the steps are allowed (beside a structure three times what they estimate of
-/// themselves), and the duality gap of the cycles, to which a tenth is left.
+/// Tolerance of the cycles, tangential and closing, as a fraction of `fidelity.tolerance`. The errors of wear steps and
+/// solves must keep the worn volume within the requested error. The factors follow from the error bar, which is twice
+/// the difference from the coarse trajectory plus the duality gap of the cycles. The difference is at most four times
+/// the step tolerance; with a structure the bar has three times the estimated step errors instead. A tenth of the error
+/// is left for the cycles.
 const OF_CYCLES: f64 = 0.1;
-/// See [`OF_CYCLES`].
+/// Tolerance of the wear steps, see [`OF_CYCLES`].
 const OF_STEPS: f64 = 0.25;
-/// See [`OF_CYCLES`]: a pressure is in error by its tolerance times the peak, which is some hundred times the mean.
+/// Normal tolerance, see [`OF_CYCLES`]. The error of a pressure is its tolerance times the peak, which is about a
+/// hundred times the mean.
 const OF_PRESSURE: f64 = 1e-4;
 
 pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
@@ -31,24 +33,24 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     let cycle = reader.optional(&CYCLE, reader.default_of(&CYCLE, preset)?)?;
     let target = reader.get(&ASKED)?;
     let is_history = reader.look(&HISTORY)?.is_some();
-    let of_preset = steps_of_history(preset).filter(|_| is_history);
-    let steps = target.map(steps_for).or(of_preset);
+    let preset_steps = steps_of_history(preset).filter(|_| is_history);
+    let steps = target.map(steps_for).or(preset_steps);
     let steps_per_cycle = reader.value_or(&STEPS_PER_CYCLE, steps, preset)?;
     if target.is_some() && reader.has(&PRESET) {
         return Err(reader.conflict(
             &ASKED,
-            "fidelity.preset sets the same knobs; give one of them",
+            "fidelity.preset sets the same keys; give one of them",
         ));
     }
     let pressure = target.map(|error| (OF_PRESSURE * error).clamp(NORMAL.0, NORMAL.1));
     let cycles = target.map(|error| OF_CYCLES * error);
-    let of_preset = reader.default(&LOAD_STEPS, preset)?;
-    let load_steps = reader.look(&LOAD_STEPS)?.unwrap_or(of_preset);
-    if load_steps != of_preset {
-        // Those of the preset stay out of the record: of alike bodies they mean nothing.
+    let preset_load_steps = reader.default(&LOAD_STEPS, preset)?;
+    let load_steps = reader.look(&LOAD_STEPS)?.unwrap_or(preset_load_steps);
+    if load_steps != preset_load_steps {
+        // The default is not recorded, because it has no effect for bodies of the same material.
         reader.note(&LOAD_STEPS, load_steps);
     }
-    // Of a scene that vibrates they are read where its harmonics are known.
+    // With a vibration, this record is replaced once the harmonics are known.
     reader.note(&AFT_SAMPLES, least_samples(reader, target, preset)?);
     Ok(Fidelity {
         preset,
@@ -66,7 +68,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     })
 }
 
-/// Refuses to look at half of a grid that has none, or where nothing wears.
+/// Rejects the grid check if half of the grid is not possible, or if nothing wears.
 pub(super) fn check_grid(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
     if !scene.fidelity.grid_check {
         return Ok(());
@@ -79,33 +81,33 @@ pub(super) fn check_grid(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
             return Ok(());
         }
         format!(
-            "half of joint.grid must be whole numbers of {FEWEST_CELLS} cells or more, and it is {} x {}",
+            "half of joint.grid must be whole numbers of {FEWEST_CELLS} cells or more, but joint.grid is {} x {}",
             cells[0], cells[1]
         )
     } else {
-        "it is about the volume that [wear] takes from a rough [surface]; leave it out".to_owned()
+        "it applies to the worn volume of a rough [surface] with [wear]; remove it".to_owned()
     };
     Err(reader.conflict(&GRID_CHECK, reason))
 }
 
-/// The error that a wear step may make, where `[wear]` does not say.
+/// Returns the relative error allowed per wear step, if `[wear]` does not give it.
 pub(super) fn wear_tolerance(reader: &Reader<'_>, fidelity: &Fidelity) -> Result<f64> {
     let steps = fidelity.tolerance.map(|error| OF_STEPS * error);
-    let of_preset =
+    let with_response =
         wear_tolerance_with_response(fidelity.preset).filter(|_| reader.has("dynamics"));
-    match reader.look(&WEAR_TOLERANCE)?.or(steps).or(of_preset) {
+    match reader.look(&WEAR_TOLERANCE)?.or(steps).or(with_response) {
         Some(error) => Ok(error),
         None => reader.default(&WEAR_TOLERANCE, fidelity.preset),
     }
 }
 
-/// As many as leave a tenth of `error` of amplitude, by what 64 leave.
+/// Returns the samples for an error of a tenth of `error` of the amplitude. With 64 samples the error is 1e-3.
 fn samples_for(error: f64) -> usize {
     let samples = 64.0 * (1e-3 / (0.1 * error)).sqrt();
     ((samples / 32.0).ceil() * 32.0).clamp(32.0, 1024.0) as usize
 }
 
-/// Samples of a vibration cycle, unless its harmonics need more or a key says how many.
+/// Default samples of a vibration cycle, which its harmonics or a key may increase.
 fn least_samples(reader: &Reader<'_>, error: Option<f64>, preset: Preset) -> Result<usize> {
     match error {
         Some(error) => Ok(samples_for(error)),
@@ -113,15 +115,15 @@ fn least_samples(reader: &Reader<'_>, error: Option<f64>, preset: Preset) -> Res
     }
 }
 
-/// An oscillator has one element: as many times the samples cost nothing.
+/// Factor for an oscillator. It has a single contact element, so more samples cost nothing.
 const OSCILLATOR_SAMPLES: usize = 8;
 
-const WITHOUT_DYNAMICS: &str = "it is about [dynamics], and there is none; leave it out";
+const WITHOUT_DYNAMICS: &str = "it applies to [dynamics], but there is none; remove it";
 
-/// Part of an asked error that harmonics left out may take of amplitude and dissipation.
+/// Fraction of a requested error that truncated harmonics may have in amplitude and dissipation.
 const OF_HARMONICS: f64 = 0.5;
 
-/// Refuses what is about a vibration where there is none.
+/// Rejects keys about a vibration if there is none.
 pub(super) fn check_without_vibration(reader: &Reader<'_>) -> Result<()> {
     if reader.look(&HARMONIC_TOLERANCE)?.is_some() {
         return Err(reader.conflict(&HARMONIC_TOLERANCE, WITHOUT_DYNAMICS));
@@ -134,33 +136,33 @@ pub(super) fn check_without_vibration(reader: &Reader<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Error up to which the harmonics of a vibration are extended; none where they are not.
+/// Returns the truncation error up to which harmonics are added, `None` if they are fixed.
 pub(super) fn harmonic_tolerance(
     reader: &Reader<'_>,
     fidelity: &Fidelity,
     is_nonlinear: bool,
 ) -> Result<Option<f64>> {
-    let given = reader.look(&HARMONIC_TOLERANCE)?;
+    let given_tolerance = reader.look(&HARMONIC_TOLERANCE)?;
     let conflict = |reason| Err(reader.conflict(&HARMONIC_TOLERANCE, reason));
-    if given.is_some() && !is_nonlinear {
+    if given_tolerance.is_some() && !is_nonlinear {
         return conflict(
-            "without a [contact] the vibration is linear and has no more harmonics; leave it out",
+            "without a [contact] the vibration is linear and has no further harmonics; remove it",
         );
     }
-    if given.is_some() && reader.has(&HARMONICS) {
-        return conflict("dynamics.harmonics says which there are; give one of them");
+    if given_tolerance.is_some() && reader.has(&HARMONICS) {
+        return conflict("dynamics.harmonics lists the harmonics already; give one of them");
     }
     if !is_nonlinear || reader.has(&HARMONICS) {
         return Ok(None);
     }
-    let asked = fidelity.tolerance.map(|error| OF_HARMONICS * error);
-    let of_preset = reader.default_of(&HARMONIC_TOLERANCE, fidelity.preset)?;
+    let by_tolerance = fidelity.tolerance.map(|error| OF_HARMONICS * error);
+    let by_preset = reader.default_of(&HARMONIC_TOLERANCE, fidelity.preset)?;
     let with_wear = harmonic_tolerance_with_wear(fidelity.preset).filter(|_| reader.has("wear"));
-    let tolerance = given.or(asked).or(with_wear).or(of_preset);
+    let tolerance = given_tolerance.or(by_tolerance).or(with_wear).or(by_preset);
     Ok(tolerance.map(|tolerance| reader.note(&HARMONIC_TOLERANCE, tolerance)))
 }
 
-/// Whether the response with more harmonics drives the wear.
+/// Returns whether the response with more harmonics drives the wear.
 pub(super) fn harmonic_correction(
     reader: &Reader<'_>,
     fidelity: &Fidelity,
@@ -172,13 +174,13 @@ pub(super) fn harmonic_correction(
     if reader.look(&HARMONIC_CORRECTION)? == Some(true) {
         return Err(reader.conflict(
             &HARMONIC_CORRECTION,
-            "it is about the wear of a vibrating joint, and there is none; leave it out",
+            "it applies to the wear of a vibrating joint, but there is none; remove it",
         ));
     }
     Ok(false)
 }
 
-/// Samples of a vibration cycle, of which its highest harmonic needs some.
+/// Returns the samples of a vibration cycle. The highest harmonic sets a lower bound.
 pub(super) fn samples(
     reader: &Reader<'_>,
     fidelity: &Fidelity,
@@ -186,13 +188,13 @@ pub(super) fn samples(
     highest: u32,
 ) -> Result<usize> {
     let reason = format!(": more than twice the highest harmonic, {highest}");
-    let times = match structure.is_oscillator() {
+    let factor = match structure.is_oscillator() {
         true => OSCILLATOR_SAMPLES,
         false => 1,
     };
     let least = least_samples(reader, fidelity.tolerance, fidelity.preset)?;
     let samples = reader
         .even_from(&AFT_SAMPLES, 2 * u64::from(highest) + 2, &reason)?
-        .unwrap_or((times * least).max(samples_of(highest)));
+        .unwrap_or((factor * least).max(samples_of(highest)));
     Ok(reader.note(&AFT_SAMPLES, samples))
 }

@@ -18,7 +18,7 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
             "size = [\"40 mm\", \"40 mm\"]\ngrid = [256, 256]\nelements = [19, 19]".to_owned()
         }
         Body::Oscillator if reader.has("joint") => {
-            let reason = "an oscillator has one contact element and no joint; leave it out";
+            let reason = "an oscillator has one contact element and no joint; remove it";
             return Err(reader.misplaced("joint", reason));
         }
         Body::Oscillator => return Ok(None),
@@ -39,19 +39,19 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     if body == Body::Matrices && reader.has("joint.hole") {
         return Err(reader.conflict(
             &HOLE_DIAMETER,
-            "the nodes of the mesh define the outline and the holes of the joint; leave it out",
+            "the nodes of the mesh define the outline and the holes of the joint; remove it",
         ));
     }
     if body == Body::Resonator {
-        let of_mesh = resonator_elements(reader, elements, grid)?;
-        elements = Some(reader.note(&ELEMENTS, of_mesh));
+        let mesh_elements = resonator_elements(reader, elements, grid)?;
+        elements = Some(reader.note(&ELEMENTS, mesh_elements));
     }
     let diameter = reader.look(&HOLE_DIAMETER)?;
     if reader.has("joint.hole") && diameter.is_none() {
         return Err(reader.missing(&HOLE_DIAMETER, ""));
     }
     if diameter.is_some_and(|d| d >= size[0].min(size[1])) {
-        return Err(doubted(reader, size, diameter).unwrap_or_else(|| {
+        return Err(implausible_size(reader, size, diameter).unwrap_or_else(|| {
             reader.out_of_range(&HOLE_DIAMETER, "less than the shorter side of joint.size")
         }));
     }
@@ -74,36 +74,40 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
     }))
 }
 
-/// Sides of a joint with a hole for a bolt \[m\].
+/// Range of the sides of a bolted joint \[m\].
 const BOLTED: [f64; 2] = [1e-3, 2.0];
 
-/// Where a hole and a size do not fit and the size is that of no bolted joint, it is the size that is wrong.
-fn doubted(reader: &Reader<'_>, size: [f64; 2], diameter: Option<f64>) -> Option<SceneError> {
+/// Returns the error for a hole that does not fit a joint of implausible size: the size is then probably wrong.
+fn implausible_size(
+    reader: &Reader<'_>,
+    size: [f64; 2],
+    diameter: Option<f64>,
+) -> Option<SceneError> {
     let diameter = diameter?;
-    let of_bolts = BOLTED[0]..=BOLTED[1];
-    (!size.iter().all(|side| of_bolts.contains(side))).then(|| {
+    let plausible_sides = BOLTED[0]..=BOLTED[1];
+    (!size.iter().all(|side| plausible_sides.contains(side))).then(|| {
         reader.out_of_range(
             &SIZE,
             format!(
-                "some times the diameter of its hole, {:.4} mm: mm, um or m?",
+                "a few times the diameter of its hole, {:.4} mm: mm, um or m?",
                 diameter * 1e3
             ),
         )
     })
 }
 
-/// The contact elements of a resonator, whose mesh has as many along x as along y.
+/// Returns the contact elements of a resonator, whose mesh has the same number along x and y.
 fn resonator_elements(
     reader: &Reader<'_>,
-    given: Option<[usize; 2]>,
+    given_elements: Option<[usize; 2]>,
     grid: Option<[usize; 2]>,
 ) -> Result<[usize; 2]> {
     let default = [Resonator::default().lap_cells; 2];
-    let elements = given.unwrap_or(default);
+    let elements = given_elements.unwrap_or(default);
     if elements[0] != elements[1] {
         return Err(reader.out_of_range(
             &ELEMENTS,
-            "as many along x as along y for a resonator, such as [19, 19]",
+            "the same number along x and y for a resonator, such as [19, 19]",
         ));
     }
     match grid {
@@ -111,7 +115,7 @@ fn resonator_elements(
             Err(reader.out_of_range(
                 &GRID,
                 format!(
-                    "at least one cell to a contact element, {} along x and y, or elements would bear nothing",
+                    "at least one cell per contact element, {} along x and y, or elements would bear no load",
                     elements[0]
                 ),
             ))
@@ -120,7 +124,8 @@ fn resonator_elements(
     }
 }
 
-/// A hole given beside a resonator is that of its mesh, a staircase of contact elements, to within one element.
+/// Checks that the hole given for a resonator agrees with its mesh, a staircase of contact elements, to within one
+/// element.
 fn check_hole(
     reader: &Reader<'_>,
     diameter: f64,
@@ -134,15 +139,15 @@ fn check_hole(
     let side = [0, 1].map(|d| size[d] / elements[d] as f64);
     let absent = resonator.contact_array().absent.len();
     let staircase = 2.0 * (absent as f64 * side[0] * side[1] / std::f64::consts::PI).sqrt();
-    let within = side[0].max(side[1]);
-    if (diameter - staircase).abs() <= within {
+    let tolerance = side[0].max(side[1]);
+    if (diameter - staircase).abs() <= tolerance {
         return Ok(());
     }
-    Err(doubted(reader, size, Some(diameter)).unwrap_or_else(|| reader.out_of_range(
+    Err(implausible_size(reader, size, Some(diameter)).unwrap_or_else(|| reader.out_of_range(
         &HOLE_DIAMETER,
         format!(
-            "within {:.4} mm of {:.4} mm: the hole of a resonator is that of its mesh, {absent} contact elements; leave joint.hole out",
-            within * 1e3,
+            "within {:.4} mm of {:.4} mm: the mesh of a resonator defines its hole, {absent} contact elements; remove joint.hole",
+            tolerance * 1e3,
             staircase * 1e3
         ),
     )))
@@ -156,7 +161,7 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
         Body::Resonator => lines(&[&YOUNGS_MODULUS, &POISSON_RATIO, &DENSITY]),
         Body::Oscillator if reader.has("material") => {
             let reason =
-                "an oscillator has a mass and a stiffness instead, in [structure]; leave it out";
+                "an oscillator has a mass and a stiffness instead, in [structure]; remove it";
             return Err(reader.misplaced("material", reason));
         }
         Body::Oscillator => return Ok(None),
@@ -164,14 +169,15 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
     if !reader.has("material") {
         return Err(reader.missing_section("material", "the elastic constants", &example));
     }
-    // Both are read, so that a faulty common value is found even where both bodies override it.
-    let either = |own: &Key<Quantity>, common: &Key<Quantity>| -> Result<Option<f64>> {
+    // The common value is always read, so that its faults are found even if both bodies override it.
+    let value_or_common = |own: &Key<Quantity>, common: &Key<Quantity>| -> Result<Option<f64>> {
         let common = reader.look(common)?;
         reader.optional(own, common)
     };
     type Solid = (Elastic, Option<f64>);
     let solid = |[modulus, ratio, density]: [&Key<Quantity>; 3]| -> Result<Solid> {
-        let needed = |own, common| either(own, common)?.ok_or_else(|| reader.missing(common, ""));
+        let needed =
+            |own, common| value_or_common(own, common)?.ok_or_else(|| reader.missing(common, ""));
         let constants = (
             needed(modulus, &YOUNGS_MODULUS),
             needed(ratio, &POISSON_RATIO),
@@ -181,7 +187,7 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
             youngs_modulus: constants.0,
             poisson_ratio: constants.1,
         };
-        Ok((elastic, either(density, &DENSITY)?))
+        Ok((elastic, value_or_common(density, &DENSITY)?))
     };
     let lower = solid([&LOWER_YOUNGS_MODULUS, &LOWER_POISSON_RATIO, &LOWER_DENSITY]);
     let upper = solid([&UPPER_YOUNGS_MODULUS, &UPPER_POISSON_RATIO, &UPPER_DENSITY]);
@@ -195,7 +201,7 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
     }))
 }
 
-/// What needs the cells of the joint: there are some, and they can carry the load.
+/// Checks that the joint has cells, that the motion is short enough, and that the pressure cap allows the load.
 pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
     let Some(rough) = scene.rough() else {
         return Ok(());
@@ -214,13 +220,13 @@ pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
         return Err(reader.out_of_range(
             &MOTION_AMPLITUDE,
             format!(
-                "less than the {:.4} mm that the joint is long along {}: slip is taken to be small",
+                "less than the length of the joint, {:.4} mm along {}: slip is assumed to be small",
                 size[axis] * 1e3,
                 ["x", "y"][axis]
             ),
         ));
     }
-    // What a history has of loads is not known yet.
+    // The loads of a history are not known yet.
     if matches!(scene.motion, Some(Motion::History { .. })) {
         return Ok(());
     }

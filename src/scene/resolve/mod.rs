@@ -1,4 +1,4 @@
-//! From the merged tree to a [`Scene`]: defaults, ranges, and what must or must not stand together.
+//! Resolves the merged tree to a [`Scene`]: applies defaults, and checks ranges and combinations of keys.
 
 mod contact;
 mod cycles;
@@ -26,7 +26,7 @@ use crate::recipe::{Reasons, Recipe};
 
 type Result<T> = std::result::Result<T, SceneError>;
 
-/// What a scene is about.
+/// Kind of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Body {
     /// A joint without a structure.
@@ -41,12 +41,12 @@ enum Body {
 
 pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
     let reader = Reader::new(tree);
-    // Before the keys: those of a kind that is not there yet are unknown.
+    // Check this first, because the keys of an unavailable kind are unknown.
     let only = "only \"resonator\", \"matrices\", \"mesh\" and \"oscillator\" are";
     reader.refuse_words(&KIND, &["reduced"], only)?;
     let mut faults = Faults::default();
     let scene = sections(&reader, name, &mut faults);
-    // Of a key its section knows more than its type does, and is heard first.
+    // The sections give more specific faults than this check, so their faults come first.
     faults.keep(reader.check_keys());
     faults.end_sorted()?;
     match scene {
@@ -55,7 +55,7 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
     }
 }
 
-/// The sections, each as far as those that it needs are sound: what follows from a fault is not judged.
+/// Resolves the sections whose prerequisites are sound. Consequences of a fault are not reported.
 fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Scene> {
     let title = faults.keep(reader.look(&TITLE));
     let body = faults.keep(body(reader))?;
@@ -69,18 +69,23 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         Some(None) => Some(None),
         None => None,
     };
-    // Where that is wrong, what needs it is judged beside what it is by default.
-    let nothing = Node {
+    // If `[fidelity]` has a fault, check the sections that need it against its defaults.
+    let empty_tree = Node {
         place: reader.root.place.clone(),
         content: Content::Section(BTreeMap::new()),
     };
-    let beside = match &fidelity {
+    let fidelity_or_default = match &fidelity {
         Some(fidelity) => Some(fidelity.clone()),
-        None => fidelity::fidelity(&Reader::new(&nothing)).ok(),
+        None => fidelity::fidelity(&Reader::new(&empty_tree)).ok(),
     };
-    let beside = beside?;
-    let pressed = contact.as_ref().and_then(Option::as_ref);
-    let wear = faults.keep(cycles::wear(reader, body, &beside, pressed));
+    let fidelity_or_default = fidelity_or_default?;
+    let contact_section = contact.as_ref().and_then(Option::as_ref);
+    let wear = faults.keep(cycles::wear(
+        reader,
+        body,
+        &fidelity_or_default,
+        contact_section,
+    ));
     let (joint, contact, material) = (joint?, contact?, material?);
     let contact = contact.as_ref();
     let source = structure::source(reader, body, joint.as_ref(), material, contact);
@@ -88,7 +93,7 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
     let vibrates = source.is_some();
     let (response, structure, friction_law) = match source {
         Some(source) => {
-            let response = dynamics::response(reader, &source, contact, &beside);
+            let response = dynamics::response(reader, &source, contact, &fidelity_or_default);
             (
                 faults.keep(response).map(Some),
                 faults
@@ -107,7 +112,7 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         reader,
         wear.as_ref(),
         vibrates,
-        beside.preset,
+        fidelity_or_default.preset,
     ));
     let output = faults.keep(output::output(reader, wear.as_ref(), vibrates));
     let fidelity = fidelity?;
@@ -144,11 +149,11 @@ fn body(reader: &Reader<'_>) -> Result<Body> {
     match (reader.has("structure"), reader.has("dynamics")) {
         (false, false) => return Ok(Body::Joint),
         (true, false) => {
-            let purpose = "[structure] needs it: what makes it vibrate";
+            let purpose = "[structure] needs it: the forces that make it vibrate";
             return Err(reader.missing_section("dynamics", purpose, &lines(&[&FORCE, &FREQUENCY])));
         }
         (false, true) => {
-            let purpose = "[dynamics] needs it: what vibrates";
+            let purpose = "[dynamics] needs it: the structure that vibrates";
             return Err(reader.missing_section("structure", purpose, &KIND.line()));
         }
         (true, true) => {}
@@ -165,13 +170,13 @@ fn body(reader: &Reader<'_>) -> Result<Body> {
     })
 }
 
-/// The surface of a scene that has one. Whether it may have one, and must, is known from the contact.
+/// Reads the surface, if the scene has one. The contact decides whether it must or may have one.
 fn surface(
     reader: &Reader<'_>,
     body: Body,
     joint: Option<&Option<super::Joint>>,
 ) -> Result<Option<Surface>> {
-    // Of a joint that is wrong the surface is read all the same.
+    // The surface is read even if the joint has a fault.
     let longer = match joint {
         Some(None) => return Ok(None),
         Some(Some(joint)) => joint.size[0].max(joint.size[1]),

@@ -58,7 +58,7 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
     if !(reader.has("surface") && moves) {
         return Err(reader.conflict(
             &CYCLE_FIELDS,
-            "there is a fretting cycle in a scene with [surface] and [motion] or [dynamics] only; leave it out",
+            "only a scene with [surface] and [motion] or [dynamics] has a fretting cycle; remove it",
         ));
     }
     Ok(Some(fields))
@@ -69,7 +69,7 @@ fn resonance(reader: &Reader<'_>, vibrates: bool) -> Result<ResonanceOf> {
     if resonance == ResonanceOf::All && !vibrates {
         return Err(reader.conflict(
             &RESONANCE,
-            "without [dynamics] there is no resonance; leave it out",
+            "without [dynamics] there is no resonance; remove it",
         ));
     }
     Ok(resonance)
@@ -91,13 +91,13 @@ fn response_at(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -> Resu
     if !vibrates {
         return Err(reader.conflict(
             &RESPONSE_AT,
-            "without [dynamics] there is no response; leave it out or give []",
+            "without [dynamics] there is no response; remove it or give []",
         ));
     }
     match wear {
         None if last > 0 => Err(reader.conflict(
             &RESPONSE_AT,
-            "without [wear] there are no cycles; leave it out or give []",
+            "without [wear] there are no cycles; remove it or give []",
         )),
         Some(Wear {
             cycles: Some(end), ..

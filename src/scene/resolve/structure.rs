@@ -15,12 +15,12 @@ use crate::structure::interface::JointRequirements;
 use crate::structure::matrices::Role;
 use crate::structure::reduction::ContactPorts;
 
-/// Directions of motion of an oscillator, all of which it keeps.
+/// Number of directions of motion of an oscillator. All of them are kept as modes.
 const OSCILLATOR_MODES: usize = 3;
-/// Cells of the box around a mesh: the factors of the matrices of so many take some hundred gigabytes.
+/// Most cells of the box around a mesh. The factors of larger matrices take some hundred gigabytes.
 const MOST_CELLS: f64 = 4e6;
 
-/// Without contact the two sides of the joint are one.
+/// Reads the structure. Without contact the two sides of the joint are tied.
 pub(super) fn source(
     reader: &Reader<'_>,
     body: Body,
@@ -41,7 +41,7 @@ pub(super) fn source(
     Ok(Some(source))
 }
 
-/// The structure with its modes, and what its contact elements are.
+/// Adds the modes and the kind of contact elements to the structure.
 pub(super) fn structure(
     reader: &Reader<'_>,
     source: Structure,
@@ -49,10 +49,7 @@ pub(super) fn structure(
 ) -> Result<recipe::Structure> {
     let modes = match source.is_oscillator() {
         true if reader.has(&MODES) => {
-            return Err(reader.conflict(
-                &MODES,
-                "an oscillator is not reduced to modes; leave it out",
-            ));
+            return Err(reader.conflict(&MODES, "an oscillator is not reduced to modes; remove it"));
         }
         true => reader.note(&MODES, OSCILLATOR_MODES),
         false => reader.value(&MODES)?,
@@ -69,7 +66,7 @@ pub(super) fn structure(
     })
 }
 
-/// Matrices from another program: where they are, and what the scene says of them. The files are read later.
+/// Reads the paths and options of matrices from another program. The files are read later.
 fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Result<Structure> {
     let (file, stiffness, mass) = (
         reader.look(&FILE)?,
@@ -83,7 +80,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Re
         (Some(_), _, _) => {
             return Err(reader.conflict(
                 &FILE,
-                "structure.stiffness, structure.mass, structure.damping or structure.structural_damping gives a file of its own; give the one file, or one for each",
+                "structure.stiffness, structure.mass, structure.damping or structure.structural_damping names a separate file; give a single file, or one file per matrix",
             ));
         }
         (None, Some(stiffness), Some(mass)) => {
@@ -126,15 +123,15 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Re
             Some(JointSets { upper, lower })
         }
     };
-    let direction = |key: &keys::Key<keys::List<3>>| {
-        let found = reader.get(key)?;
-        match found {
-            Some([0.0, 0.0, 0.0]) => {
-                Err(reader.out_of_range(key, "a direction: not all three zero"))
+    let direction =
+        |key: &keys::Key<keys::List<3>>| {
+            let direction = reader.get(key)?;
+            match direction {
+                Some([0.0, 0.0, 0.0]) => Err(reader
+                    .out_of_range(key, "a direction, with at least one value other than zero")),
+                direction => Ok(direction),
             }
-            found => Ok(found),
-        }
-    };
+        };
     let wanted = JointRequirements {
         normal: direction(&NORMAL)?,
         along: direction(&ALONG)?,
@@ -185,7 +182,7 @@ fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
     if reader.has(&STOP_GAP) && stop == [0.0; 3] {
         return Err(reader.conflict(
             &STOP_GAP,
-            "there is no structure.stop_stiffness; give one, or leave the gap out",
+            "there is no structure.stop_stiffness; give one, or remove the gap",
         ));
     }
     let structure = Structure::oscillator(mass, damping, stiffness);
@@ -239,40 +236,42 @@ fn resonator(reader: &Reader<'_>, joint: &Joint, bodies: Bodies, tied: bool) -> 
     for (name, value) in following {
         reader.record.note(&keys::join("structure", name), value);
     }
-    resonator.check().map_err(|fault| named(reader, &fault))?;
+    resonator
+        .check()
+        .map_err(|fault| resonator_error(reader, &fault))?;
     let cells = resonator.box_cells();
     if cells > MOST_CELLS {
         return Err(reader.misplaced(
             "structure",
             format!(
-                "the box around its mesh has {cells:.2e} cells; it may have at most {MOST_CELLS:e}: make joint.elements or the *_cells smaller"
+                "the box around its mesh has {cells:.2e} cells, but at most {MOST_CELLS:e} are allowed: make joint.elements or the *_cells smaller"
             ),
         ));
     }
     Ok(resonator)
 }
 
-/// The material of both bodies, which a resonator has in common.
+/// Returns the material of both bodies, which must be the same for a resonator.
 fn one_material(reader: &Reader<'_>, bodies: Bodies) -> Result<Material> {
     let (below, above) = (bodies.elastic.lower, bodies.elastic.upper);
-    let [density, other] = bodies.density;
+    let [density, upper_density] = bodies.density;
     for (name, differs) in [
         (
             "youngs_modulus",
             below.youngs_modulus != above.youngs_modulus,
         ),
         ("poisson_ratio", below.poisson_ratio != above.poisson_ratio),
-        ("density", density != other),
+        ("density", density != upper_density),
     ] {
-        let of = |body| keys::join(&keys::join("material", body), name);
-        let key = if reader.has(of("upper").as_str()) {
-            of("upper")
+        let body_key = |body| keys::join(&keys::join("material", body), name);
+        let key = if reader.has(body_key("upper").as_str()) {
+            body_key("upper")
         } else {
-            of("lower")
+            body_key("lower")
         };
         if differs {
             let reason =
-                "a resonator is of one material; material.lower and material.upper must be alike";
+                "a resonator has one material; material.lower and material.upper must be equal";
             return Err(reader.conflict(key.as_str(), reason));
         }
     }
@@ -282,7 +281,7 @@ fn one_material(reader: &Reader<'_>, bodies: Bodies) -> Result<Material> {
     })
 }
 
-/// The key that a field of the resonator comes from.
+/// Returns the key that determines a field of the resonator.
 fn key_of(field: &str) -> String {
     match field {
         "lap_length" | "arm_height" => "joint.size".to_owned(),
@@ -292,24 +291,24 @@ fn key_of(field: &str) -> String {
     }
 }
 
-/// For people: without the digits that scaling adds.
+/// Converts to millimetres for display, without the digits that scaling adds.
 fn millimetres(length: f64) -> f64 {
     (length * 1e9).round() / 1e6
 }
 
-/// What the mesh finds wrong, by the key that was given.
-fn named(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
+/// Converts a fault of the mesh to an error about the given key.
+fn resonator_error(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
     match fault {
         StructureError::OutOfRange { name, expected, .. } => {
             let key = key_of(name);
-            // A value may have been given for the bodies alone.
-            let of_a_body = key.replace("material.", "material.lower.");
-            let given = if reader.has(key.as_str()) {
+            // The value may have been given for a single body.
+            let body_key = key.replace("material.", "material.lower.");
+            let given_key = if reader.has(key.as_str()) {
                 key
             } else {
-                of_a_body
+                body_key
             };
-            reader.out_of_range(given.as_str(), *expected)
+            reader.out_of_range(given_key.as_str(), *expected)
         }
         StructureError::DoNotFit {
             name,
@@ -320,7 +319,7 @@ fn named(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
         } => {
             let (key, other_key) = (key_of(name), key_of(other));
             let reason = format!(
-                "{key} must be greater than {other_key}{}, and is {} mm against {} mm",
+                "{key} must be greater than {other_key}{}, but they are {} mm and {} mm",
                 if *other == "arm_height" {
                     " along y"
                 } else {
@@ -329,13 +328,13 @@ fn named(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
                 millimetres(*value),
                 millimetres(*other_value)
             );
-            // One of the two was given, or the shipped values would fit.
-            let given = if reader.has(key.as_str()) {
+            // One of the two keys was given, because the default values fit.
+            let given_key = if reader.has(key.as_str()) {
                 key
             } else {
                 other_key
             };
-            reader.conflict(given.as_str(), reason)
+            reader.conflict(given_key.as_str(), reason)
         }
         other => reader.misplaced("structure", other.to_string()),
     }

@@ -7,12 +7,12 @@ use crate::scene::keys::{lines, surface::*};
 use crate::scene::reader::Reader;
 use crate::surface::readers::Correction;
 
-/// What a surface might begin with.
+/// Example lines for the section.
 pub(super) fn first_lines() -> String {
     lines(&[&KIND, &RQ, &CORRELATION_LENGTH])
 }
 
-/// The surface of a joint whose longer side has this length \[m\].
+/// Reads the surface of a joint. `longer` is the length of its longer side \[m\].
 pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
     if !reader.has("surface") {
         return Err(reader.missing_section(
@@ -92,11 +92,11 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
 }
 
 const ONE_UNIT: &str =
-    "surface.correct.unit is the unit of the heights already; give one or the other";
+    "surface.correct.unit sets the unit of the heights already; give one or the other";
 const ONE_SPACING: &str =
-    "surface.correct.spacing is the distance of the points already; give one or the other";
+    "surface.correct.spacing sets the spacing of the points already; give one or the other";
 
-/// The second of two faces.
+/// Reads the second of two faces.
 fn second(reader: &Reader<'_>) -> Result<Option<SecondFace>> {
     if !reader.has("surface.second") {
         return Ok(None);
@@ -112,7 +112,7 @@ fn second(reader: &Reader<'_>) -> Result<Option<SecondFace>> {
     }))
 }
 
-/// What surfaces with a correlation length have.
+/// Reads the values that all surfaces with a correlation length have.
 fn correlated(reader: &Reader<'_>) -> Result<(f64, [f64; 2], u64)> {
     let rq = reader.required(&RQ);
     let correlation_length = reader.required(&CORRELATION_LENGTH);

@@ -1,8 +1,8 @@
 //! Variants of a scene that differ in accuracy and cost: the presets, and the preset `balanced` with one knob changed.
 //!
-//! A variant is nothing but `--set`: its [`Variant::sets`] are laid over the scene, so that whatever it measures can be had by
-//! any run. What the scene itself says about accuracy is left out of them, since that is what is measured; it is measured too,
-//! as the variant [`AS_WRITTEN`].
+//! A variant consists only of `--set` options: [`Variant::sets`] are laid over the scene, so any run can reproduce it.
+//! The accuracy settings of the scene itself are removed from the variants, because these settings are what the
+//! variants change. The variant [`AS_WRITTEN`] keeps them.
 
 mod values;
 
@@ -12,44 +12,44 @@ use super::keys::{self, Key, contact, cycles, dynamics, fidelity, joint};
 use super::{Scene, SceneError, document, resolve};
 use crate::recipe::Recipe;
 
-/// The variant that all knobs are turned from.
+/// The variant from which single knobs are changed.
 pub const BALANCED: &str = "balanced";
 
-/// The preset that is to be fast.
+/// The fast preset.
 pub const FAST: &str = "fast";
 
-/// The variant that the others are held against.
+/// The variant with which the others are compared.
 pub const REFERENCE: &str = "reference";
 
-/// The scene with what it says about accuracy itself.
+/// The scene with its own accuracy settings.
 pub const AS_WRITTEN: &str = "as_written";
 
-/// `balanced` once more: what its seconds differ by is noise.
+/// A repetition of `balanced`: the difference in run time is noise.
 pub const AGAIN: &str = "balanced_again";
 
-/// What a knob is about, which decides what its errors mean.
+/// Kind of a knob, which decides the meaning of its errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KnobKind {
-    /// A set of defaults, or the scene's own.
+    /// A set of defaults, or the scene's own settings.
     Preset,
-    /// How exactly the equations of the scene are solved.
+    /// Accuracy of solving the equations of the scene.
     Solver,
-    /// Which equations stand for the continuous ones: results that depend on it are not converged.
+    /// Discretisation of the continuous equations: results that depend on it are not converged.
     Discretisation,
-    /// What is modelled: its differences are no errors.
+    /// Choice of the model: its differences are not errors.
     Model,
-    /// None: the same run once more.
+    /// No knob: the same run again.
     Repeat,
 }
 
-/// One knob.
+/// Setting that variants change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Knob {
     /// Short name: the last part of the key.
     pub name: &'static str,
     /// The key of a scene.
     pub key: &'static str,
-    /// What it is about.
+    /// The kind.
     pub kind: KnobKind,
 }
 
@@ -82,27 +82,28 @@ pub const KNOBS: [Knob; 16] = [
     knob(&joint::GRID, KnobKind::Discretisation),
 ];
 
-/// The knob that changes the model; not an accuracy, and tried all the same.
+/// The knob that changes the model. It is tried too, although it is not an accuracy setting.
 pub const STIFFNESS: Knob = knob(&contact::STIFFNESS, KnobKind::Model);
 
-/// A scene as it is run once.
+/// One run of a scene with changed settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variant {
-    /// Name, which is fit for a folder.
+    /// Name, usable as a folder name.
     pub name: String,
     /// Short name of the knob; `scene` for [`AS_WRITTEN`].
     pub knob: &'static str,
-    /// What the knob is about.
+    /// Kind of the knob.
     pub kind: KnobKind,
-    /// What it is set to.
+    /// Value of the knob.
     pub value: String,
-    /// How fine it is: cells, harmonics, modes, steps, samples, or 1 over a tolerance; 0 where nothing is finer than another.
+    /// Measure of fineness: cells, harmonics, modes, steps, samples, or 1 over a tolerance; 0 if the values have no
+    /// order.
     pub size: f64,
     /// `key=value`, as after `--set`.
     pub sets: Vec<String>,
 }
 
-/// What is not tried, and why.
+/// Variant that is skipped, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SkippedVariant {
     /// Knob, or knob and value.
@@ -111,40 +112,40 @@ pub struct SkippedVariant {
     pub reason: String,
 }
 
-/// What is wanted of the variants.
+/// Selection of variants.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Choice {
-    /// Knobs, by short name or key; empty: all of them.
+    /// Knobs, by short name or key; empty for all.
     pub knobs: Vec<String>,
-    /// The preset `paper` too.
+    /// True to include the preset `paper`.
     pub paper: bool,
-    /// Most cells along the longer side of a grid; none: twice those of the scene.
+    /// Most cells along the longer side of a grid; `None` for twice the cells of the scene.
     pub largest_grid: Option<usize>,
 }
 
-/// A name that is no knob.
+/// Error for an unknown knob.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("\"{name}\" is no knob; the knobs are {known}")]
 pub struct UnknownKnob {
     /// The name.
     pub name: String,
-    /// Those there are.
+    /// The known knobs.
     pub known: String,
 }
 
 /// The variants of a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Variants {
-    /// What is to be run: the presets first.
+    /// The variants to run, presets first.
     pub variants: Vec<Variant>,
-    /// What `balanced` has in place of each knob that is finer or coarser: knob, value, size.
+    /// Values of `balanced` for the knobs that can be finer or coarser: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
-    /// What does not apply.
+    /// Variants that do not apply.
     pub left_out: Vec<SkippedVariant>,
 }
 
-/// Keys of a scene that say how exact it is, beside those of the preset; grids of space stay as they are, and a
-/// grid of time that the scene gives.
+/// Lists the keys of accuracy, as section and name. Spatial grids are not among them, and neither is a given number of
+/// time steps.
 fn accuracy_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let own = keys::children("fidelity")
         .into_iter()
@@ -153,20 +154,20 @@ fn accuracy_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     own.chain(["scheme", "depth_step", "tolerance"].map(|name| ("wear", name)))
 }
 
-/// Reads a scene as [`super::load`] does, as one of its variants.
+/// Reads a scene like [`super::load`], with the settings of a variant.
 ///
 /// # Errors
-/// As for [`super::load`], where the scene does not allow the variant.
+/// As for [`super::load`], also if the scene does not allow the variant.
 pub fn load(path: &Path, sets: &[String], variant: &Variant) -> Result<Scene, SceneError> {
     let all: Vec<String> = sets.iter().chain(&variant.sets).cloned().collect();
     let mut tree = document::read(path, &all)?;
     if variant.name != AS_WRITTEN {
-        let set = |key: &str| {
-            let own = |set: &String| set.split('=').next().unwrap_or_default().trim() == key;
+        let is_set = |key: &str| {
+            let own = |is_set: &String| is_set.split('=').next().unwrap_or_default().trim() == key;
             variant.sets.iter().any(own)
         };
         for (section, name) in accuracy_keys() {
-            if !set(&keys::join(section, name)) {
+            if !is_set(&keys::join(section, name)) {
                 tree.remove(section, name);
             }
         }
@@ -174,12 +175,12 @@ pub fn load(path: &Path, sets: &[String], variant: &Variant) -> Result<Scene, Sc
     resolve::scene(&tree, super::name_of(path))
 }
 
-/// The preset that all knobs are turned from.
+/// Returns the preset from which single knobs are changed.
 pub fn balanced() -> Variant {
     preset(BALANCED)
 }
 
-/// The preset `balanced` once more, with the same results in other seconds.
+/// Returns a repetition of `balanced`, with the same results and another run time.
 pub fn again() -> Variant {
     Variant {
         name: AGAIN.to_owned(),
@@ -190,7 +191,7 @@ pub fn again() -> Variant {
     }
 }
 
-/// The presets that are held against each other over many scenes.
+/// Returns the presets that are compared with each other over many scenes.
 pub fn presets() -> [Variant; 3] {
     [FAST, BALANCED, REFERENCE].map(preset)
 }
@@ -206,15 +207,15 @@ fn preset(name: &str) -> Variant {
     }
 }
 
-/// The seconds of an iteration lie in its own tables.
+/// The run time of an iteration is stored in its own tables, so all iterations are kept.
 const KEEP: &str = "output.keep=all";
 
-/// The variants of a scene: `written` as it is written, `scene` and its `recipe` as [`balanced`].
+/// Lists the variants of a scene. `written` is the scene as written; `scene` and `recipe` belong to [`balanced`].
 ///
-/// A variant of them may still be refused by the scene or by the plan.
+/// The scene or the plan may still reject a variant.
 ///
 /// # Errors
-/// [`UnknownKnob`]
+/// [`UnknownKnob`] for an unknown name.
 pub fn variants(
     written: &Scene,
     scene: &Scene,
@@ -222,34 +223,34 @@ pub fn variants(
     choice: &Choice,
 ) -> Result<Variants, UnknownKnob> {
     let knobs = chosen(&choice.knobs)?;
-    let mut made = Variants {
+    let mut variants = Variants {
         variants: vec![balanced(), preset(REFERENCE)],
         ..Variants::default()
     };
     for knob in knobs {
         let values = match knob.name {
             "preset" => {
-                made.presets(written, scene, choice);
+                variants.presets(written, scene, choice);
                 continue;
             }
             _ => values::values(knob, written, scene, recipe, choice),
         };
         match values {
-            Err(reason) => made.left_out.push(SkippedVariant {
+            Err(reason) => variants.left_out.push(SkippedVariant {
                 what: knob.name.to_owned(),
                 reason: reason.to_owned(),
             }),
             Ok(values) => {
                 if let Some((value, size)) = values.base {
-                    made.base.push((knob.name, value, size));
+                    variants.base.push((knob.name, value, size));
                 }
                 for (value, size, more) in values.tried {
-                    made.add(knob, value, size, more);
+                    variants.add(knob, value, size, more);
                 }
             }
         }
     }
-    Ok(made)
+    Ok(variants)
 }
 
 fn chosen(names: &[String]) -> Result<Vec<Knob>, UnknownKnob> {
@@ -278,7 +279,7 @@ impl Variants {
         variant.knob = knob.name;
         variant.kind = knob.kind;
         if knob.key == fidelity::ASKED.name {
-            // It takes the place of the preset.
+            // The tolerance replaces the preset.
             variant.sets.retain(|set| !set.starts_with(KNOBS[0].key));
         }
         variant.sets.extend(if more.is_empty() {
@@ -320,7 +321,8 @@ impl Variants {
     }
 }
 
-/// A name that is one on every file system, and no `name=value` that readers take for a column.
+/// Returns a name that is valid on every file system and does not look like `name=value`, which readers take for a
+/// column.
 fn folder(knob: &str, value: &str) -> String {
     let mut name = knob.to_owned();
     let mut gap = true;
@@ -338,7 +340,7 @@ fn folder(knob: &str, value: &str) -> String {
     name
 }
 
-/// What a preset promises of the figures of merit against `reference`, if it promises anything.
+/// Returns the error that a preset promises for the figures of merit against `reference`, if it promises one.
 pub fn promise(preset: &str) -> Option<f64> {
     match preset {
         BALANCED => Some(0.01),

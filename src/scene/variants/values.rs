@@ -1,4 +1,4 @@
-//! The values that each knob of a scene is tried at.
+//! Values at which each knob of a scene is tried.
 
 use super::{Choice, Knob};
 use crate::recipe::{ElementStiffness, MotionSource, Recipe, Response};
@@ -6,22 +6,22 @@ use crate::scene::Scene;
 use crate::scene::keys::contact::STIFFNESS;
 use crate::wear::cycle::March;
 
-/// Errors of the worn volume to be kept within.
+/// Tried tolerances of the worn volume.
 const TOLERANCES: [f64; 3] = [0.05, 0.01, 0.002];
 
-/// Depths of a step without an error of its own that are tried unless the scene has one of its own: the published one, and ten times it.
+/// Tried depths of wear steps without error control, if the scene gives none: the published depth, and ten times it.
 const DEPTH_STEPS: [&str; 2] = ["0.1 um", "1 um"];
 
-/// Fewer cells a side than this resolve no roughness; more than [`MOST_CELLS`] are no everyday grid.
+/// Fewest cells per side. Coarser grids resolve no roughness.
 const FEWEST_CELLS: usize = 12;
 
-/// See [`FEWEST_CELLS`].
+/// Most cells per side. Finer grids are impractical.
 const MOST_CELLS: usize = 1024;
 
-/// The finest grid tried, in multiples of that of the scene, unless more is asked for.
+/// Finest tried grid relative to the grid of the scene, unless a finer one is requested.
 const FINEST: usize = 2;
 
-/// The values of a knob: each with its size, and the `--set` it takes where that is more than the value.
+/// Values of a knob, each with its size, and with the `--set` options if they are more than the value.
 #[derive(Default)]
 pub(super) struct Values {
     pub base: Option<(String, f64)>,
@@ -42,7 +42,7 @@ pub(super) fn values(
     let extended = response.and_then(|response| response.harmonic_tolerance);
     let rough = scene.surface.is_some();
     let moved = response.is_some() || scene.motion.is_some();
-    // A computed motion decides for itself how it is marched.
+    // With a computed motion, the run decides how the cycle is marched.
     let march = recipe.cycle().and_then(|cycle| cycle.march);
     let load_steps = recipe
         .contact()
@@ -74,7 +74,7 @@ pub(super) fn values(
         "cycle" => Ok(cycles(march)),
         "load_steps" => match load_steps {
             Some(steps) => Ok(counts(steps, [1.0 / 4.0, 1.0 / 2.0, 2.0], whole)),
-            None => Err("the bodies are not pressed together in steps"),
+            None => Err("the bodies are not pressed together in load steps"),
         },
         "tolerance" | "wear_tolerance" | "scheme" if scene.recipe.wear.is_none() => {
             Err("there is no [wear]")
@@ -101,10 +101,10 @@ pub(super) fn values(
         }
         "harmonic_tolerance" => match extended {
             Some(tolerance) => Ok(parts(tolerance, [10.0, 3.0, 0.3])),
-            None => Err("dynamics.harmonics says which there are"),
+            None => Err("dynamics.harmonics lists the harmonics"),
         },
         "harmonics" if extended.is_some() => {
-            Err("fidelity.harmonic_tolerance extends them as far as needed")
+            Err("fidelity.harmonic_tolerance adds harmonics as far as needed")
         }
         "harmonics" => Ok(response.map(harmonics).unwrap_or_default()),
         "modes" | "elements" | "stiffness"
@@ -132,13 +132,13 @@ impl Values {
         self.tried.push((value.into(), size, Vec::new()));
     }
 
-    /// For what is neither finer nor coarser than `balanced`.
+    /// For values that are neither finer nor coarser than `balanced`.
     fn without_base(self) -> Values {
         Values { base: None, ..self }
     }
 }
 
-/// As it is written in a scene: `1e-4`.
+/// Formats a number as in a scene: `1e-4`.
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
     format!("{rounded:e}")
@@ -205,7 +205,7 @@ pub(super) fn own_depth(written: &Scene) -> Option<f64> {
         .as_ref()
         .and_then(|wear| wear.depth_step)
         .filter(|_| {
-            // That of the preset `paper` is no word of the scene.
+            // The default of the preset `paper` is not given by the scene.
             written
                 .document()
                 .get("wear")
@@ -243,7 +243,7 @@ fn schemes(scene: &Scene, written: &Scene) -> Values {
     values
 }
 
-/// Fewer and more of them; only odd ones beside 0 where the scene has only such.
+/// Tries fewer and more harmonics. If the scene has only odd harmonics beside 0, so have the variants.
 fn harmonics(response: &Response) -> Values {
     let orders = &response.harmonics;
     let highest = orders.last().copied().unwrap_or(1);
@@ -272,8 +272,8 @@ fn harmonics(response: &Response) -> Values {
     values
 }
 
-/// A few rows more and fewer. The hole of a resonator is so many elements whatever their size, so that many more or fewer would
-/// make another joint of it.
+/// Tries slightly fewer and more elements. The hole of a resonator is a fixed number of elements of any size, so very
+/// different numbers would change the joint.
 fn elements(scene: &Scene) -> Values {
     let Some([nx, ny]) = scene.joint.as_ref().and_then(|joint| joint.elements) else {
         return Values::default();
@@ -310,7 +310,7 @@ fn stiffnesses(scene: &Scene) -> Values {
     values
 }
 
-/// Halves and doubles of the scene's grid, so that its cells keep their shape.
+/// Halves and doubles the grid of the scene, so that its cells keep their shape.
 fn grids(scene: &Scene, largest: Option<usize>) -> Values {
     let Some(base) = scene.joint.as_ref().and_then(|joint| joint.grid) else {
         return Values::default();
@@ -337,8 +337,8 @@ fn grids(scene: &Scene, largest: Option<usize>) -> Values {
     values
 }
 
-/// True if a cycle is stepped at the rows of a history, whatever number of steps is asked for, up to twice `steps`: it is refined by
-/// halves up to that number, and no further.
+/// True if a cycle is stepped at the rows of a history for any number of steps up to twice `steps`. A history with
+/// fewer rows is refined by halving up to that number.
 fn has_rows_enough(recipe: &Recipe, steps: usize) -> bool {
     let motion = recipe.cycle().map(|cycle| &cycle.motion);
     matches!(motion, Some(MotionSource::History { samples, .. }) if *samples >= 2 * steps)

@@ -1,25 +1,25 @@
-//! What is known of a rough face before it is drawn.
+//! Properties of a rough face that are known before its heights are computed.
 
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::recipe::{Contact, Recipe, Surface};
 use crate::surface::prepare::PreparedSurface;
 
-/// The highest cells of a measured face, which may be a spike of an instrument.
+/// Fraction of the highest cells of a measured face that may be an instrument spike.
 const HIGHEST: f64 = 1e-3;
-/// Rq of a face whose heights are a form \[m\].
+/// Assumed Rq of a face whose heights are only a form \[m\].
 const OF_FORM: f64 = 1e-6;
 
-/// A rough face and its contact.
+/// Rough face and its contact.
 #[derive(Clone, Copy)]
 pub struct Face<'a> {
     pub surface: &'a Surface,
     pub contact: &'a Contact,
-    /// \[m\]; none of a face whose form alone is known.
+    /// Rq \[m\]; `None` for a face of which only the form is known.
     pub rq: Option<f64>,
-    /// Root mean square slope along the steeper axis, if it is not zero.
+    /// Root mean square slope along the steeper axis, if not zero.
     pub slope: Option<f64>,
-    /// How far the highest cell of a measured face stands above the others, over their Rq.
+    /// Height of the highest cell of a measured face above the others, relative to their Rq.
     pub spike: Option<f64>,
 }
 
@@ -27,8 +27,8 @@ impl<'a> Face<'a> {
     pub fn of(recipe: &'a Recipe, measured: Option<&PreparedSurface>) -> Option<Self> {
         let (surface, contact) = (recipe.surface()?, recipe.contact()?);
         let heights = &surface.heights;
-        let rq = measured.map_or_else(|| heights.rq(), |found| Some(rq_of(&found.heights)));
-        // The least of the two axes is the steepest.
+        let rq = measured.map_or_else(|| heights.rq(), |surface| Some(rq_of(&surface.heights)));
+        // The shorter length of the two axes gives the steeper slope.
         let length = heights
             .correlation_length()
             .map(|lengths| lengths[0].min(lengths[1]))
@@ -42,24 +42,24 @@ impl<'a> Face<'a> {
                 .map(slope_of)
                 .or(drawn)
                 .filter(|slope| *slope > 0.0),
-            spike: measured.and_then(|found| {
-                let kept = found.patch.gather(&found.heights);
+            spike: measured.and_then(|surface| {
+                let kept = surface.patch.gather(&surface.heights);
                 spike_of(&kept)
             }),
         })
     }
 
-    /// Area that the load presses on \[m²\].
+    /// Area under load \[m²\].
     pub fn area(&self) -> f64 {
         self.surface.kept as f64 * self.surface.grid().cell_area()
     }
 
-    /// The shorter side \[m\].
+    /// Shorter side of the joint \[m\].
     pub fn side(&self) -> f64 {
         self.surface.size[0].min(self.surface.size[1])
     }
 
-    /// The shorter side of a cell \[m\].
+    /// Shorter side of a cell \[m\].
     pub fn cell(&self) -> f64 {
         let grid = self.surface.grid();
         grid.dx.min(grid.dy)
@@ -70,29 +70,29 @@ impl<'a> Face<'a> {
         self.contact.bodies.effective_modulus()
     }
 
-    /// What friction holds \[N\].
+    /// Friction limit \[N\].
     pub fn limit(&self) -> Option<f64> {
         Some(self.contact.friction_coefficient? * self.contact.conditions.normal_load)
     }
 
-    /// Rq, also of a face that has none \[m\].
+    /// Rq, or an assumed one for a face without \[m\].
     pub fn roughness(&self) -> f64 {
         self.rq.filter(|rq| *rq > 0.0).unwrap_or(OF_FORM)
     }
 
-    /// Mean pressure under its load \[Pa\].
+    /// Mean pressure \[Pa\]; `None` if the approach is given.
     pub fn mean_pressure(&self) -> Option<f64> {
         let under_load = self.contact.conditions.approach.is_none();
         under_load.then(|| self.contact.conditions.normal_load / self.area())
     }
 
-    /// Radius of the contact of a sphere, after Hertz \[m\].
+    /// Contact radius of a sphere, after Hertz \[m\].
     pub fn contact_radius(&self) -> Option<f64> {
         let radius = self.surface.heights.sphere_radius()?;
         Some((0.75 * self.contact.conditions.normal_load * radius / self.modulus()).cbrt())
     }
 
-    /// Width of what is pressed together \[m\].
+    /// Width of the pressed area \[m\].
     pub fn width(&self) -> f64 {
         let [x, y] = self.surface.size;
         let joint = (x * y).sqrt();
@@ -106,7 +106,8 @@ fn rq_of(heights: &[f64]) -> f64 {
     (square / heights.len() as f64).sqrt()
 }
 
-/// How far the highest cell stands above all but a thousandth of the others, over the Rq of those.
+/// Returns the height of the highest cell above all but a thousandth of the cells, relative to the Rq of the lower
+/// ones.
 fn spike_of(heights: &[f64]) -> Option<f64> {
     let mut sorted = heights.to_vec();
     sorted.sort_by(f64::total_cmp);

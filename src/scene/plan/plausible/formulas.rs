@@ -11,30 +11,30 @@ use crate::wear::Channel;
 /// Longest side of a joint \[m\].
 pub const LONGEST_SIDE: f64 = 2.0;
 
-/// Size of Poisson's ratio, in all digits.
+/// Absolute value of Poisson's ratio, with all digits.
 pub fn poisson(body: Elastic) -> Option<Figure> {
     let size = body.poisson_ratio.abs();
     worded(size, format!("{size}"))
 }
 
-/// Of longitudinal waves in a bar.
+/// Speed of longitudinal waves in a bar.
 pub fn speed_of_sound(setup: &Setup) -> Option<Figure> {
     let material = setup.resonator?.material;
     let square = material.elastic.youngs_modulus / material.density;
     number(square.sqrt())
 }
 
-/// Stiffness of a node of a mesh, held alone, over Young's modulus and the distance of nodes.
+/// Stiffness of a single node of the mesh with all others fixed, over Young's modulus and the node distance.
 pub fn node_stiffness(setup: &Setup) -> Option<Figure> {
     let import = setup.recipe.structure.as_ref()?.source.import()?;
     let modulus = setup.recipe.contact()?.least_modulus();
     number(import.apparent_modulus? / modulus)
 }
 
-/// How many lengths a resonator has.
+/// Number of lengths of a resonator.
 pub const LENGTHS: usize = 11;
 
-/// A length of a resonator over the side of its joint: that at a place in their ascending order.
+/// Length of a resonator over the side of its joint. `place` counts its lengths in ascending order.
 pub fn dimension(setup: &Setup, place: usize) -> Option<Figure> {
     let resonator = setup.resonator?;
     let mut lengths: [_; LENGTHS] = [
@@ -67,35 +67,35 @@ pub fn body_stiffness(setup: &Setup) -> Option<f64> {
     Some(resonator.material.elastic.youngs_modulus * joint_side(resonator))
 }
 
-/// Points of a map along the sides of the joint.
+/// Number of map points along the sides of the joint.
 pub fn points(setup: &Setup) -> Option<Figure> {
     let [x, y] = setup.map?.fit.points.map(rounded);
     let words = format!("{} × {}", short(x), short(y));
     worded(x.min(y), words)
 }
 
-/// Spacing of a map's points along x over that along y.
+/// Spacing of the map points along x over the spacing along y.
 pub fn aspect(setup: &Setup) -> Option<Figure> {
     number(rounded(setup.map?.fit.aspect))
 }
 
-/// A map that states no spacing should have cells that are nearly square; one that does may have any.
+/// Bounds of [`aspect`]. Only a map that states no spacing must have nearly square cells.
 pub fn aspect_bounds(setup: &Setup) -> Option<[f64; 2]> {
     setup.map?.fit.is_assumed.then_some([0.5, 2.0])
 }
 
-/// Autocorrelation of a map at a distance of two points, along the axis where it is smaller.
+/// Autocorrelation of a map at a distance of two points, along the axis with the smaller value.
 pub fn correlation(setup: &Setup) -> Option<Figure> {
     let both = setup.map?.fit.correlation.into_iter().flatten();
     number(both.min_by(f64::total_cmp)?)
 }
 
-/// Sums of spacings are not exact.
+/// Rounds a sum of spacings, which is not exact.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-/// The side of the joint that is further out of its bounds.
+/// Side of the joint that is further outside its bounds.
 pub fn side(setup: &Setup) -> Option<Figure> {
     let [x, y] = setup.face?.surface.size;
     let longest = Some(x.max(y)).filter(|side| *side > LONGEST_SIDE);
@@ -103,20 +103,21 @@ pub fn side(setup: &Setup) -> Option<Figure> {
     worded(longest.unwrap_or(x.min(y)), words)
 }
 
-/// Diameter of a hole over a cell.
+/// Diameter of the hole over the side of a cell.
 pub fn hole(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     over(face.surface.cells.hole_diameter()?, face.cell(), MM)
 }
 
-/// An atom and the side of the joint \[m\]. A face that is flat by its file says nothing of a unit.
+/// Bounds of Rq: the size of an atom, and the side of the joint \[m\]. A face that is exactly flat in its file has no
+/// lower bound.
 pub fn rq_bounds(setup: &Setup) -> Option<[f64; 2]> {
     let face = setup.face?;
     let least = if face.rq? == 0.0 { 0.0 } else { 1e-10 };
     Some([least, face.side()])
 }
 
-/// Cells of the shorter correlation length, and the number of the longer ones along a side.
+/// Cells per shorter correlation length, and longer correlation lengths per side.
 pub fn asperities(setup: &Setup) -> Option<[f64; 2]> {
     let surface = setup.face?.surface;
     let (grid, [x, y]) = (surface.grid(), surface.size);
@@ -126,13 +127,13 @@ pub fn asperities(setup: &Setup) -> Option<[f64; 2]> {
     Some([cells, many])
 }
 
-/// Mean pressure over the contact modulus and the slope. A small one is half the share of the face that touches.
+/// Mean pressure over contact modulus and slope. A small value is half the touching fraction of the face.
 pub fn closed(setup: &Setup) -> Option<f64> {
     let face = setup.face?;
     Some(face.mean_pressure()? / face.modulus() / face.slope?)
 }
 
-/// Cells that touch.
+/// Number of cells in contact.
 pub fn touching(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     let capped = face.contact.conditions.pressure_cap.map_or(0.0, |cap| {
@@ -143,26 +144,26 @@ pub fn touching(setup: &Setup) -> Option<Figure> {
     worded(cells, format!("some {} of {kept}", short(cells)))
 }
 
-/// Radius of the contact of a sphere under a load \[m\].
+/// Contact radius of a sphere under a given load \[m\].
 pub fn hertz_radius(setup: &Setup) -> Option<f64> {
     let face = setup.face?;
     face.mean_pressure().and(face.contact_radius())
 }
 
-/// Peak pressure of that contact over the contact modulus.
+/// Peak pressure of the Hertz contact over the contact modulus.
 pub fn hertz_pressure(setup: &Setup) -> Option<Figure> {
     let (face, radius) = (setup.face?, hertz_radius(setup)?);
     let peak = 1.5 * face.contact.conditions.normal_load / (PI * radius * radius);
     part(peak, face.modulus(), GPA)
 }
 
-/// Cells of its radius.
+/// Cells per Hertz contact radius.
 pub fn hertz_cells(setup: &Setup) -> Option<Figure> {
     let grid = setup.face?.surface.grid();
     number(hertz_radius(setup)? / grid.dx.max(grid.dy))
 }
 
-/// Stiffness of a bolt over that of bodies as wide as the joint.
+/// Stiffness of the bolt over the stiffness of bodies as wide as the joint.
 pub fn bolt(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     let bodies = face.modulus() * face.width();
@@ -176,7 +177,7 @@ pub fn friction(setup: &Setup) -> Option<Figure> {
     worded(mu, words)
 }
 
-/// Largest force \[N\] and moment \[N m\] that a motion gives.
+/// Largest force \[N\] and moment \[N m\] of a motion.
 fn largest(setup: &Setup) -> [f64; 2] {
     let largest = |channel: &Channel| match channel {
         Channel::Force(values) => values.iter().fold(0.0f64, |m, v| m.max(v.abs())),
@@ -188,54 +189,54 @@ fn largest(setup: &Setup) -> [f64; 2] {
     [forces.fold(0.0, f64::max), moment]
 }
 
-/// A force over what friction holds.
+/// Largest force over the friction limit.
 pub fn pull(setup: &Setup) -> Option<Figure> {
     let limit = setup.face?.limit().filter(|limit| *limit > 0.0)?;
     let [force, _] = largest(setup);
     number(force / limit).filter(|_| force > 0.0)
 }
 
-/// A moment over what friction holds, where there is no force.
+/// Largest moment over the friction limit, if there is no force.
 pub fn twist(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     let limit = face.limit().filter(|limit| *limit > 0.0)?;
     let [force, moment] = largest(setup);
-    // Friction of a disc as wide as the joint holds two thirds of its radius.
+    // The friction moment of a disc as wide as the joint has an arm of two thirds of its radius.
     let arm = face.width() / 3.0;
     number(moment / (limit * arm)).filter(|_| force == 0.0 && moment > 0.0)
 }
 
-/// Mean load of a motion over that of `contact.normal_load`, where it is another.
+/// Mean load of a motion over `contact.normal_load`, if they differ.
 pub fn mean_load(setup: &Setup) -> Option<Figure> {
     let (mean, load) = (setup.motion.mean_load, setup.given_load?);
     let is_own = (mean / load - 1.0).abs() > 1e-6;
     over(mean, load, N).filter(|_| load > 0.0 && is_own)
 }
 
-/// Motion that makes the joint slide \[m\].
+/// Estimated motion at which the joint begins to slide \[m\].
 pub fn onset(setup: &Setup) -> Option<f64> {
     let face = setup.face?;
     let mu = face.contact.friction_coefficient.filter(|mu| *mu > 0.0)?;
-    // Asperities give way by µ Rq / 2, and the bodies under them by that of a punch as wide as the contact.
+    // Asperities deform by µ Rq / 2, and the bodies under them as under a punch as wide as the contact.
     let asperities = mu * face.rq.unwrap_or(0.0) / 2.0;
     Some(asperities + mu * face.contact.conditions.normal_load / (face.modulus() * face.width()))
 }
 
-/// Damping ratio of the dashpots of an oscillator. Without a spring there is none.
+/// Damping ratio of the dashpots of an oscillator. Without a spring there is no ratio.
 pub fn dashpots(setup: &Setup) -> Option<Figure> {
     let ratio = setup.oscillator?.dashpot_ratio();
     number(ratio).filter(|_| ratio.is_finite())
 }
 
-/// Sum of the harmonic forces that load friction, and the friction limit \[N\].
+/// Sum of the harmonic forces that load the friction contact, and the friction limit \[N\].
 pub fn forces(setup: &Setup) -> Option<[f64; 2]> {
     let response = setup.response?;
     let [_, limit] = setup.friction().filter(|[_, limit]| *limit > 0.0)?;
-    // A mass that moves along the normal by itself loads no friction.
-    let rubs = |axis: usize| setup.oscillator.is_none() || axis != NORMAL;
+    // A mass that moves only along the normal causes no friction.
+    let causes_friction = |axis: usize| setup.oscillator.is_none() || axis != NORMAL;
     let harmonic = response.forces.iter();
-    let harmonic = harmonic.filter(|force| force.harmonic > 0 && rubs(force.port.axis));
-    let ground = response.base.filter(|base| rubs(base.axis));
+    let harmonic = harmonic.filter(|force| force.harmonic > 0 && causes_friction(force.port.axis));
+    let ground = response.base.filter(|base| causes_friction(base.axis));
     let ground = ground.and_then(|base| {
         let source = &setup.recipe.structure.as_ref()?.source;
         let [mass, _, _] = source.oscillator_along(base.axis)?;
@@ -245,7 +246,8 @@ pub fn forces(setup: &Setup) -> Option<[f64; 2]> {
     (force != 0.0 || setup.oscillator.is_none()).then_some([force, limit])
 }
 
-/// The same at resonance, over each other; none of a damping that depends on the frequency, and of a response at a given frequency.
+/// The force at resonance over the friction limit. `None` if the damping depends on the frequency, or if the frequency
+/// is given.
 pub fn at_resonance(setup: &Setup) -> Option<Figure> {
     let [force, limit] = forces(setup)?;
     let (response, axis) = (setup.response?, setup.oscillator);
@@ -257,19 +259,19 @@ pub fn at_resonance(setup: &Setup) -> Option<Figure> {
     if damping == 0.0 || response.rayleigh.is_some() {
         return None;
     }
-    // A resonance multiplies the force by 1 / 2ζ, and the springs take their share of it.
+    // A resonance multiplies the force by 1 / 2ζ. The springs carry a part of it.
     let share = axis.map_or(1.0, |axis| axis.contact / (axis.contact + axis.stiffness));
     number(force / limit * share * (0.5 / damping).max(1.0))
 }
 
-/// Stiffness of the contact of an oscillator over that of its springs.
+/// Contact stiffness of an oscillator over the stiffness of its springs.
 pub fn over_springs(setup: &Setup) -> Option<Figure> {
     let axis = setup.oscillator.filter(|axis| axis.stiffness > 0.0)?;
     setup.springs()?;
     over(axis.contact, axis.stiffness, N_PER_UM)
 }
 
-/// The range in which a resonance is looked for; none where the frequency is given.
+/// Frequency range of the search for a resonance; `None` if the frequency is given.
 fn range(setup: &Setup) -> Option<[f64; 2]> {
     let response = setup
         .response
@@ -277,32 +279,35 @@ fn range(setup: &Setup) -> Option<[f64; 2]> {
     response?.frequency
 }
 
-/// A range of frequency over the resonances of an oscillator, free of the contact and stuck.
+/// Distance of the frequency range from the resonances of an oscillator, without contact and stuck, as a ratio.
 pub fn beside_oscillator(setup: &Setup) -> Option<Figure> {
     let (axis, [low, high]) = (setup.oscillator?, range(setup)?);
-    let of = |stiffness: f64| (stiffness / axis.mass).sqrt() / TAU;
-    let (free, stuck) = (of(axis.stiffness), of(axis.stiffness + axis.contact));
-    let beside = match (high < free, low > stuck) {
+    let frequency = |stiffness: f64| (stiffness / axis.mass).sqrt() / TAU;
+    let (free, stuck) = (
+        frequency(axis.stiffness),
+        frequency(axis.stiffness + axis.contact),
+    );
+    let ratio_to_resonance = match (high < free, low > stuck) {
         (true, _) => high / free,
         (_, true) => low / stuck,
         _ => 1.0,
     };
     let is_sprung = stuck > 0.0;
-    let [ratio, low, high, free, stuck] = [beside, low, high, free, stuck].map(short);
+    let [ratio, low, high, free, stuck] = [ratio_to_resonance, low, high, free, stuck].map(short);
     let words =
         format!("{ratio} ({low} to {high} Hz; {free} Hz free of the contact, {stuck} Hz stuck)");
-    worded(beside, words).filter(|_| is_sprung)
+    worded(ratio_to_resonance, words).filter(|_| is_sprung)
 }
 
-/// A range of frequency over the first of a bar as long as a resonator.
+/// Distance of the frequency range from the first frequency of a bar as long as the resonator, as a ratio.
 pub fn beside_bar(setup: &Setup) -> Option<Figure> {
     let [low, high] = range(setup)?;
     let first = setup.resonator?.bar_frequency();
-    // A range that reaches to below the first frequency is judged by its upper end.
-    let beside = if high < first { high } else { low } / first;
-    let [ratio, low, high, first] = [beside, low, high, first].map(short);
+    // A range that begins below the first frequency is judged by its upper end.
+    let ratio_to_first = if high < first { high } else { low } / first;
+    let [ratio, low, high, first] = [ratio_to_first, low, high, first].map(short);
     worded(
-        beside,
+        ratio_to_first,
         format!("{ratio} ({low} to {high} Hz over some {first} Hz)"),
     )
 }
@@ -330,7 +335,7 @@ pub fn worn(setup: &Setup) -> Option<Figure> {
     part(depth, face.roughness(), UM)
 }
 
-/// Mean depth of the volume at which wear is to end, over the side of the joint.
+/// Mean depth of the requested wear volume over the side of the joint.
 pub fn asked_for(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     let depth = setup.recipe.wear.as_ref()?.volume? / face.area();
@@ -339,7 +344,7 @@ pub fn asked_for(setup: &Setup) -> Option<Figure> {
     worded(value, format!("{ratio} ({um} µm, {rq} Rq)"))
 }
 
-/// A mean depth of a hundred Rq over the side of the joint.
+/// Bounds of [`asked_for`]: a mean depth of a hundred Rq over the side of the joint.
 pub fn hundred_rq(setup: &Setup) -> Option<[f64; 2]> {
     let face = setup.face?;
     Some([0.0, 1e2 * face.roughness() / face.side()])

@@ -1,9 +1,11 @@
-//! What an engineer would look at before a run: a few figures of a scene by rules of thumb, and where one is out of all bounds.
+//! Plausibility checks before a run: a few figures of a scene by rules of thumb, with a warning if a figure is out of
+//! its bounds.
 //!
-//! A mistaken unit is wrong by a thousand or more. Bounds are so wide that a joint of any metal, ceramic or polymer passes; they judge
-//! nothing. Rules of thumb are of the order of what they estimate, not better. What is only rare has a remark, since it may be meant.
+//! A mistaken unit changes a figure by a thousand or more. The bounds are so wide that a joint of any metal, ceramic or
+//! polymer passes. Rules of thumb give only the order of magnitude. An unusual value gets a remark instead of a
+//! warning, because it may be intended.
 //!
-//! [`table::TABLE`] has a row for each figure; [`formulas`] has the formulas that are too long for a row.
+//! [`table::TABLE`] has a row for each figure. [`formulas`] has the formulas that are too long for a row.
 
 mod face;
 mod formulas;
@@ -15,41 +17,42 @@ use crate::recipe::{Check, Inputs, Surface};
 use say::{Figure, Unit};
 use setup::Setup;
 
-/// A figure, its bounds, and what is said where it is out of them.
+/// Figure with its bounds, and the texts for a figure that is out of them.
 #[derive(Clone, Copy)]
 struct Row {
     what: &'static str,
-    /// None of a scene that has no such figure.
+    /// Returns `None` if the scene has no such figure.
     formula: fn(&Setup) -> Option<Figure>,
-    /// The keys to look at.
+    /// Keys to check.
     keys: &'static str,
-    /// The same where the heights are a map.
+    /// Keys to check if the heights are a map.
     keys_of_map: Option<&'static str>,
-    /// Of the bounds, and of the figure if it has no text of its own.
+    /// Unit of the bounds, and of the figure if it has no text of its own.
     unit: Unit,
     bounds: Bounds,
-    /// Which unit to look at where the figure is out of its bounds.
+    /// Units to check if the figure is out of its bounds.
     hint: &'static str,
     usual: Option<Bounds>,
-    /// What it means to be beyond what is usual.
+    /// Consequence of an unusual value.
     remark: &'static str,
-    /// The figure is listed only where it is out of its bounds.
+    /// True if the figure is listed only when it is out of its bounds.
     only_beyond: bool,
 }
 
-/// Where a figure should be.
+/// Bounds of a figure.
 #[derive(Clone, Copy)]
 enum Bounds {
     AtLeast(f64),
     AtMost(f64),
     Between(f64, f64),
-    /// Between them, or zero, which says that there is none.
+    /// Between these, or zero, which means that there is none.
     ZeroOr(f64, f64),
-    /// The least and the most of a scene.
+    /// Smallest and largest value, computed from the scene.
     Of(fn(&Setup) -> Option<[f64; 2]>),
 }
 
-/// The figures of a scene, in the order of the table; `given_load` is that of the scene, if it has one \[N\].
+/// Checks the figures of a scene, in the order of the table. `given_load` is the load in the scene, if there is one
+/// \[N\].
 pub(super) fn checks(inputs: &Inputs, given_load: Option<f64>) -> Vec<Check> {
     let setup = Setup::of(inputs, given_load);
     let rows = table::TABLE.iter();
@@ -59,7 +62,7 @@ pub(super) fn checks(inputs: &Inputs, given_load: Option<f64>) -> Vec<Check> {
         .collect()
 }
 
-/// The warning that `surface.correct` overrides the file.
+/// Returns the warning that `surface.correct` overrides the file.
 fn correction(surface: &Surface) -> Option<Check> {
     let correct = surface.heights.file()?.correct;
     let unit = correct
@@ -79,7 +82,7 @@ fn correction(surface: &Surface) -> Option<Check> {
     })
 }
 
-/// The beginning of a row; the methods below add its fields one by one.
+/// Begins a row. The methods below set its fields.
 const fn row(what: &'static str) -> Row {
     Row {
         what,

@@ -1,6 +1,7 @@
-//! How figures are said: units, ratios, and four significant digits.
+//! Formatting of figures: units, ratios, and four significant digits.
 
-/// Name, size in SI units, and how many make an SI unit. A figure is multiplied by the one, a bound divided by the other.
+/// Unit: name, size in SI units, and the inverse of the size. Figures are multiplied by the inverse, bounds divided by
+/// the size.
 #[derive(Clone, Copy)]
 pub struct Unit(&'static str, f64, f64);
 
@@ -18,28 +19,28 @@ pub const UM3_PER_J: Unit = Unit("µm³/J", 1e-18, 1e18);
 
 impl Unit {
     fn say(self, value: f64) -> String {
-        let said = format!("{} {}", short(value * self.2), self.0);
-        said.trim_end().to_owned()
+        let text = format!("{} {}", short(value * self.2), self.0);
+        text.trim_end().to_owned()
     }
 
-    /// What a value should be, where it is not.
+    /// Returns the bound that a value violates, in words; `None` if it lies within its bounds.
     pub fn beyond(self, value: f64, [least, most]: [f64; 2]) -> Option<String> {
         let (side, bound) = match value {
             v if v < least => ("least", least),
             v if v > most => ("most", most),
             _ => return None,
         };
-        let said = format!("at {side} {} {}", short(bound / self.1), self.0);
-        Some(said.trim_end().to_owned())
+        let text = format!("at {side} {} {}", short(bound / self.1), self.0);
+        Some(text.trim_end().to_owned())
     }
 }
 
-/// A figure and its text.
+/// Figure with its text.
 pub struct Figure {
     pub value: f64,
-    /// None if the text is the value in the unit of the row.
+    /// `None` if the text is the value in the unit of the row.
     pub words: Option<String>,
-    /// The key to look at, where the figure names it and not its row.
+    /// Key to check, if the figure determines it and not the row.
     pub key: Option<&'static str>,
 }
 
@@ -49,7 +50,7 @@ impl Figure {
     }
 }
 
-/// A figure that is said in the unit of its row.
+/// A figure in the unit of its row.
 pub fn number(value: f64) -> Option<Figure> {
     Some(Figure {
         value,
@@ -58,24 +59,24 @@ pub fn number(value: f64) -> Option<Figure> {
     })
 }
 
-/// A figure that has a text of its own.
+/// A figure with its own text.
 pub fn worded(value: f64, words: String) -> Option<Figure> {
     let words = Some(words);
     number(value).map(|figure| Figure { words, ..figure })
 }
 
-/// A ratio, said with its first part.
+/// A ratio, with its numerator in the text.
 pub fn part(value: f64, whole: f64, unit: Unit) -> Option<Figure> {
     let ratio = value / whole;
     worded(ratio, format!("{} ({})", short(ratio), unit.say(value)))
 }
 
-/// A ratio, said with both parts.
+/// A ratio, with numerator and denominator in the text.
 pub fn over(value: f64, other: f64, unit: Unit) -> Option<Figure> {
     over_words(value, other, unit, "over")
 }
 
-/// A ratio to an estimate, said with both parts.
+/// A ratio to an estimate, with numerator and denominator in the text.
 pub fn over_some(value: f64, other: f64, unit: Unit) -> Option<Figure> {
     over_words(value, other, unit, "over some")
 }
@@ -92,7 +93,7 @@ pub fn strain(pressure: f64, modulus: f64) -> Option<Figure> {
     worded(ratio, format!("{ratio:.2e} ({})", MPA.say(pressure)))
 }
 
-/// Four significant digits.
+/// Formats a number with four significant digits.
 pub fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
     match rounded.abs() {

@@ -1,4 +1,4 @@
-//! What the figures of a scene are computed from.
+//! Inputs of the figures of a scene.
 
 use super::face::Face;
 use crate::material::Elastic;
@@ -7,19 +7,19 @@ use crate::structure::resonator::Resonator;
 use crate::surface::prepare::PreparedSurface;
 use crate::wear::{Channel, Motion};
 
-/// Direction of the normal among those of an oscillator.
+/// Index of the normal among the directions of an oscillator.
 pub const NORMAL: usize = 2;
 
-/// A scene and what several figures need of it.
+/// Scene with the data that several figures need.
 pub struct Setup<'a> {
     pub recipe: &'a Recipe,
     pub motion: &'a Motion,
     pub map: Option<&'a PreparedSurface>,
-    /// Load that the scene gives \[N\]: the motion of a rough joint may have its own.
+    /// Load in the scene \[N\]. The motion of a rough joint may have another one.
     pub given_load: Option<f64>,
-    /// The bodies, where they are of one material.
+    /// The bodies, if they have the same material.
     pub both: Option<Elastic>,
-    /// The bodies, where they are not.
+    /// The bodies, if they have different materials.
     pub lower: Option<Elastic>,
     pub upper: Option<Elastic>,
     pub face: Option<Face<'a>>,
@@ -58,7 +58,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// Coefficient of friction of the joint, and its friction limit \[N\].
+    /// Friction coefficient of the joint, and its friction limit \[N\].
     pub fn friction(&self) -> Option<[f64; 2]> {
         if let Some(contact) = self.recipe.contact() {
             let mu = contact.friction_coefficient?;
@@ -70,19 +70,19 @@ impl<'a> Setup<'a> {
         Some([mu, mu * normal_load])
     }
 
-    /// Stiffness of a contact along the normal and in the plane \[N/m\], where both are given.
+    /// Contact stiffness along the normal and in the plane \[N/m\], if both are given.
     pub fn springs(&self) -> Option<[f64; 2]> {
         let [kn, kt, _] = self.recipe.elements()?.stiffness.given()?;
         (kn > 0.0 && kt > 0.0).then_some([kn, kt])
     }
 
-    /// Half range of the largest displacement \[m\], where that is given.
+    /// Half range of the largest displacement \[m\], if it is given.
     pub fn slid(&self) -> Option<f64> {
         let halves = self.motion.drive.iter().filter_map(half_range);
         Some(halves.fold(0.0, f64::max)).filter(|half| *half > 0.0)
     }
 
-    /// Half range of the displacement of a corner \[m\], where a rotation is given.
+    /// Half range of the displacement of a corner \[m\], if a rotation is given.
     pub fn turned(&self) -> Option<f64> {
         let [x, y] = self.face?.surface.size;
         let angle = self.motion.rotation.as_ref().and_then(half_range)?;
@@ -90,7 +90,7 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// Half range of a displacement \[m\] or rotation \[rad\] that is given.
+/// Half range of a given displacement \[m\] or rotation \[rad\].
 fn half_range(channel: &Channel) -> Option<f64> {
     match channel {
         Channel::Displacement(values) => {
@@ -102,12 +102,12 @@ fn half_range(channel: &Channel) -> Option<f64> {
     }
 }
 
-/// An oscillator along the axis in which it is driven.
+/// Oscillator along the axis in which it is driven.
 #[derive(Clone, Copy)]
 pub struct Oscillator {
     pub mass: f64,
     damping: f64,
-    /// Of its springs, and of its contact if that sticks \[N/m\].
+    /// Stiffness of its springs, and of its contact while it sticks \[N/m\].
     pub stiffness: f64,
     pub contact: f64,
 }
@@ -118,8 +118,11 @@ impl Oscillator {
         let ground = response.base.map(|base| base.axis);
         let axis = drive.map(|force| force.port.axis).or(ground)?;
         let [mass, damping, stiffness] = structure.source.oscillator_along(axis)?;
-        let given = recipe.elements().and_then(|found| found.stiffness.given());
-        let contact = given.map_or(0.0, |[kn, kt, _]| if axis == NORMAL { kn } else { kt });
+        let contact_stiffness = recipe
+            .elements()
+            .and_then(|elements| elements.stiffness.given());
+        let contact =
+            contact_stiffness.map_or(0.0, |[kn, kt, _]| if axis == NORMAL { kn } else { kt });
         Some(Oscillator {
             mass,
             damping,

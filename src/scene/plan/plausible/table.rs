@@ -1,4 +1,4 @@
-//! The figures, in the order in which a person would ask for them.
+//! The table of figures, in the order in which a user would ask for them.
 
 use super::Bounds::{self, AtLeast, AtMost, Between, Of, ZeroOr};
 use super::formulas::*;
@@ -10,21 +10,21 @@ use crate::surface::prepare::{HEIGHTS, SIDES};
 
 /// Longest cells of a map over their width.
 const SQUARE: Bounds = Between(0.5, 2.0);
-/// Dimensions of a structure: of a gap, and of a long arm.
+/// Dimensions of a structure over the joint: from a gap to a long arm.
 const DIMENSION: Bounds = Between(6e-3, 100.0);
-/// Stiffness of a contact that hardly touches, and of one that is glued.
+/// Contact stiffness over body stiffness: from hardly touching to glued.
 const OVER_BODY: Bounds = Between(0.01, 1e3);
-/// Cells that a motion may cross: heights stay opposite to the same heights as long as it is less than one.
+/// Motion over the side of a cell. Heights stay opposite to the same heights only up to one cell.
 const CELL: Bounds = AtMost(1.0);
-/// Motion over what makes the joint slide: more than the most is no fretting.
+/// Motion over the motion that makes the joint slide. More than the upper bound is not fretting.
 const MOTION: Bounds = Of(|setup| Some([least_motion(setup), 1e3]));
-/// Pull over what makes the joint slide.
+/// Force over the force that makes the joint slide.
 const PULL: Bounds = Of(|setup| Some([least_motion(setup), f64::INFINITY]));
-/// Least of all harmonic forces at resonance: below it contact elements that share one stiffness and load do not slip at any frequency.
+/// Smallest harmonic force at resonance. Below it, contact elements of equal stiffness and load slip at no frequency.
 const NO_SLIP: f64 = 0.1;
 
-/// Below it nothing slips. What a partial slip dissipates goes as the cube of the motion, so that a joint that is to wear wears nothing
-/// from a larger bound on.
+/// Lower bound of the motion. Below it nothing slips. The energy of partial slip falls with the cube of the motion, so
+/// a joint with wear needs a larger motion.
 fn least_motion(setup: &Setup) -> f64 {
     match setup.recipe.wear {
         Some(_) => 8e-3,
@@ -36,7 +36,7 @@ const fn youngs_modulus(keys: &'static str) -> Row {
     row("Young's modulus")
         .keys(keys)
         .unit(GPA)
-        // Gels and diamond.
+        // From gels to diamond.
         .bounds(Between(1e4, 1.3e12))
         .hint("GPa, MPa or Pa?")
 }
@@ -44,9 +44,9 @@ const fn youngs_modulus(keys: &'static str) -> Row {
 const fn poisson_ratio(keys: &'static str) -> Row {
     row("size of Poisson's ratio")
         .keys(keys)
-        // Cork has zero.
+        // Cork has a ratio of zero.
         .bounds(ZeroOr(0.01, 1.0))
-        .hint("metals have some 0.3, and 0 is none")
+        .hint("metals have about 0.3, and exactly 0 is allowed")
 }
 
 pub static TABLE: &[Row] = &[
@@ -60,20 +60,21 @@ pub static TABLE: &[Row] = &[
         .of(|setup| number(setup.resonator?.material.density))
         .keys("material.density")
         .unit(KG_PER_M3)
-        // Foam and osmium.
+        // From foam to osmium.
         .bounds(Between(20.0, 2.3e4))
         .hint("kg/m^3 or g/cm^3?"),
     row("speed of sound")
         .of(speed_of_sound)
         .keys("material.youngs_modulus, material.density")
         .unit(M_PER_S)
-        // Rubber and diamond.
+        // From rubber to diamond.
         .bounds(Between(20.0, 2e4))
         .hint("it is the root of E over density"),
     row("stiffness of nodes at the joint over Young's modulus and their distance")
         .of(node_stiffness)
         .keys("structure.unit, material.youngs_modulus")
-        // 0.3 to 3 of boxes, more of flat ones, less where the rest was condensed; a thousand times more or less in a wrong unit.
+        // Meshes of boxes have 0.3 to 3, meshes of flat boxes more, condensed models less. A wrong unit changes the
+        // value by a thousand.
         .bounds(Between(0.04, 40.0))
         .hint("t with mm and s, kg with m and s?"),
     row("thinnest dimension of the structure over the side of the joint")
@@ -88,14 +89,14 @@ pub static TABLE: &[Row] = &[
         .of(points)
         .keys("surface.spacing, joint.size")
         .bounds(AtLeast(16.0))
-        .hint("so few points have hardly any roughness; um or mm? surface.correct.spacing overrides a file")
+        .hint("so few points resolve hardly any roughness; um or mm? surface.correct.spacing overrides a file")
         .only_beyond(),
     row("autocorrelation of the map at a distance of two points")
         .of(correlation)
         .keys("surface.path, surface.spacing")
-        // 1/e is that of a correlation length.
+        // 1/e is the value at a correlation length.
         .bounds(AtLeast(0.36))
-        .hint("the map has less than two points in a correlation length: measure it more finely, and see whether its roughness is noise")
+        .hint("the map has less than two points per correlation length: measure it more finely, and check whether its roughness is noise")
         .only_beyond(),
     row("spacing of the map's points along x over that along y")
         .of(aspect)
@@ -106,29 +107,29 @@ pub static TABLE: &[Row] = &[
              are x and y exchanged (surface.transpose)? give surface.spacing",
         )
         .mostly(SQUARE)
-        .remark("so unequal are few maps; surface.correct.spacing overrides that of a file")
+        .remark("few maps have such unequal spacings; surface.correct.spacing overrides the file")
         .only_beyond(),
     row("share of the joint that was not measured")
         .of(|setup| number(setup.map?.fit.unmeasured))
         .keys("surface.path, surface.fill")
         .bounds(AtMost(0.3))
-        .hint("so much of the face is made up or taken out; measure it again, or make joint.size smaller")
+        .hint("this part of the face is interpolated or excluded; measure it again, or make joint.size smaller")
         .mostly(AtMost(0.05))
-        .remark("this part of the face is made up or taken out, as surface.fill says")
+        .remark("this part of the face is interpolated or excluded, as surface.fill says")
         .only_beyond(),
     row("longer side of the map")
         .of(|setup| number(setup.map?.fit.side?))
         .keys("surface.spacing")
         .unit(MM)
         .bounds(Between(SIDES[0], SIDES[1]))
-        .hint("um, mm or m? surface.correct.spacing overrides that of a file")
+        .hint("um, mm or m? surface.correct.spacing overrides the file")
         .only_beyond(),
     row("range of the heights of the map")
         .of(|setup| number(setup.map?.fit.range))
         .keys("surface.unit")
         .unit(UM)
         .bounds(ZeroOr(HEIGHTS[0], HEIGHTS[1]))
-        .hint("nm, um or mm? surface.correct.unit overrides that of a file")
+        .hint("nm, um or mm? surface.correct.unit overrides the file")
         .only_beyond(),
     row("side of the joint")
         .of(side)
@@ -140,7 +141,7 @@ pub static TABLE: &[Row] = &[
         .of(hole)
         .keys("joint.hole.diameter")
         .bounds(AtLeast(1.0))
-        .hint("it takes no cell; mm or um?"),
+        .hint("it removes no cell; mm or um?"),
     row("Rq")
         .of(|setup| number(setup.face?.rq?))
         .keys("surface.rq")
@@ -152,44 +153,44 @@ pub static TABLE: &[Row] = &[
         .of(|setup| number(setup.face?.slope?))
         .keys("surface.rq, surface.correlation_length")
         .keys_of_map("surface.unit, surface.spacing")
-        // Half spaces take slopes as small, and machined faces have some 0.01 to 0.2.
+        // The half-space model assumes small slopes. Machined faces have about 0.01 to 0.2.
         .bounds(AtMost(0.5))
-        .hint("heights are small against lengths: um and mm exchanged?")
+        .hint("heights should be small compared with lengths: um and mm exchanged?")
         .mostly(AtLeast(1e-4))
         .remark("a face as flat as a mirror; um or nm?"),
     row("highest cell above the others over their Rq")
         .of(|setup| number(setup.face?.spike?))
         .keys("surface.path")
-        // A Gaussian face has some 1.5, and a spike of an instrument any number.
+        // A Gaussian face has about 1.5. An instrument spike may have any value.
         .bounds(AtMost(10.0))
         .hint(
             "a spike of the instrument, or dust? it would carry the load alone; \
-             take it out of the map",
+             remove it from the map",
         ),
     row("cells of a correlation length")
         .of(|setup| number(asperities(setup)?[0]))
         .keys("surface.correlation_length, joint.grid")
         .bounds(AtLeast(2.0))
-        .hint("an asperity is not resolved; a finer grid, or um in place of mm?"),
+        .hint("asperities are not resolved; a finer grid, or um in place of mm?"),
     row("correlation lengths along a side")
         .of(|setup| number(asperities(setup)?[1]))
         .keys("surface.correlation_length")
-        // Fewer are no statistics.
+        // Fewer lengths have no meaningful statistics.
         .bounds(AtLeast(3.0))
         .hint("the face has no more than a few asperities; m in place of mm?"),
     row("mean pressure over the contact modulus")
         .of(|setup| strain(setup.face?.mean_pressure()?, setup.face?.modulus()))
         .keys("contact.normal_load, joint.size, material.youngs_modulus")
-        // A joint strained by more is no joint under a bolt, and with less the bodies hardly touch.
+        // Above the upper bound it is not a bolted joint. Below the lower bound the bodies hardly touch.
         .bounds(Between(1e-10, 1e-2))
         .hint("kN or N, mm or m, GPa or MPa?")
-        // 0.1 MPa on steel: less is rather a weight than a bolt.
+        // This is 0.1 MPa on steel. A lower pressure is more like a weight than a bolt.
         .mostly(AtLeast(1e-6))
-        .remark("less than any bolt gives; kN or N, GPa or MPa?"),
+        .remark("less than any bolt applies; kN or N, GPa or MPa?"),
     row("number of cells that touch")
         .of(touching)
         .keys("contact.normal_load, joint.grid")
-        // Fewer do not resolve the contact, however light a load is meant to be.
+        // Fewer cells do not resolve the contact, however small the load.
         .bounds(AtLeast(5.0))
         .hint("N or kN? a contact of so few cells is not resolved"),
     row("mean pressure over contact modulus and slope")
@@ -198,7 +199,7 @@ pub static TABLE: &[Row] = &[
         // From 1 on most of the face touches, and from the bound on all of it.
         .bounds(AtMost(5.0))
         .hint(
-            "the load presses the faces flat, and the roughness alters nothing: um or nm, N or kN?",
+            "the load presses the faces flat, and the roughness has no effect: um or nm, N or kN?",
         )
         .mostly(AtMost(2.0))
         .remark("most of the face touches; um or nm, N or kN?"),
@@ -215,7 +216,7 @@ pub static TABLE: &[Row] = &[
     row("cells of the radius of Hertz's contact")
         .of(hertz_cells)
         .keys("contact.normal_load, surface.radius, joint.size, joint.grid")
-        // As of the cells that touch.
+        // As for the number of cells in contact.
         .bounds(AtLeast(3.0))
         .hint("the contact is not resolved; N or mN, mm or um?"),
     row("approach over the shorter side of the joint")
@@ -227,7 +228,7 @@ pub static TABLE: &[Row] = &[
             )
         })
         .keys("contact.approach, joint.size")
-        // The strain that it makes in the bodies.
+        // The strain in the bodies.
         .bounds(AtMost(1e-2))
         .hint("um or mm?"),
     row("cap of the pressure over the contact modulus")
@@ -239,21 +240,21 @@ pub static TABLE: &[Row] = &[
         })
         .keys("contact.pressure_cap")
         .bounds(Between(1e-10, 0.5))
-        .hint("MPa or GPa? no pressure comes near it"),
+        .hint("MPa or GPa? no pressure reaches it"),
     row("stiffness of the bolt over that of bodies as wide as the joint")
         .of(bolt)
         .keys("contact.bolt_stiffness, contact.bolt")
         .bounds(Between(1e-6, 10.0))
         .hint("N/um, N/nm or N/m?")
-        // A spring that holds the load may have less.
+        // A spring that applies the load may be more compliant.
         .mostly(AtLeast(1e-3))
-        .remark("rather a spring than a bolt; N/um or N/mm?"),
+        .remark("more like a spring than a bolt; N/um or N/mm?"),
     row("coefficient of friction")
         .of(friction)
         .keys("contact.friction_coefficient")
-        // Ice, and metals in vacuum and more.
+        // From ice to metals in vacuum.
         .bounds(ZeroOr(0.01, 2.0))
-        .hint("a part, or percent?"),
+        .hint("a fraction or percent?"),
     row("pull over what friction holds")
         .of(pull)
         .keys("motion.force")
@@ -267,7 +268,7 @@ pub static TABLE: &[Row] = &[
     row("mean load of the motion over that of the contact")
         .of(mean_load)
         .keys("motion.history, contact.normal_load")
-        // It is the same load.
+        // Both mean the same load.
         .bounds(Between(0.02, 50.0))
         .hint("N or kN?"),
     row("motion over a cell")
@@ -276,34 +277,34 @@ pub static TABLE: &[Row] = &[
         .bounds(CELL)
         .hint(
             "slip is taken to be small: cells do not travel with it, \
-             and all wear is of the places that face each other at rest; um or mm?",
+             and the points that face each other at rest wear each other; um or mm?",
         ),
     row("motion over what makes the joint slide")
         .of(|setup| over_some(setup.slid()?, onset(setup)?, UM))
         .keys("motion.amplitude")
         .bounds(MOTION)
-        .hint("far less moves nothing and wears nothing, far more is no fretting: um, mm or nm?"),
+        .hint("much less causes no slip and no wear, much more is not fretting: um, mm or nm?"),
     row("motion over a cell")
         .of(|setup| over(setup.turned()?, setup.face?.cell(), UM))
         .keys("motion.rotation, joint.grid")
         .bounds(CELL)
         .hint(
             "slip is taken to be small: cells do not travel with it, \
-             and all wear is of the places that face each other at rest; rad, mrad or deg?",
+             and the points that face each other at rest wear each other; rad, mrad or deg?",
         ),
     row("motion over what makes the joint slide")
         .of(|setup| over_some(setup.turned()?, onset(setup)?, UM))
         .keys("motion.rotation")
         .bounds(MOTION)
         .hint(
-            "far less turns nothing and wears nothing, far more is no fretting: rad, mrad or urad?",
+            "much less causes no slip and no wear, much more is not fretting: rad, mrad or urad?",
         ),
     row("damping ratio")
         .of(|setup| number(setup.response?.damping_ratio))
         .keys("dynamics.damping_ratio")
-        // The best resonators in vacuum, with a quality of 1e5, and what hardly swings.
+        // From the best resonators in vacuum, with a quality factor of 1e5, to strongly damped ones.
         .bounds(ZeroOr(5e-6, 0.2))
-        .hint("a part, or percent?"),
+        .hint("a fraction or percent?"),
     row("damping ratio of the dashpots")
         .of(dashpots)
         .keys("structure.damping, structure.stiffness, structure.mass")
@@ -313,13 +314,13 @@ pub static TABLE: &[Row] = &[
     row("force over what friction holds")
         .of(|setup| over(forces(setup)?[0], forces(setup)?[1], N))
         .keys("dynamics.force, dynamics.base, contact.normal_load")
-        // Nothing slips at less, and no resonance multiplies as much.
+        // With less force nothing slips, and no resonance multiplies the force by as much.
         .bounds(Between(1e-6, 10.0))
         .hint("N, kN or mN?"),
     row("force at resonance over what friction holds")
         .of(at_resonance)
         .keys("dynamics.force, dynamics.base, contact.normal_load")
-        // Of a rough face some asperities always slip.
+        // On a rough face some asperities always slip.
         .bounds(Of(|setup| match setup.recipe.surface() {
             Some(_) => Some([1e-3, f64::INFINITY]),
             None => Some([NO_SLIP, f64::INFINITY]),
@@ -367,18 +368,18 @@ pub static TABLE: &[Row] = &[
         .of(|setup| number(setup.recipe.wear.as_ref()?.coefficient))
         .keys("wear.coefficient")
         .unit(UM3_PER_J)
-        // The hardest coatings, and what crumbles.
+        // From the hardest coatings to crumbling materials.
         .bounds(Between(5e-18, 1e-12))
         .hint(
-            "um^3/J, mm^3/J or m^3/J? steels have some 1e3 to 1e5 um^3/J; \
+            "um^3/J, mm^3/J or m^3/J? steels have about 1e3 to 1e5 um^3/J; \
              with wear.law = \"archard\" it is k/mu",
         ),
     row("number of cycles")
         .of(|setup| number(setup.recipe.wear.as_ref()?.cycles? as f64))
         .keys("wear.cycles")
-        // A hundred years of 300 a second.
+        // A hundred years at 300 cycles per second.
         .bounds(AtMost(1e12))
-        .hint("no machine makes as many"),
+        .hint("no machine makes so many cycles"),
     row("depth of a wear step over Rq")
         .of(wear_step)
         .keys("wear.depth_step")
@@ -387,17 +388,17 @@ pub static TABLE: &[Row] = &[
     row("mean worn depth over Rq, if all of the joint slides")
         .of(worn)
         .keys("wear.coefficient, wear.cycles, motion.amplitude")
-        // More is not wear of a joint.
+        // More is not the wear of a joint.
         .bounds(AtMost(1e4))
         .hint("um^3/J, mm^3/J or m^3/J?")
         .mostly(AtLeast(2e-3))
-        .remark("wear will hardly be seen; more cycles, um or nm?"),
+        .remark("the wear will hardly be visible; more cycles, um or nm?"),
     row("depth of the volume asked for, over the side of the joint")
         .of(asked_for)
         .keys("wear.volume, joint.size")
-        // Wear alters faces, not bodies.
+        // Wear changes faces, not bodies.
         .bounds(AtMost(1e-2))
         .hint("mm^3, um^3 or m^3?")
         .mostly(Of(hundred_rq))
-        .remark("far more than the roughness is gone then; mm^3 or um^3?"),
+        .remark("this wears away far more than the roughness; mm^3 or um^3?"),
 ];
