@@ -1,39 +1,38 @@
-//! Alternating frequency–time method by samples [A §2b, fig. 2b]: coefficients of displacement to coefficients of force.
+//! Alternating frequency–time method with samples [A §2b, fig. 2b]: from coefficients of displacement to coefficients
+//! of force.
 //!
-//! The Jacobian is the exact derivative of what was sampled: its error does not depend on the number of samples.
+//! The Jacobian is the exact derivative of the sampled forces, so its error does not depend on the number of samples.
 
 use super::march::Slope;
 use super::{DynamicsError, Harmonics};
 use crate::linalg::{add_product_of_rows, add_scaled};
 
-/// An element of the interface: what force it has at given displacements over a cycle.
+/// Element of the interface, which gives the forces for displacements over a cycle.
 ///
-/// Displacements and forces are `[x, y, n]` at the samples of one cycle; see the [module](super) for signs.
+/// Displacements and forces are `[x, y, n]` at the samples of one cycle. The [module](super) defines the signs.
 pub trait InterfaceElement: Sync {
-    /// Checks parameters; `element` is the index for the error.
-    ///
-    /// # Errors
-    /// [`DynamicsError::Element`].
+    /// Checks the parameters. `element` is the index for the error.
     fn check(&self, element: usize) -> Result<(), DynamicsError>;
 
-    /// Stiffness per direction \[N/m\] of the state about which it is linearised: stuck if loaded, open if it has a gap.
+    /// Returns the stiffness per direction \[N/m\] of the reference state, about which the element is linearised: stuck
+    /// if loaded, open if it has a gap.
     fn reference_stiffness(&self) -> [f64; 3];
 
-    /// Whether at every sample the force is exactly reference stiffness times displacement.
+    /// Returns true if the force is exactly the reference stiffness times the displacement at every sample.
     fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool;
 
-    /// Share of it that follows the reference at every sample, where it does not as a whole.
+    /// Returns the share of the element that follows the reference at every sample, if the whole element does not.
     fn following_share(&self, _displacement: &[[f64; 3]]) -> f64 {
         0.0
     }
 
-    /// Whether its derivative costs so much that it is to do for several states near each other.
+    /// Returns true if the derivative is so expensive that several nearby states should share it.
     fn is_costly(&self) -> bool {
         false
     }
 
-    /// Adds to the coefficients of the force, and to their Jacobian if there is one, what has a closed form and is
-    /// not sampled.
+    /// Adds the part of the force with a closed form, which is not sampled, to the coefficients of the force and to
+    /// their Jacobian, if given.
     fn add_exactly(
         &self,
         _harmonics: &Harmonics,
@@ -43,8 +42,10 @@ pub trait InterfaceElement: Sync {
     ) {
     }
 
-    /// Forces \[N\] over the steady cycle, in an array of any content, and their derivative if asked for, which is zero before; `scratch` is
-    /// there to work in.
+    /// Computes the forces \[N\] over the steady cycle, and their derivative if given.
+    ///
+    /// The array of forces may have any content before; the derivative must be zero before. `scratch` is working
+    /// memory.
     fn sample(
         &self,
         displacement: &[[f64; 3]],
@@ -54,26 +55,26 @@ pub trait InterfaceElement: Sync {
     ) -> Closure;
 }
 
-/// How well a cycle of friction forces closes.
+/// Periodicity error of a cycle of friction forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closure {
-    /// Cycles marched.
+    /// Number of simulated cycles.
     pub cycles: usize,
     /// Change of the force from one cycle to the next, relative to its largest value.
     pub change: f64,
-    /// That value \[N\].
+    /// Largest value of the force \[N\].
     pub largest: f64,
 }
 
 impl Closure {
-    /// That of a force without memory.
+    /// Closure of a force without memory.
     pub const EXACT: Closure = Closure {
         cycles: 1,
         change: 0.0,
         largest: 0.0,
     };
 
-    /// That of two forces which add up: the largest values do, and so do the changes.
+    /// Returns the closure of the sum of two forces: the largest values add up, and so do the changes.
     pub(super) fn and(self, other: Closure) -> Closure {
         if self.largest == 0.0 {
             return other;
@@ -87,9 +88,10 @@ impl Closure {
     }
 }
 
-/// Derivatives of the sampled forces with respect to the coefficients of displacement, as what each part of them is: a stiffness throughout
-/// the cycle, a stiffness at one sample, or a change that lasts from a sample to the end of the cycle. Forces along the normal have no memory:
-/// changes that last are those of tangential forces.
+/// Derivatives of the sampled forces with respect to the coefficients of displacement, stored by kind.
+///
+/// A contribution is a stiffness throughout the cycle, a stiffness at one sample, or a change that persists from a
+/// sample to the end of the cycle. Normal forces have no memory, so only tangential forces have persistent changes.
 pub struct ForceDerivatives<'a> {
     /// Coefficients per direction.
     pub coefficients: usize,
@@ -98,18 +100,18 @@ pub struct ForceDerivatives<'a> {
     parts: &'a mut Parts,
 }
 
-/// The parts of a derivative.
+/// Contributions to a derivative, by kind.
 #[derive(Debug, Clone, Default)]
 struct Parts {
     /// Stiffness of each direction throughout the cycle.
     stiffness: [f64; 3],
-    /// Samples, directions and stiffnesses at one sample alone.
+    /// Sample, direction and stiffness of each contribution at one sample.
     at: Vec<(usize, usize, f64)>,
-    /// Samples from which on there is a change, in the order in which they were asked for.
+    /// Samples at which a persistent change begins, in the order of their first request.
     from: Vec<usize>,
-    /// Of each sample, its place in `from` and one more, or 0.
+    /// For each sample, its place in `from` plus one, or 0 without a change.
     place: Vec<usize>,
-    /// The changes of the tangential forces, x then y, each by `3 × coefficients`.
+    /// The persistent changes of the tangential forces, x then y, `3 × coefficients` each.
     lasting: Vec<f64>,
 }
 
@@ -119,13 +121,13 @@ impl ForceDerivatives<'_> {
         self.parts.stiffness[direction] += stiffness;
     }
 
-    /// Adds a stiffness \[N/m\] at sample `j` alone.
+    /// Adds a stiffness \[N/m\] at sample `j` only.
     pub fn add_stiffness_at(&mut self, j: usize, direction: usize, stiffness: f64) {
         self.parts.at.push((j, direction, stiffness));
     }
 
-    /// What the derivatives of both tangential forces change by at sample `j` and keep to the end of the cycle: the row of x, then that
-    /// of y, `3 × coefficients` each.
+    /// Returns the persistent changes of the derivatives of both tangential forces that begin at sample `j`: the row of
+    /// x, then the row of y, `3 × coefficients` each.
     pub fn persistent_derivatives(&mut self, j: usize) -> &mut [f64] {
         let width = 6 * self.coefficients;
         let Parts {
@@ -143,45 +145,45 @@ impl ForceDerivatives<'_> {
     }
 }
 
-/// Equidistant samples of one cycle, t_j = j T / samples, and the transforms between them and coefficients.
+/// Equidistant samples of one cycle, t_j = j T / samples, and the transforms between samples and coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampling {
     harmonics: Harmonics,
     samples: usize,
     /// `samples × coefficients`.
     basis: Vec<f64>,
-    /// Its transpose, `coefficients × samples`.
+    /// Transpose of `basis`, `coefficients × samples`.
     waves: Vec<f64>,
-    /// Coefficients of a force that is one from a sample to the last, and nothing before, `samples × coefficients`.
+    /// Coefficients of a force that is 0 before a sample and 1 from that sample to the last, `samples × coefficients`.
     tails: Vec<f64>,
 }
 
-/// Arrays that the law of an element works in, of any content between its uses.
+/// Working arrays of the law of an element, of any content between calls.
 #[derive(Debug, Clone, Default)]
 pub struct Scratch {
     /// Tangential forces of a slider at the samples.
     pub(super) force: Vec<[f64; 2]>,
-    /// What its steps depend on.
+    /// Derivatives of its steps.
     pub(super) slopes: Vec<Slope>,
-    /// Derivative of its force with respect to the coefficients, x then y, beyond that of one that sticks.
+    /// Derivative of its force with respect to the coefficients, x then y, less the derivative of a sticking slider.
     pub(super) offset: Vec<f64>,
-    /// That after the next step.
+    /// `offset` after the next step.
     pub(super) next: Vec<f64>,
 }
 
-/// Arrays that [`Sampling::evaluate`] works in.
+/// Working arrays of [`Sampling::evaluate`].
 #[derive(Debug, Clone)]
 pub struct Workspace {
     displacement: Vec<[f64; 3]>,
     force: Vec<[f64; 3]>,
     parts: Parts,
-    /// Weights of the changes that last, `coefficients × changes`.
+    /// Weights of the persistent changes, `coefficients × changes`.
     weights: Vec<f64>,
     scratch: Scratch,
 }
 
 impl Sampling {
-    /// `samples` per cycle.
+    /// Creates a sampling of `samples` per cycle.
     ///
     /// # Errors
     /// [`DynamicsError::Samples`] unless there are more than twice the highest harmonic.
@@ -219,7 +221,8 @@ impl Sampling {
         })
     }
 
-    /// Whether an element whose displacement has these three rows of coefficients follows its reference throughout the cycle.
+    /// Returns true if an element whose displacement has these three rows of coefficients follows its reference
+    /// throughout the cycle.
     pub fn follows_reference<E: InterfaceElement>(
         &self,
         element: &E,
@@ -228,17 +231,17 @@ impl Sampling {
         element.follows_reference(&self.synthesise(coefficients))
     }
 
-    /// The harmonics.
+    /// Returns the harmonics.
     pub fn harmonics(&self) -> &Harmonics {
         &self.harmonics
     }
 
-    /// Samples per cycle.
+    /// Returns the number of samples per cycle.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Inverse transform: samples of the three rows of coefficients of an element.
+    /// Inverse transform: computes samples from the three rows of coefficients of an element.
     pub fn synthesise(&self, coefficients: &[f64]) -> Vec<[f64; 3]> {
         let mut out = vec![[0.0; 3]; self.samples];
         self.synthesise_into(coefficients, &mut out);
@@ -254,7 +257,7 @@ impl Sampling {
         }
     }
 
-    /// Transform: the three rows of coefficients of samples.
+    /// Transform: computes the three rows of coefficients of samples.
     pub fn analyse(&self, samples: &[[f64; 3]]) -> Vec<f64> {
         let n = self.harmonics.coefficients();
         let mut out = vec![0.0; 3 * n];
@@ -273,7 +276,7 @@ impl Sampling {
         }
     }
 
-    /// Arrays for [`Self::evaluate`].
+    /// Creates the working arrays for [`Self::evaluate`].
     pub fn workspace(&self) -> Workspace {
         Workspace {
             displacement: vec![[0.0; 3]; self.samples],
@@ -284,9 +287,9 @@ impl Sampling {
         }
     }
 
-    /// Coefficients of the force of `element` and their Jacobian.
+    /// Computes the coefficients of the force of `element` and their Jacobian.
     ///
-    /// `displacement` and `force` are three rows of coefficients (x, y, n); `jacobian`, if given, is the square matrix
+    /// `displacement` and `force` are three rows of coefficients (x, y, n). `jacobian`, if given, is the square matrix
     /// ∂force/∂displacement of `3 × coefficients` rows, row by row.
     pub fn evaluate<E: InterfaceElement>(
         &self,
@@ -301,7 +304,7 @@ impl Sampling {
         closure
     }
 
-    /// Coefficients of the part of the force that is sampled, and their Jacobian.
+    /// Computes the coefficients of the sampled part of the force, and their Jacobian.
     fn sampled<E: InterfaceElement>(
         &self,
         element: &E,
@@ -334,7 +337,7 @@ impl Sampling {
         closure
     }
 
-    /// The Jacobian of the coefficients whose derivative has these parts; `weights` are there to work in.
+    /// Computes the Jacobian of the coefficients from the contributions to the derivative. `weights` is working memory.
     fn analyse_parts(&self, parts: &Parts, weights: &mut Vec<f64>, jacobian: &mut [f64]) {
         let n = self.harmonics.coefficients();
         let width = 3 * n;
@@ -360,17 +363,17 @@ impl Sampling {
         }
         if count > 0 {
             for d in 0..2 {
-                // The rows of one direction lie between those of the other.
-                let own = &parts.lasting[d * width..];
+                // The rows of x and y alternate.
+                let changes = &parts.lasting[d * width..];
                 let rows = &mut jacobian[d * n * width..][..n * width];
-                add_product_of_rows(rows, weights, own, [n, count], 2 * width);
+                add_product_of_rows(rows, weights, changes, [n, count], 2 * width);
             }
         }
     }
 }
 
 impl Parts {
-    /// Those of a derivative that is zero, over so many samples.
+    /// Resets to a zero derivative over this number of samples.
     fn cleared(&mut self, samples: usize) -> &mut Parts {
         self.stiffness = [0.0; 3];
         self.at.clear();

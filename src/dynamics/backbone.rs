@@ -1,32 +1,34 @@
-//! Backbone of a resonance: frequency, damping ratio and amplitude of the phase resonance over the level of the force, or over another
-//! parameter.
+//! Backbone of a resonance: frequency, damping ratio and amplitude of the phase resonance over the level of the force,
+//! or over another parameter.
 //!
-//! The damping ratio is one of energy: ζ = E_d / (4π T), with the energy E_d that friction and damping take from the structure in a
-//! cycle, in all harmonics, and the peak kinetic energy T = ½ ω² q̂ᴴ M q̂ of the fundamental q̂ of all coordinates. At the phase
-//! resonance of a linear oscillator E_d = π c ω U² and T = ½ m ω² U², so that ζ = c / 2mω to rounding. For a motion in one mode it is
-//! the modal damping ratio of the extended periodic motion concept (M. Krack, Computers & Structures 154, 2015, 59), whose
-//! fundamental dissipates 2π ζ ω² a² at the modal amplitude a = √(q̂ᴴ M q̂).
+//! The damping ratio is defined by energy: ζ = E_d / (4π T). E_d is the energy that friction and damping dissipate per
+//! cycle, in all harmonics. T = ½ ω² q̂ᴴ M q̂ is the peak kinetic energy of the fundamental q̂ of all coordinates. At
+//! the phase resonance of a linear oscillator E_d = π c ω U² and T = ½ m ω² U², so ζ = c / 2mω, except for rounding.
+//! For a motion in one mode it equals the modal damping ratio of the extended periodic motion concept (M. Krack,
+//! Computers & Structures 154, 2015, 59), whose fundamental dissipates 2π ζ ω² a² at the modal amplitude a = √(q̂ᴴ M
+//! q̂).
 
 use super::branch::{Branch, LevelParameter};
 use super::contact_element::ContactElement;
 use super::{DynamicsError, Energy, HarmonicBalance, Vibration};
 use crate::linalg::RowMatrix as Matrix;
 
-/// Levels at which the backbone is wanted: half ranges of the drive \[N\], or values of another parameter, in whatever unit.
+/// Levels of a backbone: half ranges of the drive \[N\], or values of another parameter in any unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoadLevels {
-    /// That to begin at, above 0.
+    /// First level, above 0.
     pub from: f64,
-    /// That to end at; above the first where it is a force, another one where it is another parameter.
+    /// Last level; above the first for a force, different from the first for another parameter.
     pub to: f64,
-    /// Levels between them, both ends included, of equal ratio; none: as many as the curve needs to be drawn with lines.
+    /// Number of levels, including both ends, at equal ratios. `None`: as many as the curve needs to be drawn with
+    /// lines.
     pub count: Option<usize>,
 }
 
-/// One phase resonance of a backbone.
+/// Phase resonance on a backbone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BackbonePoint {
-    /// Counted from 0, one more after each level at which the amplitude leaps.
+    /// Number of the branch, from 0; it increases by one after each level at which the amplitude leaps.
     pub branch: usize,
     /// The level, as in [`LoadLevels`].
     pub level: f64,
@@ -34,29 +36,29 @@ pub struct BackbonePoint {
     pub force: f64,
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// Damping ratio: what is dissipated over 4π times `kinetic_energy`.
+    /// Damping ratio: dissipated energy over 4π times `kinetic_energy`.
     pub damping_ratio: f64,
     /// Half range of the first harmonic at the response port \[m\].
     pub amplitude: f64,
-    /// Peak kinetic energy of the first harmonic: that of all coordinates, twice its mean over the cycle \[J\].
+    /// Peak kinetic energy of the first harmonic over all coordinates, twice its mean over the cycle \[J\].
     pub kinetic_energy: f64,
     /// Energy per cycle, in all harmonics.
     pub energy: Energy,
-    /// Contact elements that slide somewhere in the cycle, and do not open.
+    /// Number of contact elements that slide in the cycle and never open.
     pub sliding: usize,
-    /// Contact elements that open somewhere in the cycle.
+    /// Number of contact elements that open in the cycle.
     pub open: usize,
-    /// All contact elements.
+    /// Number of all contact elements.
     pub elements: usize,
 }
 
 impl BackbonePoint {
-    /// Share of the contact elements that slide; 0 without elements.
+    /// Returns the share of the contact elements that slide; 0 without elements.
     pub fn sliding_fraction(&self) -> f64 {
         self.share(self.sliding)
     }
 
-    /// Share of the contact elements that open; 0 without elements.
+    /// Returns the share of the contact elements that open; 0 without elements.
     pub fn open_fraction(&self) -> f64 {
         self.share(self.open)
     }
@@ -69,57 +71,58 @@ impl BackbonePoint {
     }
 }
 
-/// Where a backbone ends.
+/// Reason for the end of a backbone.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BackboneEnd {
-    /// At the last level.
+    /// It reaches the last level.
     Reached,
-    /// Below the last level: friction at its limit takes no more energy, and nothing else bounds the amplitude.
+    /// It ends before the last level: friction at its limit takes no more energy, and nothing else bounds the
+    /// amplitude.
     Unbounded {
-        /// The level at which there is no phase resonance any more.
+        /// The first level without a phase resonance.
         level: f64,
-        /// Growth of the amplitude over that of the level before it, both as logarithms.
+        /// Growth of the amplitude over the growth of the level before the end, both as logarithms.
         growth: f64,
     },
-    /// Before the last level, for another reason.
+    /// It ends before the last level for another reason.
     Ceased {
         /// The level at which no phase resonance was found.
         level: f64,
-        /// What the solver says.
+        /// The error of the solver.
         source: DynamicsError,
     },
-    /// Before the last level: the next phase resonance is that of another mode.
+    /// It ends before the last level: the next phase resonance belongs to another mode.
     OtherMode {
-        /// The level at which it is found.
+        /// The level of the other mode's resonance.
         level: f64,
     },
-    /// Before the last level: there is no structure of the next one.
+    /// It ends before the last level: the structure of the next level could not be built.
     Broken {
-        /// The level at which it was wanted.
+        /// The level of that structure.
         level: f64,
     },
 }
 
-/// Phase resonances over the level.
+/// Backbone: phase resonances over the level.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Backbone {
-    /// In the order of the levels.
+    /// The phase resonances, in the order of the levels.
     pub points: Vec<BackbonePoint>,
-    /// Why there is none at the first level, where the backbone begins behind it.
+    /// Error at the first level, if the backbone begins at a later level.
     pub begin: Option<DynamicsError>,
-    /// Levels at which the branch folds back: beyond each the amplitude leaps to another branch.
+    /// Levels at which the branch folds back; beyond each of them the amplitude leaps to another branch.
     pub folds: Vec<f64>,
-    /// Where and why it ends.
+    /// Reason for its end.
     pub end: BackboneEnd,
-    /// Phase resonances that were solved for, those included that are no point.
+    /// Number of solves for a phase resonance, including solves that gave no point.
     pub solves: usize,
-    /// Newton iterations of them.
+    /// Number of Newton iterations of these solves.
     pub iterations: usize,
 }
 
-/// A driven structure whose phase resonance is wanted.
+/// Driven structure for the search of a phase resonance.
 pub struct DrivenStructure {
-    /// Its balance.
+    /// Its harmonic balance.
     pub balance: HarmonicBalance<ContactElement>,
     /// Mass matrix of the reduced structure.
     pub(super) mass: Matrix,
@@ -130,7 +133,7 @@ pub struct DrivenStructure {
 }
 
 impl DrivenStructure {
-    /// Half range of the drive \[N\]; 0 without one.
+    /// Returns the half range of the drive \[N\]; 0 without a drive.
     pub(super) fn drive(&self) -> f64 {
         let drive = self.balance.drive();
         drive.map_or(0.0, |load| load.cosine.hypot(load.sine))
@@ -138,7 +141,7 @@ impl DrivenStructure {
 }
 
 impl Vibration {
-    /// This vibration by a balance of it.
+    /// Combines this vibration with one of its balances.
     pub fn with_balance(&self, balance: HarmonicBalance<ContactElement>) -> DrivenStructure {
         DrivenStructure {
             balance,
@@ -148,14 +151,16 @@ impl Vibration {
         }
     }
 
-    /// The backbone of the phase resonance of `balance`, upwards from the least level. The level scales all loads but constant ones. It
-    /// begins with the strongest phase resonance of the least level in the range of the vibration and stays on its branch; where the
-    /// amplitude leaps at a force, and the frequency hardly, it goes on behind the leap as another branch.
+    /// Computes the backbone of the phase resonance of `balance`, upwards from the smallest level.
+    ///
+    /// The level scales all loads except constant loads. The backbone begins with the strongest phase resonance of the
+    /// smallest level in the range of the vibration, and stays on its branch. If the amplitude leaps at a force but the
+    /// frequency hardly changes, the backbone continues after the leap as another branch.
     ///
     /// # Errors
-    /// [`DynamicsError::OutOfRange`] for levels that are no range, or a balance without a drive; that of
-    /// [`HarmonicBalance::phase_resonance`] at the least level if there is none at a higher one either. Where the resonance ceases on the
-    /// way up, the backbone ends.
+    /// [`DynamicsError::OutOfRange`] for levels that form no range, or a balance without a drive. The error of
+    /// [`HarmonicBalance::phase_resonance`] at the smallest level if no larger level has a phase resonance either. If
+    /// the resonance ceases on the way up, the backbone ends.
     pub fn backbone(
         &self,
         balance: HarmonicBalance<ContactElement>,
@@ -167,14 +172,13 @@ impl Vibration {
         let n = balance.harmonics().coefficients();
         let driven = self.with_balance(balance);
         let drive = driven.drive();
-        // All loads but the constant ones are scaled.
         let scale = |driven: &mut DrivenStructure, force: f64| {
             let factor = force / drive;
             let scaled = driven.balance.load_rows.iter_mut().zip(&rows);
-            for (index, (load, given)) in scaled.enumerate() {
+            for (index, (load, unscaled)) in scaled.enumerate() {
                 *load = match Some(index % n) == mean {
-                    true => *given,
-                    false => factor * given,
+                    true => *unscaled,
+                    false => factor * unscaled,
                 };
             }
             Ok(())
@@ -185,29 +189,34 @@ impl Vibration {
     }
 }
 
-/// The phase resonance over a parameter, from its value `levels.from` to that of `levels.to`, up or down; `at` makes the structure of a
-/// value. It begins with the strongest phase resonance of the first value in its range and stays on its branch, as [`Vibration::backbone`].
-/// An error of `at` behind the first phase resonance ends the backbone and stands beside it.
+/// Computes the phase resonance over a parameter, from its value `levels.from` to `levels.to`, up or down. `build`
+/// builds the structure for a value.
+///
+/// The backbone begins with the strongest phase resonance of the first value in its range, and stays on its branch, as
+/// [`Vibration::backbone`]. An error of `build` after the first phase resonance ends the backbone and is returned with
+/// it.
 ///
 /// # Errors
-/// Those of `at` before the first phase resonance; [`DynamicsError::OutOfRange`] for levels that are no range; that of
-/// [`HarmonicBalance::phase_resonance`] at the first value if there is none at a later one either. Where the resonance ceases on the way, the backbone ends.
+/// The errors of `build` before the first phase resonance. [`DynamicsError::OutOfRange`] for levels that form no range.
+/// The error of [`HarmonicBalance::phase_resonance`] at the first value if no later value has a phase resonance either.
+/// If the resonance ceases on the way, the backbone ends.
 pub fn resonance_over<E: From<DynamicsError>>(
     levels: LoadLevels,
-    mut at: impl FnMut(f64) -> Result<DrivenStructure, E>,
+    mut build: impl FnMut(f64) -> Result<DrivenStructure, E>,
 ) -> Result<(Backbone, Option<E>), E> {
     let targets = levels.targets(LevelParameter::Parameter)?;
-    let mut now = targets[0];
-    let driven = at(now)?;
-    // What leads to a resonance may cost far more than the resonance: no value is made twice in a row.
-    let make = |driven: &mut DrivenStructure, value: f64| {
-        if value != now {
-            *driven = at(value)?;
-            now = value;
+    let mut current_value = targets[0];
+    let driven = build(current_value)?;
+    // Building a structure may cost far more than its resonance, so no value is built twice in a row.
+    let set_level = |driven: &mut DrivenStructure, value: f64| {
+        if value != current_value {
+            *driven = build(value)?;
+            current_value = value;
         }
         Ok(())
     };
-    Branch::new(driven, make, LevelParameter::Parameter).along(&targets, levels.count.is_none())
+    Branch::new(driven, set_level, LevelParameter::Parameter)
+        .along(&targets, levels.count.is_none())
 }
 
 impl LoadLevels {

@@ -1,4 +1,4 @@
-//! The way along a branch of phase resonances, from level to level of the force or of another parameter.
+//! Continuation of a branch of phase resonances over levels of the force or of another parameter.
 
 use std::f64::consts::PI;
 
@@ -6,79 +6,82 @@ use super::backbone::{Backbone, BackboneEnd, BackbonePoint, DrivenStructure};
 use super::contact_element::ElementState;
 use super::{DynamicsError, Response, Start};
 
-/// The largest step of the level, as its logarithm, and the first: some three points a decade of a straight line.
+/// Largest and first step of the level, as its logarithm: about three points per decade of a straight line.
 const LARGEST_STEP: f64 = 0.8;
-/// Most that one step grows over the one before.
+/// Largest growth of a step over the previous step.
 const GROWTH: f64 = 2.0;
-/// What a step is reduced to where Newton's method fails, or where it has led too far.
+/// Reduction of a step after Newton's method failed, or after the step left the branch.
 const REDUCTION: f64 = 0.3;
-/// Step of the level, relative, below which the phase resonance has ceased: at a saturating friction limit the amplitude is some 1e4 times
-/// that at which sliding begins.
+/// Relative step of the level below which the phase resonance ceases. At a saturating friction limit the amplitude is
+/// about 1e4 times the amplitude at which sliding begins.
 const LEAST_STEP: f64 = 1e-5;
-/// Steps this small are not reduced for the look of the curve.
+/// Step up to which a large bend of the curve does not reduce the step.
 const FINE_STEP: f64 = 0.03;
-/// Most by which the amplitude may grow faster than the level in a step, or fall, as a logarithm; beyond, the step may have left the branch.
+/// Largest logarithmic growth of the amplitude beyond the growth of the level in a step, and largest decrease. Beyond,
+/// the step may have left the branch.
 const LEAP: f64 = 0.4;
-/// Most by which the frequency may change in a step, relative; beyond, it may be the resonance of another mode.
+/// Largest relative change of the frequency in a step. Beyond, the resonance may belong to another mode.
 const OTHER_MODE: f64 = 0.05;
-/// Deviation from the line through the two points before: of the logarithms of amplitude and damping ratio, and of that of frequency. The
-/// line between two points is eight times nearer to the curve than the line beyond them.
+/// Allowed deviations from the line through the two previous points: of the logarithms of amplitude, damping ratio and
+/// frequency. A line between two points is eight times closer to the curve than the line beyond them.
 const BEND: [f64; 3] = [0.05, 0.05, 2e-3];
-/// A step that bends by more than this many times as much is taken again with a smaller one.
+/// Multiple of the allowed deviation above which a step is repeated with a smaller length.
 const SHARP: f64 = 4.0;
-/// Factor to the next level at which a first phase resonance is looked for.
+/// Factor to the next level in the search for a first phase resonance.
 const ASCENT: f64 = 4.0;
-/// Growth of the amplitude over that of the force, both as logarithms, from which nothing but friction at its limit is the reason.
+/// Logarithmic growth of the amplitude over the logarithmic growth of the level above which friction at its limit no
+/// longer bounds the amplitude.
 const UNBOUNDED: f64 = 100.0;
 
-/// A point with what the next one starts from.
+/// Point of the backbone with the start for the next point.
 #[derive(Clone)]
-struct Place {
+struct LocatedPoint {
     point: BackbonePoint,
     start: Start,
 }
 
-impl Place {
-    /// Logarithms of amplitude, damping ratio and frequency.
+impl LocatedPoint {
+    /// Returns the logarithms of amplitude, damping ratio and frequency.
     fn shape(&self) -> [f64; 3] {
         let point = &self.point;
         [point.amplitude, point.damping_ratio, point.frequency].map(f64::ln)
     }
 
-    /// How much further than `before` the level is, as a logarithm.
-    fn beyond(&self, before: &Place) -> f64 {
+    /// Returns the logarithmic change of the level from `before`.
+    fn level_change(&self, before: &LocatedPoint) -> f64 {
         (self.point.level / before.point.level).ln()
     }
 
-    /// Growth of the shape over that of the level.
-    fn slope(&self, before: &Place) -> [f64; 3] {
+    /// Returns the slope of the shape over the logarithm of the level.
+    fn slope(&self, before: &LocatedPoint) -> [f64; 3] {
         let (old, new) = (before.shape(), self.shape());
-        [0, 1, 2].map(|k| (new[k] - old[k]) / self.beyond(before))
+        [0, 1, 2].map(|k| (new[k] - old[k]) / self.level_change(before))
     }
 }
 
-/// What the levels are of.
+/// Kind of the levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LevelParameter {
-    /// The force: an amplitude that friction holds does not grow with it, one that nothing but damping holds grows as it does.
+    /// The force. The amplitude hardly grows while friction holds, and grows in proportion to the force if only damping
+    /// bounds it.
     Force,
     /// Another parameter, over which the amplitude may rise or fall.
     Parameter,
 }
 
-/// The way along a backbone, from level to level. `set` brings the structure to a level.
+/// Continuation along a backbone, from level to level. `set` brings the structure to a level.
 pub struct Branch<S> {
     driven: DrivenStructure,
     set: S,
     over: LevelParameter,
-    /// 1 where levels rise, −1 where they fall.
+    /// 1 for rising levels, −1 for falling levels.
     direction: f64,
     solves: usize,
     iterations: usize,
 }
 
-/// A phase resonance, or why there is none.
-type Found = Result<Place, DynamicsError>;
+/// Phase resonance, or the error of its search.
+type SearchResult = Result<LocatedPoint, DynamicsError>;
 
 impl<S> Branch<S> {
     pub fn new(driven: DrivenStructure, set: S, over: LevelParameter) -> Branch<S> {
@@ -92,22 +95,23 @@ impl<S> Branch<S> {
         }
     }
 
-    /// Through all targets; with `is_free` every phase resonance that is solved for is a point, and they lie as near as the curve bends.
-    /// An error of `set` behind the first point ends the backbone and stands beside it.
+    /// Computes the backbone through all targets. With `is_free`, every computed phase resonance is a point, and the
+    /// curvature determines their distance. An error of `set` after the first point ends the backbone and is returned
+    /// with it.
     ///
     /// # Errors
-    /// That of `set` before the first point, and that of the solver at the first level if there is no phase resonance at a later one
-    /// either.
+    /// The error of `set` before the first point. The error of the solver at the first level if no later level has a
+    /// phase resonance either.
     pub fn along<E>(&mut self, targets: &[f64], is_free: bool) -> Result<(Backbone, Option<E>), E>
     where
         E: From<DynamicsError>,
         S: FnMut(&mut DrivenStructure, f64) -> Result<(), E>,
     {
         self.direction = (targets[targets.len() - 1] - targets[0]).signum();
-        let (mut last, begin) = self.first(targets)?;
-        let mut before: Option<Place> = None;
-        // What a step that was too long has led to.
-        let mut beyond: Option<Place> = None;
+        let (mut last, begin) = self.first_resonance(targets)?;
+        let mut before: Option<LocatedPoint> = None;
+        // Last phase resonance of a rejected step.
+        let mut rejected: Option<LocatedPoint> = None;
         let (mut points, mut folds) = (Vec::new(), Vec::new());
         if is_free || begin.is_none() {
             points.push(last.point);
@@ -117,22 +121,22 @@ impl<S> Branch<S> {
         let mut broken = None;
         'targets: for &target in &targets[1..] {
             while self.is_before(last.point.level, target) {
-                // No crumb is left before a target.
-                let far = (target / last.point.level).ln().abs();
-                let level = match far <= 1.2 * step {
+                // Avoids a very short last step before a target.
+                let distance_to_target = (target / last.point.level).ln().abs();
+                let level = match distance_to_target <= 1.2 * step {
                     true => target,
                     false => last.point.level * (self.direction * step).exp(),
                 };
                 let distance = (level / last.point.level).ln().abs();
-                let found = match self.step(before.as_ref(), &last, level) {
-                    Ok(found) => found,
+                let result = match self.step(before.as_ref(), &last, level) {
+                    Ok(result) => result,
                     Err(error) => {
                         end = BackboneEnd::Broken { level };
                         broken = Some(error);
                         break 'targets;
                     }
                 };
-                if let Ok(next) = &found
+                if let Ok(next) = &result
                     && !self.over.is_leap(&last, next)
                 {
                     let bend = self.over.bend(before.as_ref(), &last, next);
@@ -140,27 +144,29 @@ impl<S> Branch<S> {
                         step = distance * (1.0 / bend).sqrt().max(REDUCTION);
                         continue;
                     }
-                    beyond = None;
+                    rejected = None;
                     step = self.over.next_step(distance, bend, next.slope(&last)[0]);
                 } else if distance > LEAST_STEP {
-                    beyond = found.ok().or(beyond);
+                    rejected = result.ok().or(rejected);
                     step = REDUCTION * distance;
                     continue;
                 }
-                let leap = found.as_ref();
-                let leap = leap.is_ok_and(|next| self.over.is_leap(&last, next));
-                let (mut next, leap) = match (found, beyond.take()) {
-                    (Ok(next), _) if !leap => (next, false),
+                let is_leap = result.as_ref();
+                let is_leap = is_leap.is_ok_and(|next| self.over.is_leap(&last, next));
+                let (mut next, is_leap) = match (result, rejected.take()) {
+                    (Ok(next), _) if !is_leap => (next, false),
                     (Ok(next), _) | (Err(_), Some(next)) if is_same_mode(&last, &next) => {
                         (next, true)
                     }
-                    (found, _) => {
-                        end = self.over.ended(before.as_ref(), &last, level, found.err());
+                    (result, _) => {
+                        end = self
+                            .over
+                            .end_reason(before.as_ref(), &last, level, result.err());
                         break 'targets;
                     }
                 };
-                if leap {
-                    let end_here = self.over.ended(before.as_ref(), &last, level, None);
+                if is_leap {
+                    let end_here = self.over.end_reason(before.as_ref(), &last, level, None);
                     if let BackboneEnd::Unbounded { .. } = end_here {
                         end = end_here;
                         break 'targets;
@@ -169,7 +175,7 @@ impl<S> Branch<S> {
                     next.point.branch += 1;
                     step = LARGEST_STEP;
                 }
-                before = (!leap).then_some(last);
+                before = (!is_leap).then_some(last);
                 last = next;
                 if is_free || !self.is_before(last.point.level, target) {
                     points.push(last.point);
@@ -187,14 +193,20 @@ impl<S> Branch<S> {
         Ok((backbone, broken))
     }
 
-    /// True if a level lies before another on the way.
+    /// Returns true if a level precedes another in the direction of the levels.
     fn is_before(&self, level: f64, other: f64) -> bool {
         self.direction * (other - level) > 0.0
     }
 
-    /// The phase resonance of the first level, or the first that there is, and why it is not the other. Where nothing but friction bounds
-    /// it, it hangs at the onset of sliding, is reached from a higher force more easily, and is not seen by samples at a force far below.
-    fn first<E>(&mut self, targets: &[f64]) -> Result<(Place, Option<DynamicsError>), E>
+    /// Computes the phase resonance of the first level. If that fails, returns the phase resonance nearest to the first
+    /// level, and the error.
+    ///
+    /// If only friction bounds the resonance, it lies at the onset of sliding. It is then easier to reach from a larger
+    /// force, and at a much smaller force samples do not resolve it.
+    fn first_resonance<E>(
+        &mut self,
+        targets: &[f64],
+    ) -> Result<(LocatedPoint, Option<DynamicsError>), E>
     where
         E: From<DynamicsError>,
         S: FnMut(&mut DrivenStructure, f64) -> Result<(), E>,
@@ -207,7 +219,7 @@ impl<S> Branch<S> {
             self.solves += 1;
             let DrivenStructure { balance, range, .. } = &self.driven;
             match balance.phase_resonance(*range, None) {
-                Ok(response) => break self.place(level, &response)?,
+                Ok(response) => break self.locate(level, &response)?,
                 Err(error) => failure = failure.or(Some(error)),
             }
             level *= ASCENT.powf(self.direction);
@@ -234,16 +246,26 @@ impl<S> Branch<S> {
         Ok((last, None))
     }
 
-    /// The phase resonance at a level, from where the last two lead.
-    fn step<E>(&mut self, before: Option<&Place>, last: &Place, level: f64) -> Result<Found, E>
+    /// Computes the phase resonance at a level, extrapolated from the last two.
+    fn step<E>(
+        &mut self,
+        before: Option<&LocatedPoint>,
+        last: &LocatedPoint,
+        level: f64,
+    ) -> Result<SearchResult, E>
     where
         S: FnMut(&mut DrivenStructure, f64) -> Result<(), E>,
     {
         (self.set)(&mut self.driven, level)?;
-        Ok(self.solve(before, last, level))
+        Ok(self.solve_from(before, last, level))
     }
 
-    fn solve(&mut self, before: Option<&Place>, last: &Place, level: f64) -> Found {
+    fn solve_from(
+        &mut self,
+        before: Option<&LocatedPoint>,
+        last: &LocatedPoint,
+        level: f64,
+    ) -> SearchResult {
         let mut start = last.start.clone();
         match before {
             Some(before) => {
@@ -263,33 +285,33 @@ impl<S> Branch<S> {
         }
         self.solves += 1;
         let DrivenStructure { balance, range, .. } = &self.driven;
-        // Where the curve bends, what is straight ahead may be farther than where it comes from.
+        // If the curve bends, the extrapolation may be farther away than the last point.
         let response = match balance.phase_resonance_near(*range, &start) {
             Ok(response) => response,
             Err(_) => balance.phase_resonance_near(*range, &last.start)?,
         };
-        let mut place = self.place(level, &response)?;
-        place.point.branch = last.point.branch;
-        Ok(place)
+        let mut located = self.locate(level, &response)?;
+        located.point.branch = last.point.branch;
+        Ok(located)
     }
 
-    fn place(&mut self, level: f64, response: &Response) -> Found {
+    fn locate(&mut self, level: f64, response: &Response) -> SearchResult {
         self.iterations += response.iterations;
         let DrivenStructure { balance, mass, .. } = &self.driven;
         let kinetic_energy = balance.kinetic_energy(mass, response)?;
         let states = balance.joint_summary(response).states;
-        // Elements without unknowns stick, whatever rounding makes of their samples.
+        // Passive elements stick, even if rounding of their samples suggests slip.
         let active = || states.iter().zip(&response.active);
         let count = |of: &[ElementState]| {
-            let are = active().filter(|(state, active)| **active && of.contains(state));
-            are.count()
+            let matching = active().filter(|(state, active)| **active && of.contains(state));
+            matching.count()
         };
         let mut energy = response.energy;
         if response.active_elements() == 0 {
-            // Springs take nothing: what is left of their work is rounding.
+            // Springs dissipate nothing, so the remaining work is rounding.
             energy.friction = 0.0;
         }
-        Ok(Place {
+        Ok(LocatedPoint {
             point: BackbonePoint {
                 branch: 0,
                 level,
@@ -313,7 +335,7 @@ impl<S> Branch<S> {
 }
 
 impl LevelParameter {
-    /// Least and largest growth of the amplitude over a step of the level along a branch, all as logarithms.
+    /// Returns the smallest and largest expected growth of the amplitude over a step of the level, all as logarithms.
     fn growths(self, step: f64) -> [f64; 2] {
         match self {
             LevelParameter::Force => [step.min(0.0), step.max(0.0)],
@@ -321,30 +343,31 @@ impl LevelParameter {
         }
     }
 
-    /// True where amplitude or frequency change by more than a step along a branch should change them.
-    fn is_leap(self, last: &Place, next: &Place) -> bool {
+    /// Returns true if amplitude or frequency change by more than a step along a branch should change them.
+    fn is_leap(self, last: &LocatedPoint, next: &LocatedPoint) -> bool {
         let (old, new) = (last.shape(), next.shape());
-        let [least, most] = self.growths(next.beyond(last));
+        let [least, most] = self.growths(next.level_change(last));
         let along = least - LEAP..=most + LEAP;
         !(along.contains(&(new[0] - old[0])) && (new[2] - old[2]).abs() <= OTHER_MODE)
     }
 
-    /// Deviation of `next` from the line through the two before, in parts of [`BEND`]; through the last alone, amplitude grows as a force.
-    fn bend(self, before: Option<&Place>, last: &Place, next: &Place) -> f64 {
+    /// Returns the deviation of `next` from the line through the two previous points, over [`BEND`]. With one previous
+    /// point, the amplitude is expected to grow like a force.
+    fn bend(self, before: Option<&LocatedPoint>, last: &LocatedPoint, next: &LocatedPoint) -> f64 {
         let slope = before.map_or(
             [f64::from(self == LevelParameter::Force), 0.0, 0.0],
             |before| last.slope(before),
         );
-        let (old, new, step) = (last.shape(), next.shape(), next.beyond(last));
+        let (old, new, step) = (last.shape(), next.shape(), next.level_change(last));
         let deviations = [0, 1, 2].map(|k| (new[k] - old[k] - slope[k] * step).abs() / BEND[k]);
-        // What is not damped at all has no logarithm, and no bend.
+        // The logarithm of a zero damping ratio is not finite; it does not count.
         deviations
             .into_iter()
             .filter(|d| d.is_finite())
             .fold(0.0, f64::max)
     }
 
-    /// The step after one of `distance` with this bend and growth of the amplitude: as long as bend and growth allow.
+    /// Returns the step after a step of `distance`, as long as this bend and this growth of the amplitude allow.
     fn next_step(self, distance: f64, bend: f64, growth: f64) -> f64 {
         let by_bend = distance * (1.0 / bend.max(1e-3)).sqrt().clamp(REDUCTION, GROWTH);
         let [least, most] = self.growths(1.0);
@@ -352,11 +375,11 @@ impl LevelParameter {
         by_bend.min(by_growth).clamp(2.0 * LEAST_STEP, LARGEST_STEP)
     }
 
-    /// Why the backbone ends before `level`.
-    fn ended(
+    /// Returns the reason why the backbone ends before `level`.
+    fn end_reason(
         self,
-        before: Option<&Place>,
-        last: &Place,
+        before: Option<&LocatedPoint>,
+        last: &LocatedPoint,
         level: f64,
         source: Option<DynamicsError>,
     ) -> BackboneEnd {
@@ -369,7 +392,7 @@ impl LevelParameter {
     }
 }
 
-/// False where the frequency leaps: that is the resonance of another mode.
-fn is_same_mode(last: &Place, next: &Place) -> bool {
+/// Returns false if the frequency leaps, so that the resonance belongs to another mode.
+fn is_same_mode(last: &LocatedPoint, next: &LocatedPoint) -> bool {
     (next.shape()[2] - last.shape()[2]).abs() <= OTHER_MODE
 }

@@ -1,34 +1,36 @@
-//! A structure with its contact closed by springs, as the harmonic balance uses it.
+//! Structure with its contact closed by springs, for the harmonic balance.
 
 use num_complex::Complex64;
 
 use super::{DynamicsError, Harmonics};
 use crate::linalg::{RowMatrix, RowMatrix as Matrix, Scalar, add_scaled};
 
-/// From one in so many ports on, a product with all of R costs less than one with rows that are gathered before it.
+/// Ratio of all ports to loaded ports up to which a product with all of R costs less than a product with gathered rows.
 const MANY: usize = 8;
 
-/// What answers at one frequency: coordinates due to forces on coordinates.
+/// Frequency response of the coordinates to forces on them.
 pub trait Core: Send + Sync {
-    /// Number of coordinates.
+    /// Returns the number of coordinates.
     fn coordinates(&self) -> usize;
 
-    /// Complex receptance matrix of the coordinates at the angular frequency `omega` \[m/N\].
+    /// Computes the complex receptance matrix of the coordinates at the angular frequency `omega` \[m/N\].
     ///
     /// # Errors
     /// [`DynamicsError::Undamped`] at an undamped resonance, [`DynamicsError::Matrix`].
     fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError>;
 
-    /// Natural angular frequencies \[rad/s\], ascending, between which a search must not step over a resonance; none where they are not known.
+    /// Returns the natural angular frequencies \[rad/s\], ascending, so that a search does not step over a resonance;
+    /// empty if unknown.
     fn natural_frequencies(&self) -> &[f64] {
         &[]
     }
 
-    /// Energy that damping takes over one cycle of `omega` at the amplitudes `displacement` caused by `force`.
+    /// Computes the energy that damping dissipates over one cycle of `omega` at the amplitudes `displacement` caused by
+    /// `force`.
     fn loss(&self, omega: f64, displacement: &[Complex64], force: &[Complex64]) -> DampingLoss;
 }
 
-/// Energy that damping takes over a cycle \[J\].
+/// Energy that damping dissipates per cycle \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DampingLoss {
     /// π ω ûᴴ C û.
@@ -37,33 +39,33 @@ pub struct DampingLoss {
     pub hysteretic: f64,
 }
 
-/// A structure whose contact is closed by springs: H(ω) = B Z(ω) Bᵀ + R, with receptance Z of few coordinates and a residual R
-/// that does not depend on frequency.
+/// Structure whose contact is closed by springs: H(ω) = B Z(ω) Bᵀ + R, with the receptance Z of few coordinates and a
+/// residual R that does not depend on frequency.
 pub struct ClosedModel {
-    /// B, `ports × coordinates`; none: ports are the coordinates.
+    /// B, `ports × coordinates`. `None`: the ports are the coordinates.
     pub basis: Option<Matrix>,
     /// R, `ports × ports`, symmetric \[m/N\].
     pub residual: Option<Matrix>,
     /// Z.
     pub core: Box<dyn Core>,
-    /// How many of the coordinates, the first ones, matter to a preconditioner: the others answer nearly statically.
+    /// Number of the first coordinates that matter to a preconditioner; the others respond nearly statically.
     pub leading: usize,
-    /// What an element gives by itself \[m/N\], `contact_dofs × 3`, three rows an element: its own part of R and of the static answer
-    /// of the coordinates that are not leading.
+    /// Own flexibility of each element \[m/N\], `contact_dofs × 3`, three rows per element: the element's block of R
+    /// and of the static response of the coordinates that are not leading.
     pub local: Option<Matrix>,
-    /// Rigid body motions that no spring holds, `ports × motions`, scaled to a largest entry of 1.
+    /// Rigid body motions without support, `ports × motions`, each scaled to a largest entry of 1.
     pub floating: Option<Matrix>,
 }
 
 impl ClosedModel {
-    /// Number of ports.
+    /// Returns the number of ports.
     pub fn ports(&self) -> usize {
         self.basis
             .as_ref()
             .map_or_else(|| self.core.coordinates(), Matrix::rows)
     }
 
-    /// Forces on the coordinates, `coordinates × coefficients`, of rows of coefficients at `ports`.
+    /// Computes the forces on the coordinates, `coordinates × coefficients`, from rows of coefficients at `ports`.
     pub(crate) fn generalised(
         &self,
         harmonics: &Harmonics,
@@ -85,7 +87,7 @@ impl ClosedModel {
         out
     }
 
-    /// Complex amplitudes of the coordinates of one harmonic, and of the forces on them.
+    /// Computes the complex amplitudes of the coordinates and of the forces on them, for one harmonic.
     pub(crate) fn amplitudes(
         harmonics: &Harmonics,
         index: usize,
@@ -103,7 +105,7 @@ impl ClosedModel {
         (core.apply(&force), force)
     }
 
-    /// Coordinates due to forces on them, both `coordinates × coefficients`.
+    /// Computes the coordinates due to forces on them, both `coordinates × coefficients`.
     pub(crate) fn coordinates(
         harmonics: &Harmonics,
         cores: &[Matrix<Complex64>],
@@ -123,9 +125,10 @@ impl ClosedModel {
         out
     }
 
-    /// Coefficients of the displacement of all ports due to forces at `ports` (rows of coefficients), dof by dof.
+    /// Computes the coefficients of the displacement of all ports due to forces at `ports` (rows of coefficients), dof
+    /// by dof.
     ///
-    /// Without `with_residual` R is left out, for differences between frequencies.
+    /// Without `with_residual`, R is omitted, for differences between frequencies.
     pub(crate) fn respond(
         &self,
         harmonics: &Harmonics,
@@ -143,7 +146,7 @@ impl ClosedModel {
         };
         if with_residual && let Some(residual) = &self.residual {
             if MANY * ports.len() < residual.rows() {
-                // Symmetric: its rows are its columns.
+                // R is symmetric, so its rows are its columns.
                 let force = matrix(ports.len(), n, force);
                 out.add_transposed_product(&rows_of(residual, ports), &force);
             } else {
@@ -157,7 +160,7 @@ impl ClosedModel {
         out.into_values()
     }
 
-    /// The model between some of its ports alone, in this precision.
+    /// Restricts the model to some of its ports, in this precision.
     pub(crate) fn among(&self, ports: &[usize], precision: Precision) -> Among {
         let basis = self.basis.as_ref().map(|basis| rows_of(basis, ports));
         let residual = self.residual.as_ref();
@@ -165,8 +168,8 @@ impl ClosedModel {
         Among {
             ports: ports.to_vec(),
             parts: match precision {
-                Precision::Double => Parts::Double(Own::new(basis, residual)),
-                Precision::Single => Parts::Single(Own::new(
+                Precision::Double => Parts::Double(PortMatrices::new(basis, residual)),
+                Precision::Single => Parts::Single(PortMatrices::new(
                     basis.map(|basis| basis.single()),
                     residual.map(|residual| residual.single()),
                 )),
@@ -175,37 +178,38 @@ impl ClosedModel {
     }
 }
 
-/// How exactly B and R are kept.
+/// Precision of the stored B and R.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Precision {
-    /// As they are.
+    /// Double precision.
     Double,
-    /// For Krylov iterations, which take as long as both take to be read: a Newton step changes by some 1e-7 of itself, and no response.
+    /// Single precision, for Krylov iterations, whose cost is the reading of B and R. A Newton step changes by about
+    /// 1e-7 of itself, and the response does not change.
     Single,
 }
 
 enum Parts {
-    Double(Own<f64>),
-    Single(Own<f32>),
+    Double(PortMatrices<f64>),
+    Single(PortMatrices<f32>),
 }
 
-/// The rows of B, and rows and columns of R, of some ports.
-struct Own<T> {
-    /// Bᵀ and B: products by rows are several times as fast as those by columns.
+/// Rows of B, and rows and columns of R, for some ports.
+struct PortMatrices<T> {
+    /// Bᵀ and B, as products by rows are several times as fast as products by columns.
     basis: Option<(RowMatrix<T>, RowMatrix<T>)>,
     residual: Option<RowMatrix<T>>,
 }
 
-impl<T: Scalar> Own<T> {
-    fn new(basis: Option<RowMatrix<T>>, residual: Option<RowMatrix<T>>) -> Own<T> {
-        Own {
+impl<T: Scalar> PortMatrices<T> {
+    fn new(basis: Option<RowMatrix<T>>, residual: Option<RowMatrix<T>>) -> PortMatrices<T> {
+        PortMatrices {
             basis: basis.map(|basis| (basis.transposed(), basis)),
             residual,
         }
     }
 
-    /// Rows of displacements due to rows of `force`, where `coordinates` makes generalised coordinates of generalised forces; of a model
-    /// without B, those of R alone.
+    /// Computes rows of displacements due to rows of `force`. `coordinates` converts generalised forces to generalised
+    /// coordinates. For a model without B, only R contributes.
     fn respond(
         &self,
         force: &RowMatrix<T>,
@@ -222,14 +226,14 @@ impl<T: Scalar> Own<T> {
     }
 }
 
-/// The model between some of its ports.
+/// Model restricted to some of its ports.
 pub(crate) struct Among {
     pub(crate) ports: Vec<usize>,
     parts: Parts,
 }
 
 impl Among {
-    /// Coefficients of the displacement of these ports due to forces at them, dof by dof.
+    /// Computes the coefficients of the displacement of these ports due to forces at them, dof by dof.
     pub(crate) fn respond(
         &self,
         harmonics: &Harmonics,
@@ -265,7 +269,7 @@ impl Among {
         out.into_values()
     }
 
-    /// Receptances among these ports for one core, `ports × ports`.
+    /// Computes the receptances among these ports for one core, `ports × ports`.
     pub(crate) fn receptance(&self, core: &Matrix<Complex64>) -> Matrix<Complex64> {
         match &self.parts {
             Parts::Double(own) => own.receptance(&self.ports, core),
@@ -274,14 +278,14 @@ impl Among {
     }
 }
 
-impl Own<f32> {
-    fn double(&self) -> Own<f64> {
+impl PortMatrices<f32> {
+    fn double(&self) -> PortMatrices<f64> {
         let basis = self.basis.as_ref().map(|(_, basis)| basis.double());
-        Own::new(basis, self.residual.as_ref().map(RowMatrix::double))
+        PortMatrices::new(basis, self.residual.as_ref().map(RowMatrix::double))
     }
 }
 
-impl Own<f64> {
+impl PortMatrices<f64> {
     fn receptance(&self, ports: &[usize], core: &Matrix<Complex64>) -> Matrix<Complex64> {
         let m = ports.len();
         let mut out = Matrix::zeros(m, m);
@@ -316,7 +320,7 @@ fn rows_of(matrix: &Matrix, rows: &[usize]) -> Matrix {
     out
 }
 
-/// Rows and columns of some ports.
+/// Returns rows and columns of some ports.
 fn square_of(matrix: &Matrix, ports: &[usize]) -> Matrix {
     let mut out = Matrix::zeros(ports.len(), ports.len());
     for (i, &a) in ports.iter().enumerate() {

@@ -1,18 +1,19 @@
-//! The three-dimensional contact element [A §2b, fig. 3] as a bank of parallel sliders.
+//! Three-dimensional contact element [A §2b, fig. 3] as a bank of parallel sliders.
 //!
-//! All sliders of an element see its displacement, and their forces add up. Each is two coupled Jenkins elements in the plane and a
-//! unilateral spring along the normal: the normal load is `N(t) = max(0, N₀ + k_n (u_n − g₀))`; the tangential force
-//! `T = k_t (u_t − w)` follows the slider's position w, which moves when `T` would leave the friction limit of `N(t)`. Without load
-//! the slider goes with the displacement and `T = 0`. The element of [A §2b] is the bank of one.
+//! All sliders of an element have the displacement of the element, and their forces add up. A slider is two coupled
+//! Jenkins elements in the plane and a unilateral spring along the normal. The normal load is `N(t) = max(0, N₀ + k_n
+//! (u_n − g₀))`. The tangential force is `T = k_t (u_t − w)`, where the position w of the slider moves when `T` would
+//! exceed the friction limit of `N(t)`. Without load the slider follows the displacement and `T = 0`. The element of [A
+//! §2b] is a bank of one slider.
 //!
-//! Under a steady load a bank that is pulled along a line has a piecewise linear, concave force (Iwan 1966); as its sliders have
-//! limits of their own normal loads, its stiffness and strength follow the load, and no history makes it give energy: the idea
-//! of reduced dimensionality (Popov and Heß 2015).
+//! Under a steady load, a bank that is pulled along a line has a piecewise linear, concave force (Iwan 1966). Each
+//! slider has the friction limit of its own normal load. So the stiffness and strength of the bank follow the load, and
+//! the bank never creates energy. This is the method of dimensionality reduction (Popov and Heß 2015).
 //!
-//! *Start of the sliders.* A mean tangential force can be locked in by friction, so the mean is unique only together with a
-//! history. It is this one: at the preloaded state u = 0 and w = 0; from there to the first sample in one step, then cycle after
-//! cycle to the steady one. Between samples the displacement goes straight and the load changes linearly, for which the law is
-//! integrated exactly.
+//! *Start of the sliders.* Friction can lock in a mean tangential force, so the mean is unique only together with a
+//! history. The history is: the preloaded state u = 0 and w = 0, then one step to the first sample, then cycle after
+//! cycle to the steady one. Between samples the displacement is straight and the load changes linearly; the law is
+//! integrated exactly for this motion.
 
 use super::aft::{Closure, ForceDerivatives, InterfaceElement, Scratch};
 use super::march::March;
@@ -21,77 +22,79 @@ use super::spring::Spring;
 use super::{DynamicsError, Harmonics};
 use crate::linalg::add_scaled;
 
-/// What an element does over a cycle at its worst.
+/// Worst state of an element over a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ElementState {
-    /// Loaded throughout, and no slider slips.
+    /// Always loaded, and no slider slips.
     Stick,
-    /// Loaded throughout; sliders slip, but in no step between samples all that are loaded. A bank of one never does.
+    /// Always loaded. Some sliders slip, but in no step between samples all loaded ones. A bank of one slider never has
+    /// this state.
     Partial,
-    /// Loaded throughout; somewhere all sliders that are loaded slip.
+    /// Always loaded. In some step all loaded sliders slip.
     Slip,
-    /// No slider is loaded somewhere.
+    /// In some step no slider is loaded.
     Open,
 }
 
 /// Parameters of a contact element.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactElement {
-    /// Area A \[m²\]; enters sums over elements, not the law.
+    /// Area A \[m²\], used in sums over elements, not in the law.
     pub area: f64,
     /// Friction coefficient µ of all sliders.
     pub friction_coefficient: f64,
     /// Friction law.
     pub law: FrictionLaw,
-    /// The sliders, one or more; none only where there are springs.
+    /// The sliders. Only an element with springs may have no slider.
     pub sliders: Vec<Slider>,
-    /// Springs to the ground beside them, which are no contact: sums over the joint leave them out.
+    /// Parallel springs to the ground. They are not contact, and sums over the joint leave them out.
     pub springs: Vec<Spring>,
 }
 
 /// Forces and slip of one element over its steady cycle, at the samples of the displacement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElementCycle {
-    /// `[T_x, T_y, N]` \[N\]; N is the whole normal load, not its change.
+    /// `[T_x, T_y, N]` \[N\]; N is the total normal load, not its change.
     pub force: Vec<[f64; 3]>,
     /// Energy dissipated in one cycle, Σ T·Δw of all sliders \[J\].
     pub dissipated_energy: f64,
-    /// Path in one cycle, Σ |Δw|, the mean of the sliders weighted by their static strength \[m\].
+    /// Slip path in one cycle, Σ |Δw|, the mean of the sliders weighted by their static strength \[m\].
     pub slip_path: f64,
     /// The worst state.
     pub state: ElementState,
-    /// How well it closes.
+    /// Periodicity error of the cycle.
     pub closure: Closure,
 }
 
 impl ContactElement {
-    /// Multiplies the friction of all sliders, and their stiffness along the joint: they slip as they did, and dissipate so many times as much.
+    /// Multiplies the friction of all sliders and their tangential stiffness. The sliders slip as before and dissipate
+    /// `factor` times the energy.
     pub fn multiply_friction(&mut self, factor: f64) {
         self.friction_coefficient *= factor;
         let sliders = self.sliders.iter_mut();
         sliders.for_each(|slider| slider.tangential_stiffness *= factor);
     }
 
-    /// Normal load at u = 0 \[N\].
+    /// Returns the normal load at u = 0 \[N\].
     pub fn normal_load(&self) -> f64 {
         self.sum(|slider| slider.normal_load)
     }
 
-    /// Normal stiffness of all sliders together \[N/m\].
+    /// Returns the normal stiffness of all sliders together \[N/m\].
     pub fn normal_stiffness(&self) -> f64 {
         self.sum(|slider| slider.normal_stiffness)
     }
 
-    /// Tangential stiffness of all sliders together, before any of them slips \[N/m\].
+    /// Returns the tangential stiffness of all sliders together, before any of them slips \[N/m\].
     pub fn tangential_stiffness(&self) -> f64 {
         self.sum(|slider| slider.tangential_stiffness)
     }
 
-    fn sum(&self, of: impl Fn(&Slider) -> f64) -> f64 {
-        self.sliders.iter().map(of).sum()
+    fn sum(&self, quantity: impl Fn(&Slider) -> f64) -> f64 {
+        self.sliders.iter().map(quantity).sum()
     }
 
-    /// Forces and slip over the steady cycle of `displacement` (`[x, y, n]` at equidistant samples).
+    /// Computes forces and slip over the steady cycle of `displacement` (`[x, y, n]` at equidistant samples).
     pub fn cycle(&self, displacement: &[[f64; 3]]) -> ElementCycle {
         let mut cycle = ElementCycle {
             force: vec![[0.0; 3]; displacement.len()],
@@ -104,7 +107,7 @@ impl ContactElement {
             .iter()
             .fold(0.0_f64, |s, u| s.max(u[0].abs()).max(u[1].abs()));
         let mut scratch = Scratch::default();
-        // Of every step, the sliders that are loaded, and those of them that slip.
+        // For each step: the number of loaded sliders, and the number of loaded sliders that slip.
         let mut count = vec![(0_usize, 0_usize); displacement.len()];
         let strength = self.normal_load();
         for slider in &self.sliders {
@@ -128,28 +131,32 @@ impl ContactElement {
             }
             let closure = self.march(slider, displacement, None, &mut scratch);
             cycle.closure = cycle.closure.and(closure);
-            let position = |j: usize| {
+            let position_at = |j: usize| {
                 let (u, force) = (displacement[j], scratch.force[j]);
                 let lag = |d: usize| if kt > 0.0 { force[d] / kt } else { 0.0 };
                 [u[0] - lag(0), u[1] - lag(1)]
             };
-            let mut before = match displacement.len() {
+            let mut previous_position = match displacement.len() {
                 0 => [0.0; 2],
-                samples => position(samples - 1),
+                samples => position_at(samples - 1),
             };
             for (j, (u, sum)) in displacement.iter().zip(&mut cycle.force).enumerate() {
                 let (load, force) = (slider.bilateral_load(u[2]), scratch.force[j]);
                 sum[0] += force[0];
                 sum[1] += force[1];
                 sum[2] += load.max(0.0);
-                let now = position(j);
-                let moved = [now[0] - before[0], now[1] - before[1]];
-                before = now;
-                let path = moved[0].hypot(moved[1]);
+                let position = position_at(j);
+                let slip_increment = [
+                    position[0] - previous_position[0],
+                    position[1] - previous_position[1],
+                ];
+                previous_position = position;
+                let path = slip_increment[0].hypot(slip_increment[1]);
                 // Rounding of u − T/k_t is not slip.
                 let slips = path > 8.0 * f64::EPSILON * scale;
                 if slips {
-                    cycle.dissipated_energy += force[0] * moved[0] + force[1] * moved[1];
+                    cycle.dissipated_energy +=
+                        force[0] * slip_increment[0] + force[1] * slip_increment[1];
                     cycle.slip_path += share * path;
                 }
                 if load > 0.0 {
@@ -169,14 +176,14 @@ impl ContactElement {
         cycle
     }
 
-    /// Whether a slider of a bank need not march, as it follows its reference. A slider alone marches: its element, if it follows, is
-    /// hardly ever asked.
+    /// Returns true if a slider of a bank follows its reference, so that no march is needed. A single slider always
+    /// marches: its element is rarely evaluated while it follows the reference.
     fn is_linear(&self, slider: &Slider, displacement: &[[f64; 3]]) -> bool {
         self.sliders.len() > 1
             && slider.follows_reference(self.law, self.friction_coefficient, displacement)
     }
 
-    /// Tangential forces of a slider in `scratch`; their derivatives are added in the form of [`March::run`].
+    /// Computes the tangential forces of a slider in `scratch`. Adds their derivatives in the form of [`March::run`].
     fn march(
         &self,
         slider: &Slider,
@@ -201,7 +208,7 @@ impl ContactElement {
 
 impl InterfaceElement for ContactElement {
     fn check(&self, element: usize) -> Result<(), DynamicsError> {
-        let refused = |name, value, expected| {
+        let reject = |name, value, expected| {
             Err(DynamicsError::Element {
                 element,
                 name,
@@ -210,16 +217,16 @@ impl InterfaceElement for ContactElement {
             })
         };
         if let Some((name, value, expected)) = self.springs.iter().find_map(Spring::fault) {
-            return refused(name, value, expected);
+            return reject(name, value, expected);
         }
         if self.sliders.is_empty() && self.springs.is_empty() {
-            return refused("the number of sliders", 0.0, "one or more");
+            return reject("the number of sliders", 0.0, "one or more");
         }
-        let own = [
+        let element_parameters = [
             ("the area", self.area),
             ("the friction coefficient", self.friction_coefficient),
         ];
-        let of_sliders = self.sliders.iter().flat_map(|slider| {
+        let slider_parameters = self.sliders.iter().flat_map(|slider| {
             [
                 ("the normal load", slider.normal_load),
                 ("the gap", slider.gap),
@@ -227,17 +234,17 @@ impl InterfaceElement for ContactElement {
                 ("the normal stiffness", slider.normal_stiffness),
             ]
         });
-        for (name, value) in own.into_iter().chain(of_sliders) {
+        for (name, value) in element_parameters.into_iter().chain(slider_parameters) {
             if !(value >= 0.0 && value.is_finite()) {
-                return refused(name, value, "a finite number, zero or more");
+                return reject(name, value, "a finite number, zero or more");
             }
         }
         for slider in &self.sliders {
             if slider.gap > 0.0 && slider.normal_load > 0.0 {
-                return refused(
+                return reject(
                     "the gap",
                     slider.gap,
-                    "zero where there is a normal load: an element that is open at rest bears none",
+                    "zero if there is a normal load: a slider that is open at rest has no normal load",
                 );
             }
         }
@@ -289,8 +296,8 @@ impl InterfaceElement for ContactElement {
             spring.add(harmonics, along, &mut force[row], &mut slope);
             if let Some(jacobian) = jacobian.as_deref_mut() {
                 for (c, slope) in slope.chunks_exact(n).enumerate() {
-                    let own = &mut jacobian[((d * n + c) * 3 + d) * n..][..n];
-                    add_scaled(own, 1.0, slope);
+                    let target = &mut jacobian[((d * n + c) * 3 + d) * n..][..n];
+                    add_scaled(target, 1.0, slope);
                 }
             }
         }
@@ -306,34 +313,35 @@ impl InterfaceElement for ContactElement {
         self.normal_forces(displacement, force, derivative.as_deref_mut());
         self.stop_forces(displacement, force, derivative.as_deref_mut());
         let mut closure = Closure::EXACT;
-        let (mut stuck, mut gripping) = (0.0, 0.0);
+        let (mut linear_stiffness, mut marched_stiffness) = (0.0, 0.0);
         for slider in &self.sliders {
             let kt = slider.gripping_stiffness(self.friction_coefficient);
             if self.is_linear(slider, displacement) {
                 if slider.bears() {
-                    stuck += kt;
+                    linear_stiffness += kt;
                 }
                 continue;
             }
-            gripping += kt;
-            let own = self.march(slider, displacement, derivative.as_deref_mut(), scratch);
-            closure = closure.and(own);
-            for (sum, own) in force.iter_mut().zip(&scratch.force) {
-                sum[0] += own[0];
-                sum[1] += own[1];
+            marched_stiffness += kt;
+            let slider_closure =
+                self.march(slider, displacement, derivative.as_deref_mut(), scratch);
+            closure = closure.and(slider_closure);
+            for (sum, slider_force) in force.iter_mut().zip(&scratch.force) {
+                sum[0] += slider_force[0];
+                sum[1] += slider_force[1];
             }
         }
         if let Some(derivative) = derivative {
             for direction in [0, 1] {
-                derivative.add_stiffness(direction, stuck + gripping);
+                derivative.add_stiffness(direction, linear_stiffness + marched_stiffness);
             }
         }
-        if stuck > 0.0 {
+        if linear_stiffness > 0.0 {
             for (force, u) in force.iter_mut().zip(displacement) {
-                force[0] += stuck * u[0];
-                force[1] += stuck * u[1];
+                force[0] += linear_stiffness * u[0];
+                force[1] += linear_stiffness * u[1];
             }
-            closure = closure.and(linear(stuck, displacement));
+            closure = closure.and(linear(linear_stiffness, displacement));
         }
         closure
     }
@@ -346,7 +354,7 @@ impl ContactElement {
         force: &mut [[f64; 3]],
         mut derivative: Option<&mut ForceDerivatives<'_>>,
     ) {
-        let mut usual = None;
+        let mut common = None;
         for (j, (u, force)) in displacement.iter().zip(force).enumerate() {
             let (mut change, mut stiffness) = (0.0, 0.0);
             for slider in &self.sliders {
@@ -358,13 +366,13 @@ impl ContactElement {
             }
             *force = [0.0, 0.0, change];
             if let Some(derivative) = derivative.as_deref_mut() {
-                // Most loads are never lost: one stiffness for all of the cycle.
-                let usual = *usual.get_or_insert_with(|| {
+                // Most sliders never open, so one stiffness usually holds for the whole cycle.
+                let common = *common.get_or_insert_with(|| {
                     derivative.add_stiffness(2, stiffness);
                     stiffness
                 });
-                if stiffness != usual {
-                    derivative.add_stiffness_at(j, 2, stiffness - usual);
+                if stiffness != common {
+                    derivative.add_stiffness_at(j, 2, stiffness - common);
                 }
             }
         }
@@ -394,7 +402,7 @@ impl ContactElement {
     }
 }
 
-/// That of a force `kt` times the displacement.
+/// Returns the closure of a force `kt` times the displacement.
 fn linear(kt: f64, displacement: &[[f64; 3]]) -> Closure {
     let squares = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1]);
     Closure {

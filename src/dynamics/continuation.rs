@@ -1,9 +1,12 @@
-//! A branch of responses over a range of frequencies, through turning points: pseudo-arclength continuation.
+//! Pseudo-arclength continuation of a branch of responses over a range of frequencies, through turning points.
 //!
-//! The curve that is followed is (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so far, and ω, scaled by
-//! the width of the range; it does not depend on which elements are active. It has (cosine, sine) of every harmonic that is loaded at a port
-//! too: a resonance along another axis may bend over and lift the contact off, of which the response alone shows nothing. Steps go along the secant;
-//! `predictor.rs` predicts the response there. From a phase resonance the first step follows the change of its phase.
+//! The followed curve consists of (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so
+//! far, and of ω, scaled by the width of the range. It does not depend on which elements are active. It also contains
+//! (cosine, sine) of every loaded harmonic of each loaded port: a resonance along another axis may bend over and open
+//! the contact, which the response port alone does not show.
+//!
+//! Steps go along the secant; `predictor.rs` predicts the response there. From a phase resonance, the first step
+//! follows the change of the phase.
 
 use std::collections::VecDeque;
 
@@ -17,52 +20,54 @@ use super::predictor::{REMEMBERED, extrapolated_number, extrapolated_start};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 use crate::journal::Journal;
 
-/// Cosine of the angle between secants beyond which a step is taken again at half its length.
+/// Cosine of the angle between secants below which a step is repeated at half its length.
 const SHARPEST: f64 = 0.85;
-/// Steps below this multiple of the least are accepted whatever their angle: the curve has kinks where slip begins.
+/// Multiple of the smallest step up to which a step is accepted at any angle: the curve has kinks where slip begins.
 const KINK: f64 = 32.0;
-/// Newton iterations up to which the step grows.
+/// Number of Newton iterations up to which the step grows.
 const EASY: usize = 4;
-/// Newton iterations up to which the step grows where some of them keep a Jacobian.
+/// The same number if some of the iterations reuse a Jacobian.
 const EASY_CHORDS: usize = 7;
-/// Distance of two responses at one frequency, relative to their largest coefficient, from which on they are not the same.
+/// Distance of two responses at one frequency, over their largest coefficient, above which they differ.
 const DIFFERENT: f64 = 1e-3;
-/// The first step from a phase resonance, in parts of the largest.
+/// First step from a phase resonance over the largest step.
 const FIRST_FROM_RESONANCE: f64 = 0.85;
-/// Length of a step from a phase resonance, times the root of the curvature of the curve: monotone cubics between the points are within some
-/// 0.2 % of the peak, as the two cubes of a flank and the square of a top are.
+/// Largest step on a branch from a phase resonance, times the square root of the curvature of the curve. Monotone
+/// cubics between the points are then within about 0.2 % of the peak.
 const BEND: f64 = 0.19;
-/// Parts of the way between the last two frequencies in which the next is looked for, how many such ways at most, and halvings of the part.
+/// Number of scan steps per distance of the last two frequencies, in the search for the next frequency.
 const STRIDES: usize = 8;
+/// Largest distance of the next frequency, in such distances.
 const FARTHEST: usize = 3;
+/// Number of bisections in the search for the next frequency.
 const HALVINGS: usize = 30;
-/// Most points of the branch from a phase resonance to an end of the range: one that turns in itself has no end.
+/// Largest number of points from a phase resonance to an end of the range: a closed branch has no end.
 const MOST_OF_HALF: usize = 300;
-/// Points in a row at which friction gives energy, after which a branch ends: where it gives what dampers take, the amplitude grows along
-/// the branch without bound.
+/// Number of consecutive points at which friction gives energy that ends a branch. If friction gives as much as dampers
+/// take, the amplitude grows along the branch without bound.
 const UNPHYSICAL: usize = 50;
 
-/// How a branch is followed. Lengths are in units of the scaled curve, whose frequency axis has length 1.
+/// Settings of the continuation. Lengths are in units of the scaled curve, whose frequency axis has length 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContinuationSettings {
     /// Angular frequency of the first point \[rad/s\].
     pub from: f64,
-    /// Angular frequency that ends the branch \[rad/s\]; below `from` for a sweep downwards.
+    /// Angular frequency that ends the branch \[rad/s\]; less than `from` for a downward sweep.
     pub to: f64,
-    /// Port whose first harmonic is followed.
+    /// Port whose first harmonic the continuation follows.
     pub port: usize,
     /// Length of the first step; 1/60 of the range is a usual resolution.
     pub step: f64,
-    /// Least length before giving up.
+    /// Smallest length; the continuation stops below it.
     pub least_step: f64,
-    /// Largest length: resolution where the curve is straight.
+    /// Largest length: the resolution on straight parts of the curve.
     pub largest_step: f64,
-    /// Most points, the first included.
+    /// Largest number of points, including the first.
     pub most_points: usize,
 }
 
 impl ContinuationSettings {
-    /// Over a range, looking at `port`, with usual steps.
+    /// Creates settings with usual steps for a range and a `port`.
     pub fn over(from: f64, to: f64, port: usize) -> ContinuationSettings {
         ContinuationSettings {
             from,
@@ -76,17 +81,19 @@ impl ContinuationSettings {
     }
 }
 
-/// Iterator over the points of a branch. It ends at `to`, at its return beyond `from`, where friction gives energy throughout, or after
-/// `most_points`; after an error it yields nothing more.
+/// Iterator over the points of a branch.
+///
+/// It ends at `to`, at the return of the branch beyond `from`, where friction gives energy over many points, or after
+/// `most_points`. After an error it yields nothing more.
 pub struct Continuation<'a, E> {
     balance: &'a HarmonicBalance<E>,
     settings: ContinuationSettings,
-    /// Port and slot of each pair of coefficients on the curve; the first is that of the settings' port.
+    /// Port and slot of each pair of coefficients on the curve; the first pair belongs to the port of the settings.
     watched: Vec<(usize, usize)>,
-    /// Angular frequencies that make the length 1 of the scaled curve \[rad/s\].
+    /// Range of angular frequency that has length 1 on the scaled curve \[rad/s\].
     width: f64,
     state: Progress,
-    /// Whether the solver of a step goes on from that of the step before.
+    /// Whether a step reuses the solver frame of the previous step.
     keeps_frame: bool,
 }
 
@@ -98,22 +105,23 @@ enum Progress {
 
 struct Branch {
     now: Response,
-    /// The points before, the last of them last, as many as foretell the next.
+    /// The previous points, the latest last, as many as the predictor uses.
     past: VecDeque<Response>,
     step: f64,
-    /// Largest amplitude so far of each pair \[m\].
+    /// Largest amplitude of each pair so far \[m\].
     largest: Vec<f64>,
     points: usize,
-    /// How many of the last points in a row are no motion, as friction gives energy there.
+    /// Number of consecutive last points at which friction gives energy; such points are not physical.
     unphysical: usize,
-    /// Where the first step goes, and the angle by which its motion is later, for a step of length 1 \[rad\]; along the frequency if none.
+    /// Direction of the first step, and the phase shift of the motion for a step of length 1 \[rad\]. Without it, the
+    /// first step goes along the frequency.
     heading: Option<(Vec<f64>, f64)>,
-    /// The solver of the last step, from which that of the next goes on.
+    /// Solver frame of the last step, for reuse in the next.
     frame: Option<Frame>,
 }
 
 impl<'a, E: InterfaceElement> Continuation<'a, E> {
-    /// The branch of `balance` that `settings` describe.
+    /// Creates the continuation of `balance` with `settings`.
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
@@ -151,18 +159,19 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         Ok(Continuation {
             balance,
             settings,
-            watched: balance.watched(settings.port)?,
+            watched: balance.followed_pairs(settings.port)?,
             width: (settings.to - settings.from).abs(),
             state: Progress::Start,
             keeps_frame: false,
         })
     }
 
-    /// The point of the branch through `now` at `settings.to`, reached over turning points if need be; `before` is an earlier
-    /// point of it.
+    /// Follows the branch through `now` to the point at `settings.to`, over turning points if necessary. `before` is an
+    /// earlier point of the branch.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`] if the branch returns beyond `settings.from`, those of [`Self::new`] and of a step.
+    /// [`DynamicsError::NoResonance`] if the branch returns beyond `settings.from`, the errors of [`Self::new`] and of
+    /// a step.
     pub(super) fn reach(
         balance: &'a HarmonicBalance<E>,
         settings: ContinuationSettings,
@@ -186,10 +195,11 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         })
     }
 
-    /// The branch of [`Self::new`] from `now` on; `before` is an earlier point of it. `now` is none of its points.
+    /// Creates the continuation of [`Self::new`] from `now`, which is not repeated as a point. `before` is an earlier
+    /// point of the branch.
     ///
     /// # Errors
-    /// Those of [`Self::new`].
+    /// As [`Self::new`].
     pub(super) fn onwards(
         balance: &'a HarmonicBalance<E>,
         settings: ContinuationSettings,
@@ -197,8 +207,10 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         now: &Response,
     ) -> Result<Continuation<'a, E>, DynamicsError> {
         let mut path = Continuation::new(balance, settings)?;
-        let largest = path.sizes(now);
-        let largest = before.map_or(largest.clone(), |before| path.larger(&largest, before));
+        let largest = path.amplitudes(now);
+        let largest = before.map_or(largest.clone(), |before| {
+            path.larger_amplitudes(&largest, before)
+        });
         path.state = Progress::Underway(Box::new(Branch {
             now: now.clone(),
             past: before.cloned().into_iter().collect(),
@@ -212,7 +224,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         Ok(path)
     }
 
-    /// The branch of [`Self::new`] from a phase resonance on, which is none of its points; it begins along the turn of the phase of the drive.
+    /// Creates the continuation of [`Self::new`] from a phase resonance, which is not repeated as a point. It begins
+    /// along the change of the phase at the drive.
     fn from_resonance(
         balance: &'a HarmonicBalance<E>,
         settings: ContinuationSettings,
@@ -220,7 +233,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     ) -> Option<Continuation<'a, E>> {
         let mut path = Continuation::onwards(balance, settings, None, resonance).ok()?;
         path.keeps_frame = true;
-        let place = path.driven()?;
+        let place = path.drive_place()?;
         let Progress::Underway(branch) = &mut path.state else {
             return None;
         };
@@ -230,7 +243,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let row = &resonance.displacement[port * n..];
         let (a, b) = (row[slot], row[slot + 1]);
         let size = a.hypot(b);
-        // The lag grows with frequency.
+        // The phase lag grows with frequency.
         let direction = (settings.to - settings.from).signum();
         let mut along = vec![0.0; width];
         along[2 * place] = -direction * b / size;
@@ -239,14 +252,16 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         branch.heading.is_some().then_some(path)
     }
 
-    /// Which of the pairs is that of the drive.
-    fn driven(&self) -> Option<usize> {
+    /// Returns the place of the drive among the pairs.
+    fn drive_place(&self) -> Option<usize> {
         let drive = self.balance.drive()?;
         let slot = self.balance.harmonics().slot_of(1)?;
-        self.watched.iter().position(|of| *of == (drive.port, slot))
+        self.watched
+            .iter()
+            .position(|pair| *pair == (drive.port, slot))
     }
 
-    /// The point of the curve, scaled: the pairs, then the frequency.
+    /// Returns the scaled point of the curve: the pairs, then the frequency.
     fn point(&self, response: &Response, largest: &[f64]) -> Vec<f64> {
         let pairs = self.pairs(response).zip(largest);
         let scaled = pairs.flat_map(|(pair, &largest)| {
@@ -256,7 +271,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         scaled.chain([response.omega / self.width]).collect()
     }
 
-    /// Lengths of the curve up to each of some responses on it.
+    /// Returns the arc lengths of the curve up to each of the responses on it.
     fn lengths(&self, responses: &[&Response], largest: &[f64]) -> Vec<f64> {
         let points: Vec<Vec<f64>> = responses.iter().map(|r| self.point(r, largest)).collect();
         let steps = points.windows(2).map(|pair| distance(&pair[1], &pair[0]));
@@ -276,14 +291,14 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         })
     }
 
-    /// Amplitudes of the pairs \[m\].
-    fn sizes(&self, response: &Response) -> Vec<f64> {
+    /// Returns the amplitudes of the pairs \[m\].
+    fn amplitudes(&self, response: &Response) -> Vec<f64> {
         self.pairs(response).map(|[a, b]| a.hypot(b)).collect()
     }
 
-    /// The larger of each amplitude and that of a response.
-    fn larger(&self, largest: &[f64], response: &Response) -> Vec<f64> {
-        let sizes = self.sizes(response).into_iter().zip(largest);
+    /// Returns for each pair the larger of its amplitude so far and its amplitude in a response.
+    fn larger_amplitudes(&self, largest: &[f64], response: &Response) -> Vec<f64> {
+        let sizes = self.amplitudes(response).into_iter().zip(largest);
         sizes.map(|(size, largest)| size.max(*largest)).collect()
     }
 
@@ -300,8 +315,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                 along
             }
             (Some(before), _) => {
-                let there = self.point(before, &branch.largest);
-                unit(&here, &there)
+                let previous_point = self.point(before, &branch.largest);
+                unit_vector(&here, &previous_point)
             }
         };
         let by_omega = tangent[tangent.len() - 1];
@@ -323,31 +338,39 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             };
             let last = match attempt {
                 Ok(next) => {
-                    let largest = self.larger(&branch.largest, &next);
-                    let there = self.point(&next, &largest);
-                    let from = self.point(&branch.now, &largest);
-                    let secant = unit(&there, &from);
-                    let straight = match branch.past.back() {
+                    let largest = self.larger_amplitudes(&branch.largest, &next);
+                    let next_point = self.point(&next, &largest);
+                    let this_point = self.point(&branch.now, &largest);
+                    let secant = unit_vector(&next_point, &this_point);
+                    let cosine = match branch.past.back() {
                         None => 1.0,
                         Some(before) => {
-                            let old = unit(&from, &self.point(before, &largest));
-                            old.iter().zip(&secant).map(|(a, b)| a * b).sum()
+                            let previous_secant =
+                                unit_vector(&this_point, &self.point(before, &largest));
+                            previous_secant
+                                .iter()
+                                .zip(&secant)
+                                .map(|(a, b)| a * b)
+                                .sum()
                         }
                     };
-                    let long = distance(&there, &from) > 4.0 * step.max(settings.least_step);
-                    if (straight >= SHARPEST && !long) || step <= KINK * settings.least_step {
-                        let most = if self.balance.is_costly {
+                    let is_long =
+                        distance(&next_point, &this_point) > 4.0 * step.max(settings.least_step);
+                    if (cosine >= SHARPEST && !is_long) || step <= KINK * settings.least_step {
+                        let most_iterations = if self.balance.is_costly {
                             EASY_CHORDS
                         } else {
                             EASY
                         };
-                        let easy = next.iterations <= most && straight > 0.5 * (1.0 + SHARPEST);
-                        let growth = if easy { 1.4 } else { 1.0 };
+                        let is_easy =
+                            next.iterations <= most_iterations && cosine > 0.5 * (1.0 + SHARPEST);
+                        let growth = if is_easy { 1.4 } else { 1.0 };
                         let mut longest = settings.largest_step;
                         if let (true, Some(before)) = (self.keeps_frame, branch.past.back()) {
                             let before = self.point(before, &largest);
-                            let length = distance(&there, &from) + distance(&from, &before);
-                            let curvature = 2.0 * f64::min(straight, 1.0).acos() / length;
+                            let length =
+                                distance(&next_point, &this_point) + distance(&this_point, &before);
+                            let curvature = 2.0 * f64::min(cosine, 1.0).acos() / length;
                             longest = longest.min(BEND / curvature.sqrt());
                         }
                         let unphysical = match gives_energy(&next) {
@@ -391,7 +414,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         }
     }
 
-    /// The point of the branch in the plane across `tangent` at the distance `step`.
+    /// Solves for the point of the branch in the plane normal to `tangent` at the distance `step`.
     fn correct(
         &self,
         branch: &Branch,
@@ -420,10 +443,10 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             value,
         };
         let ahead = match self.keeps_frame {
-            true => self.ahead_in_plane(branch, here, tangent, step),
+            true => self.predict_in_plane(branch, here, tangent, step),
             false => None,
         };
-        let ahead = ahead.or_else(|| self.ahead(branch, step));
+        let ahead = ahead.or_else(|| self.predict(branch, step));
         let guess = ahead.unwrap_or_else(|| {
             let now = branch.now.start();
             let mut guess = match &branch.heading {
@@ -442,20 +465,22 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
             .newton_from(frame, tolerance, start, 1.0, &condition)
     }
 
-    /// The response that the points so far predict at a distance along the branch; none from a single point.
-    fn ahead(&self, branch: &Branch, step: f64) -> Option<Start> {
-        let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
-        let places = self.lengths(&known, &branch.largest);
-        let starts: Vec<Start> = known.iter().map(|response| response.start()).collect();
-        let ahead = extrapolated_start(&starts, &places, places[places.len() - 1] + step);
-        ahead.filter(|start| start.omega > 0.0)
+    /// Predicts the response at a distance along the branch, or returns `None` if there is a single point.
+    fn predict(&self, branch: &Branch, step: f64) -> Option<Start> {
+        let points: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
+        let places = self.lengths(&points, &branch.largest);
+        let starts: Vec<Start> = points.iter().map(|response| response.start()).collect();
+        let predicted = extrapolated_start(&starts, &places, places[places.len() - 1] + step);
+        predicted.filter(|start| start.omega > 0.0)
     }
 
-    /// What the points so far foretell of that at the angular frequency that `find` makes of the one of the last point, a stride towards the next,
-    /// and the displacement over frequency. It is the inverse of the dynamic stiffness at the port, which over a resonance bends by little: that of
-    /// a linear one is a straight line. Displacements are seen from the phase and the amplitude there. None
-    /// where the frequency turns back, or where more than one pair of coefficients is followed.
-    fn ahead_by_stiffness(
+    /// Predicts a response at an angular frequency by extrapolation of the dynamic stiffness at the port. The stiffness
+    /// bends little over a resonance; over a linear resonance it is a straight line.
+    ///
+    /// `find` chooses the frequency from the last frequency, the last change of frequency, and the predicted
+    /// displacement over frequency. The responses are extrapolated after their phase and amplitude at the port are
+    /// scaled out. Returns `None` if the frequency turns back, or if the curve has more than one pair of coefficients.
+    fn predict_by_stiffness(
         &self,
         branch: &Branch,
         find: impl FnOnce(f64, f64, &dyn Fn(f64) -> Option<Complex64>) -> Option<f64>,
@@ -465,39 +490,44 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let [(port, slot)] = self.watched[..] else {
             return None;
         };
-        let known: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
+        let points: Vec<&Response> = branch.past.iter().chain([&branch.now]).collect();
         let (now, before) = (branch.now.omega, branch.past.back()?.omega);
-        let is_onwards =
+        let is_same_direction =
             |pair: &&[&Response]| (pair[1].omega - pair[0].omega) * (now - before) > 0.0;
-        let onwards = known.windows(2).rev().take_while(is_onwards).count();
-        let known = &known[known.len() - 1 - onwards..];
-        let omegas: Vec<f64> = known.iter().map(|response| response.omega).collect();
+        let same_direction_count = points
+            .windows(2)
+            .rev()
+            .take_while(is_same_direction)
+            .count();
+        let points = &points[points.len() - 1 - same_direction_count..];
+        let omegas: Vec<f64> = points.iter().map(|response| response.omega).collect();
         let displacement = |response: &&Response| {
             let row = &response.displacement[port * n..];
             Complex64::new(row[slot], row[slot + 1])
         };
-        let displacements: Vec<Complex64> = known.iter().map(displacement).collect();
+        let displacements: Vec<Complex64> = points.iter().map(displacement).collect();
         let stiffness: Vec<Complex64> = displacements.iter().map(Complex64::inv).collect();
         let stiffness = extrapolated_number(&stiffness, &omegas)?;
-        let over_frequency = |omega: f64| Some(stiffness(omega)?.inv());
-        let omega = find(now, now - before, &over_frequency)?;
-        let seen = known.iter().zip(&displacements);
-        let seen: Vec<Start> = seen
+        let displacement_at = |omega: f64| Some(stiffness(omega)?.inv());
+        let omega = find(now, now - before, &displacement_at)?;
+        let normalised = points.iter().zip(&displacements);
+        let normalised: Vec<Start> = normalised
             .map(|(response, u)| response.start().turned(harmonics, -u.arg(), 1.0 / u.norm()))
             .collect();
-        let u = over_frequency(omega)?;
-        let mut ahead = extrapolated_start(&seen, &omegas, omega)?;
+        let u = displacement_at(omega)?;
+        let mut ahead = extrapolated_start(&normalised, &omegas, omega)?;
         ahead = ahead.turned(harmonics, u.arg(), u.norm());
-        // Friction locks means in: one that was not foretold better than it stayed stays.
-        let (last, earlier) = seen.split_last()?;
-        let told = extrapolated_start(earlier, &omegas[..earlier.len()], now);
-        let stayed = earlier.last()?;
+        // Friction locks in mean displacements. A mean that extrapolation did not predict better than the last value
+        // keeps the last value.
+        let (last, earlier) = normalised.split_last()?;
+        let predicted = extrapolated_start(earlier, &omegas[..earlier.len()], now);
+        let previous = earlier.last()?;
         for (place, row) in ahead.displacement.chunks_mut(n).enumerate() {
             let mean = |start: &Start| start.displacement[place * n];
-            let missed = |start: &Start| (mean(start) - mean(last)).abs();
-            if told
+            let prediction_error = |start: &Start| (mean(start) - mean(last)).abs();
+            if predicted
                 .as_ref()
-                .is_none_or(|told| missed(told) >= missed(stayed))
+                .is_none_or(|predicted| prediction_error(predicted) >= prediction_error(previous))
             {
                 row[0] = mean(last);
             }
@@ -507,8 +537,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         (is_number && omega > 0.0).then_some(ahead)
     }
 
-    /// As [`Self::ahead_by_stiffness`], in the plane across `tangent` at the distance `step`.
-    fn ahead_in_plane(
+    /// Predicts a response as [`Self::predict_by_stiffness`], in the plane normal to `tangent` at the distance `step`.
+    fn predict_in_plane(
         &self,
         branch: &Branch,
         here: &[f64],
@@ -518,7 +548,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let (&[c, s, w], &[along_c, along_s, along_w]) = (here, tangent) else {
             return None;
         };
-        self.ahead_by_stiffness(branch, |now, stride, displacement| {
+        self.predict_by_stiffness(branch, |now, stride, displacement| {
             let beyond = |omega: f64| {
                 let u = displacement(omega)? / branch.largest[0];
                 let w = omega / self.width - w;
@@ -541,7 +571,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         })
     }
 
-    /// The point at the end of the range; `beyond` is one of the branch behind it, if there is one.
+    /// Solves for the point at the end of the range. `beyond` is a point of the branch beyond the end, if known.
     fn at_end(
         &self,
         branch: &Branch,
@@ -553,7 +583,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                 let starts = [branch.now.start(), beyond.start()];
                 extrapolated_start(&starts, &[branch.now.omega, beyond.omega], end)
             }
-            None if self.keeps_frame => self.ahead_by_stiffness(branch, |_, _, _| Some(end)),
+            None if self.keeps_frame => self.predict_by_stiffness(branch, |_, _, _| Some(end)),
             None => None,
         };
         let near = ahead.and_then(|ahead| self.balance.solve_near(end, &ahead).ok());
@@ -565,8 +595,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Port and slot of what a branch is followed by: the first harmonic at `port`, and what is loaded beside it.
-    fn watched(&self, port: usize) -> Result<Vec<(usize, usize)>, DynamicsError> {
+    /// Returns port and slot of the pairs on the curve: the first harmonic at `port`, and all loaded harmonics.
+    fn followed_pairs(&self, port: usize) -> Result<Vec<(usize, usize)>, DynamicsError> {
         let mut watched = vec![(port, self.harmonics().require(1, "continuation")?)];
         let n = self.harmonics().coefficients();
         let inertial = self
@@ -587,36 +617,38 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(watched)
     }
 
-    /// The responses over the range of `settings`, from its one end to the other, turning points included.
+    /// Computes the responses over the range of `settings`, from one end to the other, including turning points.
     ///
-    /// A branch may have a corner, where lift-off begins or a slider is set free, from which it goes on in a direction that no
-    /// step from there finds. It is then followed from the other end, and where that stops too, the two parts stand one after
-    /// the other: what connects them is left out, but every frequency of the range has a response.
+    /// A branch may have a corner, where lift-off begins or a slider becomes free, and may continue in a direction that
+    /// no step finds. It is then also followed from the other end. If that part stops too, the two parts are joined
+    /// without the connection between them, but every frequency of the range has a response.
     ///
     /// # Errors
-    /// That of [`Continuation`] where the parts leave out a frequency.
+    /// The error of [`Continuation`] if the parts leave out a frequency.
     pub fn branch(&self, settings: ContinuationSettings) -> Result<Vec<Response>, DynamicsError> {
         let (mut parts, stopped) = self.parts(settings, &|_| None)?;
         let Some(error) = stopped else {
             return Ok(parts.swap_remove(0));
         };
         let direction = (settings.to - settings.from).signum();
-        let [there, rest] = &mut parts[..] else {
+        let [first_part, second_part] = &mut parts[..] else {
             return Err(error);
         };
-        match (there.last(), rest.first()) {
+        match (first_part.last(), second_part.first()) {
             (Some(end), Some(start)) if direction * (end.omega - start.omega) >= 0.0 => {
-                there.append(rest);
-                Ok(std::mem::take(there))
+                first_part.append(second_part);
+                Ok(std::mem::take(first_part))
             }
             _ => Err(error),
         }
     }
 
-    /// The branch over the range of `settings`, or, where it cannot be followed throughout, its parts from both ends and why the first
-    /// goes no further. All points are in the order from the one end to the other. Where the branch from the other end goes all the way, but
-    /// arrives at another response than the first part begins with, that part comes second. Where Newton's method does not find the first response
-    /// of a part, `easily` may.
+    /// Computes the branch over the range of `settings`. If the branch cannot be followed throughout, returns its parts
+    /// from both ends and the error that stopped the first.
+    ///
+    /// All points are in the order from one end to the other. If the branch from the other end goes all the way, but
+    /// arrives at another response than the first part begins with, the first part comes second. If Newton's method
+    /// does not find the first response of a part, `fallback` may find it.
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
@@ -624,38 +656,39 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub fn parts(
         &self,
         settings: ContinuationSettings,
-        easily: &dyn Fn(f64) -> Option<Response>,
+        fallback: &dyn Fn(f64) -> Option<Response>,
     ) -> Result<(Vec<Vec<Response>>, Option<DynamicsError>), DynamicsError> {
-        let (there, stopped) = self.part(settings, easily)?;
+        let (first_part, stopped) = self.follow_part(settings, fallback)?;
         let Some(error) = stopped else {
-            return Ok((vec![there], None));
+            return Ok((vec![first_part], None));
         };
-        let back = ContinuationSettings {
+        let backward = ContinuationSettings {
             from: settings.to,
             to: settings.from,
             ..settings
         };
-        let (mut rest, stopped) = self.part(back, easily)?;
-        rest.reverse();
+        let (mut second_part, stopped) = self.follow_part(backward, fallback)?;
+        second_part.reverse();
         match stopped {
-            // Where the range begins, the part from there may be another branch, which turns back.
-            None => match (there.first(), rest.first()) {
-                (Some(a), Some(b)) if differ(a, b) => Ok((vec![rest, there], None)),
-                _ => Ok((vec![rest], None)),
+            // At the start of the range, the first part may be another branch, which turns back.
+            None => match (first_part.first(), second_part.first()) {
+                (Some(a), Some(b)) if differ(a, b) => Ok((vec![second_part, first_part], None)),
+                _ => Ok((vec![second_part], None)),
             },
-            Some(_) => Ok((vec![there, rest], Some(error))),
+            Some(_) => Ok((vec![first_part, second_part], Some(error))),
         }
     }
 
-    /// A branch as far as it can be followed, and why no further. Of one that returns, the part up to where it turns.
-    fn part(
+    /// Follows a branch as far as possible, and returns the error that stopped it. A branch that returns is cut at its
+    /// turning point.
+    fn follow_part(
         &self,
         settings: ContinuationSettings,
-        easily: &dyn Fn(f64) -> Option<Response>,
+        fallback: &dyn Fn(f64) -> Option<Response>,
     ) -> Result<(Vec<Response>, Option<DynamicsError>), DynamicsError> {
         let first = match self.solve(settings.from, None) {
             Ok(first) => first,
-            Err(error) => match easily(settings.from) {
+            Err(error) => match fallback(settings.from) {
                 Some(first) => first,
                 None => return Ok((Vec::new(), Some(error))),
             },
@@ -694,8 +727,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 }
 
 impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
-    /// The branch over the range of `settings` through a phase resonance, from the lower end to the upper: followed from there both ways, at
-    /// the same time where there are threads. None where one of the ways does not reach its end, or is not known to.
+    /// Computes the branch over the range of `settings` through a phase resonance, from the lower end to the upper.
+    ///
+    /// It is followed from the resonance in both directions, in parallel if there are threads. Returns `None` if a
+    /// direction does not reach its end.
     pub(super) fn through(
         &self,
         settings: ContinuationSettings,
@@ -705,7 +740,7 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
             settings.from.min(settings.to),
             settings.from.max(settings.to),
         );
-        let ways = [(high, low), (low, high)].map(|(from, to)| ContinuationSettings {
+        let directions = [(high, low), (low, high)].map(|(from, to)| ContinuationSettings {
             from,
             to,
             step: FIRST_FROM_RESONANCE * settings.largest_step,
@@ -713,31 +748,40 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
             ..settings
         });
         let follow = || {
-            let parts = self.threads.map(ways, |settings| {
-                let own = HarmonicBalance {
+            let parts = self.threads.map(directions, |settings| {
+                let branch_balance = HarmonicBalance {
                     effort: Effort::default(),
                     journal: Journal::default(),
                     ..self.clone()
                 };
-                let part = own.half(settings, resonance);
-                (part, own.effort.spent())
+                let part = branch_balance.follow_half(settings, resonance);
+                (part, branch_balance.effort.spent())
             });
             self.effort.add(parts.iter().map(|(_, spent)| spent).sum());
             let mut parts = parts.into_iter();
             let mut next = || parts.next()?.0;
             Some([next()?, next()?])
         };
-        let by = [low, high, settings.largest_step, resonance.omega];
-        let by: Vec<f64> = by.iter().chain(&resonance.displacement).copied().collect();
-        let [mut branch, above] = self.kept_branches(&by, follow)?;
+        let inputs = [low, high, settings.largest_step, resonance.omega];
+        let inputs: Vec<f64> = inputs
+            .iter()
+            .chain(&resonance.displacement)
+            .copied()
+            .collect();
+        let [mut branch, above] = self.kept_branches(&inputs, follow)?;
         branch.reverse();
         branch.push(resonance.clone());
         branch.extend(above);
         Some(branch)
     }
 
-    /// The points from a phase resonance to the end of the range, if it is reached.
-    fn half(&self, settings: ContinuationSettings, resonance: &Response) -> Option<Vec<Response>> {
+    /// Computes the points from a phase resonance to the end of the range, or returns `None` if it does not reach the
+    /// end.
+    fn follow_half(
+        &self,
+        settings: ContinuationSettings,
+        resonance: &Response,
+    ) -> Option<Vec<Response>> {
         let path = Continuation::from_resonance(self, settings, resonance)?;
         let mut points = Vec::new();
         for response in path {
@@ -750,7 +794,7 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
     }
 }
 
-/// Whether two responses at one frequency are not the same.
+/// Returns true if two responses at one frequency differ.
 fn differ(a: &Response, b: &Response) -> bool {
     let [a, b] = [a, b].map(|response| &response.displacement);
     let size = a.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -762,7 +806,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-fn unit(to: &[f64], from: &[f64]) -> Vec<f64> {
+fn unit_vector(to: &[f64], from: &[f64]) -> Vec<f64> {
     let length = distance(to, from);
     let along = to.iter().zip(from);
     along.map(|(to, from)| (to - from) / length).collect()
@@ -778,7 +822,7 @@ impl<E: InterfaceElement> Iterator for Continuation<'_, E> {
                 .balance
                 .solve(self.settings.from, None)
                 .map(|first| Branch {
-                    largest: self.sizes(&first),
+                    largest: self.amplitudes(&first),
                     now: first,
                     past: VecDeque::new(),
                     step: self.settings.step,

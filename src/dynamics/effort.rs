@@ -1,8 +1,9 @@
-//! The limit on the cost of a search, as a number of evaluations of the balance: it ends at the same place on every machine.
+//! Limit on the cost of a search, counted in evaluations of the balance. The search ends at the same place on every
+//! machine.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A count of evaluations, with a bound.
+/// Counter of evaluations with an upper bound.
 #[derive(Debug)]
 pub(super) struct Effort {
     spent: AtomicU64,
@@ -28,28 +29,28 @@ impl Default for Effort {
 }
 
 impl Effort {
-    /// So many evaluations may be made from now on.
+    /// Allows this number of further evaluations.
     pub(super) fn allow(&self, evaluations: u64) {
         let bound = self.spent().saturating_add(evaluations);
         self.bound.store(bound, Ordering::Relaxed);
     }
 
-    /// There is no bound from now on.
+    /// Removes the bound.
     pub(super) fn unbound(&self) {
         self.bound.store(u64::MAX, Ordering::Relaxed);
     }
 
-    /// So many evaluations were made.
+    /// Counts evaluations.
     pub(super) fn add(&self, evaluations: u64) {
         self.spent.fetch_add(evaluations, Ordering::Relaxed);
     }
 
-    /// Evaluations so far.
+    /// Returns the number of evaluations so far.
     pub(super) fn spent(&self) -> u64 {
         self.spent.load(Ordering::Relaxed)
     }
 
-    /// Whether all that is allowed is spent.
+    /// Returns true if the number of evaluations has reached the bound.
     pub(super) fn is_spent(&self) -> bool {
         self.spent() >= self.bound.load(Ordering::Relaxed)
     }

@@ -1,18 +1,18 @@
-//! What can go wrong in the computation of a steady response.
+//! Errors of the computation of a steady response.
 
 use crate::linalg::LinalgError;
 
-/// A steady response that could not be computed, or a question that has no answer.
+/// Error of the computation of a steady response.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DynamicsError {
     /// A number out of its range.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
-        /// What the number is.
+        /// Name of the number.
         name: &'static str,
-        /// The value found.
+        /// Its value.
         value: f64,
-        /// What would be right.
+        /// The allowed values.
         expected: &'static str,
     },
     /// A parameter of a contact element out of its range.
@@ -20,24 +20,24 @@ pub enum DynamicsError {
     Element {
         /// Index of the element.
         element: usize,
-        /// What the number is.
+        /// Name of the number.
         name: &'static str,
-        /// The value found.
+        /// Its value.
         value: f64,
-        /// What would be right.
+        /// The allowed values.
         expected: &'static str,
     },
-    /// A container whose length does not fit the others.
+    /// A container whose length does not match the others.
     #[error("the {what} has {found} entries; {expected} are needed")]
     Length {
         /// Name of the container.
         what: &'static str,
         /// Its length.
         found: usize,
-        /// The length that fits.
+        /// The required length.
         expected: usize,
     },
-    /// A set of harmonics without the mean, or with one twice.
+    /// A set of harmonics that lacks the mean or repeats a harmonic.
     #[error(
         "the harmonics {found:?} cannot be used: they must be different and one of them must be 0"
     )]
@@ -45,19 +45,19 @@ pub enum DynamicsError {
         /// The harmonics as given.
         found: Vec<u32>,
     },
-    /// A harmonic that something needs and the set does not have.
+    /// A harmonic that a computation needs but the set lacks.
     #[error("harmonic {order} is needed by the {by} but the response has the harmonics {found:?}")]
     HarmonicMissing {
-        /// The order needed.
+        /// The required order.
         order: u32,
-        /// What needs it.
+        /// The computation that needs it.
         by: &'static str,
-        /// The harmonics there are.
+        /// The harmonics in the set.
         found: Vec<u32>,
     },
     /// Fewer samples per cycle than the highest harmonic needs.
     #[error(
-        "{samples} samples per cycle alias harmonic {highest}: more than {least} are needed, and many more resolve friction"
+        "{samples} samples per cycle alias harmonic {highest}: use more than {least}, and many more to resolve friction"
     )]
     Samples {
         /// Samples per cycle.
@@ -70,12 +70,12 @@ pub enum DynamicsError {
     /// A matrix that cannot be factorized.
     #[error("the {what}: {source}")]
     Matrix {
-        /// Which matrix.
+        /// Name of the matrix.
         what: &'static str,
-        /// What is wrong with it.
+        /// The error of the linear algebra.
         source: LinalgError,
     },
-    /// An excitation at a resonance that nothing damps: there is no steady response.
+    /// An excitation at an undamped resonance, where no steady response exists.
     #[error(
         "an undamped resonance at {frequency:.6} Hz has no steady response; move the frequency or damp the structure"
     )]
@@ -83,118 +83,118 @@ pub enum DynamicsError {
         /// Frequency of the harmonic \[Hz\].
         frequency: f64,
     },
-    /// A mode up to the frequency of the drive that the reduced structure does not keep.
+    /// The reduced structure omits a mode at or below the frequency of the drive.
     #[error(
-        "{key} reaches {to:.1} Hz, and a mode at {frequency:.1} Hz or below is beyond the modes that are kept: raise dynamics.modes, or lower {key}"
+        "{key} reaches {to:.1} Hz, but the reduced structure omits a mode at or below {frequency:.1} Hz: raise dynamics.modes, or lower {key}"
     )]
     CutOff {
-        /// The key that gives the frequency of the drive.
+        /// The key of the scene that gives the frequency of the drive.
         key: &'static str,
-        /// Upper bound of its frequency \[Hz\].
+        /// Upper bound of the frequency of the omitted mode \[Hz\].
         frequency: f64,
-        /// Frequency of the drive, the largest of a range \[Hz\].
+        /// Frequency of the drive, or the largest of its range \[Hz\].
         to: f64,
     },
-    /// A mean force that nothing holds.
+    /// A mean force on a rigid body motion without support.
     #[error(
-        "the mean force of {force:.6e} N moves the structure as a rigid body, and nothing holds it there: support it, or give the joint a preload or friction"
+        "the mean force of {force:.6e} N moves the structure as a rigid body without support: support the structure, or give the joint a preload or friction"
     )]
     Unsupported {
-        /// Generalised force on the free motion, its largest port displacement scaled to 1 \[N\].
+        /// Generalised force on the rigid body motion, whose largest port displacement is scaled to 1 \[N\].
         force: f64,
     },
-    /// Newton's method found no steady state.
+    /// Newton's method did not converge.
     #[error(
-        "no steady state at {frequency:.6} Hz and load factor {load_factor}: correction {correction:.3e} after {iterations} iterations, {tolerance:.1e} asked ({active} of {elements} elements active)"
+        "no steady state was found at {frequency:.6} Hz and load factor {load_factor}: the correction is {correction:.3e} after {iterations} iterations and must be {tolerance:.1e} or less ({active} of {elements} elements are active)"
     )]
     NotConverged {
         /// Frequency \[Hz\].
         frequency: f64,
-        /// Share of the load that was being applied.
+        /// Applied share of the load.
         load_factor: f64,
-        /// Iterations spent at this load factor.
+        /// Number of iterations at this load factor.
         iterations: usize,
-        /// Relative Newton correction left.
+        /// Relative correction of the last iteration.
         correction: f64,
-        /// The correction asked for.
+        /// The required correction.
         tolerance: f64,
-        /// Elements that slip or open.
+        /// Number of elements that slip or open.
         active: usize,
-        /// All elements.
+        /// Number of all elements.
         elements: usize,
     },
-    /// A search that has cost as much as it may.
+    /// A search that has reached its limit of evaluations.
     #[error(
-        "the search for steady states was ended at {frequency:.6} Hz, as it had cost as much as it may; more is found where dynamics.frequency is narrower"
+        "the search for steady states stopped at {frequency:.6} Hz, as it reached its limit of evaluations; narrow dynamics.frequency"
     )]
     Spent {
         /// Frequency \[Hz\].
         frequency: f64,
     },
-    /// An element whose friction force does not come back to itself over a cycle.
+    /// An element whose friction force is not periodic.
     #[error(
-        "contact element {element} has no steady cycle yet: after {cycles} cycles its friction force changes by {change:.3e} of the joint's largest from one to the next, {tolerance:.1e} asked; other samples per cycle or another load avoid the standstill"
+        "contact element {element} has no steady cycle: after {cycles} cycles its friction force still changes by {change:.3e} of the joint's largest friction force per cycle, and {tolerance:.1e} is allowed; change the samples per cycle or the load"
     )]
     NotClosed {
         /// Index of the element.
         element: usize,
-        /// Change over the last cycle relative to the largest friction force of the joint.
+        /// Change over the last cycle, relative to the largest friction force of the joint.
         change: f64,
-        /// Cycles tried.
+        /// Number of simulated cycles.
         cycles: usize,
-        /// The change asked for.
+        /// The largest allowed change.
         tolerance: f64,
     },
-    /// The linear system of a Newton step was not solved.
+    /// The Krylov solver did not solve the linear system of a Newton step.
     #[error(
-        "the Krylov solver stopped at a relative residual of {residual:.3e} after {iterations} iterations, {tolerance:.1e} asked, as contact springs far stiffer than the structure make it; lower contact.kt and contact.kn if they are given, or take fewer contact elements"
+        "the Krylov solver stopped at a relative residual of {residual:.3e} after {iterations} iterations, and {tolerance:.1e} is allowed; contact springs far stiffer than the structure cause this: lower contact.kt and contact.kn if they are given, or use fewer contact elements"
     )]
     Krylov {
-        /// Iterations spent.
+        /// Number of iterations.
         iterations: usize,
-        /// Relative residual reached.
+        /// Relative residual of the last iteration.
         residual: f64,
-        /// Relative residual asked for.
+        /// The required relative residual.
         tolerance: f64,
     },
-    /// No resonance where one was looked for.
+    /// No resonance in the searched range.
     #[error(
-        "no {what} between {from:.6} and {to:.6} Hz, which is where dynamics.frequency has it looked for: widen it"
+        "no {what} between {from:.6} and {to:.6} Hz: widen the search range dynamics.frequency"
     )]
     NoResonance {
-        /// `"phase resonance"` or `"peak"`.
+        /// Name of the missing resonance or branch, for example `"phase resonance"` or `"peak"`.
         what: &'static str,
         /// Start of the range \[Hz\].
         from: f64,
         /// End of the range \[Hz\].
         to: f64,
     },
-    /// A resonance that is gone with new contact elements, where the range has another one.
+    /// The tracked resonance does not exist with the new contact elements; the range has another one.
     #[error(
-        "the phase resonance that was followed, last at {before:.6} Hz, is lost with these contact elements: the displacement is nowhere near it 90° behind \
-         the force any more. What dynamics.frequency has besides is another resonance, at {found:.6} Hz. Take the worn state on with `--from` and \
-         another drive, response or range of dynamics.frequency"
+        "the phase resonance, last at {before:.6} Hz, does not exist with these contact elements: near that frequency the displacement no longer lags \
+         the force by 90°. The resonance at {found:.6} Hz in the range of dynamics.frequency is another one. Continue from the worn state with `--from` \
+         and another drive, response or range of dynamics.frequency"
     )]
     Lost {
-        /// Frequency of the resonance before \[Hz\].
+        /// Frequency of the tracked resonance \[Hz\].
         before: f64,
-        /// Frequency of the one that was found \[Hz\].
+        /// Frequency of the resonance that was found instead \[Hz\].
         found: f64,
     },
-    /// A load at which the phase resonance ends: beyond, the joint slides as a whole and is none of the structure any more, or another resonance
-    /// takes over that no rising load leads to.
+    /// The phase resonance could not be tracked up to the full load. Beyond its largest load the joint may slide as a
+    /// whole, or another resonance may take over.
     #[error(
-        "no phase resonance could be followed to the whole load: the last one, at {part:.4} of it, is at {frequency:.6} Hz with {:.0} % of the sliders slipping; lower the amplitudes in `dynamics.force`, raise what friction holds (`contact.normal_load`), or give other `dynamics.harmonics`; beyond that load it may lie outside of `dynamics.frequency` (last attempt: {last})",
+        "the phase resonance could not be tracked up to the full load: the last one, at {part:.4} of the load, is at {frequency:.6} Hz with {:.0} % of the sliders slipping; lower the amplitudes in `dynamics.force`, raise the friction limit (`contact.normal_load`), or use other `dynamics.harmonics`; at a larger load the resonance may lie outside of `dynamics.frequency` (last attempt: {last})",
         100.0 * slipping, part = load_factor
     )]
     Overloaded {
-        /// Frequency of the last resonance that was found \[Hz\].
+        /// Frequency of the last resonance \[Hz\].
         frequency: f64,
-        /// Its share of the load.
+        /// Share of the load at the last resonance.
         load_factor: f64,
-        /// Share of the sliders of the contact elements that slip or open there.
+        /// Share of the sliders that slip or open at the last resonance.
         slipping: f64,
-        /// Why there is none at a little more.
+        /// Error of the last attempt at a larger load.
         last: Box<DynamicsError>,
     },
     /// A continuation whose step became too small.
@@ -204,17 +204,17 @@ pub enum DynamicsError {
     StepTooSmall {
         /// Frequency of the last converged point \[Hz\].
         frequency: f64,
-        /// The arc length that failed.
+        /// The arc length of the failed step.
         step: f64,
-        /// The least arc length.
+        /// The smallest allowed arc length.
         least: f64,
-        /// Why the last attempt failed.
+        /// Error of the last attempt.
         last: Box<DynamicsError>,
     },
 }
 
 impl DynamicsError {
-    /// True where a solver found no answer that may exist: another tolerance, range or start may help.
+    /// Returns true if a solver failed although a solution may exist: another tolerance, range or start may help.
     pub fn is_not_converged(&self) -> bool {
         matches!(
             self,
@@ -228,12 +228,12 @@ impl DynamicsError {
         )
     }
 
-    /// Names the matrix that linear algebra complains about.
+    /// Returns a function that adds the name of a matrix to an error of the linear algebra.
     pub(super) fn of_matrix(what: &'static str) -> impl Fn(LinalgError) -> DynamicsError {
         move |source| DynamicsError::Matrix { what, source }
     }
 
-    /// Whether a matrix turned out to be singular.
+    /// Returns true if a matrix is singular.
     pub(super) fn is_singular(&self) -> bool {
         matches!(
             self,

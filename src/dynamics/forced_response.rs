@@ -1,4 +1,4 @@
-//! The response over a range of frequencies, point by point: each with how it was found, or why it was not.
+//! Response over a range of frequencies, point by point, with the method of each solution or the error of its search.
 
 use std::f64::consts::TAU;
 
@@ -12,46 +12,49 @@ use super::{
     Start,
 };
 
-/// Newton correction that a point of a forced response is left with at most; its energies are then in balance to 1e-10.
+/// Largest Newton correction of a point of a forced response; its energies then balance to 1e-10.
 const TOLERANCE: f64 = 1e-7;
-/// That of banks of sliders, whose every Newton step is dear: far below the width of a line of a plot.
+/// The same for banks of sliders, whose Newton steps are expensive: far below the line width of a plot.
 const DEAR_TOLERANCE: f64 = 1e-5;
-/// The largest step of their continuation: lines between points of a linear resonance are within 0.2 % of its peak.
+/// Largest step of their continuation: lines between points of a linear resonance are within 0.2 % of its peak.
 const DEAR_STEP: f64 = 1.0 / 12.0;
-/// That from a phase resonance, which is a point; curvature makes it shorter.
+/// Largest step of a continuation from a phase resonance, which is a point; curvature reduces the step.
 const STEP_FROM_RESONANCE: f64 = 0.17;
-/// Newton correction of the finer response that tells the error of a point: an error has two digits.
+/// Newton correction of the finer response that estimates the error of a point: two digits of an error are sufficient.
 const ERROR_TOLERANCE: f64 = 1e-5;
-/// Newton iterations to it: what takes more is not near.
+/// Largest number of Newton iterations of the finer response: a nearby response needs fewer.
 const ERROR_ITERATIONS: usize = 8;
-/// Evaluations by which errors of points may be found at least, of so many unknowns and samples; of more they are fewer, by the square of the unknowns.
+/// Minimum budget of evaluations for the errors of points, at few unknowns and samples. More unknowns reduce it by
+/// their square, more samples in proportion.
 const ERROR_EVALUATIONS: f64 = 2000.0;
+/// Number of unknowns up to which this budget is not reduced.
 const FEW_UNKNOWNS: f64 = 45.0;
+/// Number of samples up to which this budget is not reduced.
 const FEW_SAMPLES: f64 = 1024.0;
-/// Instants at which the range of a displacement over a cycle is looked for.
+/// Number of instants that determine the range of a displacement over a cycle.
 const INSTANTS: usize = 512;
-/// Relative difference of two frequencies that is rounding.
+/// Relative difference of two frequencies up to which it is rounding.
 const ROUNDING: f64 = 1e-12;
-/// Share by which a peak may lie below a point of the forced response: its search ends within an angle of some 5e-3 of the top, and the amplitude falls
-/// by half the square of that angle.
+/// Share by which a peak may lie below a point of the forced response. The search for the peak ends within an angle of
+/// about 5e-3 of the top, and the amplitude falls by half the square of that angle.
 const FLAT: f64 = 2e-5;
-/// Share of the work of the loads and dampers that friction may give and not take: more is no motion, but samples or harmonics that are
-/// too few.
+/// Share of the work of the loads and dampers that friction may give instead of take. Above it the solution is not
+/// physical: samples or harmonics are too few.
 const GIVEN: f64 = 0.01;
 
-/// How a point of a forced response was found.
+/// Method by which a point of a forced response was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolutionMethod {
-    /// As a solution of the harmonic balance.
+    /// Solution of the harmonic balance.
     Balance,
-    /// As a solution of the harmonic balance in which friction gives energy: with these samples or harmonics, and none in truth.
+    /// Solution of the harmonic balance in which friction gives energy. It exists only with these samples or harmonics.
     Unphysical,
-    /// Not, and it is not known whether there is one.
+    /// No solution was found; whether one exists is unknown.
     Nothing,
 }
 
 impl SolutionMethod {
-    /// Its name in tables.
+    /// Returns its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             SolutionMethod::Balance => "harmonic_balance",
@@ -61,50 +64,52 @@ impl SolutionMethod {
     }
 }
 
-/// What a point of a forced response is.
+/// Response at a point of a forced response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointResponse {
     /// Half range of the first harmonic at the response port \[m\].
     pub amplitude: f64,
     /// Its lag behind the drive \[rad\].
     pub phase_lag: f64,
-    /// Difference of the largest and the least displacement at the response port over a cycle \[m\].
+    /// Difference of the largest and the smallest displacement at the response port over a cycle \[m\].
     pub peak_to_peak: f64,
     /// Coefficients of the displacement at the response port \[m\].
     pub displacement: Vec<f64>,
-    /// Relative error of the amplitude due to too few harmonics and samples. None where it was not estimated, 1 where no finer response was found.
+    /// Estimated relative error of the amplitude due to too few harmonics and samples. `None` if not estimated, 1 if no
+    /// finer response was found.
     pub error: Option<f64>,
-    /// That of the energy of friction.
+    /// The same error of the friction energy.
     pub friction_error: Option<f64>,
     /// The response of the whole structure.
     pub solution: Response,
 }
 
-/// One point of a forced response.
+/// Point of a forced response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForcedPoint {
     /// Frequency of the fundamental \[Hz\].
     pub frequency: f64,
-    /// How it was found.
+    /// Method by which it was found.
     pub found_by: SolutionMethod,
-    /// The correction that Newton's method left, relative to the displacements; where nothing was found, what the last attempt had left.
+    /// Remaining Newton correction, relative to the displacements; without a solution, the correction of the last
+    /// attempt.
     pub residual: f64,
-    /// Number of the branch that it is on; none of a point by itself.
+    /// Number of its branch. `None` for a point without a branch.
     pub branch: Option<usize>,
-    /// Whether its branch turns back in frequency here.
+    /// Whether its branch turns back in frequency at this point.
     pub is_fold: bool,
-    /// The response; none where nothing was found.
+    /// The response. `None` if no solution was found, or if friction gives energy.
     pub response: Option<PointResponse>,
 }
 
 impl ForcedPoint {
-    /// One at which nothing was found, as attempts ended in `error`.
+    /// Creates a point without a solution, whose attempts ended in `error`.
     fn missing(omega: f64, error: &DynamicsError) -> ForcedPoint {
         ForcedPoint {
             frequency: omega / TAU,
             found_by: SolutionMethod::Nothing,
             residual: match error {
-                // As large as the displacements: nothing is known.
+                // A correction of 1 is as large as the displacements: nothing is known.
                 DynamicsError::NotConverged { correction, .. } => correction.min(1.0),
                 _ => 1.0,
             },
@@ -115,42 +120,44 @@ impl ForcedPoint {
     }
 }
 
-/// Contact elements that stay as they are: their resonance and their response over the range.
+/// Resonance and forced response of constant contact elements.
 pub struct RangeResponse<'a> {
-    /// The resonance, whose peak is no lower than the points.
+    /// The resonance. Its peak is at least as high as the points.
     pub resolved: Resolved<'a>,
-    /// The points, in the harmonics of the resonance. None if no point was found with these harmonics.
+    /// The points, in the harmonics of the resonance. `None` if they were not computed or none was found.
     pub points: Option<Vec<ForcedPoint>>,
 }
 
 impl Vibration {
-    /// The resonance of contact elements that stay as they are, and the forced response, whose highest point is the peak where there is no phase
-    /// resonance or where it is above the peak beside that. Harmonics are extended as by [`Vibration::resolve`]. At a given frequency there is no peak, and
-    /// the points are not computed.
+    /// Computes the resonance and the forced response of constant contact elements.
+    ///
+    /// The highest point of the forced response becomes the peak if there is no phase resonance, or if it is above the
+    /// peak next to the phase resonance. Harmonics are extended as by [`Vibration::resolve`]. At a given frequency
+    /// there is no peak, and no points are computed.
     ///
     /// # Errors
-    /// That of the resonance where the forced response has no point.
+    /// The error of the resonance if the forced response has no point.
     pub fn resolve_over_range(
         &self,
         elements: Vec<ContactElement>,
         tolerance: Option<f64>,
     ) -> Result<RangeResponse<'_>, DynamicsError> {
-        let mut known = self.resolve(elements.clone(), None, tolerance);
+        let mut current = self.resolve(elements.clone(), None, tolerance);
         if self.at_omega.is_some() {
             let points = None;
-            return known.map(|resolved| RangeResponse { resolved, points });
+            return current.map(|resolved| RangeResponse { resolved, points });
         }
         loop {
-            let harmonics = match &known {
+            let harmonics = match &current {
                 Ok(resolved) => resolved.balance.harmonics().clone(),
                 Err(_) => self.harmonics.clone(),
             };
             let balance = self.balance_of(elements.clone(), harmonics.clone())?;
-            let phase = known
+            let phase = current
                 .as_ref()
                 .ok()
-                .and_then(|of| of.resonance.phase.as_ref());
-            // As it is read back from a table of its frequency.
+                .and_then(|resolved| resolved.resonance.phase.as_ref());
+            // Rounded as it is read back from a table of frequencies.
             let phase = phase.map(|phase| Start {
                 omega: TAU * phase.frequency(),
                 ..phase.start()
@@ -161,19 +168,19 @@ impl Vibration {
                     points
                 }
                 Err(_) => {
-                    return known.map(|resolved| RangeResponse {
+                    return current.map(|resolved| RangeResponse {
                         resolved,
                         points: None,
                     });
                 }
             };
             let Some((highest, top)) = highest(&points) else {
-                return known.map(|resolved| RangeResponse {
+                return current.map(|resolved| RangeResponse {
                     resolved,
                     points: Some(points),
                 });
             };
-            let phase = match known {
+            let phase = match current {
                 Ok(resolved) => {
                     let peak = resolved.resonance.peak_amplitude;
                     if top.amplitude <= peak * (1.0 + FLAT) {
@@ -196,11 +203,11 @@ impl Vibration {
                     points: Some(points),
                 });
             }
-            known = Ok(resolved);
+            current = Ok(resolved);
         }
     }
 
-    /// The resonance whose peak is the highest point of a forced response, refined unless it is an end.
+    /// Creates the resonance whose peak is the highest point of a forced response. The peak is refined if possible.
     fn resonance_at(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -231,14 +238,18 @@ impl Vibration {
         Ok(resonance)
     }
 
-    /// The response over the range: at its `points`, on the branches on which a sweep upwards arrives ([`HarmonicBalance::sweep`]), or as continuation
-    /// places its points, overhanging parts of the branches included. Points are solved to 1e-7 of the displacements if not as exactly as the
-    /// balance says: they are looked at, and nothing goes on from them.
+    /// Computes the response over the range.
     ///
-    /// A response that Newton's method reaches neither from another point nor from the linear response is approached from more damping and preload.
+    /// With a number of `points`, the points lie on the branches of an upward sweep ([`HarmonicBalance::sweep`]).
+    /// Otherwise continuation places them, including overhanging parts of the branches. Points are solved to 1e-7 of
+    /// the displacements, or less exactly if the balance asks for less: they are only displayed, and no computation
+    /// continues from them.
+    ///
+    /// If Newton's method reaches a response neither from another point nor from the linear response, more damping and
+    /// preload lead to it.
     ///
     /// # Errors
-    /// Where no point at all was found, that of the first.
+    /// The error of the first point, if no point was found.
     pub fn forced_response(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -246,8 +257,8 @@ impl Vibration {
         self.forced_response_through(balance, None)
     }
 
-    /// As [`Self::forced_response`]; where responses are dear and continuation places the points, from a phase resonance to both ends of the
-    /// range, if it is known and leads there.
+    /// Computes the response as [`Self::forced_response`]. If responses are expensive and continuation places the
+    /// points, the branch starts from a phase resonance, if it is known and the branch reaches both ends of the range.
     ///
     /// # Errors
     /// As [`Self::forced_response`].
@@ -256,28 +267,28 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         resonance: Option<&Start>,
     ) -> Result<Vec<ForcedPoint>, DynamicsError> {
-        let enough = match balance.is_costly {
+        let tolerance = match balance.is_costly {
             true => DEAR_TOLERANCE,
             false => TOLERANCE,
         };
-        let mut roughly = HarmonicBalance {
+        let mut loose_balance = HarmonicBalance {
             effort: Effort::default(),
             ..balance.clone()
         };
-        roughly.settings.tolerance = balance.settings.tolerance.max(enough);
-        let found = match self.omegas() {
-            Some(omegas) => self.at_points(&roughly, &omegas),
-            None => self.of_branches(&roughly, resonance),
+        loose_balance.settings.tolerance = balance.settings.tolerance.max(tolerance);
+        let result = match self.omegas() {
+            Some(omegas) => self.on_given_points(&loose_balance, &omegas),
+            None => self.on_branches(&loose_balance, resonance),
         };
-        balance.effort.add(roughly.effort.spent());
-        let (points, failure) = found?;
+        balance.effort.add(loose_balance.effort.spent());
+        let (points, failure) = result?;
         match failure {
             Some(error) if points.iter().all(|point| point.response.is_none()) => Err(error),
             _ => Ok(points),
         }
     }
 
-    fn at_points(
+    fn on_given_points(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         omegas: &[f64],
@@ -298,7 +309,7 @@ impl Vibration {
         Ok((points, failure))
     }
 
-    fn of_branches(
+    fn on_branches(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         resonance: Option<&Start>,
@@ -308,17 +319,17 @@ impl Vibration {
         if balance.is_costly {
             settings.largest_step = DEAR_STEP;
         }
-        let easily = |omega| self.by_easing(balance, omega);
+        let fallback = |omega| self.by_easing(balance, omega);
         let (branches, failure) = match self.through_resonance(balance, settings, resonance) {
             Some(branch) => (vec![branch], None),
-            None => balance.parts(settings, &easily)?,
+            None => balance.parts(settings, &fallback)?,
         };
         let (from, to) = self.range;
         let range = from * (1.0 - ROUNDING)..=to * (1.0 + ROUNDING);
         let mut points = Vec::new();
         for (number, branch) in branches.iter().enumerate() {
             for (k, response) in branch.iter().enumerate() {
-                // A branch that returns ends beyond where it began.
+                // A branch that returns ends outside of the range.
                 if !range.contains(&response.omega) {
                     continue;
                 }
@@ -330,10 +341,10 @@ impl Vibration {
                 points.push(point);
             }
         }
-        if let (Some(error), [there, rest]) = (&failure, &branches[..]) {
-            // What the two parts leave out.
-            let end = there.last().map_or(from, |response| response.omega);
-            let start = rest.first().map_or(to, |response| response.omega);
+        if let (Some(error), [first_part, second_part]) = (&failure, &branches[..]) {
+            // The gap between the two parts.
+            let end = first_part.last().map_or(from, |response| response.omega);
+            let start = second_part.first().map_or(to, |response| response.omega);
             if start <= end {
                 return Ok((points, failure));
             }
@@ -346,7 +357,8 @@ impl Vibration {
         Ok((points, failure))
     }
 
-    /// The branch through the phase resonance at `start`, where responses are dear and it leads to both ends of the range.
+    /// Computes the branch through the phase resonance at `start`. Returns `None` if responses are cheap, or if the
+    /// branch does not reach both ends of the range.
     fn through_resonance(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -393,47 +405,50 @@ impl Vibration {
         })
     }
 
-    /// Finds the errors of points: what the response at its frequency changes by, doubled, with about twice the harmonics, and with twice the samples.
-    /// Points in which no element slips or opens are linear, and have none. The largest come first; what comes after about the cost of the points
-    /// themselves has none that is known.
+    /// Estimates the errors of points: the doubled change of the response with about twice the harmonics, and with
+    /// twice the samples.
+    ///
+    /// Points in which no element slips or opens are linear and have no error. The points with the largest amplitude
+    /// come first. The estimate stops at about the cost of the points themselves; the remaining points have no
+    /// estimate.
     pub fn estimate_errors(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         points: &mut [ForcedPoint],
     ) {
         let harmonics = balance.harmonics();
-        let more = self.finer(balance, harmonics.beyond(), 1);
-        let twice = self.finer(balance, harmonics.clone(), 2);
-        let (Ok(mut more), Ok(mut twice)) = (more, twice) else {
+        let more_harmonics = self.finer(balance, harmonics.beyond(), 1);
+        let more_samples = self.finer(balance, harmonics.clone(), 2);
+        let (Ok(mut more_harmonics), Ok(mut more_samples)) = (more_harmonics, more_samples) else {
             return;
         };
-        for finer in [&mut more, &mut twice] {
+        for finer in [&mut more_harmonics, &mut more_samples] {
             finer.settings.tolerance = finer.settings.tolerance.max(ERROR_TOLERANCE);
             finer.settings.most_iterations = ERROR_ITERATIONS;
             finer.effort.allow(error_effort(balance, finer));
         }
-        let found = points
+        let responses = points
             .iter_mut()
             .filter_map(|point| point.response.as_mut());
-        let mut found: Vec<&mut PointResponse> = found.collect();
-        found.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        for point in found {
+        let mut responses: Vec<&mut PointResponse> = responses.collect();
+        responses.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+        for point in responses {
             let coarse = &point.solution;
             if coarse.active_elements() == 0 {
                 (point.error, point.friction_error) = (Some(0.0), Some(0.0));
                 continue;
             }
-            // Friction cannot give energy: all of it is error.
+            // Friction cannot give energy, so all of this energy is error.
             let sampled = balance.work_error(coarse);
             if coarse.energy.friction < 0.0 {
                 point.friction_error = Some(sampled.max(UNKNOWN));
             }
-            if more.effort.is_spent() || twice.effort.is_spent() {
+            if more_harmonics.effort.is_spent() || more_samples.effort.is_spent() {
                 continue;
             }
             let [by_harmonics, by_samples] =
-                [&more, &twice].map(|finer| self.errors_by(balance, point, finer));
-            if more.effort.is_spent() || twice.effort.is_spent() {
+                [&more_harmonics, &more_samples].map(|finer| self.errors_by(balance, point, finer));
+            if more_harmonics.effort.is_spent() || more_samples.effort.is_spent() {
                 continue;
             }
             let is_still = balance.is_still(coarse, self.response_port);
@@ -447,8 +462,8 @@ impl Vibration {
         }
     }
 
-    /// What amplitude and energy of friction of a point differ by, relative to them, from those of another balance that is solved from it; none where
-    /// that has none near.
+    /// Returns the relative errors of amplitude and friction energy of a point, from the response of a `finer` balance
+    /// that starts at the point. Returns `None` if the finer balance has no response nearby.
     fn errors_by(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -461,14 +476,15 @@ impl Vibration {
         let fine = finer.solve_near(coarse.omega, &start).ok()?;
         let amplitude = finer.amplitude(&fine, self.response_port).ok()?.0;
         Some([
-            error(point.amplitude, amplitude),
-            error(coarse.energy.friction, fine.energy.friction),
+            relative_error(point.amplitude, amplitude),
+            relative_error(coarse.energy.friction, fine.energy.friction),
         ])
     }
 }
 
-/// Evaluations by which errors of points are found: they may cost as much as the points did, where an evaluation goes with the samples and the cube of
-/// the unknowns, or as much as [`ERROR_EVALUATIONS`] of few unknowns.
+/// Returns the budget of evaluations for the errors of points: the cost of the points, or the cost of
+/// [`ERROR_EVALUATIONS`] with few unknowns if larger. The cost of an evaluation is proportional to the samples and to
+/// the cube of the unknowns.
 fn error_effort(
     balance: &HarmonicBalance<ContactElement>,
     finer: &HarmonicBalance<ContactElement>,
@@ -481,30 +497,31 @@ fn error_effort(
     as_points.max(least) as u64
 }
 
-/// The point with the largest amplitude, and its place; none where none has a response.
+/// Returns the point with the largest amplitude and its place, or `None` if no point has a response.
 fn highest(points: &[ForcedPoint]) -> Option<(usize, &PointResponse)> {
-    let found = points.iter().enumerate();
-    let found = found.filter_map(|(place, point)| Some((place, point.response.as_ref()?)));
-    found.max_by(|(_, a), (_, b)| a.amplitude.total_cmp(&b.amplitude))
+    let responses = points.iter().enumerate();
+    let responses = responses.filter_map(|(place, point)| Some((place, point.response.as_ref()?)));
+    responses.max_by(|(_, a), (_, b)| a.amplitude.total_cmp(&b.amplitude))
 }
 
-/// Whether a point has no other one of its branch beside it on one side.
+/// Returns true if a point lacks a neighbour of its branch on at least one side.
 fn is_end(points: &[ForcedPoint], place: usize) -> bool {
-    let beside = [place.checked_sub(1), Some(place + 1)];
-    beside.into_iter().any(|k| {
+    let neighbours = [place.checked_sub(1), Some(place + 1)];
+    neighbours.into_iter().any(|k| {
         let other = k.and_then(|k| points.get(k));
         other.is_none_or(|other| other.branch != points[place].branch || other.response.is_none())
     })
 }
 
-/// Whether friction does work in a response, which it cannot.
+/// Returns true if friction gives energy in a response, which is not physical.
 pub(super) fn gives_energy(response: &Response) -> bool {
     let energy = response.energy;
     energy.friction < -GIVEN * (energy.input.abs() + energy.viscous + energy.hysteretic)
 }
 
-/// Error of a figure, relative to it, from that with more harmonics or samples: all of it where it is zero, or rounding, and that is not.
-fn error(figure: f64, finer: f64) -> f64 {
+/// Returns the relative error of a value from the value with more harmonics or samples; 1 if the relative error is not
+/// finite.
+fn relative_error(figure: f64, finer: f64) -> f64 {
     if figure == finer {
         return 0.0;
     }
@@ -515,7 +532,7 @@ fn error(figure: f64, finer: f64) -> f64 {
     }
 }
 
-/// Difference of the largest and the least value over a cycle.
+/// Returns the difference of the largest and the smallest value over a cycle.
 fn peak_to_peak(harmonics: &Harmonics, row: &[f64]) -> f64 {
     let values = (0..INSTANTS).map(|k| {
         let basis = harmonics.basis(TAU * k as f64 / INSTANTS as f64);

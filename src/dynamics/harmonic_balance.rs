@@ -1,9 +1,10 @@
 //! Multi-harmonic balance in contact displacements [A eq. 2.1–2.2], condensed about the stuck state.
 //!
-//! With springs of the reference stiffness closed at every element, the structure answers `u = H (f_ext − g(u))`, where g is what
-//! the contact forces are *beyond* their reference. Elements that follow their reference throughout the cycle have no g, so only
-//! the others, the *active* ones, have unknowns; the displacement of the rest follows, and is checked over the whole cycle at
-//! the same samples. The result is that of all elements active, to rounding.
+//! Every element is closed by springs of its reference stiffness. The structure then responds with `u = H (f_ext −
+//! g(u))`, where g is the contact force *beyond* the reference. An element that follows its reference throughout the
+//! cycle has g = 0. So only the other, *active* elements have unknowns. The displacements of the passive elements
+//! follow, and are checked over the whole cycle at the same samples. The result equals the result with all elements
+//! active, except for rounding.
 
 use std::sync::Arc;
 
@@ -26,12 +27,13 @@ use crate::journal::Journal;
 use crate::linalg::{RowMatrix as Matrix, add_scaled};
 use crate::threads::Threads;
 
-/// Least increment of the load on the way to a state that Newton's method does not reach at once.
+/// Smallest increment of the load when it is raised to a state that Newton's method does not reach directly, over the
+/// target load.
 const LEAST_INCREMENT: f64 = 1e-4;
-/// Share of the largest of several loads that their sum leaves by rounding.
+/// Ratio of a sum of loads to the largest load up to which the sum is rounding.
 const CANCELLED: f64 = 1e-14;
 
-/// A harmonic load at a port: `cosine · cos kωt + sine · sin kωt`, half-range; harmonic 0 is a constant force `cosine`.
+/// Harmonic load at a port: `cosine · cos kωt + sine · sin kωt`, half-range; harmonic 0 is a constant force `cosine`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// The port.
@@ -44,31 +46,32 @@ pub struct Load {
     pub sine: f64,
 }
 
-/// Accuracy and effort.
+/// Settings of accuracy and effort.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Samples per cycle. Their error falls with the square of the number where the load is steady; 64 are good for about 1e-3 of
-    /// the dissipation.
+    /// Samples per cycle. The error falls with the square of the number if the load is steady; 64 samples give about
+    /// 1e-3 of the dissipation.
     pub samples: usize,
-    /// Newton correction, relative to the contact displacements, at which a state has converged.
+    /// Newton correction at convergence, relative to the contact displacements.
     pub tolerance: f64,
-    /// Newton iterations before another way is tried.
+    /// Largest number of Newton iterations per attempt.
     pub most_iterations: usize,
-    /// Unknowns up to which a Newton step is solved by elimination; beyond, by GMRES if the model has few coordinates.
+    /// Number of unknowns up to which elimination solves a Newton step. Above it GMRES does, if the model has few
+    /// coordinates.
     pub dense_unknowns: usize,
-    /// Gives every element unknowns, whether it needs them or not: to check the condensation.
+    /// Makes every element active, to check the condensation.
     pub all_active: bool,
 }
 
-/// Loads on the same port in the same harmonic are one; what cancels is none.
+/// Adds up loads on the same port in the same harmonic. A sum that cancels becomes 0.
 fn summed(loads: &[Load]) -> Vec<Load> {
     let mut sums: Vec<(Load, f64)> = Vec::new();
     for load in loads {
         let size = load.cosine.hypot(load.sine);
-        let known = sums
+        let same_load = sums
             .iter_mut()
             .find(|(sum, _)| (sum.port, sum.harmonic) == (load.port, load.harmonic));
-        match known {
+        match same_load {
             Some((sum, largest)) => {
                 sum.cosine += load.cosine;
                 sum.sine += load.sine;
@@ -99,7 +102,7 @@ impl Default for Settings {
     }
 }
 
-/// A structure, its contact elements and its loads.
+/// Harmonic balance of a structure, its contact elements and its loads.
 #[derive(Clone)]
 pub struct HarmonicBalance<E> {
     pub(super) model: Arc<ClosedModel>,
@@ -110,26 +113,27 @@ pub struct HarmonicBalance<E> {
     /// Ports with loads, and their rows of coefficients.
     pub(super) load_ports: Vec<usize>,
     pub(super) load_rows: Vec<f64>,
-    /// What they have more of for each ω²; empty where no load grows.
+    /// Growth of the loads with ω², as rows of coefficients; empty without inertial loads.
     pub(super) inertial_rows: Vec<f64>,
     pub(super) settings: Settings,
-    /// Whether a Jacobian costs more than the further steps that an older one needs.
+    /// Whether a Jacobian costs more than the additional steps that an older Jacobian needs.
     pub(super) is_costly: bool,
-    /// What its evaluations count, and may.
+    /// Counter and limit of evaluations.
     pub(super) effort: Effort,
-    /// Where iterations and points are counted for who watches.
+    /// Gauge that counts iterations and points for progress reports.
     pub gauge: Gauge,
-    /// What an earlier start has solved, and a place for what this one solves.
+    /// Journal of solutions: reads solutions of an interrupted run and stores new ones.
     pub journal: Journal,
-    /// The threads that share its work.
+    /// Threads for the computation.
     pub threads: Threads,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Joins a structure, three contact degrees of freedom per element, and loads. Loads on one port in one harmonic add up; the first of harmonic 1 is the drive.
+    /// Combines a structure, three contact degrees of freedom per element, and loads. Loads on one port in one harmonic
+    /// add up. The first load of harmonic 1 is the drive.
     ///
     /// # Errors
-    /// [`DynamicsError`] if numbers do not fit together, are out of range, or a harmonic of a load is not in the set.
+    /// [`DynamicsError`] if numbers do not match or are out of range, or the set lacks the harmonic of a load.
     pub fn new(
         model: &dyn LinearModel,
         elements: Vec<E>,
@@ -152,7 +156,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Self::of_closed(Arc::new(closed), elements, harmonics, loads, settings)
     }
 
-    /// Joins a structure that is closed by the reference stiffness of its elements already.
+    /// Combines loads with a structure that the reference stiffness of its elements has already closed.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -222,11 +226,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
-    /// Adds loads that grow with the square of their frequency, as inertia seen from a ground that moves by a given displacement does.
-    /// The amplitudes of `loads` \[N s²\] are factors of (kω)², for harmonic k at the angular frequency ω of the fundamental.
+    /// Adds loads that grow with the square of their frequency, as the inertia force of a structure on a ground with
+    /// prescribed displacement.
+    ///
+    /// The amplitudes of `loads` \[N s²\] are factors of (kω)², for harmonic k at the angular frequency ω of the
+    /// fundamental.
     ///
     /// # Errors
-    /// [`DynamicsError`] for a port that does not exist, an amplitude that is not finite, or a harmonic that is not in the set.
+    /// [`DynamicsError`] for a port that does not exist, an amplitude that is not finite, or a harmonic that is not in
+    /// the set.
     pub fn with_inertial_loads(mut self, loads: &[Load]) -> Result<Self, DynamicsError> {
         let n = self.harmonics().coefficients();
         for load in loads {
@@ -270,44 +278,46 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// The loads at their ports at an angular frequency, scaled by `factor`: rows of coefficients \[N\].
+    /// Returns the loads at their ports at an angular frequency, scaled by `factor`: rows of coefficients \[N\].
     pub(super) fn loads_at(&self, omega: f64, factor: f64) -> Vec<f64> {
         let mut rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
         add_scaled(&mut rows, factor * omega * omega, &self.inertial_rows);
         rows
     }
 
-    /// Whether a load depends on frequency.
+    /// Returns true if a load depends on frequency.
     pub(super) fn has_inertial_loads(&self) -> bool {
         !self.inertial_rows.is_empty()
     }
 
-    /// The harmonics.
+    /// Returns the harmonics.
     pub fn harmonics(&self) -> &Harmonics {
         self.sampling.harmonics()
     }
 
-    /// The samples.
+    /// Returns the sampling of a cycle.
     pub fn sampling(&self) -> &Sampling {
         &self.sampling
     }
 
-    /// The elements.
+    /// Returns the elements.
     pub fn elements(&self) -> &[E] {
         &self.elements
     }
 
-    /// The steady response at the angular frequency `omega`, from `guess` if there is one.
+    /// Computes the steady response at the angular frequency `omega`, from `guess` if given.
     ///
-    /// Where Newton's method fails from the guess, it starts again from the linear response, then raises the load in steps.
+    /// If Newton's method fails from the guess, it restarts from the linear response. If that fails too, it raises the
+    /// load in steps.
     ///
     /// # Errors
-    /// [`DynamicsError`]; a response that did not converge is never returned.
+    /// [`DynamicsError`]. A response that did not converge is never returned.
     pub fn solve(&self, omega: f64, guess: Option<&Start>) -> Result<Response, DynamicsError> {
         self.solve_at(omega, 1.0, guess)
     }
 
-    /// The steady response at the angular frequency `omega` that Newton's method leads to from `guess`, and no other way.
+    /// Computes the steady response at the angular frequency `omega` by Newton's method from `guess`, without other
+    /// attempts.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -316,7 +326,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.newton(start, 1.0, &Condition::Frequency)
     }
 
-    /// As [`Self::solve`] with all loads scaled by `factor`.
+    /// Computes the steady response as [`Self::solve`], with all loads scaled by `factor`.
     ///
     /// # Errors
     /// As [`Self::solve`].
@@ -376,20 +386,21 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Makes a load on `port` the drive, if there is one of harmonic 1: a phase resonance is that of what does work on the response.
+    /// Makes a load of harmonic 1 on `port` the drive, if there is one. The phase resonance then refers to a load that
+    /// works on the response.
     pub(super) fn driven_at(mut self, port: usize) -> Self {
         self.loads.sort_by_key(|load| load.port != port);
         self
     }
 
-    /// The drive: the first load of harmonic 1, loads on the same port summed.
+    /// Returns the drive: the first load of harmonic 1, after loads on the same port are summed.
     pub fn drive(&self) -> Option<&Load> {
         self.loads
             .iter()
             .find(|load| load.harmonic == 1 && load.cosine.hypot(load.sine) > 0.0)
     }
 
-    /// The state of a response as a start at another frequency and load.
+    /// Creates the state of a response as a start at another frequency and load.
     pub(super) fn start_from(
         &self,
         guess: &Start,
@@ -414,7 +425,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(self.state(omega, contact))
     }
 
-    /// The linear response of the reference state as a start.
+    /// Creates the linear response of the reference state as a start.
     pub(super) fn linear_start(&self, omega: f64, factor: f64) -> Result<State, DynamicsError> {
         let cores = self.cores(omega)?;
         let rows = self.loads_at(omega, factor);
@@ -441,58 +452,61 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 }
 
-// Responses at given frequencies, one after the other, each from those before.
+// Responses at given frequencies, each predicted from the previous ones.
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Responses at each of `omegas`, each from those before, or the error of a point that has none.
+    /// Computes the response at each of `omegas` from the previous responses, or returns the error of a point without
+    /// response.
     ///
-    /// Where there are several, it is that of the branch on which a sweep in the order of `omegas` arrives: where the branch turns
-    /// back before the next frequency, it is followed over its turning points to there, so that the sweep jumps where a slow
-    /// experiment does. Only what no branch leads to is looked for from the other end of the sweep and from the linear response.
+    /// If several responses exist, the sweep in the order of `omegas` stays on its branch. If the branch turns back
+    /// before the next frequency, the sweep follows it over its turning points to that frequency; so the sweep jumps as
+    /// in a slow experiment. If no branch leads to a frequency, the search starts from the linear response, and then
+    /// from the other end of the sweep.
     pub fn sweep(&self, omegas: &[f64]) -> Vec<Result<Response, DynamicsError>> {
-        let mut found: Vec<Response> = Vec::with_capacity(omegas.len());
+        let mut responses: Vec<Response> = Vec::with_capacity(omegas.len());
         let mut points = Vec::with_capacity(omegas.len());
         for &omega in omegas {
-            let response = match self.next_of_sweep(omega, &found) {
+            let response = match self.next_of_sweep(omega, &responses) {
                 Some(response) => Ok(response),
                 None => {
-                    let guess = found.last().map(Response::start);
+                    let guess = responses.last().map(Response::start);
                     self.solve(omega, guess.as_ref())
                         .or_else(|error| self.backwards_to(omega, omegas).ok_or(error))
                 }
             };
             if let Ok(response) = &response {
                 self.gauge.add_point(response.omega);
-                found.push(response.clone());
+                responses.push(response.clone());
             }
             points.push(response);
         }
         points
     }
 
-    /// The response at `omega` that is connected with those before.
+    /// Computes the response at `omega` that is connected with the previous responses.
     fn next_of_sweep(&self, omega: f64, responses: &[Response]) -> Option<Response> {
         let last = responses.last()?;
         let before = responses.iter().rev().nth(1);
-        let at = |start: &Start| {
+        let solve_from = |start: &Start| {
             let start = self.start_from(start, omega, 1.0).ok()?;
             self.newton(start, 1.0, &Condition::Frequency).ok()
         };
         let first = responses.len().saturating_sub(REMEMBERED);
-        let known: Vec<Start> = responses[first..].iter().map(Response::start).collect();
-        let omegas: Vec<f64> = known.iter().map(|start| start.omega).collect();
-        let ahead = extrapolated_start(&known, &omegas, omega).and_then(|start| at(&start));
-        if ahead.is_some() {
-            return ahead;
+        let starts: Vec<Start> = responses[first..].iter().map(Response::start).collect();
+        let omegas: Vec<f64> = starts.iter().map(|start| start.omega).collect();
+        let extrapolated =
+            extrapolated_start(&starts, &omegas, omega).and_then(|start| solve_from(&start));
+        if extrapolated.is_some() {
+            return extrapolated;
         }
-        if let Some(response) = at(&last.start()) {
+        if let Some(response) = solve_from(&last.start()) {
             return Some(response);
         }
         let first = responses.first()?;
         self.follow(before, last, first.omega, omega)
     }
 
-    /// The response at `omega` on the branch through `last`, unless that leads back beyond `from`.
+    /// Computes the response at `omega` on the branch through `last`, unless the branch returns beyond `from`.
     fn follow(
         &self,
         before: Option<&Response>,
@@ -506,7 +520,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Continuation::reach(self, settings, before, last, width).ok()
     }
 
-    /// The response at `omega` on the branch from the other end of a sweep.
+    /// Computes the response at `omega` on the branch from the other end of the sweep.
     fn backwards_to(&self, omega: f64, omegas: &[f64]) -> Option<Response> {
         let end = *omegas.last()?;
         let last = self.solve(end, None).ok()?;
@@ -514,15 +528,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 }
 
-// Figures of a response of contact elements.
+// Results derived from a response of contact elements.
 
 impl HarmonicBalance<ContactElement> {
-    /// [`element_cycles`] of a response of this balance.
+    /// Computes the [`element_cycles`] of a response of this balance.
     pub fn element_cycles(&self, response: &Response, sampling: &Sampling) -> Vec<ElementCycle> {
         element_cycles(self.elements(), &response.displacement, sampling)
     }
 
-    /// How the joint moves, slips and is loaded, in few numbers.
+    /// Summarises motion, slip and load of the joint.
     pub fn joint_summary(&self, response: &Response) -> JointSummary {
         let width = 3 * self.harmonics().coefficients();
         let samples = self.sampling().samples();
@@ -576,7 +590,8 @@ impl HarmonicBalance<ContactElement> {
         summary
     }
 
-    /// Contact forces of all elements at the displacements of a response, `contact_dofs × coefficients` \[N\].
+    /// Computes the contact forces of all elements at the displacements of a response, `contact_dofs × coefficients`
+    /// \[N\].
     pub(super) fn forces(&self, displacement: &[f64]) -> Vec<f64> {
         let width = 3 * self.harmonics().coefficients();
         let mut force = vec![0.0; self.elements().len() * width];
@@ -589,13 +604,14 @@ impl HarmonicBalance<ContactElement> {
         force
     }
 
-    /// Energy that the sliders of each element dissipate in a cycle \[J\].
+    /// Computes the energy that the sliders of each element dissipate per cycle \[J\].
     pub(super) fn dissipated_energies(&self, response: &Response) -> Vec<f64> {
         let cycles = self.element_cycles(response, self.sampling());
         cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
     }
 
-    /// What samples make of the work of the contact forces beyond what the sliders dissipate, relative to it: of a contact without friction all of it.
+    /// Returns the difference of the work of the contact forces from the dissipation of the sliders, over that work.
+    /// Sampling causes the difference. For a contact without friction, all of the work is error.
     pub(super) fn work_error(&self, response: &Response) -> f64 {
         let work = response.energy.friction;
         let dissipated: f64 = self.dissipated_energies(response).iter().sum();
@@ -608,8 +624,8 @@ impl HarmonicBalance<ContactElement> {
         }
     }
 
-    /// Peak kinetic energy of the first harmonic, ½ ω² q̂ᴴ M q̂, in the coordinates of the structure with the mass matrix `mass`. What
-    /// moves by the static residual of modes left out has no mass.
+    /// Computes the peak kinetic energy of the first harmonic, ½ ω² q̂ᴴ M q̂, in the coordinates of the structure with
+    /// the mass matrix `mass`. The static residual of the omitted modes has no mass.
     pub(super) fn kinetic_energy(
         &self,
         mass: &Matrix,

@@ -2,25 +2,26 @@
 
 use super::DynamicsError;
 
-/// Order up to which [`Harmonics::beyond`] doubles: what is left out above is small, and unknowns are many.
+/// Order up to which [`Harmonics::beyond`] doubles the highest order. Above it little is missing, and unknowns are
+/// many.
 const MOST_BEYOND: u32 = 63;
 
-/// A set of harmonics that contains 0, sorted.
+/// Sorted set of harmonics that contains 0.
 ///
-/// A periodic quantity is `a₀ + Σ (a_k cos kωt + b_k sin kωt)` with half-range amplitudes (a_k is half the range of its term,
-/// not the coefficient of an exponential). Its *coefficients* are the row `[a₀, a_k₁, b_k₁, a_k₂, b_k₂, …]`. Several quantities
-/// are stored row after row: coefficient c of quantity d is at `d * coefficients() + c`. The complex amplitude of harmonic k is
-/// a_k − i b_k, the factor of e^{ikωt} of which the real part is meant.
+/// A periodic quantity is `a₀ + Σ (a_k cos kωt + b_k sin kωt)` with half-range amplitudes: a_k is half the range of its
+/// term, not the coefficient of an exponential. Its *coefficients* are the row `[a₀, a_k₁, b_k₁, a_k₂, b_k₂, …]`.
+/// Several quantities are stored row after row: coefficient c of quantity d is at `d * coefficients() + c`. The complex
+/// amplitude of harmonic k is a_k − i b_k; the real part of its product with e^{ikωt} is the term.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Harmonics {
     orders: Vec<u32>,
 }
 
 impl Harmonics {
-    /// The given orders, in any order.
+    /// Creates the set of the given orders, in any order.
     ///
     /// # Errors
-    /// [`DynamicsError::Harmonics`] without 0 or with an order twice.
+    /// [`DynamicsError::Harmonics`] if 0 is missing or an order occurs twice.
     pub fn new(orders: &[u32]) -> Result<Harmonics, DynamicsError> {
         let mut sorted = orders.to_vec();
         sorted.sort_unstable();
@@ -32,39 +33,41 @@ impl Harmonics {
         Ok(Harmonics { orders: sorted })
     }
 
-    /// All harmonics from 0 to `highest`.
+    /// Creates the set of all harmonics from 0 to `highest`.
     pub fn up_to(highest: u32) -> Harmonics {
         Harmonics {
             orders: (0..=highest).collect(),
         }
     }
 
-    /// The orders, 0 first.
+    /// Returns the orders, 0 first.
     pub fn orders(&self) -> &[u32] {
         &self.orders
     }
 
-    /// The highest order.
+    /// Returns the highest order.
     pub fn highest(&self) -> u32 {
         self.orders.last().copied().unwrap_or(0)
     }
 
-    /// Real coefficients per quantity: one for the mean, two for every other harmonic.
+    /// Returns the number of real coefficients per quantity: one for the mean, two for every other harmonic.
     pub fn coefficients(&self) -> usize {
         2 * self.orders.len() - 1
     }
 
-    /// Place of the cosine coefficient of the `index`-th harmonic; its sine coefficient follows, unless `index` is 0.
+    /// Returns the place of the cosine coefficient of the `index`-th harmonic. Its sine coefficient follows, unless
+    /// `index` is 0.
     pub fn slot(&self, index: usize) -> usize {
         (2 * index).saturating_sub(1)
     }
 
-    /// Place of the cosine coefficient of harmonic `order`, if it is in the set.
+    /// Returns the place of the cosine coefficient of harmonic `order`, if it is in the set.
     pub fn slot_of(&self, order: u32) -> Option<usize> {
         self.orders.binary_search(&order).ok().map(|i| self.slot(i))
     }
 
-    /// Place of the cosine coefficient of harmonic `order`, which `by` needs.
+    /// Returns the place of the cosine coefficient of harmonic `order`, or an error that names `by` as the computation
+    /// that needs it.
     pub(crate) fn require(&self, order: u32, by: &'static str) -> Result<usize, DynamicsError> {
         self.slot_of(order)
             .ok_or_else(|| DynamicsError::HarmonicMissing {
@@ -74,7 +77,8 @@ impl Harmonics {
             })
     }
 
-    /// These and all up to one more than twice the highest; where they are few of high order, or very many, only the next ones.
+    /// Returns this set extended by all orders up to one more than twice the highest. A set of few high orders, or of
+    /// very many orders, is extended by the next orders only.
     pub fn beyond(&self) -> Harmonics {
         let count = self.orders.len() as u32;
         let top = (2 * self.highest() + 1)
@@ -86,7 +90,8 @@ impl Harmonics {
         Harmonics { orders }
     }
 
-    /// Rows of coefficients in those of `other`: 0 where this set lacks an order, and without those that the other lacks.
+    /// Converts rows of coefficients to the harmonics of `other`. Orders that this set lacks become 0; orders that
+    /// `other` lacks are dropped.
     pub fn transfer(&self, rows: &[f64], other: &Harmonics) -> Vec<f64> {
         let (from, to) = (self.coefficients(), other.coefficients());
         let mut out = vec![0.0; rows.len() / from * to];
@@ -102,12 +107,13 @@ impl Harmonics {
         out
     }
 
-    /// Factor by which a coefficient is more than the mean of a signal times its basis function.
+    /// Returns the ratio of a coefficient to the mean of the signal times its basis function.
     pub(super) fn weight(coefficient: usize) -> f64 {
         if coefficient == 0 { 1.0 } else { 2.0 }
     }
 
-    /// Values of the basis functions at the phase `theta` = ωt: `[1, cos k₁θ, sin k₁θ, …]`, length [`Self::coefficients`].
+    /// Returns the basis functions at the phase `theta` = ωt: `[1, cos k₁θ, sin k₁θ, …]`, of length
+    /// [`Self::coefficients`].
     pub fn basis(&self, theta: f64) -> Vec<f64> {
         let mut row = vec![1.0];
         for &order in &self.orders[1..] {
@@ -117,9 +123,10 @@ impl Harmonics {
         row
     }
 
-    /// Work ∮ f du over one period of the fundamental, π Σ k (a_f b_u − b_f a_u): that of `force` on `displacement` \[J\].
+    /// Computes the work ∮ f du of `force` on `displacement` over one period of the fundamental, π Σ k (a_f b_u − b_f
+    /// a_u) \[J\].
     ///
-    /// Both are rows of the same length, one row per degree of freedom.
+    /// Both arguments are rows of the same length, one row per degree of freedom.
     pub fn work(&self, force: &[f64], displacement: &[f64]) -> f64 {
         let n = self.coefficients();
         let mut sum = 0.0;

@@ -1,35 +1,40 @@
-//! GMRES, and what one solution by it tells the next.
+//! GMRES that reuses directions of earlier solutions.
 
 use std::collections::VecDeque;
 
 use super::DynamicsError;
 use crate::linalg::{Matrix, Scalar, add_scaled, single, vectorised};
 
-/// Basis vectors before giving up; the preconditioned operator needs one to four dozen.
+/// Largest number of basis vectors; the preconditioned operator needs one to four dozen.
 pub(super) const MOST_ITERATIONS: usize = 150;
 
-/// Iterations from which a solution is learned from: fewer cost less than learning.
+/// Smallest number of iterations of a solution whose directions are stored: shorter solutions cost less than the
+/// storage.
 const WORTH_LEARNING: usize = 16;
-/// Most directions that are kept, and the share that is left of each of them in its image, at most.
+/// Largest number of stored directions.
 const MOST_LEARNED: usize = 48;
+/// Singular value below which a direction is stored.
 const SHRUNK: f64 = 0.5;
 
-/// A direction u and its image B u of length 1, in single precision: half as much to read, and exact enough for a preconditioner.
+/// Direction u and its image B u of length 1. Single precision halves the memory traffic and is exact enough for a
+/// preconditioner.
 pub(super) struct Pair {
     direction: Vec<f32>,
     image: Vec<f32>,
 }
 
-/// What GMRES learned of a preconditioned operator B: the directions that it shrinks most, which iterations are spent on. For an
-/// operator near B they are solved for at once. It is a preconditioner, so that no solution is less exact for it.
+/// Directions that a preconditioned operator B shrinks most, which cost GMRES the most iterations.
+///
+/// For an operator near B these directions are solved directly. They act as a preconditioner, so solutions do not lose
+/// accuracy.
 #[derive(Default)]
 pub(super) struct Learned {
-    /// The newest first.
+    /// Newest pair first.
     pairs: VecDeque<Pair>,
 }
 
 impl Learned {
-    /// What B makes `right` of as far as that is known, and the rest of `right` as it is.
+    /// Returns B⁻¹ `right` within the stored directions, plus the rest of `right` unchanged.
     pub(super) fn apply(&self, right: &[f64]) -> Vec<f64> {
         vectorised(
             #[inline(always)]
@@ -50,7 +55,7 @@ impl Learned {
         sums.map(|(out, rest)| f64::from(out + rest)).collect()
     }
 
-    /// Adds what a solution preconditioned with this learned, and forgets the oldest.
+    /// Adds the directions of a new solution, and removes the oldest.
     pub(super) fn add(&mut self, pairs: Vec<Pair>) {
         for pair in pairs {
             self.pairs.push_front(pair);
@@ -59,24 +64,25 @@ impl Learned {
     }
 }
 
-/// A solution by GMRES.
+/// Solution by GMRES.
 pub(super) struct Solution {
     pub(super) x: Vec<f64>,
     pub(super) iterations: usize,
-    /// What it took many for.
+    /// The directions that took many iterations.
     pub(super) learned: Vec<Pair>,
 }
 
-/// Part of a vector that is left beside the basis, below which rounding of the projections is taken away too: above it the basis is
-/// orthogonal to some 1e-13, and less does for GMRES with projections one after the other (Paige, Rozložník and Strakoš 2006).
+/// Norm of a projected vector over its norm before, below which a second projection removes rounding errors. Above it
+/// the basis is orthogonal to about 1e-13. GMRES with sequential projections needs less (Paige, Rozložník and Strakoš
+/// 2006).
 const CANCELLED: f64 = 1e-3;
 
-/// The Arnoldi relation `operator(Z) = V H`, H by its factors: rotations Q and the triangle R.
+/// Arnoldi relation `operator(Z) = V H`, with H stored as rotations Q and the triangle R.
 #[derive(Default)]
 struct Arnoldi {
     /// V, orthonormal.
     basis: Vec<Vec<f64>>,
-    /// Z, `precondition` of all but the last of V.
+    /// Z, the preconditioned vectors of V without the last.
     moved: Vec<Vec<f64>>,
     /// Columns of R.
     columns: Vec<Vec<f64>>,
@@ -84,7 +90,8 @@ struct Arnoldi {
 }
 
 impl Arnoldi {
-    /// Takes from `next` its parts along the basis, one after the other, and adds these to `column`; the norm of what is left.
+    /// Subtracts from `next` its projections on the basis, one after the other, and adds them to `column`. Returns the
+    /// norm of the rest.
     fn project(&self, next: &mut [f64], column: &mut [f64]) -> f64 {
         vectorised(
             #[inline(always)]
@@ -99,7 +106,7 @@ impl Arnoldi {
         )
     }
 
-    /// The solution for the rotated right-hand side `target`.
+    /// Returns the solution for the rotated right-hand side `target`.
     fn solution(&self, target: &[f64]) -> Vec<f64> {
         let mut weights = target[..self.columns.len()].to_vec();
         for i in (0..weights.len()).rev() {
@@ -111,8 +118,8 @@ impl Arnoldi {
         combined(&self.moved, &weights)
     }
 
-    /// The directions of the smallest singular values of R.
-    fn learned(&self) -> Vec<Pair> {
+    /// Returns the directions of the smallest singular values of R.
+    fn slow_directions(&self) -> Vec<Pair> {
         let k = self.columns.len();
         let entry = |i: usize, j: usize| if i <= j { self.columns[j][i] } else { 0.0 };
         let triangle = Matrix::from_fn(k, k, entry);
@@ -122,7 +129,7 @@ impl Arnoldi {
         };
         let images = triangle.times(&directions);
         let rotated = self.rotated();
-        let shrunk = squares
+        let small_squares = squares
             .iter()
             .take_while(|square| **square < SHRUNK.powi(2));
         let pair = |(j, square): (usize, &f64)| {
@@ -134,10 +141,14 @@ impl Arnoldi {
                 image: single(&combined(&rotated, &image)),
             }
         };
-        shrunk.take(MOST_LEARNED).enumerate().map(pair).collect()
+        small_squares
+            .take(MOST_LEARNED)
+            .enumerate()
+            .map(pair)
+            .collect()
     }
 
-    /// V Q, so that `operator(Z)` is that times R.
+    /// Returns V Q, so that `operator(Z) = V Q R`.
     fn rotated(&self) -> Vec<Vec<f64>> {
         let mut last = self.basis[0].clone();
         let pairs = self.rotations.iter().zip(&self.basis[1..]);
@@ -160,7 +171,7 @@ fn combined(vectors: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
     sum
 }
 
-/// Solves `operator(precondition(y)) = right` by GMRES from zero for `x = precondition(y)`.
+/// Solves `operator(precondition(y)) = right` by GMRES from zero, and returns `x = precondition(y)`.
 ///
 /// # Errors
 /// [`DynamicsError::Krylov`].
@@ -178,56 +189,56 @@ pub(super) fn solve(
             learned: Vec::new(),
         });
     }
-    let mut space = Arnoldi::default();
-    space.basis.push(right.iter().map(|v| v / norm).collect());
+    let mut arnoldi = Arnoldi::default();
+    arnoldi.basis.push(right.iter().map(|v| v / norm).collect());
     let mut target = vec![norm];
     for k in 0..MOST_ITERATIONS {
-        let moved = precondition(&space.basis[k]);
-        let mut next = operator(&moved);
-        space.moved.push(moved);
+        let preconditioned = precondition(&arnoldi.basis[k]);
+        let mut next = operator(&preconditioned);
+        arnoldi.moved.push(preconditioned);
         let mut column = vec![0.0; k + 2];
-        let whole = self::norm(&next);
-        let mut size = space.project(&mut next, &mut column);
-        if size < CANCELLED * whole {
-            size = space.project(&mut next, &mut column);
+        let norm_before = self::norm(&next);
+        let mut size = arnoldi.project(&mut next, &mut column);
+        if size < CANCELLED * norm_before {
+            size = arnoldi.project(&mut next, &mut column);
         }
         column[k + 1] = size;
-        for (i, &(c, s)) in space.rotations.iter().enumerate() {
+        for (i, &(c, s)) in arnoldi.rotations.iter().enumerate() {
             let (a, b) = (column[i], column[i + 1]);
             column[i] = c * a + s * b;
             column[i + 1] = c * b - s * a;
         }
         let radius = column[k].hypot(column[k + 1]);
         let (c, s) = (column[k] / radius, column[k + 1] / radius);
-        space.rotations.push((c, s));
+        arnoldi.rotations.push((c, s));
         column[k] = radius;
         target.push(-s * target[k]);
         target[k] *= c;
-        space.columns.push(column);
-        let left = target[k + 1].abs() / norm;
-        let is_whole = size == 0.0;
-        if !is_whole {
-            space.basis.push(next.iter().map(|v| v / size).collect());
+        arnoldi.columns.push(column);
+        let relative_residual = target[k + 1].abs() / norm;
+        let is_exact = size == 0.0;
+        if !is_exact {
+            arnoldi.basis.push(next.iter().map(|v| v / size).collect());
         }
-        if left <= tolerance || is_whole {
+        if relative_residual <= tolerance || is_exact {
             let iterations = k + 1;
-            let is_worth = iterations >= WORTH_LEARNING && !is_whole;
+            let is_worth_learning = iterations >= WORTH_LEARNING && !is_exact;
             return Ok(Solution {
-                x: space.solution(&target),
+                x: arnoldi.solution(&target),
                 iterations,
-                learned: if is_worth {
-                    space.learned()
+                learned: if is_worth_learning {
+                    arnoldi.slow_directions()
                 } else {
                     Vec::new()
                 },
             });
         }
-        if !left.is_finite() {
+        if !relative_residual.is_finite() {
             break;
         }
     }
     Err(DynamicsError::Krylov {
-        iterations: space.columns.len(),
+        iterations: arnoldi.columns.len(),
         residual: target.last().map_or(f64::NAN, |t| t.abs() / norm),
         tolerance,
     })
@@ -238,10 +249,10 @@ pub(super) fn norm(vector: &[f64]) -> f64 {
     dot(vector, vector).sqrt()
 }
 
-/// Strands of a sum: so many that additions do not wait for each other.
+/// Number of partial sums, so that additions do not wait for each other.
 const STRANDS: usize = 16;
 
-/// Sums in strands, always the same ones.
+/// Computes a scalar product in partial sums of fixed order, so the result is reproducible.
 #[inline(always)]
 pub(super) fn dot<T: Scalar>(a: &[T], b: &[T]) -> T {
     let mut strands = [T::default(); STRANDS];

@@ -1,35 +1,40 @@
-//! The straight line that the elements of a joint all but follow in a cycle, and how far they leave it.
+//! Straight line that approximates the motion of a joint over a cycle, and the deviation from it.
 
 use super::Sampling;
 
-/// The line between the two samples of a cycle that are farthest apart, in the displacements of all elements along x and y: distances are root
-/// mean squares over the area of the elements. A joint that only turns about its normal moves along such a line, although its mean displacement
-/// stands still.
+/// Line between the two samples of a cycle that are farthest apart, in the x and y displacements of all elements.
+///
+/// Distances are root mean squares over the area of the elements. A joint that only turns about its normal also moves
+/// along such a line, although its mean displacement is constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    /// Samples of both ends.
+    /// Samples at both ends.
     pub ends: [usize; 2],
-    /// Half of the way between the ends \[m\].
+    /// Half of the distance between the ends \[m\].
     pub reach: f64,
-    /// What each element is displaced by at the first end from the middle of the line, along x and y, over the reach; 0 if nothing moves.
+    /// Displacement of each element from the middle of the line to its first end, along x and y, over the reach; 0
+    /// without motion.
     pub direction: Vec<[f64; 2]>,
-    /// How far the motion leaves the line, or goes back on its way from one end to the other, in parts of the reach; 0 if nothing moves.
+    /// Largest distance of the motion from the line, or largest reversal on the way between the ends, over the reach; 0
+    /// without motion.
     pub departure: f64,
 }
 
 impl Line {
-    /// Of elements with these shares of the area and this `displacement`: three rows of coefficients an element, of which those along x
-    /// and y are read, and nothing after those of the elements \[m\].
+    /// Computes the line of elements with these shares of the area.
+    ///
+    /// `displacement` has three rows of coefficients per element; rows after those of the elements are ignored \[m\].
     pub fn of(share: &[f64], displacement: &[f64], sampling: &Sampling) -> Self {
         let count = sampling.harmonics().coefficients();
         let samples = sampling.samples();
-        // The motion lies in the space of its coefficients: products of displacements are those of the basis in the metric of all elements.
+        // Scalar products of displacements follow from the basis functions: all elements together define a metric for
+        // the coefficients.
         let mut metric = vec![0.0; count * count];
         for (share, rows) in share.iter().zip(displacement.chunks(3 * count)) {
             for row in rows[..2 * count].chunks(count) {
-                for (a, of_row) in row.iter().zip(metric.chunks_mut(count)) {
+                for (a, metric_row) in row.iter().zip(metric.chunks_mut(count)) {
                     let scaled = share * a;
-                    of_row
+                    metric_row
                         .iter_mut()
                         .zip(row)
                         .for_each(|(sum, b)| *sum += scaled * b);
@@ -45,16 +50,16 @@ impl Line {
         let image = |v: &[f64]| -> Vec<f64> { metric.chunks(count).map(|m| dot(m, v)).collect() };
         let images: Vec<Vec<f64>> = basis.iter().map(|v| image(v)).collect();
         let square: Vec<f64> = (0..samples).map(|k| dot(&basis[k], &images[k])).collect();
-        let (mut most, mut ends) = (0.0, [0, 0]);
+        let (mut largest, mut ends) = (0.0, [0, 0]);
         for a in 0..samples {
             for b in a + 1..samples {
-                let apart = square[a] + square[b] - 2.0 * dot(&basis[a], &images[b]);
-                if apart > most {
-                    (most, ends) = (apart, [a, b]);
+                let square_distance = square[a] + square[b] - 2.0 * dot(&basis[a], &images[b]);
+                if square_distance > largest {
+                    (largest, ends) = (square_distance, [a, b]);
                 }
             }
         }
-        let reach = 0.5 * most.sqrt();
+        let reach = 0.5 * largest.sqrt();
         if reach == 0.0 {
             return Line {
                 ends,
@@ -68,15 +73,15 @@ impl Line {
             pairs.map(|(a, b)| 0.5 * (a + sign * b)).collect()
         };
         let (middle, end) = (halves(1.0), halves(-1.0));
-        let across_image = image(&end);
+        let end_image = image(&end);
         let mut along = Vec::with_capacity(samples);
         let mut departure = 0.0_f64;
         for v in &basis {
-            let from: Vec<f64> = v.iter().zip(&middle).map(|(v, m)| v - m).collect();
-            let a = dot(&from, &across_image) / (reach * reach);
-            let beside: Vec<f64> = from.iter().zip(&end).map(|(f, e)| f - a * e).collect();
-            let across = dot(&beside, &image(&beside)).max(0.0).sqrt() / reach;
-            departure = departure.max(across);
+            let offset: Vec<f64> = v.iter().zip(&middle).map(|(v, m)| v - m).collect();
+            let a = dot(&offset, &end_image) / (reach * reach);
+            let transverse: Vec<f64> = offset.iter().zip(&end).map(|(f, e)| f - a * e).collect();
+            let deviation = dot(&transverse, &image(&transverse)).max(0.0).sqrt() / reach;
+            departure = departure.max(deviation);
             along.push(a);
         }
         for ([from, to], sign) in [(ends, -1.0), ([ends[1], ends[0]], 1.0)] {

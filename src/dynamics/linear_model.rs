@@ -1,7 +1,7 @@
-//! The linear structure as the contact sees it: displacements of *ports* due to forces at ports.
+//! Linear structure as seen by the contact: displacements of *ports* due to forces at ports.
 //!
-//! Ports are numbered: first the contact degrees of freedom (x, y, n of every element), then whatever else is driven or looked
-//! at. A port may stand for a combination of nodes (a point between nodes, a resultant).
+//! The first ports are the contact degrees of freedom (x, y, n of every element). The other ports are driven or
+//! observed. A port may be a combination of nodes (a point between nodes, a resultant).
 
 use std::f64::consts::TAU;
 
@@ -14,38 +14,40 @@ use crate::linalg::{RowMatrix as Matrix, add_scaled, generalised_eigen};
 
 /// Share of the largest eigenvalue below which a coordinate is a rigid body motion; modes of one structure span 1e8.
 const RIGID: f64 = 1e-11;
-/// Dynamic stiffness, relative to its parts, below which an undamped resonance is hit exactly.
+/// Dynamic stiffness over its parts below which the frequency is exactly an undamped resonance.
 const RESONANT: f64 = 1e-13;
 
-/// A linear structure with contact ports.
+/// Linear structure with contact ports.
 pub trait LinearModel {
-    /// Contact degrees of freedom, three per element; they are the first ports.
+    /// Returns the number of contact degrees of freedom, three per element; they are the first ports.
     fn contact_dofs(&self) -> usize;
 
-    /// All ports.
+    /// Returns the number of all ports.
     fn ports(&self) -> usize;
 
-    /// The structure with a linear spring of `springs[i]` \[N/m\] in every contact degree of freedom.
+    /// Closes the contact by a linear spring of `springs[i]` \[N/m\] in every contact degree of freedom.
     ///
     /// # Errors
-    /// [`DynamicsError`] if the numbers do not fit together or a matrix is singular.
+    /// [`DynamicsError`] if the numbers do not match or a matrix is singular.
     fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError>;
 }
 
 /// Rayleigh damping C = αM + βK: a mode of angular frequency ω has the damping ratio ζ = α/(2ω) + βω/2.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Rayleigh {
-    /// α \[1/s\], zero or more. It brakes rigid body motions too.
+    /// α \[1/s\], zero or more. It also damps rigid body motions.
     pub mass: f64,
     /// β \[s\], zero or more.
     pub stiffness: f64,
 }
 
-/// A second-order system `M q̈ + C q̇ + K q = Bᵀ f`, ports `u = B q + R f`. Of each harmonic h ≥ 1, q̂ = c − i s, the force i H q̂ is added: H s in the
-/// cosine row and −H c in the sine row, whatever the frequency.
+/// Second-order system `M q̈ + C q̇ + K q = Bᵀ f` with ports `u = B q + R f`.
 ///
-/// Physical coordinates with the identity for B, or modes (M = 1, K = diag ω²) with mode shapes at the ports for B and the static
-/// residual of the modes left out for R. Matrices are symmetric.
+/// Each harmonic q̂ = c − i s of order 1 or more also has the hysteretic force i H q̂: H s in the cosine row and −H c
+/// in the sine row, at any frequency.
+///
+/// The coordinates are physical, with the identity for B, or modal (M = 1, K = diag ω²), with mode shapes at the ports
+/// for B and the static residual of the omitted modes for R. Matrices are symmetric.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SecondOrder {
     /// M, `n × n`, positive definite \[kg\].
@@ -60,19 +62,19 @@ pub struct SecondOrder {
     pub basis: Matrix,
     /// R, `ports × ports` \[m/N\].
     pub residual: Option<Matrix>,
-    /// How many of the ports are contact degrees of freedom.
+    /// Number of ports that are contact degrees of freedom.
     pub contact_dofs: usize,
-    /// How many of the coordinates, the last ones, answer nearly statically to the harmonics of a response, as
-    /// [`pseudo_modes`](super::pseudo_modes) do. It is for the solver, and changes no result but by rounding.
+    /// Number of the last coordinates that respond nearly statically to the harmonics of a response, as
+    /// [`pseudo_modes`](super::pseudo_modes) do. The solver uses it; results change only by rounding.
     pub static_coordinates: usize,
 }
 
 impl SecondOrder {
-    /// From modes: angular frequencies \[rad/s\] (0 for rigid body motions), mass-normalised shapes at the ports
-    /// (`ports × modes`, \[kg^-1/2\]) and the residual of the modes left out. Undamped.
+    /// Creates an undamped system from modes: angular frequencies \[rad/s\] (0 for rigid body motions), mass-normalised
+    /// shapes at the ports (`ports × modes`, \[kg^-1/2\]) and the residual of the omitted modes.
     ///
     /// # Errors
-    /// [`DynamicsError::Length`] if there are not as many shapes as frequencies.
+    /// [`DynamicsError::Length`] if the numbers of shapes and frequencies differ.
     pub fn from_modes(
         frequencies: &[f64],
         shapes: Matrix,
@@ -95,8 +97,8 @@ impl SecondOrder {
         Ok(model)
     }
 
-    /// The system with the direction of some ports reversed: for a structure whose normal displacement is positive where the
-    /// bodies part.
+    /// Reverses the direction of some ports, for a structure whose normal displacement is positive when the bodies
+    /// part.
     pub fn with_reversed_ports(mut self, ports: &[usize]) -> SecondOrder {
         for &port in ports {
             self.basis.row_mut(port).iter_mut().for_each(|b| *b = -*b);
@@ -110,8 +112,8 @@ impl SecondOrder {
         self
     }
 
-    /// Asks that no pseudo-mode, whose frequency is an upper bound of that of a mode left out, lies up to an angular frequency \[rad/s\], which
-    /// `key` gives.
+    /// Requires that no pseudo-mode lies at or below an angular frequency \[rad/s\], which `key` gives. The frequency
+    /// of a pseudo-mode is an upper bound for the frequency of an omitted mode.
     ///
     /// # Errors
     /// [`DynamicsError::CutOff`].
@@ -195,7 +197,8 @@ impl SecondOrder {
         Ok(())
     }
 
-    /// B̃ = (1 + R K_s)⁻¹ B, R̃ = (1 + R K_s)⁻¹ R, K̃ = K + B_cᵀ K_s B̃_c: springs K_s behind the residual.
+    /// Computes B̃ = (1 + R K_s)⁻¹ B, R̃ = (1 + R K_s)⁻¹ R, K̃ = K + B_cᵀ K_s B̃_c, with the springs K_s in series with
+    /// the residual.
     fn closed_parts(
         &self,
         springs: &[f64],
@@ -221,25 +224,25 @@ impl SecondOrder {
                 (basis, Some(closed))
             }
         };
-        let mut sprung = Matrix::zeros(springs.len(), basis.columns());
-        let mut open = Matrix::zeros(springs.len(), basis.columns());
+        let mut spring_rows = Matrix::zeros(springs.len(), basis.columns());
+        let mut open_rows = Matrix::zeros(springs.len(), basis.columns());
         for (i, &spring) in springs.iter().enumerate() {
-            open.row_mut(i).copy_from_slice(self.basis.row(i));
-            add_scaled(sprung.row_mut(i), spring, basis.row(i));
+            open_rows.row_mut(i).copy_from_slice(self.basis.row(i));
+            add_scaled(spring_rows.row_mut(i), spring, basis.row(i));
         }
         let mut stiffness = self.stiffness.clone();
-        stiffness.add_transposed_product(&open, &sprung);
+        stiffness.add_transposed_product(&open_rows, &spring_rows);
         symmetrise(&mut stiffness);
         Ok((basis, residual, stiffness))
     }
 
-    /// Coordinates that are not static.
+    /// Returns the number of coordinates that are not static.
     fn leading(&self) -> usize {
         self.mass.rows() - self.static_coordinates
     }
 
-    /// Rows and columns of a matrix that belong to the static coordinates.
-    fn of_static(&self, stiffness: &Matrix) -> Matrix {
+    /// Returns rows and columns of a matrix that belong to the static coordinates.
+    fn static_block(&self, stiffness: &Matrix) -> Matrix {
         let first = self.leading();
         let mut out = Matrix::zeros(self.static_coordinates, self.static_coordinates);
         for i in 0..self.static_coordinates {
@@ -249,34 +252,35 @@ impl SecondOrder {
         out
     }
 
-    /// T of q = T r, in whose coordinates the stiffness does not couple the static ones with the others: they follow these statically,
-    /// and r is what they do beyond.
-    fn following(&self, stiffness: &Matrix) -> Result<Matrix, DynamicsError> {
+    /// Returns the matrix T of q = T r that decouples the static coordinates from the others in the stiffness. In r,
+    /// the static coordinates are the motion beyond their static response to the others.
+    fn static_transform(&self, stiffness: &Matrix) -> Result<Matrix, DynamicsError> {
         let (n, first) = (self.mass.rows(), self.leading());
-        let mut follow = Matrix::identity(n);
+        let mut transform = Matrix::identity(n);
         if self.static_coordinates > 0 {
             let mut coupling = Matrix::zeros(self.static_coordinates, first);
             for i in 0..self.static_coordinates {
                 let row = &stiffness.row(first + i)[..first];
                 coupling.row_mut(i).copy_from_slice(row);
             }
-            self.of_static(stiffness)
+            self.static_block(stiffness)
                 .factorize()
                 .map_err(DynamicsError::of_matrix("stiffness of static coordinates"))?
                 .solve_columns(&mut coupling);
             for i in 0..self.static_coordinates {
                 add_scaled(
-                    &mut follow.row_mut(first + i)[..first],
+                    &mut transform.row_mut(first + i)[..first],
                     -1.0,
                     coupling.row(i),
                 );
             }
         }
-        Ok(follow)
+        Ok(transform)
     }
 
-    /// What an element gives by itself \[m/N\], as in [`ClosedModel::local`]; none without a residual.
-    fn local(
+    /// Computes the own flexibility of each element \[m/N\], as in [`ClosedModel::local`], or `None` without a
+    /// residual.
+    fn local_flexibility(
         &self,
         basis: &Matrix,
         residual: Option<&Matrix>,
@@ -288,7 +292,7 @@ impl SecondOrder {
         let inverse = match self.static_coordinates {
             0 => Matrix::zeros(0, 0),
             _ => self
-                .of_static(stiffness)
+                .static_block(stiffness)
                 .factorize()
                 .map_err(DynamicsError::of_matrix("stiffness of static coordinates"))?
                 .inverse(),
@@ -296,17 +300,18 @@ impl SecondOrder {
         let first = self.leading();
         let mut local = Matrix::zeros(self.contact_dofs, 3);
         for dof in 0..self.contact_dofs {
-            let moved = inverse.apply(&basis.row(dof)[first..]);
+            let flexibility_row = inverse.apply(&basis.row(dof)[first..]);
             for (d, value) in local.row_mut(dof).iter_mut().enumerate() {
                 let other = dof - dof % 3 + d;
-                let along = moved.iter().zip(&basis.row(other)[first..]);
+                let along = flexibility_row.iter().zip(&basis.row(other)[first..]);
                 *value = residual.at(dof, other) + along.map(|(a, b)| a * b).sum::<f64>();
             }
         }
         Ok(Some(local))
     }
 
-    /// Natural frequencies \[rad/s\], ascending, and mass-normalised modes (column r) with the contact closed by `springs`.
+    /// Computes natural frequencies \[rad/s\], ascending, and mass-normalised modes (column r) with the contact closed
+    /// by `springs`.
     ///
     /// # Errors
     /// As [`LinearModel::close`].
@@ -317,8 +322,8 @@ impl SecondOrder {
         Ok((squares.iter().map(|s| s.max(0.0).sqrt()).collect(), modes))
     }
 
-    /// The system with a damping matrix that gives every mode of the structure closed by `springs` the damping ratio `ratio`:
-    /// C = M Φ diag(2ζω_r) Φᵀ M. Zero springs are the basis `free`.
+    /// Sets the damping matrix that gives every mode of the structure closed by `springs` the damping ratio `ratio`: C
+    /// = M Φ diag(2ζω_r) Φᵀ M. Zero springs are the basis `free`.
     ///
     /// # Errors
     /// As [`LinearModel::close`].
@@ -343,20 +348,22 @@ impl SecondOrder {
         Ok(self)
     }
 
-    /// Adds hysteretic damping ηK, with K the stiffness without contact springs. The residual has none.
+    /// Adds hysteretic damping ηK, with K the stiffness without contact springs. The residual is not damped.
     pub fn with_loss_factor(mut self, factor: f64) -> SecondOrder {
-        let own = self.hysteretic.values_mut().iter_mut();
-        for (hysteretic, stiffness) in own.zip(self.stiffness.values()) {
+        let hysteretic_values = self.hysteretic.values_mut().iter_mut();
+        for (hysteretic, stiffness) in hysteretic_values.zip(self.stiffness.values()) {
             *hysteretic += factor * stiffness;
         }
         self
     }
 
-    /// Adds Rayleigh damping αM + βK, with K the stiffness of the structure closed by `springs` \[N/m\], one per contact degree of
-    /// freedom: its modes keep their shapes and each gets α/(2ω) + βω/2 more of a damping ratio. The residual has none.
+    /// Adds Rayleigh damping αM + βK, with K the stiffness of the structure closed by `springs` \[N/m\], one per
+    /// contact degree of freedom. The modes keep their shapes, and the damping ratio of each increases by α/(2ω) +
+    /// βω/2. The residual is not damped.
     ///
     /// # Errors
-    /// [`DynamicsError::OutOfRange`] for a coefficient that is negative or not finite, otherwise as [`LinearModel::close`].
+    /// [`DynamicsError::OutOfRange`] for a coefficient that is negative or not finite, otherwise as
+    /// [`LinearModel::close`].
     pub fn with_rayleigh_damping(
         mut self,
         rayleigh: Rayleigh,
@@ -392,7 +399,7 @@ impl SecondOrder {
     }
 }
 
-/// Makes a matrix that is symmetric but for rounding symmetric.
+/// Removes the asymmetry by rounding from a matrix.
 pub(super) fn symmetrise(matrix: &mut Matrix) {
     for i in 0..matrix.rows() {
         for j in 0..i {
@@ -414,10 +421,10 @@ impl LinearModel for SecondOrder {
 
     fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
         let (basis, residual, stiffness) = self.closed_parts(springs)?;
-        let follow = self.following(&stiffness)?;
-        let turned = |matrix: &Matrix| follow.transposed().times(&matrix.times(&follow));
-        let (mass, stiffness) = (turned(&self.mass), turned(&stiffness));
-        let (damping, hysteretic) = (turned(&self.damping), turned(&self.hysteretic));
+        let follow = self.static_transform(&stiffness)?;
+        let transformed = |matrix: &Matrix| follow.transposed().times(&matrix.times(&follow));
+        let (mass, stiffness) = (transformed(&self.mass), transformed(&stiffness));
+        let (damping, hysteretic) = (transformed(&self.damping), transformed(&self.hysteretic));
         let basis = basis.times(&follow);
         let (squares, modes) = generalised_eigen(&stiffness, &mass)
             .map_err(DynamicsError::of_matrix("mass and stiffness"))?;
@@ -455,7 +462,7 @@ impl LinearModel for SecondOrder {
         });
         Ok(ClosedModel {
             leading: self.leading(),
-            local: self.local(&basis, residual.as_ref(), &stiffness)?,
+            local: self.local_flexibility(&basis, residual.as_ref(), &stiffness)?,
             basis: Some(basis),
             residual,
             core: Box::new(SecondOrderCore {
@@ -524,7 +531,7 @@ impl Core for SecondOrderCore {
     }
 
     fn loss(&self, omega: f64, displacement: &[Complex64], _force: &[Complex64]) -> DampingLoss {
-        let of = |matrix: &Matrix| -> f64 {
+        let work = |matrix: &Matrix| -> f64 {
             let rows = displacement.iter().enumerate();
             let row = |(i, a): (usize, &Complex64)| -> f64 {
                 let terms = matrix.row(i).iter().zip(displacement);
@@ -533,8 +540,8 @@ impl Core for SecondOrderCore {
             std::f64::consts::PI * rows.map(row).sum::<f64>()
         };
         DampingLoss {
-            viscous: omega * of(&self.damping),
-            hysteretic: of(&self.hysteretic),
+            viscous: omega * work(&self.damping),
+            hysteretic: work(&self.hysteretic),
         }
     }
 }

@@ -1,7 +1,8 @@
-//! The resonance of a joint whose contact elements are linear springs. It bounds the resonance of the joint with friction, and is exact at small loads.
+//! Resonance of a joint whose contact elements are linear springs. It bounds the resonance of the joint with friction,
+//! and is exact at small loads.
 //!
-//! Every natural frequency of a structure rises with its springs (Courant and Fischer). So mode r of a joint that slips lies between mode r without
-//! tangential springs and mode r with tied bodies, as long as no element opens or closes.
+//! Every natural frequency of a structure rises with its springs (Courant and Fischer). So mode r of a joint that slips
+//! lies between mode r without tangential springs and mode r with tied bodies, as long as no element opens or closes.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +12,7 @@ use super::slider::Slider;
 use super::{ContactElement, DynamicsError, SecondOrder, Vibration, reference_springs};
 use crate::linalg::RowMatrix;
 
-/// Stiffness of a tied joint over that of its contact elements.
+/// Stiffness of a tied joint over the stiffness of its contact elements.
 const TIED_STIFFNESS_RATIO: f64 = 1e4;
 /// The bodies are tied if ten times stiffer springs raise the frequency by no more than this factor.
 const TIED_FREQUENCY_RATIO: f64 = 1.05;
@@ -25,9 +26,10 @@ const STICKING_MARGIN_OF_BANKS: f64 = 0.5;
 const NEGLECTED_LOAD_SHARE: f64 = 1e-3;
 /// Largest ratio of frequency between a mode and its phase resonance.
 const PHASE_RESONANCE_RATIO: f64 = 1.05;
-/// Lowest searched frequency over that of the highest mode.
+/// Lowest searched frequency over the frequency of the highest mode.
 const LOWEST_FREQUENCY_RATIO: f64 = 1e-4;
-/// Largest frequency of a rigid mode over that of the highest mode. Rounding leaves as much.
+/// Largest frequency of a rigid mode over the frequency of the highest mode: a rigid mode has this frequency by
+/// rounding.
 const RIGID_FREQUENCY_RATIO: f64 = 1e-6;
 /// Bisections of a limit.
 const BISECTIONS: usize = 40;
@@ -36,7 +38,7 @@ const BISECTIONS: usize = 40;
 type Factors = [f64; 2];
 const STUCK: Factors = [1.0, 1.0];
 
-/// A mode of the linear structure, and its response at resonance to the loads of the scene.
+/// Mode of the linear structure, with its response at resonance to the loads of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearResonance {
     /// Number of the mode, from 1, by ascending frequency.
@@ -45,7 +47,7 @@ pub struct LinearResonance {
     pub frequency: f64,
     /// Modal damping ratio of all linear damping.
     pub damping_ratio: f64,
-    /// Response to the loads at that frequency. Without damping there is none.
+    /// Response to the loads at that frequency. `None` without damping.
     pub response: Option<LinearResponse>,
 }
 
@@ -58,21 +60,23 @@ pub struct LinearResponse {
     pub force: f64,
     /// Moment of that force about the normal through the origin of the joint \[N m\].
     pub moment: f64,
-    /// Largest share of its load at rest that an element loses.
+    /// Largest share of its load at rest that any element loses.
     pub load_lost: f64,
 }
 
 /// Limits of the linear response of a stuck joint, as multiples of the loads of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearLimits {
-    /// Up to this load no element slips as a whole and none opens. With one slider per element the linear response is then exact. In a bank, some sliders slip
-    /// under any load. The limit of banks is a share of the linear one, over the elements that carry 99.9 % of the load.
+    /// Up to this load no element slips as a whole and none opens. With one slider per element the linear response is
+    /// then exact. In a bank, some sliders slip under any load. The limit for banks is a share of the linear limit,
+    /// over the elements that carry 99.9 % of the load.
     pub sticks: f64,
     /// From this load on an element slips as a whole in the linear response. Infinite if no element slips.
     pub may_slip: f64,
     /// From this load on an element opens in the linear response. Infinite if no element opens.
     pub may_open: f64,
-    /// From this load on the tangential force of the joint exceeds its friction limit. Infinite without tangential force.
+    /// From this load on the tangential force of the joint exceeds its friction limit. Infinite without tangential
+    /// force.
     pub joint_may_slip: f64,
 }
 
@@ -83,11 +87,12 @@ pub struct LinearResonances {
     pub stuck: LinearResonance,
     /// Frequencies of all phase resonances in the range, with these springs \[Hz\].
     pub in_range: Vec<f64>,
-    /// With normal springs alone. None without contact elements.
+    /// With normal springs only. `None` without contact elements.
     pub free: Option<LinearResonance>,
-    /// With tied bodies. None without contact elements, and none if the joint connects the structure to the ground: then no frequency is the highest.
+    /// With tied bodies. `None` without contact elements, or if the joint connects the structure to the ground: its
+    /// frequency then has no upper bound.
     pub tied: Option<LinearResonance>,
-    /// Limits of the stuck response. None without contact elements or damping.
+    /// Limits of the stuck response. `None` without contact elements or damping.
     pub limits: Option<LinearLimits>,
 }
 
@@ -95,11 +100,12 @@ pub struct LinearResonances {
 type Coefficients = Vec<f64>;
 
 impl Vibration {
-    /// Linear resonances of the mode that the drive excites most in the range, with contact elements at these `centres` \[m\]. If no phase resonance lies
-    /// in the range, returns the frequencies of those outside \[Hz\].
+    /// Computes the linear resonances of the mode that the drive excites most in the range, with contact elements at
+    /// these `centres` \[m\]. If the range has no phase resonance, returns the frequencies of the phase resonances
+    /// outside \[Hz\].
     ///
     /// # Errors
-    /// Those of [`SecondOrder::modes`] and of a linear solve.
+    /// As [`SecondOrder::modes`] and a linear solve.
     pub fn linear_resonances(
         &self,
         elements: &[ContactElement],
@@ -113,8 +119,8 @@ impl Vibration {
         let distance = |mode: usize| (frequencies[mode] / omega - 1.0).abs();
         let nearest = (0..frequencies.len()).min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
         let mode = nearest.unwrap_or(0);
-        let of = |factors| self.linear_resonance(elements, centres, factors, mode);
-        let (stuck, displacement) = of(STUCK)?;
+        let resonance_with = |factors| self.linear_resonance(elements, centres, factors, mode);
+        let (stuck, displacement) = resonance_with(STUCK)?;
         let has_contact = elements.iter().any(|element| !element.sliders.is_empty());
         let mut found = LinearResonances {
             stuck,
@@ -126,25 +132,29 @@ impl Vibration {
         if !has_contact {
             return Ok(Ok(found));
         }
-        found.free = Some(of([0.0, 1.0])?.0);
-        let tied = of([TIED_STIFFNESS_RATIO; 2])?.0;
-        let below = of([0.1 * TIED_STIFFNESS_RATIO; 2])?.0;
+        found.free = Some(resonance_with([0.0, 1.0])?.0);
+        let tied = resonance_with([TIED_STIFFNESS_RATIO; 2])?.0;
+        let softer = resonance_with([0.1 * TIED_STIFFNESS_RATIO; 2])?.0;
         found.tied =
-            Some(tied).filter(|tied| tied.frequency <= TIED_FREQUENCY_RATIO * below.frequency);
+            Some(tied).filter(|tied| tied.frequency <= TIED_FREQUENCY_RATIO * softer.frequency);
         if let (Some(displacement), Some(response)) = (displacement, stuck.response) {
             found.limits = Some(self.linear_limits(elements, &displacement, response.force)?);
         }
         Ok(Ok(found))
     }
 
-    /// Phase resonances of the stuck joint: the one of the response \[rad/s\], and all in the range \[Hz\]. A given frequency takes the nearest of all
-    /// resonances. If none lies in the range, those outside \[Hz\].
+    /// Returns the phase resonance of the response \[rad/s\] and all phase resonances in the range \[Hz\], with a stuck
+    /// joint. At a given frequency, the nearest of all resonances is chosen. If the range has none, returns those
+    /// outside \[Hz\].
     fn stuck_resonance(
         &self,
         elements: &[ContactElement],
         frequencies: &[f64],
     ) -> Result<(Option<f64>, Vec<f64>), DynamicsError> {
-        let linear = elements.iter().map(|own| springs_of(own, STUCK)).collect();
+        let linear = elements
+            .iter()
+            .map(|element| springs_of(element, STUCK))
+            .collect();
         let balance = self.balance_of(linear, self.harmonics.clone())?;
         let highest = frequencies.last().copied().unwrap_or(0.0);
         let everywhere = (LOWEST_FREQUENCY_RATIO * highest, highest);
@@ -169,7 +179,7 @@ impl Vibration {
         }
     }
 
-    /// The resonance with scaled contact springs, and the displacement of the contact elements.
+    /// Computes the resonance with scaled contact springs, and the displacement of the contact elements.
     fn linear_resonance(
         &self,
         elements: &[ContactElement],
@@ -179,7 +189,7 @@ impl Vibration {
     ) -> Result<(LinearResonance, Option<Coefficients>), DynamicsError> {
         let linear: Vec<ContactElement> = elements
             .iter()
-            .map(|own| springs_of(own, factors))
+            .map(|element| springs_of(element, factors))
             .collect();
         let springs = reference_springs(&linear);
         let (frequencies, modes) = self.model.modes(&springs)?;
@@ -201,23 +211,23 @@ impl Vibration {
             natural / PHASE_RESONANCE_RATIO,
             natural * PHASE_RESONANCE_RATIO,
         );
-        let found = balance.linear_phase_resonances(near)?;
-        let strongest = found
+        let resonances = balance.linear_phase_resonances(near)?;
+        let strongest = resonances
             .into_iter()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let own = strongest.map_or(natural, |(omega, _)| omega);
-        let mut found = LinearResonance {
+        let phase_resonance = strongest.map_or(natural, |(omega, _)| omega);
+        let mut resonance = LinearResonance {
             mode: mode + 1,
-            frequency: own / TAU,
+            frequency: phase_resonance / TAU,
             damping_ratio,
             response: None,
         };
         let omega = match self.at_omega {
             Some(omega) if factors == STUCK => omega,
-            _ => own,
+            _ => phase_resonance,
         };
         if !(omega > 0.0 && damping_ratio > 0.0) {
-            return Ok((found, None));
+            return Ok((resonance, None));
         }
         let response = balance.solve(omega, None)?;
         let sampling = balance.sampling();
@@ -242,7 +252,7 @@ impl Vibration {
             }
         }
         let along = |d: usize| half_range(force.iter().map(|f| f[d]));
-        found.response = Some(LinearResponse {
+        resonance.response = Some(LinearResponse {
             displacement: balance.amplitude(&response, self.response_port)?.0,
             force: along(0).hypot(along(1)),
             moment: half_range(moment),
@@ -250,10 +260,11 @@ impl Vibration {
         });
         let mut displacement = response.displacement;
         displacement.truncate(width * elements.len());
-        Ok((found, Some(displacement)))
+        Ok((resonance, Some(displacement)))
     }
 
-    /// Limits of the stuck response, with its tangential `force` \[N\]. Loads of harmonic 0 keep their size; all others are multiplied.
+    /// Computes the limits of the stuck response, with its tangential `force` \[N\]. Loads of harmonic 0 keep their
+    /// size; all others are multiplied.
     fn linear_limits(
         &self,
         elements: &[ContactElement],
@@ -270,14 +281,14 @@ impl Vibration {
             may_open: f64::INFINITY,
             joint_may_slip: f64::INFINITY,
         };
-        let held = elements
+        let friction_limits = elements
             .iter()
             .map(|e| e.friction_coefficient * e.normal_load());
         if force > 0.0 {
-            limits.joint_may_slip = held.sum::<f64>() / force;
+            limits.joint_may_slip = friction_limits.sum::<f64>() / force;
         }
         let is_bank = elements.iter().any(|element| element.sliders.len() > 1);
-        let aside = least_loaded(elements);
+        let neglected_load = least_loaded(elements);
         for (element, rows) in elements.iter().zip(displacement.chunks(3 * n)) {
             let motion = |factor: f64| {
                 let scaled = rows.iter().enumerate();
@@ -290,7 +301,7 @@ impl Vibration {
             let lower = |limit: &mut f64, holds: &dyn Fn(&[[f64; 3]]) -> bool| {
                 *limit = limit.min(largest(*limit, |factor| holds(&motion(factor))));
             };
-            if is_bank && element.normal_load() <= aside {
+            if is_bank && element.normal_load() <= neglected_load {
                 continue;
             }
             if !is_bank {
@@ -317,7 +328,7 @@ impl Vibration {
     }
 }
 
-/// Linear springs in place of a contact element.
+/// Replaces a contact element by linear springs.
 fn springs_of(element: &ContactElement, [along, normal]: Factors) -> ContactElement {
     let [kt, _, kn] = element.reference_stiffness();
     ContactElement {
@@ -333,7 +344,7 @@ fn springs_of(element: &ContactElement, [along, normal]: Factors) -> ContactElem
     }
 }
 
-/// One slider in place of a bank. It slips when all sliders of the bank do.
+/// Replaces a bank by one slider, which slips when all sliders of the bank do.
 fn one_slider(element: &ContactElement) -> ContactElement {
     let [kt, _, kn] = element.reference_stiffness();
     ContactElement {
@@ -348,15 +359,16 @@ fn one_slider(element: &ContactElement) -> ContactElement {
     }
 }
 
-/// Largest load of the elements that carry no more than [`NEGLECTED_LOAD_SHARE`] of the joint's load together \[N\].
+/// Returns the largest load of the elements that together carry no more than [`NEGLECTED_LOAD_SHARE`] of the joint's
+/// load \[N\].
 fn least_loaded(elements: &[ContactElement]) -> f64 {
     let mut loads: Vec<f64> = elements.iter().map(ContactElement::normal_load).collect();
     loads.sort_by(f64::total_cmp);
     let all: f64 = loads.iter().sum();
-    let (mut together, mut largest) = (0.0, 0.0);
+    let (mut load_sum, mut largest) = (0.0, 0.0);
     for load in loads {
-        together += load;
-        if together > NEGLECTED_LOAD_SHARE * all {
+        load_sum += load;
+        if load_sum > NEGLECTED_LOAD_SHARE * all {
             break;
         }
         largest = load;
@@ -364,7 +376,8 @@ fn least_loaded(elements: &[ContactElement]) -> f64 {
     largest
 }
 
-/// Largest factor up to `most` at which a condition holds. The condition holds below some factor and fails above.
+/// Returns the largest factor up to `most` at which a condition holds. The condition holds below some factor and fails
+/// above.
 fn largest(most: f64, holds: impl Fn(f64) -> bool) -> f64 {
     if !holds(0.0) {
         return 0.0;
@@ -390,7 +403,7 @@ fn largest(most: f64, holds: impl Fn(f64) -> bool) -> f64 {
     low
 }
 
-/// φᵀCφ/(2ω) + φᵀHφ/(2ω²) of a mode of unit modal mass.
+/// Returns the damping ratio φᵀCφ/(2ω) + φᵀHφ/(2ω²) of a mode of unit modal mass.
 fn damping_ratio(model: &SecondOrder, shape: &[f64], omega: f64) -> f64 {
     let work = |matrix: &RowMatrix| {
         let moved = matrix.apply(shape);

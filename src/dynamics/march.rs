@@ -1,40 +1,44 @@
-//! The march of a slider from the preload to its steady cycle, and the derivative of that cycle.
+//! March of a slider from the preload to its steady cycle, and the derivative of that cycle.
 //!
-//! Where the march closes slowly, the steady cycle is the fixed point of the force over one cycle, found by Newton's method; it is
-//! that of the march as long as the slider slips in it.
+//! If the march converges slowly, Newton's method computes the steady cycle as the fixed point of the force over one
+//! cycle. It is the steady cycle of the march as long as the slider slips in it.
 
 use super::aft::{Closure, ForceDerivatives, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
 use crate::linalg::{add_scaled, vectorised};
 
-/// Cycles marched one after the other, at most. The memory of most motions is gone after one; a slider that slips by much less than it
-/// stretches forgets a force across its motion over hundreds, and from here on its steady cycle is looked for.
+/// Largest number of plain cycles: cycles marched one after the other. Most motions lose their memory after one cycle.
+/// A slider that slips by much less than it stretches keeps a force across its motion for hundreds of cycles, so
+/// Newton's method takes over.
 const PLAIN_CYCLES: usize = 4;
-/// Change of the force over the second cycle, relative to its largest value, from which the steady cycle is looked for at once: what a
-/// cycle leaves of it is about its square, and its cube, so that no plain cycle would be steady.
+/// Change of the force over the second cycle, relative to its largest value, above which Newton's method starts at
+/// once. The next cycles would leave about the square and the cube of this change, so no plain cycle would be steady.
 const SLOW: f64 = 1e-4;
-/// Cycles at most until the steady one is found.
+/// Largest number of cycles in the search for the steady one.
 const MOST_CYCLES: usize = 2000;
-/// A guess of the steady force is taken if it changes over a cycle by less than this share of the change before.
+/// Largest ratio of the change over a cycle after a guess of the steady force to the change before, for which the guess
+/// is accepted.
 const BETTER: f64 = 0.8;
-/// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding over its samples.
+/// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding over its
+/// samples.
 const STEADY: f64 = 1e-12;
 
-/// Step to the steady force, relative to the largest, after which it may be without slip: it is where the march comes to rest.
+/// Step to the steady force, relative to the largest force, up to which the steady cycle may be without slip: the march
+/// comes to rest there.
 const THERE: f64 = 1e-9;
 
-/// Difference of two forces, relative to the largest, up to which they are one: rounding of a step.
+/// Difference of two forces, relative to the largest force, up to which they are equal: rounding of a step.
 const SAME: f64 = 1e-14;
 
-/// Determinant of 1 − A below which a cycle forgets nothing; that of a force which decays over 1e5 cycles is larger.
+/// Determinant of 1 − A below which a cycle keeps its memory; a force that decays over 1e5 cycles has a larger one.
 const FORGETS: f64 = 1e-6;
-/// Determinant of 1 − A below which no step to the steady force is tried: a little above rounding.
+/// Determinant of 1 − A below which no step to the steady force is tried; it is slightly above rounding.
 const HARDLY: f64 = 1e-11;
 
-/// The memory of a slider that sticks.
+/// Memory of a slider that sticks.
 const UNCHANGED: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
 
-/// A slider over the samples of a cycle.
+/// Slider with the samples of a cycle.
 pub(super) struct March<'a> {
     pub(super) slider: &'a Slider,
     pub(super) friction: f64,
@@ -42,13 +46,13 @@ pub(super) struct March<'a> {
     pub(super) displacement: &'a [[f64; 3]],
 }
 
-/// A steady cycle of the slider.
+/// Steady cycle of the slider.
 struct Steady {
     /// Force at its beginning.
     start: [f64; 2],
-    /// Cycles marched one after the other before it, or to it if it is one of them.
+    /// Number of plain cycles before the steady cycle, or up to it if it is a plain cycle.
     plain: usize,
-    /// Whether it is the last of those.
+    /// Whether it is the last plain cycle.
     is_plain: bool,
     /// Whether it neither slips nor opens.
     stuck: bool,
@@ -69,17 +73,17 @@ struct Lap {
 /// Derivatives of both forces after a step with respect to its first `K` inputs.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Slope<const K: usize = INPUTS> {
-    /// None: there is no force.
+    /// The slider is open: all derivatives are zero.
     Open,
-    /// The force before, and k_t times the displacement.
+    /// The slider sticks: the derivative is 1 for the force before, and k_t for the displacement.
     Stick,
-    /// All there are.
+    /// General case.
     Other([[f64; K]; 2]),
 }
 
 impl March<'_> {
-    /// From the preload to the steady cycle: the forces of its samples in `scratch`; their derivatives are added to those of others in the
-    /// form of [`Self::propagate`].
+    /// Computes the steady cycle from the preload, with the forces of its samples in `scratch`. Adds their derivatives
+    /// in the form of [`Self::propagate`].
     pub(super) fn run(
         &self,
         derivative: Option<&mut ForceDerivatives<'_>>,
@@ -96,7 +100,7 @@ impl March<'_> {
         Closure { ..steady.closure }
     }
 
-    /// The steady cycle of the displacements that end in `last`.
+    /// Computes the steady cycle of the displacements that end in `last`.
     fn steady(&self, last: [f64; 3], force: &mut [[f64; 2]]) -> Steady {
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
         let (mut before, mut cycle) = (None, 0);
@@ -106,8 +110,8 @@ impl March<'_> {
                 Some(before) => self.lap_after(before, from, force),
                 None => self.lap(start, from, force),
             };
-            // Without slip the next cycle is this one. The first begins at the preload rather than where a cycle ends, even if it ends
-            // without force as it began.
+            // Without slip the next cycle equals this one. The change of the first cycle does not count: it begins at
+            // the preload, not at the end of a cycle, even if both forces are zero.
             let closure = lap.closure(cycle, start);
             if lap.stuck || cycle > 1 && closure.change <= STEADY {
                 return Steady {
@@ -126,7 +130,7 @@ impl March<'_> {
         }
     }
 
-    /// The steady cycle near the force `start` at its beginning, `plain` cycles after the preload.
+    /// Computes the steady cycle near the force `start` at its beginning, `plain` cycles after the preload.
     fn settle(
         &self,
         mut plain: usize,
@@ -135,9 +139,9 @@ impl March<'_> {
         force: &mut [[f64; 2]],
     ) -> Steady {
         let mut cycle = plain;
-        // Whether all cycles so far were marched one after the other.
+        // Whether all cycles so far are plain.
         let mut is_march = true;
-        // After a guess that was none, so many cycles are marched before the next.
+        // After a rejected guess, `wait` cycles are marched before the next guess.
         let (mut wait, mut patience) = (0_usize, 1_usize);
         loop {
             let (lap, map) = if wait > 0 {
@@ -168,42 +172,48 @@ impl March<'_> {
             let before = [lap.end[0] - change[0], lap.end[1] - change[1]];
             let guess = map.and_then(|map| {
                 let jump = map.map(|row| row[0] * change[0] + row[1] * change[1]);
-                // Where slip is about to end, the whole way leads to where there is none: any force is steady there, but it is not
-                // the one that the march leads to, unless they are the same to rounding.
+                // If slip is about to end, the full step leads to a cycle without slip. Any force is steady there, but
+                // the march leads to another force, unless the two agree to rounding.
                 let is_there = slider::magnitude(jump) <= THERE * lap.largest();
                 [1.0, 0.5, 0.25].into_iter().find_map(|share| {
                     let guess = [before[0] + share * jump[0], before[1] + share * jump[1]];
-                    // A cycle brings the force back to the curve along which it drifts: only then is its change that of the drift.
-                    let back = self.lap(guess, last, force);
-                    let there = self.lap(back.end, last, force);
+                    // A cycle brings the force back to the curve along which it drifts. Only then is its change the
+                    // drift.
+                    let first_lap = self.lap(guess, last, force);
+                    let second_lap = self.lap(first_lap.end, last, force);
                     cycle += 2;
-                    let left = [there.end[0] - back.end[0], there.end[1] - back.end[1]];
-                    let better = slider::magnitude(left) <= BETTER * slider::magnitude(change);
-                    let slips = !there.stuck || is_there;
-                    (slips && better).then_some((back.end, there))
+                    let drift = [
+                        second_lap.end[0] - first_lap.end[0],
+                        second_lap.end[1] - first_lap.end[1],
+                    ];
+                    let better = slider::magnitude(drift) <= BETTER * slider::magnitude(change);
+                    let slips = !second_lap.stuck || is_there;
+                    (slips && better).then_some((first_lap.end, second_lap))
                 })
             });
             match guess {
-                Some((guess, there)) => {
-                    let closure = there.closure(cycle, guess);
+                Some((guess, second_lap)) => {
+                    let closure = second_lap.closure(cycle, guess);
                     if closure.change <= STEADY {
                         return Steady {
                             start: guess,
                             plain,
                             is_plain: false,
-                            stuck: there.stuck,
+                            stuck: second_lap.stuck,
                             closure,
                         };
                     }
-                    (start, patience, is_march) = (there.end, 1, false);
+                    (start, patience, is_march) = (second_lap.end, 1, false);
                 }
                 None => (wait, patience) = (patience, 2 * patience),
             }
         }
     }
 
-    /// Adds the derivatives of the forces of a steady cycle in the form of [`Self::propagate`]. That of a fixed point forgets how it was
-    /// found. Where it remembers, that of the march is the best there is.
+    /// Adds the derivatives of the forces of a steady cycle in the form of [`Self::propagate`].
+    ///
+    /// The derivative of a fixed point does not depend on how it was found. If the cycle keeps its memory, the
+    /// derivative of the march is the best available.
     fn differentiate(
         &self,
         steady: &Steady,
@@ -216,15 +226,16 @@ impl March<'_> {
         scratch.offset.resize(2 * width, 0.0);
         if !steady.stuck {
             self.lap_with_slopes(steady.start, last, scratch);
-            if let Some(map) = unforgotten(memory(&scratch.slopes), FORGETS) {
-                // From no offset; then what the offset at the start, which is the one at the end, adds to it.
+            if let Some(map) = memory_inverse(memory(&scratch.slopes), FORGETS) {
+                // First from zero offset; then adds the effect of the offset at the start, which equals the offset at
+                // the end.
                 self.propagate(scratch, true, derivative, true);
                 let (first, second) = scratch.offset.split_at_mut(width);
                 for (a, b) in first.iter_mut().zip(second) {
                     let ends = [*a, *b];
                     [*a, *b] = map.map(|row| row[0] * ends[0] + row[1] * ends[1]);
                 }
-                return remember(&scratch.slopes, &scratch.offset, derivative);
+                return add_start_offset(&scratch.slopes, &scratch.offset, derivative);
             }
         }
         let (mut start, mut from) = ([0.0; 2], [0.0; 3]);
@@ -240,7 +251,8 @@ impl March<'_> {
         }
     }
 
-    /// Displacement increment and normal loads of the step to sample `j` of a cycle that starts at the displacement `from`.
+    /// Returns the displacement increment and the normal loads of the step to sample `j` of a cycle that starts at the
+    /// displacement `from`.
     fn inputs(&self, j: usize, from: [f64; 3]) -> ([f64; 2], [f64; 2]) {
         let before = if j == 0 {
             from
@@ -266,17 +278,18 @@ impl March<'_> {
         lap
     }
 
-    /// The lap after another, whose forces are in `force`, up to where both are the same: friction never brings forces apart.
+    /// Computes the lap after the lap `before`, whose forces are in `force`, up to the sample where both laps agree:
+    /// friction never separates forces.
     fn lap_after(&self, before: Lap, from: [f64; 3], force: &mut [[f64; 2]]) -> Lap {
         let (law, kt, mu) = (self.law, self.slider.tangential_stiffness, self.friction);
         let mut lap = Lap::new(before.end);
-        let same = SAME * before.largest();
+        let tolerance = SAME * before.largest();
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
             let (next, step) = slider::step(law, kt, mu, lap.end, delta, loads);
             lap.advance(next, step);
-            let apart = [next[0] - force[0], next[1] - force[1]];
-            if slider::square(apart) <= same * same {
+            let difference = [next[0] - force[0], next[1] - force[1]];
+            if slider::square(difference) <= tolerance * tolerance {
                 return Lap {
                     end: before.end,
                     largest_square: before.largest_square,
@@ -288,7 +301,7 @@ impl March<'_> {
         lap
     }
 
-    /// A lap, and (1 − A)⁻¹ of it, see [`unforgotten`].
+    /// Computes a lap and its (1 − A)⁻¹, see [`memory_inverse`].
     fn lap_with_memory(
         &self,
         start: [f64; 2],
@@ -299,7 +312,7 @@ impl March<'_> {
         let lap = self.lap_with(start, from, force, |slope: Slope<MEMORY>| {
             memory = slope.after(memory);
         });
-        (lap, unforgotten(memory, HARDLY))
+        (lap, memory_inverse(memory, HARDLY))
     }
 
     fn lap_with_slopes(&self, start: [f64; 2], from: [f64; 3], scratch: &mut Scratch) -> Lap {
@@ -308,33 +321,33 @@ impl March<'_> {
         self.lap_with(start, from, force, |slope| slopes.push(slope))
     }
 
-    /// A lap that tells the derivatives of each step with respect to its first `K` inputs.
+    /// Computes a lap and passes the derivatives of each step with respect to its first `K` inputs to `record`.
     fn lap_with<const K: usize>(
         &self,
         start: [f64; 2],
         from: [f64; 3],
         force: &mut [[f64; 2]],
-        tell: impl FnMut(Slope<K>),
+        record: impl FnMut(Slope<K>),
     ) -> Lap {
         vectorised(
             #[inline(always)]
-            || self.lap_telling(start, from, force, tell),
+            || self.lap_recording(start, from, force, record),
         )
     }
 
     #[inline(always)]
-    fn lap_telling<const K: usize>(
+    fn lap_recording<const K: usize>(
         &self,
         start: [f64; 2],
         from: [f64; 3],
         force: &mut [[f64; 2]],
-        mut tell: impl FnMut(Slope<K>),
+        mut record: impl FnMut(Slope<K>),
     ) -> Lap {
         let (law, kt, mu) = (self.law, self.slider.tangential_stiffness, self.friction);
         let mut lap = Lap::new(start);
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
-            // Most steps are sticking ones, whose derivatives are constants.
+            // Most steps stick, and their derivatives are constants.
             let (next, step, slope) = match slider::held(law, kt, mu, lap.end, delta, loads) {
                 Some(next) => (next, Step::Stick, Slope::Stick),
                 None => {
@@ -353,18 +366,19 @@ impl March<'_> {
                     (dual.map(Dual::value), step, slope)
                 }
             };
-            tell(slope);
+            record(slope);
             lap.advance(next, step);
             *force = next;
         }
         lap
     }
 
-    /// Carries the offset of `scratch` over a cycle, which `follows` another or begins at the preload.
+    /// Propagates the offset of `scratch` over a cycle, which `follows` another cycle or begins at the preload.
     ///
-    /// The offset is the derivative of the forces, x then y, less that of a slider that sticks from u = 0 on: k_t times the basis
-    /// functions, which its element adds. It changes only where the slider slips or opens. With `store` its changes are added
-    /// to `derivative` from the samples on where they happen, the first with the offset at the start.
+    /// The offset is the derivative of the forces, x then y, minus the derivative of a slider that sticks from u = 0.
+    /// The latter is k_t times the basis functions, and its element adds it. The offset changes only where the slider
+    /// slips or opens. With `store`, its changes are added to `derivative` from their samples on, and the first change
+    /// includes the offset at the start.
     fn propagate(
         &self,
         scratch: &mut Scratch,
@@ -374,12 +388,12 @@ impl March<'_> {
     ) {
         vectorised(
             #[inline(always)]
-            || self.carry(scratch, follows, derivative, store),
+            || self.propagate_offset(scratch, follows, derivative, store),
         );
     }
 
     #[inline(always)]
-    fn carry(
+    fn propagate_offset(
         &self,
         scratch: &mut Scratch,
         follows: bool,
@@ -411,7 +425,7 @@ impl March<'_> {
             };
             let now = &basis[j * n..][..n];
             let before = &basis[if j == 0 { slopes.len() - 1 } else { j - 1 } * n..][..n];
-            // Before the first sample there is the preload, on which no coefficient acts.
+            // Before the first sample the slider is at the preload, which no coefficient changes.
             let acts = if j > 0 || follows { 1.0 } else { 0.0 };
             let (first, second) = offset.split_at(width);
             for (d, (row, next)) in rows.iter().zip(next.chunks_exact_mut(width)).enumerate() {
@@ -443,8 +457,8 @@ impl March<'_> {
     }
 }
 
-/// Adds what an `offset` at the start of a steady cycle adds to its derivative, see [`March::propagate`].
-fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut ForceDerivatives<'_>) {
+/// Adds the effect of an `offset` at the start of a steady cycle on its derivative, see [`March::propagate`].
+fn add_start_offset(slopes: &[Slope], offset: &[f64], derivative: &mut ForceDerivatives<'_>) {
     add_scaled(derivative.persistent_derivatives(0), 1.0, offset);
     let (first, second) = offset.split_at(3 * derivative.coefficients);
     let mut before = UNCHANGED;
@@ -474,7 +488,8 @@ fn remember(slopes: &[Slope], offset: &[f64], derivative: &mut ForceDerivatives<
 }
 
 impl<const K: usize> Slope<K> {
-    /// The derivative of the force with respect to an earlier one, from that of the force before the step.
+    /// Returns the derivative of the force after the step with respect to an earlier force, from the derivative of the
+    /// force before the step.
     fn after(&self, before: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
         match self {
             Slope::Open => [[0.0; 2]; 2],
@@ -486,15 +501,16 @@ impl<const K: usize> Slope<K> {
     }
 }
 
-/// The derivative of the force at the end of a cycle with respect to that at its beginning.
+/// Returns the derivative of the force at the end of a cycle with respect to the force at its beginning.
 fn memory(slopes: &[Slope]) -> [[f64; 2]; 2] {
     slopes
         .iter()
         .fold(UNCHANGED, |before, slope| slope.after(before))
 }
 
-/// (1 − A)⁻¹ of the [`memory`] A of a cycle; none if its determinant is not above `least`, so that it forgets nothing.
-fn unforgotten(a: [[f64; 2]; 2], least: f64) -> Option<[[f64; 2]; 2]> {
+/// Returns (1 − A)⁻¹ for the [`memory`] A of a cycle, or `None` if the determinant is at most `least`, so that the
+/// cycle keeps its memory.
+fn memory_inverse(a: [[f64; 2]; 2], least: f64) -> Option<[[f64; 2]; 2]> {
     let m = [[1.0 - a[0][0], -a[0][1]], [-a[1][0], 1.0 - a[1][1]]];
     let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
     (determinant.abs() > least).then(|| {
@@ -506,7 +522,7 @@ fn unforgotten(a: [[f64; 2]; 2], least: f64) -> Option<[[f64; 2]; 2]> {
 }
 
 impl Lap {
-    /// How well a lap from the force `start` closes.
+    /// Returns the closure of a lap from the force `start`.
     fn closure(&self, cycles: usize, start: [f64; 2]) -> Closure {
         let largest = self.largest();
         let change = slider::magnitude([self.end[0] - start[0], self.end[1] - start[1]]);
@@ -529,7 +545,7 @@ impl Lap {
         }
     }
 
-    /// Largest force.
+    /// Returns the largest force.
     fn largest(&self) -> f64 {
         self.largest_square.sqrt()
     }

@@ -1,13 +1,15 @@
 //! Steady vibration of a structure with friction contacts: multi-harmonic balance, continuation and resonance.
 //!
-//! A [`LinearModel`] ([`reduced_model`] makes it of finite elements) says how contact displacements answer to forces,
-//! [`InterfaceElement`]s say what forces they cause, and [`HarmonicBalance`] joins them [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of frequencies,
-//! [`resonance`] tracks the phase resonance and the peak alone.
+//! A [`LinearModel`] gives the contact displacements that forces cause; [`reduced_model`] builds one from finite
+//! elements. [`InterfaceElement`]s give the contact forces that displacements cause. [`HarmonicBalance`] combines both
+//! [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of frequencies. [`resonance`] tracks only the
+//! phase resonance and the peak.
 //!
-//! Conventions throughout: an element has three displacements, x and y in its plane and n along its normal, *relative* between
-//! the two bodies; n is positive when the bodies approach. Displacement zero is the preloaded state. A contact force is
-//! positive along its displacement and is subtracted in the equation of motion, so its work over a cycle is what it takes from
-//! the structure. Everything is in SI units, frequencies are angular \[rad/s\] unless a name says otherwise.
+//! Conventions: an element has three displacements, x and y in its plane and n along its normal. They are *relative*
+//! between the two bodies; n is positive when the bodies approach. Zero displacement is the preloaded state. A contact
+//! force is positive along its displacement and is subtracted in the equation of motion, so its work over a cycle is
+//! the energy that it takes from the structure. All quantities are in SI units. Frequencies are angular \[rad/s\]
+//! unless a name says otherwise.
 //!
 //! ```
 //! use std::f64::consts::TAU;
@@ -15,7 +17,7 @@
 //!     ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Settings, Slider,
 //! };
 //!
-//! // A mass of 1.5 kg on a spring, and a friction contact beside it.
+//! // A mass of 1.5 kg on a spring and a friction contact.
 //! let oscillator = Oscillator {
 //!     mass: [1.5; 3],
 //!     damping: [300.0; 3],
@@ -42,7 +44,7 @@
 //!     Settings::default(),
 //! )?;
 //! let response = balance.solve(TAU * 850.0, None)?;
-//! // What the load puts in, friction and damping take out.
+//! // Friction and damping dissipate the work of the load.
 //! assert!(response.energy.friction > 0.0);
 //! assert!(response.energy.imbalance() < 1e-6);
 //! # Ok::<(), fretwear::dynamics::DynamicsError>(())

@@ -1,8 +1,8 @@
-//! Newton's method for the harmonic balance, with one more unknown (the frequency) and condition if asked for.
+//! Newton's method for the harmonic balance, optionally with the frequency as one more unknown and one more condition.
 //!
-//! Steps are measured by the correction that the factor at hand gives for the residual after them, so acceptance does not depend
-//! on units or on how near a resonance the structure is (natural monotonicity: Deuflhard, Newton Methods for Nonlinear Problems,
-//! §3.3).
+//! The length of a trial step is judged by the simplified correction: the current factors applied to the residual after
+//! the step. So acceptance depends neither on units nor on the distance to a resonance (natural monotonicity:
+//! Deuflhard, Newton Methods for Nonlinear Problems, §3.3).
 
 use std::cell::RefCell;
 
@@ -16,51 +16,62 @@ use super::{DynamicsError, Energy, HarmonicBalance, Response};
 use crate::journal::{Inputs, Reader, Writer};
 use crate::linalg::{Blocks, Factors, RowMatrix as Matrix, add_scaled};
 
-/// The correction must shrink by this share of the step's length.
+/// Required relative decrease of the correction, over the step length.
 const DESCENT: f64 = 0.25;
-/// Step lengths tried: 1, ½, … ; a kink of the friction law is passed by one of them or by none.
+/// Number of trial step lengths 1, ½, …; a step crosses a kink of the friction law with one of them or not at all.
 const HALVINGS: u32 = 6;
-/// Correction from which one more step mostly converges, so that no Jacobian is wanted after it.
+/// Correction below which one more step usually converges, so that the trial needs no Jacobian.
 const NEARLY: f64 = 1e-4;
-/// Correction from which Jacobians that cost much are kept for further steps, and the share of a correction that such a step may
-/// leave: at more, or where more than two such steps would be left, they are made anew. A step of more Krylov iterations costs more
-/// than they do.
+/// Correction below which expensive Jacobians are reused for further steps.
 const NEAR: f64 = 2e-3;
+/// Number of Krylov iterations above which a step costs more than new Jacobians.
 const DEAR: usize = 25;
+/// Largest share of a correction that a step with a reused Jacobian may leave. Above it, or if more than two such steps
+/// would remain, the Jacobians are computed again.
 const CHORD: f64 = 0.1;
-/// Correction over the tolerance from which two steps with a Jacobian that is kept mostly converge.
+/// Correction over the tolerance below which two steps with a reused Jacobian usually converge.
 const FEW_CHORDS: f64 = 1e3;
-/// Where an iteration is dear: the largest relative tolerance of a step.
+/// Largest relative tolerance of a step if iterations are expensive.
 const LOOSE: f64 = 1e-2;
-/// There, a step that is so many times what the preconditioner makes of it is measured by solving for it, to that relative tolerance.
+/// If iterations are expensive and a step exceeds its preconditioned estimate by this factor, trial steps are measured
+/// by an iterative solve.
 const MISSED: f64 = 4.0;
+/// Relative tolerance of that iterative solve.
 const MEASURED: f64 = 0.1;
-/// Steps in a row that may fail to descend: the law has kinks, across which a full step often helps although it looks worse.
+/// Number of consecutive steps that may fail to descend. The law has kinks, and a full step across a kink often helps
+/// although it looks worse.
 const TRIALS: usize = 3;
-/// Krylov iterations from which the element part of the preconditioner is made anew, and where they have learned what it misses.
+/// Number of Krylov iterations above which the element part of the preconditioner is rebuilt.
 const STALE: usize = 25;
+/// The same limit if iterations are expensive, where stored directions make up for the preconditioner.
 const LOST: usize = 75;
-/// Grip of the mean displacement far from the solution, and per relative correction on the way: means that nothing but a few
-/// sticking elements holds run off when these begin to slip, and a held one is a shorter step.
+/// Largest grip of the mean displacement (see [`LEAST_GRIP`]), far from the solution. A mean held by only a few
+/// sticking elements runs away when these begin to slip; grip shortens the step.
 const MOST_GRIP: f64 = 1e-2;
+/// Grip over the relative correction, between its limits.
 const GRIP_PER_CORRECTION: f64 = 0.1;
-/// Relative change of frequency from its start that leads to another resonance, if to any.
+/// Relative change of frequency from its start above which a trial step is skipped: it would lead to another resonance,
+/// if to any.
 const FAR: f64 = 0.5;
-/// Correction that is accepted where no step makes it smaller: kinks of the law may leave as much. The response says what is left.
+/// Correction that is accepted if no step decreases it: kinks of the law may cause it. The response reports the
+/// correction.
 const ACCEPTED: f64 = 1e-6;
-/// Accepted correction over the tolerance of the settings where an iteration is costly. Rounding may keep such a response from the tolerance.
+/// Accepted correction over the tolerance of the settings if iterations are expensive. Rounding may keep such a
+/// response from the tolerance.
 const ACCEPTED_OF_COSTLY: f64 = 10.0;
-/// Iterations after which the correction must have halved.
+/// Number of iterations within which the correction must halve.
 const PATIENCE: usize = 8;
-/// Times in a row that a correction may grow at most where the frequency is free, and from which size on: below, it is rounding.
+/// Number of consecutive increases of the correction that are allowed if the frequency is free.
 const RUNAWAY: usize = 2;
+/// Smallest correction that counts as such an increase; below it, increases may be rounding.
 const AWAY: f64 = 0.1;
-/// Weight of a relative change of frequency against one of displacement: amplitudes change by 100 % within about 1 %.
+/// Weight of a relative change of frequency against one of displacement: amplitudes change by 100 % within about 1 % of
+/// frequency.
 pub(super) const FREQUENCY_WEIGHT: f64 = 100.0;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Converges `state` at the load `factor`, until the correction is within `tolerance`. A `frame` of an earlier solve saves its making, and
-    /// stands there for a later one.
+    /// Solves for the response from `state` at the load `factor`, until the correction is within `tolerance`. Reuses
+    /// the `frame` of an earlier solve if it fits, and stores its own frame for a later solve.
     pub(super) fn converge(
         &self,
         mut state: State,
@@ -70,224 +81,254 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         frame: &mut Option<Frame>,
     ) -> Result<Response, DynamicsError> {
         let first_omega = state.omega;
-        // A single evaluation of many samples is no little where hundreds of searches end here.
+        // A single evaluation of many samples is expensive if hundreds of searches end here.
         if self.effort.is_spent() {
             return Err(DynamicsError::Spent {
                 frequency: state.omega / (2.0 * std::f64::consts::PI),
             });
         }
         let mut grip = MOST_GRIP;
-        let mut at = self.evaluate(&state, factor, condition, Some(grip))?;
+        let mut current = self.evaluate(&state, factor, condition, Some(grip))?;
         let mut failures = 0;
         let mut correction = f64::INFINITY;
-        // The last one measured, for the error, and that of the state at hand.
-        let (mut reached, mut standing) = (f64::INFINITY, f64::INFINITY);
-        let mut spent = 0;
-        // A resonance that is missed is tried again from nearer; at a given frequency there may be nothing nearer.
+        // The last measured correction, for the error, and the correction of the current state.
+        let (mut last_measured, mut current_size) = (f64::INFINITY, f64::INFINITY);
+        let mut iterations_done = 0;
+        // A caller retries a missed resonance from a nearer start; at a given frequency there may be no nearer start.
         let patience = match condition {
             Condition::Frequency => 2 * PATIENCE,
             Condition::Linear { .. } => PATIENCE,
         };
-        let (mut least, mut since) = (f64::INFINITY, 0);
-        // Whether the Jacobians are of a state before: their step is taken only where it is a good one.
+        let (mut smallest, mut smallest_at) = (f64::INFINITY, 0);
+        // Whether the Jacobians belong to an earlier state. Their step is taken only if it is good.
         let mut is_old = false;
-        // How often in a row the correction has grown.
-        let (mut last, mut growths) = (f64::INFINITY, 0);
+        // Previous correction, and the number of consecutive increases.
+        let (mut previous, mut growths) = (f64::INFINITY, 0);
         for iteration in 0..=self.settings.most_iterations {
             self.gauge.add_iteration(self.harmonics().highest());
-            spent = iteration;
+            iterations_done = iteration;
             if self.effort.is_spent() {
                 break;
             }
-            while self.enlarge(&mut state, &at) {
-                at = self.evaluate(&state, factor, condition, Some(grip))?;
+            while self.enlarge(&mut state, &current) {
+                current = self.evaluate(&state, factor, condition, Some(grip))?;
                 (correction, is_old) = (f64::INFINITY, false);
             }
-            let free = matches!(condition, Condition::Frequency);
-            if (at.elements.is_empty() && free) || correction <= tolerance {
+            let is_frequency_given = matches!(condition, Condition::Frequency);
+            if (current.elements.is_empty() && is_frequency_given) || correction <= tolerance {
                 let correction = if correction.is_finite() {
                     correction
                 } else {
                     0.0
                 };
-                return self.response(state, factor, at, iteration, correction);
+                return self.response(state, factor, current, iteration, correction);
             }
             if iteration == self.settings.most_iterations {
                 break;
             }
-            let mut now = self.frame(&at, frame.take())?;
-            let solver = self.solver(&at, &now)?;
+            let mut current_frame = self.frame(&current, frame.take())?;
+            let solver = self.solver(&current, &current_frame)?;
             let slope = match condition {
                 Condition::Frequency => None,
-                // Where an iteration is dear, the motion with frequency is found with the step.
+                // If iterations are expensive, the step and the motion with frequency are solved together.
                 Condition::Linear { .. } if self.is_costly => {
-                    Some(self.rough_slope(&at, &solver, condition, state.omega)?)
+                    Some(self.rough_slope(&current, &solver, condition, state.omega)?)
                 }
                 Condition::Linear { .. } => {
                     let omega = state.omega;
-                    Some(self.slope(&at, &now, &solver, condition, omega, STEP_TOLERANCE)?)
+                    Some(self.slope(
+                        &current,
+                        &current_frame,
+                        &solver,
+                        condition,
+                        omega,
+                        STEP_TOLERANCE,
+                    )?)
                 }
             };
-            let complete = |direct, left| self.completed(slope.as_ref(), (direct, left));
-            let reach = Reach::of(&state, &at, self.width());
-            let solved = |there: &Evaluation, tolerance: f64| match &slope {
+            let complete = |direct, condition_residual| {
+                self.completed(slope.as_ref(), (direct, condition_residual))
+            };
+            let sizes = UnknownSizes::of(&state, &current, self.width());
+            let solve = |evaluation: &Evaluation, tolerance: f64| match &slope {
                 Some(slope) if self.is_costly => {
-                    let right = (&there.residual[..], there.condition);
-                    let scale = reach.per_frequency();
-                    self.bordered_step(&solver, &at, &now, slope, scale, right, tolerance)
+                    let right = (&evaluation.residual[..], evaluation.condition);
+                    let scale = sizes.per_frequency();
+                    self.bordered_step(
+                        &solver,
+                        &current,
+                        &current_frame,
+                        slope,
+                        scale,
+                        right,
+                        tolerance,
+                    )
                 }
                 _ => {
-                    let (direct, effort) =
-                        self.step(&solver, &at, &now, &there.residual, tolerance)?;
-                    Ok((complete(direct, there.condition), effort))
+                    let (direct, effort) = self.step(
+                        &solver,
+                        &current,
+                        &current_frame,
+                        &evaluation.residual,
+                        tolerance,
+                    )?;
+                    Ok((complete(direct, evaluation.condition), effort))
                 }
             };
-            let roughly = |there: &Evaluation| {
-                let direct = solver.approximate(&there.residual);
-                reach.size(&complete(direct, there.condition))
+            let estimate_size = |evaluation: &Evaluation| {
+                let direct = solver.approximate(&evaluation.residual);
+                sizes.size(&complete(direct, evaluation.condition))
             };
-            let rough = roughly(&at);
-            standing = rough;
-            let mut before = rough;
-            let (step, effort) = solved(&at, self.step_tolerance(rough, tolerance))?;
-            // A preconditioner that misses most of a step is no measure of what trials leave.
-            let is_missed = self.is_costly && reach.size(&step) > MISSED * before;
+            let rough_size = estimate_size(&current);
+            current_size = rough_size;
+            let mut size_before = rough_size;
+            let (step, effort) = solve(&current, self.step_tolerance(rough_size, tolerance))?;
+            // A preconditioner that misses most of a step cannot measure the correction after a trial step.
+            let is_missed = self.is_costly && sizes.size(&step) > MISSED * size_before;
             if is_missed {
-                before = reach.size(&step);
+                size_before = sizes.size(&step);
             }
-            let measure = |there: &Evaluation| -> Result<f64, DynamicsError> {
+            let measure = |evaluation: &Evaluation| -> Result<f64, DynamicsError> {
                 if !is_missed {
-                    return Ok(roughly(there));
+                    return Ok(estimate_size(evaluation));
                 }
-                let (step, _) = solved(there, MEASURED)?;
-                Ok(reach.size(&step))
+                let (step, _) = solve(evaluation, MEASURED)?;
+                Ok(sizes.size(&step))
             };
-            // What little holds is not to be held longer than the rest needs it.
-            grip = (GRIP_PER_CORRECTION * rough).clamp(LEAST_GRIP, MOST_GRIP);
-            // What little holds may move far while everything else settles: that is progress too.
-            let gains = |there: &Evaluation| is_missed && roughly(there) <= 0.5 * rough;
-            // A state that gains nothing over many steps is a cycle between two sides of a kink.
-            if rough < 0.5 * least {
-                (least, since) = (rough, iteration);
-            } else if iteration - since >= patience {
+            // The grip decreases with the correction, so that it does not slow the convergence.
+            grip = (GRIP_PER_CORRECTION * rough_size).clamp(LEAST_GRIP, MOST_GRIP);
+            // A weakly held mean may move far while the rest converges; this is progress too.
+            let makes_progress = |evaluation: &Evaluation| {
+                is_missed && estimate_size(evaluation) <= 0.5 * rough_size
+            };
+            // A correction that does not halve over many iterations indicates a cycle between two sides of a kink.
+            if rough_size < 0.5 * smallest {
+                (smallest, smallest_at) = (rough_size, iteration);
+            } else if iteration - smallest_at >= patience {
                 break;
             }
-            // One that only grows runs away to another resonance, if to any.
-            let grows = rough > last && rough > AWAY;
+            // A correction that only grows leads to another resonance, if to any.
+            let grows = rough_size > previous && rough_size > AWAY;
             growths = if grows { growths + 1 } else { 0 };
-            last = rough;
-            if !free && growths > RUNAWAY {
+            previous = rough_size;
+            if !is_frequency_given && growths > RUNAWAY {
                 break;
             }
-            if reach.size(&step) <= tolerance && before <= tolerance {
-                correction = reach.size(&step);
-                *frame = Some(now);
+            if sizes.size(&step) <= tolerance && size_before <= tolerance {
+                correction = sizes.size(&step);
+                *frame = Some(current_frame);
                 continue;
             }
-            let near = match effort {
+            let jacobian_threshold = match effort {
                 0..=DEAR if self.is_costly => NEAR,
                 _ => NEARLY,
             };
-            let roughly = f64::min(FEW_CHORDS * tolerance, LOOSE);
-            let near = near.max(tolerance / CHORD).max(roughly);
+            let chord_limit = f64::min(FEW_CHORDS * tolerance, LOOSE);
+            let jacobian_threshold = jacobian_threshold.max(tolerance / CHORD).max(chord_limit);
             let mut is_refused = false;
             let mut best: Option<(f64, f64, State, Evaluation)> = None;
             let mut full: Option<(State, Evaluation)> = None;
             for halving in 0..HALVINGS {
                 let length = 0.5_f64.powi(halving as i32);
-                let trial = self.moved(&state, &at, &step, length);
+                let trial = self.take_step(&state, &current, &step, length);
                 if (trial.omega / first_omega - 1.0).abs() > FAR {
                     continue;
                 }
-                // Most full steps are taken; of the others the Jacobian is of use only once they are.
-                let wanted = (halving == 0 && before > near).then_some(grip);
-                let there = self.evaluate(&trial, factor, condition, wanted)?;
-                let left = measure(&there)?;
-                let enough = left <= (1.0 - DESCENT * length) * before || gains(&there);
-                is_refused = is_old && !enough && left > tolerance;
+                // Most full steps are accepted. A shorter step needs a Jacobian only after it is accepted.
+                let trial_grip = (halving == 0 && size_before > jacobian_threshold).then_some(grip);
+                let trial_evaluation = self.evaluate(&trial, factor, condition, trial_grip)?;
+                let trial_size = measure(&trial_evaluation)?;
+                let is_accepted = trial_size <= (1.0 - DESCENT * length) * size_before
+                    || makes_progress(&trial_evaluation);
+                is_refused = is_old && !is_accepted && trial_size > tolerance;
                 if is_refused {
                     break;
                 }
-                if enough || best.as_ref().is_none_or(|(b, ..)| left < *b) {
-                    let worse = best.replace((left, length, trial, there));
-                    if let Some((_, 1.0, trial, there)) = worse {
-                        full = Some((trial, there));
+                if is_accepted || best.as_ref().is_none_or(|(b, ..)| trial_size < *b) {
+                    let worse = best.replace((trial_size, length, trial, trial_evaluation));
+                    if let Some((_, 1.0, trial, trial_evaluation)) = worse {
+                        full = Some((trial, trial_evaluation));
                     }
                 } else if halving == 0 {
-                    full = Some((trial, there));
+                    full = Some((trial, trial_evaluation));
                 }
-                if enough {
+                if is_accepted {
                     break;
                 }
             }
             if is_refused {
-                at = self.evaluate(&state, factor, condition, Some(grip))?;
+                current = self.evaluate(&state, factor, condition, Some(grip))?;
                 (correction, is_old) = (f64::INFINITY, false);
-                *frame = Some(now);
+                *frame = Some(current_frame);
                 continue;
             }
-            let Some((left, length, trial, there)) = best else {
+            let Some((trial_size, length, trial, trial_evaluation)) = best else {
                 break;
             };
-            reached = left;
-            if left < before || gains(&there) {
+            last_measured = trial_size;
+            if trial_size < size_before || makes_progress(&trial_evaluation) {
                 failures = 0;
-                correction = if length == 1.0 { left } else { f64::INFINITY };
-                let old = std::mem::replace(&mut at, there);
+                correction = if length == 1.0 {
+                    trial_size
+                } else {
+                    f64::INFINITY
+                };
+                let previous_evaluation = std::mem::replace(&mut current, trial_evaluation);
                 state = trial;
-                let share = left / before;
-                let lasts = share <= CHORD && left * share * share <= tolerance;
-                is_old = self.is_costly && lasts && !at.has_jacobians();
+                let share = trial_size / size_before;
+                let can_reuse = share <= CHORD && trial_size * share * share <= tolerance;
+                is_old = self.is_costly && can_reuse && !current.has_jacobians();
                 if is_old {
-                    at.beyond = old.beyond;
+                    current.beyond = previous_evaluation.beyond;
                 }
-            } else if left <= tolerance {
-                // Rounding: neither better nor worse.
-                correction = left;
+            } else if trial_size <= tolerance {
+                // The change of the correction is rounding.
+                correction = trial_size;
             } else {
                 failures += 1;
                 correction = f64::INFINITY;
-                if failures > TRIALS || !left.is_finite() {
+                if failures > TRIALS || !trial_size.is_finite() {
                     break;
                 }
-                let Some(all) = (if length == 1.0 {
-                    Some((trial, there))
+                let Some(full_step) = (if length == 1.0 {
+                    Some((trial, trial_evaluation))
                 } else {
                     full
                 }) else {
                     break;
                 };
-                (state, at) = all;
+                (state, current) = full_step;
                 is_old = false;
             }
-            if !at.has_jacobians() {
-                at = self.evaluate(&state, factor, condition, Some(grip))?;
+            if !current.has_jacobians() {
+                current = self.evaluate(&state, factor, condition, Some(grip))?;
             }
             if effort > if self.is_costly { LOST } else { STALE } {
-                now.forget();
+                current_frame.forget();
             }
-            *frame = Some(now);
+            *frame = Some(current_frame);
         }
         let accepted = match self.is_costly {
             true => ACCEPTED_OF_COSTLY * self.settings.tolerance,
             false => ACCEPTED,
         };
-        if standing <= accepted {
-            return self.response(state, factor, at, spent, standing);
+        if current_size <= accepted {
+            return self.response(state, factor, current, iterations_done, current_size);
         }
         Err(DynamicsError::NotConverged {
             frequency: state.omega / (2.0 * std::f64::consts::PI),
             load_factor: factor,
-            iterations: spent,
-            correction: reached,
+            iterations: iterations_done,
+            correction: last_measured,
             tolerance,
-            active: at.elements.len(),
+            active: current.elements.len(),
             elements: self.elements.len(),
         })
     }
 
-    /// How exactly the step from a state is solved whose correction is known to be about `correction`. Where an iteration is dear, no
-    /// more exactly than what the step leaves by its curvature (Eisenstat and Walker 1996), or than is wanted in the end.
+    /// Returns the relative tolerance of the step from a state whose correction is about `correction`. If iterations
+    /// are expensive, the step is solved no more exactly than its curvature error (Eisenstat and Walker 1996), or than
+    /// the final tolerance requires.
     fn step_tolerance(&self, correction: f64, tolerance: f64) -> f64 {
         if !self.is_costly {
             return STEP_TOLERANCE;
@@ -296,44 +337,55 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         correction.max(wanted).clamp(STEP_TOLERANCE, LOOSE)
     }
 
-    /// Gives passive elements the displacement that follows, and unknowns to those that slip or open. Whether any did.
-    fn enlarge(&self, state: &mut State, at: &Evaluation) -> bool {
+    /// Updates the displacement of passive elements, and activates passive elements that slip or open. Returns true if
+    /// any did.
+    fn enlarge(&self, state: &mut State, evaluation: &Evaluation) -> bool {
         let width = self.width();
-        let mut grown = false;
+        let mut has_grown = false;
         for (index, element) in self.elements.iter().enumerate() {
             if state.active[index] {
                 continue;
             }
-            let row = &at.displacement[index * width..][..width];
+            let row = &evaluation.displacement[index * width..][..width];
             state.contact[index * width..][..width].copy_from_slice(row);
             if !self.sampling.follows_reference(element, row) {
                 state.active[index] = true;
-                grown = true;
+                has_grown = true;
             }
         }
-        grown
+        has_grown
     }
 
-    fn moved(&self, state: &State, at: &Evaluation, step: &Change, length: f64) -> State {
+    fn take_step(
+        &self,
+        state: &State,
+        evaluation: &Evaluation,
+        step: &Change,
+        length: f64,
+    ) -> State {
         let width = self.width();
-        let mut out = state.clone();
-        out.omega += length * step.omega;
-        for (&element, step) in at.elements.iter().zip(step.unknowns.chunks(width)) {
-            add_scaled(&mut out.contact[element * width..][..width], length, step);
+        let mut moved_state = state.clone();
+        moved_state.omega += length * step.omega;
+        for (&element, step) in evaluation.elements.iter().zip(step.unknowns.chunks(width)) {
+            add_scaled(
+                &mut moved_state.contact[element * width..][..width],
+                length,
+                step,
+            );
         }
-        out
+        moved_state
     }
 }
 
-/// Sizes of the unknowns, against which corrections are measured.
-struct Reach {
+/// Sizes of the unknowns, by which corrections are scaled.
+struct UnknownSizes {
     displacement: f64,
     omega: f64,
 }
 
-impl Reach {
-    fn of(state: &State, at: &Evaluation, width: usize) -> Reach {
-        let squares: f64 = at
+impl UnknownSizes {
+    fn of(state: &State, evaluation: &Evaluation, width: usize) -> UnknownSizes {
+        let squares: f64 = evaluation
             .elements
             .iter()
             .map(|e| {
@@ -341,13 +393,13 @@ impl Reach {
                 dot(row, row)
             })
             .sum();
-        Reach {
+        UnknownSizes {
             displacement: squares.sqrt().max(f64::MIN_POSITIVE),
             omega: state.omega,
         }
     }
 
-    /// What counts as much as a change of frequency of 1 rad/s \[m\].
+    /// Returns the displacement that counts as much as a change of frequency of 1 rad/s \[m\].
     fn per_frequency(&self) -> f64 {
         FREQUENCY_WEIGHT * self.displacement / self.omega
     }
@@ -358,22 +410,22 @@ impl Reach {
     }
 }
 
-// One Newton step of the harmonic balance: residual, Jacobian, and what solves with it.
+// Newton step of the harmonic balance: residual, Jacobian, and their solvers.
 
 /// Relative tolerance of a Newton step solved by GMRES. Steps of a nearly linear problem then gain four digits each.
 pub(super) const STEP_TOLERANCE: f64 = 1e-4;
-/// Least share of the tangential stiffness that is left, in the Jacobian alone, to a mean displacement of full slip. Full slip
-/// forgets its mean, and a motion that friction alone holds would otherwise run away; what something else holds converges hardly
+/// Smallest grip: the share of the tangential stiffness that the Jacobian adds for the mean displacement. Full slip
+/// forgets its mean, so a motion held only by friction would run away. A mean with other support converges hardly
 /// slower.
 pub(super) const LEAST_GRIP: f64 = 1e-6;
-/// Unknowns up to which a step that Krylov iterations do not find is found by elimination: half a gigabyte.
+/// Number of unknowns up to which elimination replaces failed Krylov iterations: half a gigabyte.
 const MOST_DENSE: usize = 6000;
-/// Elements that a thread evaluates at once.
+/// Number of elements that a thread evaluates at a time.
 const AT_ONCE: usize = 8;
-/// Share of the largest square that regularises a step whose matrix is singular.
+/// Regularisation of a step with a singular matrix, over the largest diagonal entry of the normal matrix.
 const REGULARISATION: f64 = 1e-13;
 
-/// Unknowns: contact displacements (all of them; those of passive elements follow) and frequency.
+/// Unknowns: frequency, and contact displacements of all elements (the displacements of passive elements follow).
 #[derive(Debug, Clone)]
 pub(super) struct State {
     pub(super) omega: f64,
@@ -381,12 +433,12 @@ pub(super) struct State {
     pub(super) active: Vec<bool>,
 }
 
-/// What fixes the frequency.
+/// Condition that determines the frequency.
 #[derive(Debug, Clone)]
 pub(super) enum Condition {
-    /// It is given.
+    /// The frequency is given.
     Frequency,
-    /// The sum of the terms and `by_omega` ω is `value`.
+    /// The sum of the terms and `by_omega` ω equals `value`.
     Linear {
         terms: Vec<Term>,
         by_omega: f64,
@@ -394,7 +446,7 @@ pub(super) enum Condition {
     },
 }
 
-/// `weights · (cosine, sine)` of the harmonic of a slot at a port.
+/// Term `weights · (cosine, sine)` of the harmonic in a slot at a port.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Term {
     pub(super) port: usize,
@@ -409,7 +461,7 @@ impl Term {
 }
 
 impl Condition {
-    /// That a term is zero.
+    /// Creates the condition that a term is zero.
     pub(super) fn zero(term: Term) -> Condition {
         Condition::Linear {
             terms: vec![term],
@@ -425,70 +477,70 @@ impl Condition {
         }
     }
 
-    /// The sum of the terms, of rows of `n` coefficients of all ports.
+    /// Returns the sum of the terms for rows of `n` coefficients of all ports.
     pub(super) fn of_ports(&self, rows: &[f64], n: usize) -> f64 {
         let terms = self.terms().iter();
         terms.map(|term| term.of(&rows[term.port * n..])).sum()
     }
 }
 
-/// Everything that Newton's method wants to know about a state.
+/// Evaluation of a state for Newton's method.
 pub(super) struct Evaluation {
     pub(super) cores: Vec<Matrix<Complex64>>,
     pub(super) elements: Vec<usize>,
     /// Contact degrees of freedom of the active elements, then ports with loads.
     pub(super) ports: Vec<usize>,
-    /// Forces on them: what is beyond the reference with the sign of a load, then loads.
+    /// Forces on them: contact forces beyond the reference with the sign of a load, then loads.
     pub(super) forces: Vec<f64>,
-    /// Share of the loads.
+    /// Applied share of the loads.
     pub(super) factor: f64,
-    /// Jacobians of what is beyond the reference, one per active element; none if not asked for.
+    /// Jacobians of the forces beyond the reference, one per active element; empty if not requested.
     pub(super) beyond: Vec<Matrix>,
-    /// Contact forces of the active elements, and how well their cycles close.
+    /// Contact forces of the active elements, and the closure of their cycles.
     pub(super) contact: Vec<(Vec<f64>, Closure)>,
     pub(super) displacement: Vec<f64>,
     pub(super) residual: Vec<f64>,
     pub(super) condition: f64,
 }
 
-/// What an element adds to an evaluation.
-struct OfElement {
-    /// Beyond the reference with the sign of a load.
+/// Contribution of an element to an evaluation.
+struct ElementContribution {
+    /// Force beyond the reference with the sign of a load.
     force: Vec<f64>,
     beyond: Option<Matrix>,
     contact: (Vec<f64>, Closure),
 }
 
 impl Evaluation {
-    /// Whether it was asked for with Jacobians.
+    /// Returns true if the evaluation has Jacobians.
     pub(super) fn has_jacobians(&self) -> bool {
         self.beyond.len() == self.elements.len()
     }
 }
 
-/// What depends on the active elements alone.
+/// Data that depend only on the set of active elements.
 pub(super) struct Frame {
     elements: Vec<usize>,
-    /// Among their degrees of freedom.
+    /// The model among their degrees of freedom.
     among: Among,
-    /// The element part of the preconditioner, if there is one by now.
+    /// The element part of the preconditioner, once it is built.
     part: Option<ElementPart>,
-    /// What solving with it has learned.
+    /// Directions stored by earlier solves with this preconditioner.
     learned: RefCell<Learned>,
 }
 
 impl Frame {
-    /// The element part of the preconditioner is to be made anew.
+    /// Discards the element part of the preconditioner and the stored directions.
     pub(super) fn forget(&mut self) {
         self.part = None;
         *self.learned.borrow_mut() = Learned::default();
     }
 
-    /// Solves `operator(x) = right` with what was learned before, and learns from it; x and the Krylov iterations. All systems of a frame
-    /// have as many unknowns.
+    /// Solves `operator(x) = right` with the stored directions, and stores new ones. Returns x and the number of Krylov
+    /// iterations. All systems of a frame have the same number of unknowns.
     ///
-    /// It is preconditioned from the left, so that what is left is small as a correction, which is what Newton's method measures: a mean
-    /// displacement that little holds is much of that for next to no residual.
+    /// The system is preconditioned from the left, so the Krylov residual has the size of a correction, as in Newton's
+    /// method. A weakly held mean displacement has a large correction with hardly any residual.
     pub(super) fn solve(
         &self,
         operator: impl Fn(&[f64]) -> Vec<f64>,
@@ -521,26 +573,26 @@ pub(super) enum Solver<'a> {
     },
 }
 
-/// A change of the active unknowns and of the frequency.
+/// Change of the active unknowns and of the frequency.
 pub(super) struct Change {
     pub(super) unknowns: Vec<f64>,
     pub(super) omega: f64,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Receptances of the coordinates at every harmonic of the angular frequency `omega`.
+    /// Computes the receptances of the coordinates at every harmonic of the angular frequency `omega`.
     pub(super) fn cores(&self, omega: f64) -> Result<Vec<Matrix<Complex64>>, DynamicsError> {
         let orders = self.harmonics().orders();
         let receptance = |order: &u32| self.model.core.receptance(f64::from(*order) * omega);
         self.threads.map(orders, receptance).into_iter().collect()
     }
 
-    /// Unknowns per element.
+    /// Returns the number of unknowns per element.
     pub(super) fn width(&self) -> usize {
         3 * self.harmonics().coefficients()
     }
 
-    /// Residual of a state; with a `grip` (see [`LEAST_GRIP`]) Jacobians of the elements too.
+    /// Evaluates the residual of a state and, with a `grip` (see [`LEAST_GRIP`]), the Jacobians of the elements.
     pub(super) fn evaluate(
         &self,
         state: &State,
@@ -562,13 +614,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut contact = Vec::with_capacity(elements.len());
         let parts = self.threads.map(elements.chunks(AT_ONCE), |part| {
             let mut work = self.sampling.workspace();
-            let own = |element: &usize| self.evaluate_element(*element, state, grip, &mut work);
-            part.iter().map(own).collect::<Vec<_>>()
+            let evaluate_one =
+                |element: &usize| self.evaluate_element(*element, state, grip, &mut work);
+            part.iter().map(evaluate_one).collect::<Vec<_>>()
         });
-        for own in parts.into_iter().flatten() {
-            forces.extend(own.force);
-            beyond.extend(own.beyond);
-            contact.push(own.contact);
+        for contribution in parts.into_iter().flatten() {
+            forces.extend(contribution.force);
+            beyond.extend(contribution.beyond);
+            contact.push(contribution.contact);
         }
         ports.extend(&self.load_ports);
         forces.extend(self.loads_at(state.omega, factor));
@@ -601,14 +654,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
-    /// One element of [`Self::evaluate`].
+    /// Evaluates one element for [`Self::evaluate`].
     fn evaluate_element(
         &self,
         element: usize,
         state: &State,
         grip: Option<f64>,
         work: &mut Workspace,
-    ) -> OfElement {
+    ) -> ElementContribution {
         let n = self.harmonics().coefficients();
         let width = self.width();
         let u = &state.contact[element * width..][..width];
@@ -632,30 +685,30 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 jacobian.row_mut(d * n)[d * n] += grip * stiffness;
             }
         }
-        OfElement {
+        ElementContribution {
             force: g,
             beyond: jacobian,
             contact,
         }
     }
 
-    /// The frame of the active elements of `at`: the one at hand if it is theirs.
+    /// Returns the frame for the active elements of an evaluation; reuses `old` if it has the same elements.
     pub(super) fn frame(
         &self,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         old: Option<Frame>,
     ) -> Result<Frame, DynamicsError> {
         let mut frame = match old {
-            Some(frame) if frame.elements == at.elements => frame,
+            Some(frame) if frame.elements == evaluation.elements => frame,
             _ => {
-                let elements = at.elements.iter();
+                let elements = evaluation.elements.iter();
                 let ports: Vec<usize> = elements.flat_map(|e| 3 * e..3 * e + 3).collect();
-                let precision = match self.wants_krylov(at.residual.len()) {
+                let precision = match self.wants_krylov(evaluation.residual.len()) {
                     true => Precision::Single,
                     false => Precision::Double,
                 };
                 Frame {
-                    elements: at.elements.clone(),
+                    elements: evaluation.elements.clone(),
                     among: self.model.among(&ports, precision),
                     part: None,
                     learned: RefCell::default(),
@@ -663,14 +716,20 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
         };
         if let (true, None, Some(basis)) = (
-            self.wants_krylov(at.residual.len()),
+            self.wants_krylov(evaluation.residual.len()),
             &frame.part,
             &self.model.basis,
         ) {
             let harmonics = self.harmonics();
-            let (model, elements) = (&self.model, &at.elements);
-            let part =
-                ElementPart::new(&self.threads, model, basis, harmonics, elements, &at.beyond)?;
+            let (model, elements) = (&self.model, &evaluation.elements);
+            let part = ElementPart::new(
+                &self.threads,
+                model,
+                basis,
+                harmonics,
+                elements,
+                &evaluation.beyond,
+            )?;
             frame.part = Some(part);
         }
         Ok(frame)
@@ -678,7 +737,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     fn wants_krylov(&self, unknowns: usize) -> bool {
         let modal = self.model.leading * self.harmonics().coefficients();
-        // The modal part is eliminated: it must be the smaller part.
+        // The modal part is solved by elimination, so it must be the smaller part.
         self.model.basis.is_some()
             && unknowns > self.settings.dense_unknowns
             && 2 * modal < unknowns
@@ -686,26 +745,34 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     pub(super) fn solver<'a>(
         &'a self,
-        at: &'a Evaluation,
+        evaluation: &'a Evaluation,
         frame: &'a Frame,
     ) -> Result<Solver<'a>, DynamicsError> {
-        if let (true, Some(part)) = (self.wants_krylov(at.residual.len()), &frame.part) {
+        if let (true, Some(part)) = (self.wants_krylov(evaluation.residual.len()), &frame.part) {
             let harmonics = self.harmonics();
             return Ok(Solver::Krylov {
-                beyond: Blocks::new(self.width(), at.beyond.iter()),
-                preconditioner: Preconditioner::new(&self.threads, part, harmonics, &at.cores)?,
+                beyond: Blocks::new(self.width(), evaluation.beyond.iter()),
+                preconditioner: Preconditioner::new(
+                    &self.threads,
+                    part,
+                    harmonics,
+                    &evaluation.cores,
+                )?,
             });
         }
-        self.dense(at, frame)
+        self.dense(evaluation, frame)
     }
 
-    fn dense(&self, at: &Evaluation, frame: &Frame) -> Result<Solver<'static>, DynamicsError> {
-        let matrix = self.jacobian(at, frame);
+    fn dense(
+        &self,
+        evaluation: &Evaluation,
+        frame: &Frame,
+    ) -> Result<Solver<'static>, DynamicsError> {
+        let matrix = self.jacobian(evaluation, frame);
         let of_matrix = DynamicsError::of_matrix("Jacobian of the harmonic balance");
         match matrix.clone().factorize().map_err(of_matrix) {
             Ok(factors) => Ok(Solver::Dense(factors)),
-            // A mean position that friction leaves free (full sliding without a spring) has no equation: least squares with the
-            // smallest step.
+            // The mean position in full sliding without a spring has no equation. Least squares give the smallest step.
             Err(error) if error.is_singular() => {
                 let mut normal = Matrix::zeros(matrix.columns(), matrix.columns());
                 normal.add_transposed_product(&matrix, &matrix);
@@ -722,15 +789,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// 1 + H G on the active unknowns.
-    fn jacobian(&self, at: &Evaluation, frame: &Frame) -> Matrix {
+    /// Computes 1 + H G for the active unknowns.
+    fn jacobian(&self, evaluation: &Evaluation, frame: &Frame) -> Matrix {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
         let width = self.width();
-        let size = at.residual.len();
+        let size = evaluation.residual.len();
         let mut matrix = Matrix::identity(size);
         let dofs = size / n;
-        for (index, core) in at.cores.iter().enumerate() {
+        for (index, core) in evaluation.cores.iter().enumerate() {
             let block = frame.among.receptance(core);
             let slot = harmonics.slot(index);
             for i in 0..dofs {
@@ -738,7 +805,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     let value = block.at(i, j);
                     let (element, d) = (j / 3, j % 3);
                     let columns = element * width..(element + 1) * width;
-                    let source = |c: usize| at.beyond[element].row(d * n + c);
+                    let source = |c: usize| evaluation.beyond[element].row(d * n + c);
                     let target = &mut matrix.row_mut(i * n + slot)[columns.clone()];
                     add_scaled(target, value.re, source(slot));
                     if index > 0 {
@@ -753,24 +820,26 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         matrix
     }
 
-    /// (1 + H G) v of v and `forces` G v.
+    /// Computes (1 + H G) v from v and `forces` = G v.
     pub(super) fn operate(
         &self,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         frame: &Frame,
         forces: &[f64],
         v: &[f64],
     ) -> Vec<f64> {
-        let mut out = frame.among.respond(self.harmonics(), &at.cores, forces);
+        let mut out = frame
+            .among
+            .respond(self.harmonics(), &evaluation.cores, forces);
         add_scaled(&mut out, 1.0, v);
         out
     }
 
-    /// −J⁻¹ `residual`, to a tolerance relative to it where that takes Krylov iterations, and how many.
+    /// Computes −J⁻¹ `residual` and the number of Krylov iterations. The tolerance of Krylov iterations is relative.
     pub(super) fn step(
         &self,
         solver: &Solver<'_>,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         frame: &Frame,
         residual: &[f64],
         tolerance: f64,
@@ -783,7 +852,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return Ok((solver.approximate(residual), 0));
         };
         let right: Vec<f64> = residual.iter().map(|r| -r).collect();
-        let operator = |v: &[f64]| self.operate(at, frame, &beyond.apply(v), v);
+        let operator = |v: &[f64]| self.operate(evaluation, frame, &beyond.apply(v), v);
         let precondition = |v: &[f64]| preconditioner.apply(v);
         let solved = match self.is_costly {
             true => frame.solve(operator, precondition, &right, tolerance),
@@ -792,33 +861,33 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         };
         match solved {
             Err(error @ DynamicsError::Krylov { .. }) => {
-                let solver = self.dense_instead(at, frame, error)?;
-                // As many iterations as failed, so that the preconditioner is made anew.
+                let solver = self.dense_instead(evaluation, frame, error)?;
+                // Returns the limit of iterations, so that the caller rebuilds the preconditioner.
                 Ok((solver.approximate(residual), krylov::MOST_ITERATIONS))
             }
             solved => solved,
         }
     }
 
-    /// A solver by elimination where Krylov iterations end in `error`, if its matrix fits into memory.
+    /// Creates a solver by elimination after Krylov iterations failed with `error`, if its matrix fits into memory.
     ///
     /// # Errors
-    /// `error` if it does not.
+    /// `error` if the matrix does not fit.
     pub(super) fn dense_instead(
         &self,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         frame: &Frame,
         error: DynamicsError,
     ) -> Result<Solver<'static>, DynamicsError> {
-        match at.residual.len() <= MOST_DENSE {
-            true => self.dense(at, frame),
+        match evaluation.residual.len() <= MOST_DENSE {
+            true => self.dense(evaluation, frame),
             false => Err(error),
         }
     }
 }
 
 impl Solver<'_> {
-    /// −J⁻¹ `residual` with what is at hand, without iterating.
+    /// Computes −J⁻¹ `residual` without iterating: exactly by factors, or approximately by the preconditioner.
     pub(super) fn approximate(&self, residual: &[f64]) -> Vec<f64> {
         let mut out: Vec<f64> = residual.iter().map(|r| -r).collect();
         match self {
@@ -833,26 +902,27 @@ impl Solver<'_> {
     }
 }
 
-// The border of a Newton step whose frequency is free: how the state moves with frequency, and a condition with both.
+// Border of a Newton step with a free frequency: the motion of the state with frequency, and the condition on both.
 
 /// Relative change of frequency for derivatives by central differences; half-power bandwidths are above 1e-4.
 const FREQUENCY_DIFFERENCE: f64 = 1e-6;
 
-/// How the state and the condition move with frequency: the border of a Newton step.
+/// Derivatives of the state and of the condition with frequency: the border of a Newton step.
 pub(super) struct Slope {
     /// ∂ residual / ∂ω.
     residual: Vec<f64>,
-    /// ∂ condition / ∂ω, and along each of the active unknowns.
+    /// ∂ condition / ∂ω at constant contact forces.
     partial: f64,
+    /// ∂ condition along each of the active unknowns.
     row: Vec<f64>,
-    /// −J⁻¹ `residual`, or what the preconditioner makes of it.
+    /// −J⁻¹ `residual`, or its approximation by the preconditioner.
     motion: Vec<f64>,
-    /// Derivative of the condition with frequency, the active unknowns moving by that.
+    /// Total derivative of the condition with frequency, when the active unknowns move by `motion`.
     total: f64,
 }
 
 impl Slope {
-    /// The same with another motion.
+    /// Returns the slope with another motion.
     fn with_motion(&self, motion: Vec<f64>) -> Slope {
         Slope {
             total: self.partial + dot(&self.row, &motion),
@@ -865,18 +935,20 @@ impl Slope {
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// The step of a bordered system to a relative tolerance, and the Krylov iterations it took: of the unknowns and of the frequency, of
-    /// which `scale` makes what counts like an unknown, in one solution. The `slope` is that of the preconditioner, which with it
-    /// inverts the border exactly.
+    /// Solves the bordered system for unknowns and frequency together, to a relative tolerance. Returns the step and
+    /// the number of Krylov iterations.
+    ///
+    /// `scale` converts the frequency to the size of an unknown. With the preconditioner's own `slope`, the border is
+    /// inverted exactly.
     #[allow(clippy::too_many_arguments)]
     pub(super) fn bordered_step(
         &self,
         solver: &Solver<'_>,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         frame: &Frame,
         slope: &Slope,
         scale: f64,
-        (residual, left): (&[f64], f64),
+        (residual, condition_residual): (&[f64], f64),
         tolerance: f64,
     ) -> Result<(Change, usize), DynamicsError> {
         let Solver::Krylov {
@@ -885,12 +957,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         } = solver
         else {
             let direct = solver.approximate(residual);
-            return Ok((self.completed(Some(slope), (direct, left)), 0));
+            return Ok((self.completed(Some(slope), (direct, condition_residual)), 0));
         };
         let n = residual.len();
         let operator = |v: &[f64]| {
             let (v, omega) = (&v[..n], v[n] / scale);
-            let mut out = self.operate(at, frame, &beyond.apply(v), v);
+            let mut out = self.operate(evaluation, frame, &beyond.apply(v), v);
             add_scaled(&mut out, omega, &slope.residual);
             out.push(dot(&slope.row, v) + slope.partial * omega);
             out
@@ -902,15 +974,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             out.push(scale * omega);
             out
         };
-        let right: Vec<f64> = residual.iter().chain([&left]).map(|r| -r).collect();
+        let right: Vec<f64> = residual
+            .iter()
+            .chain([&condition_residual])
+            .map(|r| -r)
+            .collect();
         let (mut unknowns, iterations) =
             match frame.solve(operator, precondition, &right, tolerance) {
                 Err(error @ DynamicsError::Krylov { .. }) => {
-                    let dense = self.dense_instead(at, frame, error)?;
+                    let dense = self.dense_instead(evaluation, frame, error)?;
                     let exact = slope.with_motion(dense.approximate(&slope.residual));
                     let direct = dense.approximate(residual);
                     return Ok((
-                        self.completed(Some(&exact), (direct, left)),
+                        self.completed(Some(&exact), (direct, condition_residual)),
                         MOST_ITERATIONS,
                     ));
                 }
@@ -920,50 +996,50 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok((Change { unknowns, omega }, iterations))
     }
 
-    /// How the state moves with frequency, and the condition with both.
+    /// Computes the derivatives of the state and of the condition with frequency.
     pub(super) fn slope(
         &self,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         frame: &Frame,
         solver: &Solver<'_>,
         condition: &Condition,
         omega: f64,
         tolerance: f64,
     ) -> Result<Slope, DynamicsError> {
-        self.slope_by(at, condition, omega, |residual| {
-            let (motion, _) = self.step(solver, at, frame, residual, tolerance)?;
+        self.slope_by(evaluation, condition, omega, |residual| {
+            let (motion, _) = self.step(solver, evaluation, frame, residual, tolerance)?;
             Ok(motion)
         })
     }
 
-    /// As [`Self::slope`], by the preconditioner alone.
+    /// Computes the derivatives as [`Self::slope`], with the preconditioner only.
     pub(super) fn rough_slope(
         &self,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         solver: &Solver<'_>,
         condition: &Condition,
         omega: f64,
     ) -> Result<Slope, DynamicsError> {
-        self.slope_by(at, condition, omega, |residual| {
+        self.slope_by(evaluation, condition, omega, |residual| {
             Ok(solver.approximate(residual))
         })
     }
 
     fn slope_by(
         &self,
-        at: &Evaluation,
+        evaluation: &Evaluation,
         condition: &Condition,
         omega: f64,
         step: impl FnOnce(&[f64]) -> Result<Vec<f64>, DynamicsError>,
     ) -> Result<Slope, DynamicsError> {
-        let by_frequency = self.by_frequency(at, omega)?;
+        let by_frequency = self.by_frequency(evaluation, omega)?;
         let width = self.width();
-        let elements = at.elements.iter();
+        let elements = evaluation.elements.iter();
         let rows = elements.flat_map(|e| &by_frequency[e * width..(e + 1) * width]);
         let residual: Vec<f64> = rows.map(|v| -v).collect();
         let motion = step(&residual)?;
         let partial = self.partial(condition, &by_frequency);
-        let row = self.border(at, condition);
+        let row = self.border(evaluation, condition);
         let total = partial + dot(&row, &motion);
         Ok(Slope {
             residual,
@@ -974,7 +1050,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
-    /// ∂ condition / ∂ω at constant contact forces.
+    /// Computes ∂ condition / ∂ω at constant contact forces.
     fn partial(&self, condition: &Condition, by_frequency: &[f64]) -> f64 {
         match condition {
             Condition::Frequency => 0.0,
@@ -984,20 +1060,26 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// ∂ displacement of all ports / ∂ω at constant forces, but for loads that grow with frequency.
-    fn by_frequency(&self, at: &Evaluation, omega: f64) -> Result<Vec<f64>, DynamicsError> {
+    /// Computes ∂ displacement of all ports / ∂ω at constant contact forces; inertial loads change with frequency.
+    fn by_frequency(&self, evaluation: &Evaluation, omega: f64) -> Result<Vec<f64>, DynamicsError> {
         let step = FREQUENCY_DIFFERENCE * omega;
         let respond = |omega: f64| -> Result<Vec<f64>, DynamicsError> {
             let harmonics = self.harmonics();
             let cores = self.cores(omega)?;
             let model = &self.model;
             if self.has_inertial_loads() {
-                let loads = self.loads_at(omega, at.factor);
-                let contact = &at.forces[..at.forces.len() - loads.len()];
+                let loads = self.loads_at(omega, evaluation.factor);
+                let contact = &evaluation.forces[..evaluation.forces.len() - loads.len()];
                 let forces = [contact, &loads].concat();
-                return Ok(model.respond(harmonics, &cores, &at.ports, &forces, true));
+                return Ok(model.respond(harmonics, &cores, &evaluation.ports, &forces, true));
             }
-            Ok(model.respond(harmonics, &cores, &at.ports, &at.forces, false))
+            Ok(model.respond(
+                harmonics,
+                &cores,
+                &evaluation.ports,
+                &evaluation.forces,
+                false,
+            ))
         };
         let (mut change, low) = (respond(omega + step)?, respond(omega - step)?);
         for (high, low) in change.iter_mut().zip(low) {
@@ -1006,9 +1088,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(change)
     }
 
-    /// The derivative of the condition along each active unknown: −cᵀ H G of the weights c of its terms. The transpose of the receptance
-    /// of a harmonic, which is symmetric, is its conjugate, so that Hᵀ c is H c with the signs of all sines changed before and after.
-    fn border(&self, at: &Evaluation, condition: &Condition) -> Vec<f64> {
+    /// Computes the derivative of the condition along each active unknown: −cᵀ H G with the weights c of its terms.
+    ///
+    /// The receptance of a harmonic is symmetric, and its transpose in real coefficients is its conjugate. So Hᵀ c is H
+    /// c with the signs of all sines changed before and after.
+    fn border(&self, evaluation: &Evaluation, condition: &Condition) -> Vec<f64> {
         let terms = condition.terms();
         let harmonics = self.harmonics();
         let (n, width) = (harmonics.coefficients(), self.width());
@@ -1020,15 +1104,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         let mut response = self
             .model
-            .respond(harmonics, &at.cores, &ports, &weights, true);
+            .respond(harmonics, &evaluation.cores, &ports, &weights, true);
         for row in response.chunks_mut(n) {
-            // A mean has no sine.
+            // Column 0 is the mean, so the sines begin at column 2.
             row.iter_mut()
                 .skip(2)
                 .step_by(2)
                 .for_each(|sine| *sine = -*sine);
         }
-        let blocks = at.elements.iter().zip(&at.beyond);
+        let blocks = evaluation.elements.iter().zip(&evaluation.beyond);
         let rows = blocks.flat_map(|(element, jacobian)| {
             let response = &response[element * width..][..width];
             let mut row = vec![0.0; width];
@@ -1040,11 +1124,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         rows.collect()
     }
 
-    /// Block elimination of the bordered system: `direct` = −J⁻¹ r is completed by the motion with frequency.
+    /// Completes `direct` = −J⁻¹ r by the motion with frequency (block elimination of the bordered system).
     pub(super) fn completed(
         &self,
         slope: Option<&Slope>,
-        (mut direct, left): (Vec<f64>, f64),
+        (mut direct, condition_residual): (Vec<f64>, f64),
     ) -> Change {
         let Some(slope) = slope else {
             return Change {
@@ -1052,7 +1136,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 omega: 0.0,
             };
         };
-        let omega = -(left + dot(&slope.row, &direct)) / slope.total;
+        let omega = -(condition_residual + dot(&slope.row, &direct)) / slope.total;
         add_scaled(&mut direct, omega, &slope.motion);
         Change {
             unknowns: direct,
@@ -1060,7 +1144,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Derivative of the first harmonic (cosine, sine) at `port` with respect to frequency along the branch of a response.
+    /// Computes the derivative of the first harmonic (cosine, sine) at `port` with respect to frequency along the
+    /// branch of a response.
     pub(super) fn port_slope(
         &self,
         response: &super::Response,
@@ -1080,28 +1165,28 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             })
         };
         let (cosine, sine) = (condition([1.0, 0.0]), condition([0.0, 1.0]));
-        let at = self.evaluate(&state, response.load_factor, &cosine, Some(LEAST_GRIP))?;
-        let frame = self.frame(&at, None)?;
-        let solver = self.solver(&at, &frame)?;
+        let evaluation = self.evaluate(&state, response.load_factor, &cosine, Some(LEAST_GRIP))?;
+        let frame = self.frame(&evaluation, None)?;
+        let solver = self.solver(&evaluation, &frame)?;
         let omega = state.omega;
-        let slope = self.slope(&at, &frame, &solver, &cosine, omega, STEP_TOLERANCE)?;
-        let by_frequency = self.by_frequency(&at, omega)?;
-        let of_sine =
-            self.partial(&sine, &by_frequency) + dot(&self.border(&at, &sine), &slope.motion);
-        Ok([slope.total, of_sine])
+        let slope = self.slope(&evaluation, &frame, &solver, &cosine, omega, STEP_TOLERANCE)?;
+        let by_frequency = self.by_frequency(&evaluation, omega)?;
+        let sine_total = self.partial(&sine, &by_frequency)
+            + dot(&self.border(&evaluation, &sine), &slope.motion);
+        Ok([slope.total, sine_total])
     }
 }
 
-// A solve of the harmonic balance that an interrupted start may have made: what Newton's method led to, as it is kept.
+// Storage of solves in the journal, from which an interrupted run resumes.
 
-/// What is kept of a solve.
+/// Kinds of a stored solve.
 const FOUND: u64 = 0;
 const NOT_CONVERGED: u64 = 1;
-/// Another error, which is met again at little cost.
+/// Another error, which a repeated solve reports again at little cost.
 const REFUSED: u64 = 2;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Converges `state` at the load `factor`, unless an earlier start has.
+    /// Solves for the response from `state` at the load `factor`, or reads it from the journal.
     pub(super) fn newton(
         &self,
         state: State,
@@ -1111,7 +1196,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.newton_to(self.settings.tolerance, state, factor, condition)
     }
 
-    /// Converges `state` at the load `factor` to `tolerance`, at least that of the settings, unless an earlier start has.
+    /// Solves for the response from `state` at the load `factor`, or reads it from the journal. The tolerance is the
+    /// coarser of `tolerance` and the tolerance of the settings.
     pub(super) fn newton_to(
         &self,
         tolerance: f64,
@@ -1124,21 +1210,21 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return self.newton_from(&mut None, tolerance, state, factor, condition);
         }
         let inputs = self.inputs(&state, factor, condition, tolerance);
-        if let Some(kept) = self.journal.take(&inputs) {
-            // What is not read is refused again, and stands there already.
-            let read = self.read(&kept);
-            return read.unwrap_or_else(|| {
+        if let Some(stored) = self.journal.take(&inputs) {
+            // An entry without a response is solved again. It is not stored again.
+            let decoded = self.read(&stored);
+            return decoded.unwrap_or_else(|| {
                 self.newton_from(&mut None, tolerance, state, factor, condition)
             });
         }
         let before = self.effort.spent();
         let result = self.newton_from(&mut None, tolerance, state, factor, condition);
         let spent = self.effort.spent() - before;
-        self.journal.add(&inputs, &written(&result, spent));
+        self.journal.add(&inputs, &encode(&result, spent));
         result
     }
 
-    /// Converges `state` with the frame of an earlier solve nearby, which is not kept in a journal.
+    /// Solves for the response from `state` with the `frame` of an earlier solve nearby, without the journal.
     pub(super) fn newton_from(
         &self,
         frame: &mut Option<Frame>,
@@ -1151,7 +1237,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.threads.within(converge)
     }
 
-    /// The two branches that `work` leads to, unless an earlier start has followed them; `by` are the numbers that they depend on.
+    /// Returns the two branches that `work` computes, or reads them from the journal. `by` are the numbers that they
+    /// depend on.
     pub(super) fn kept_branches(
         &self,
         by: &[f64],
@@ -1161,41 +1248,43 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return work();
         }
         let inputs = Inputs::default().numbers(by).numbers(&self.load_rows);
-        if let Some(kept) = self.journal.take(&inputs)
-            && let Some(read) = self.read_branches(&kept)
+        if let Some(stored) = self.journal.take(&inputs)
+            && let Some(decoded) = self.read_branches(&stored)
         {
-            return read;
+            return decoded;
         }
         let before = self.effort.spent();
-        let found = work();
+        let branches = work();
         let mut out = Writer::default();
         out.count(self.effort.spent() - before);
-        for branch in found.iter().flatten() {
+        for branch in branches.iter().flatten() {
             out.count(branch.len() as u64);
-            branch.iter().for_each(|response| write(&mut out, response));
+            branch
+                .iter()
+                .for_each(|response| write_response(&mut out, response));
         }
         self.journal.add(&inputs, &out.0);
-        found
+        branches
     }
 
-    /// None of what was not written for this balance; none within of what is not found.
-    fn read_branches(&self, kept: &[u8]) -> Option<Option<[Vec<Response>; 2]>> {
-        let mut reader = Reader(kept);
+    /// Returns `None` for an entry of another balance, and `Some(None)` for stored branches that were not found.
+    fn read_branches(&self, stored: &[u8]) -> Option<Option<[Vec<Response>; 2]>> {
+        let mut reader = Reader(stored);
         let spent = reader.count()?;
-        let mut found = None;
+        let mut branches = None;
         if !reader.0.is_empty() {
             let mut branch = || {
                 let count = reader.count()?;
                 let responses = (0..count).map(|_| self.read_response(&mut reader));
                 responses.collect::<Option<Vec<_>>>()
             };
-            found = Some([branch()?, branch()?]);
+            branches = Some([branch()?, branch()?]);
         }
         if !reader.0.is_empty() {
             return None;
         }
         self.effort.add(spent);
-        Some(found)
+        Some(branches)
     }
 
     fn inputs(&self, state: &State, factor: f64, condition: &Condition, tolerance: f64) -> Inputs {
@@ -1221,9 +1310,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             .flags(&state.active)
     }
 
-    /// None of what was not written for this balance.
-    fn read(&self, kept: &[u8]) -> Option<Result<Response, DynamicsError>> {
-        let mut reader = Reader(kept);
+    /// Returns `None` for an entry of another balance.
+    fn read(&self, stored: &[u8]) -> Option<Result<Response, DynamicsError>> {
+        let mut reader = Reader(stored);
         let kind = reader.count()?;
         let spent = reader.count()?;
         let result = match kind {
@@ -1270,7 +1359,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 }
 
-fn write(out: &mut Writer, response: &Response) {
+fn write_response(out: &mut Writer, response: &Response) {
     out.numbers(&[response.omega, response.load_factor]);
     out.count(response.iterations as u64);
     let energy = &response.energy;
@@ -1288,13 +1377,13 @@ fn write(out: &mut Writer, response: &Response) {
     active.for_each(|active| out.count(u64::from(*active)));
 }
 
-fn written(result: &Result<Response, DynamicsError>, spent: u64) -> Vec<u8> {
+fn encode(result: &Result<Response, DynamicsError>, spent: u64) -> Vec<u8> {
     let mut out = Writer::default();
     match result {
         Ok(response) => {
             out.count(FOUND);
             out.count(spent);
-            write(&mut out, response);
+            write_response(&mut out, response);
         }
         Err(DynamicsError::NotConverged {
             frequency,

@@ -1,14 +1,15 @@
-//! A single mass on one contact element: the smallest structure that can slip, twist and lift off.
+//! Single mass on one contact element: the smallest structure that can slip, twist and lift off.
 
 use super::contact_element::ContactElement;
 use super::linear_model::SecondOrder;
 use super::{DynamicsError, Load};
 use crate::linalg::RowMatrix as Matrix;
 
-/// A mass with a spring and a damper to the ground along each axis, and one contact element between it and the ground.
+/// Mass with a spring and a damper to the ground along each axis, and one contact element between the mass and the
+/// ground.
 ///
-/// Axes are x, y (in the plane of the contact) and n (positive when the mass approaches the ground). Its ports are these three
-/// displacements.
+/// The axes are x, y (in the plane of the contact) and n (positive when the mass approaches the ground). The ports are
+/// the displacements along these axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Oscillator {
     /// Mass per axis \[kg\].
@@ -17,20 +18,20 @@ pub struct Oscillator {
     pub damping: [f64; 3],
     /// Stiffness per axis, without the contact \[N/m\].
     pub stiffness: [f64; 3],
-    /// The contact.
+    /// The contact element.
     pub element: ContactElement,
 }
 
 impl Oscillator {
-    /// Its linear part.
+    /// Creates the linear part of the oscillator.
     ///
     /// # Errors
-    /// Those of [`mass_on_springs`].
+    /// As [`mass_on_springs`].
     pub fn model(&self) -> Result<SecondOrder, DynamicsError> {
         mass_on_springs(self.mass, self.damping, self.stiffness, 3)
     }
 
-    /// A load `amplitude · cos(ωt + phase)` along `axis` (0 x, 1 y, 2 n) \[N, rad\].
+    /// Creates a load `amplitude · cos(ωt + phase)` along `axis` (0 x, 1 y, 2 n) \[N, rad\].
     pub fn load(axis: usize, amplitude: f64, phase: f64) -> Load {
         Load {
             port: axis,
@@ -41,8 +42,8 @@ impl Oscillator {
     }
 }
 
-/// A mass with a spring and a damper to the ground along each axis; its displacements are the ports, and the first `contact_dofs`
-/// (0 or 3) those of a contact.
+/// Creates a mass with a spring and a damper to the ground along each axis. Its displacements are the ports, and the
+/// first `contact_dofs` (0 or 3) of them belong to a contact.
 ///
 /// # Errors
 /// [`DynamicsError::OutOfRange`] for a mass that is not positive, or a damping or stiffness that is negative.

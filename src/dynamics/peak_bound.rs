@@ -1,13 +1,14 @@
-//! The amplitude that no steady motion exceeds, whatever its contact does: damping takes no more than the loads supply.
+//! Upper bound of the amplitude of any steady motion, for any contact: damping takes no more power than the loads
+//! supply.
 //!
-//! Contact forces take energy over a period, or none, so that the mean power of the loads covers that of the damping,
-//! Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v over the harmonics of the velocity v and of the loads f. With y = C^½ v and g = C^-½ f that is the ball
-//! |y − g/2| ≤ |g|/2, and what a port b moves in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b, is at most
-//! (|sᵀ g₁| + |s| |g|)/2. Of one load on the port itself that is the amplitude F/(c ω) of a resonance.
+//! Contact forces take energy over a period, or none. So the mean power of the loads covers the mean power of the
+//! damping, Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v over the harmonics of the velocity v and of the loads f. With y = C^½ v and g = C^-½
+//! f this is the ball |y − g/2| ≤ |g|/2. The velocity of a port b in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b,
+//! is at most (|sᵀ g₁| + |s| |g|)/2. For a single load on the port itself this is the amplitude F/(c ω) of a resonance.
 //!
-//! That holds for each set of coordinates by itself that no energy leaves: a contact without adhesion gives none of what it takes along its
-//! normal to the motion in its plane, and its friction takes as much or more there, however the normal load varies meanwhile. Only the loads
-//! in the plane supply what moves there.
+//! The bound applies separately to each set of coordinates that no energy leaves. A contact without adhesion takes
+//! energy along its normal, and passes none of it to the motion in its plane. In the plane, friction takes as much or
+//! more, for any change of the normal load. So only the loads in the plane supply the motion in the plane.
 
 use num_complex::Complex64;
 use std::collections::BTreeMap;
@@ -15,18 +16,18 @@ use std::collections::BTreeMap;
 use super::{Load, SecondOrder};
 use crate::linalg::{RowMatrix, generalised_eigen};
 
-/// Share of the largest damping rate below which a coordinate is not damped.
+/// Share of the largest damping rate below which a coordinate counts as undamped.
 const UNDAMPED: f64 = 1e-12;
-/// Share of a port along what is not damped that is rounding.
+/// Share of a port along undamped coordinates that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
 impl SecondOrder {
-    /// Whether each coordinate may exchange energy with what a port moves: over mass, damping or stiffness, along one normal or in one
-    /// plane of a contact.
+    /// Returns for each coordinate whether it may exchange energy with the motion of a port: through mass, damping or
+    /// stiffness, or along the normal or in the plane of a contact.
     pub(super) fn sharing(&self, port: usize) -> Vec<bool> {
         let n = self.mass.rows();
         let moves = |port: usize, k: usize| self.basis.at(port, k) != 0.0;
-        // Ports that take part in one exchange each.
+        // Groups of ports that exchange energy with each other.
         let exchanges = (0..self.contact_dofs / 3).flat_map(|e| {
             let first = 3 * e;
             [vec![first, first + 1], vec![first + 2]]
@@ -34,7 +35,7 @@ impl SecondOrder {
         let exchanges: Vec<Vec<usize>> = exchanges.collect();
         let mut shares: Vec<bool> = (0..n).map(|k| moves(port, k)).collect();
         loop {
-            let reached = |k: usize| {
+            let shares_energy = |k: usize| {
                 let matrices = [&self.mass, &self.damping, &self.hysteretic, &self.stiffness];
                 let by_matrix = |i: usize| {
                     let linked = |m: &RowMatrix| m.at(i, k) != 0.0 || m.at(k, i) != 0.0;
@@ -46,19 +47,19 @@ impl SecondOrder {
                 };
                 shares[k] || (0..n).any(by_matrix) || exchanges.iter().any(by_contact)
             };
-            let more: Vec<bool> = (0..n).map(reached).collect();
-            if more == shares {
+            let extended: Vec<bool> = (0..n).map(shares_energy).collect();
+            if extended == shares {
                 return shares;
             }
-            shares = more;
+            shares = extended;
         }
     }
 }
 
-/// C^-½ of forces, by their order.
+/// C^-½ f of forces f, by harmonic order.
 type Forces = BTreeMap<u32, Vec<Complex64>>;
 
-/// Coordinates in which the damping is a rate each.
+/// Coordinates that diagonalise the damping.
 pub(super) struct DampingRates<'a> {
     model: &'a SecondOrder,
     /// Rates \[1/s\], ascending, and mass-normalised shapes, `coordinates × rates`.
@@ -80,7 +81,7 @@ impl DampingRates<'_> {
         })
     }
 
-    /// C^-½ of a port; none where a part of it is not damped.
+    /// Computes C^-½ b of a port b, or returns `None` if a part of it is undamped.
     pub(super) fn scaled(&self, port: usize) -> Option<Vec<f64>> {
         let row = self.model.basis.row(port);
         let along = |r: usize| -> f64 {
@@ -98,7 +99,7 @@ impl DampingRates<'_> {
         .collect()
     }
 
-    /// C^-½ of the loads that move coordinates of a set, times a power of their order.
+    /// Computes C^-½ f of the loads that move coordinates of a set, times a power of their order.
     pub(super) fn forces(&self, loads: &[Load], power: i32, set: &[bool]) -> Option<Forces> {
         let mut forces = Forces::new();
         let moves = |load: &Load| {
@@ -123,7 +124,7 @@ fn size(forces: &Forces) -> f64 {
     norm(forces.values().flatten().map(|f| f.norm()))
 }
 
-/// The largest velocity of a port in the first harmonic \[m/s\].
+/// Returns the bound of the velocity of a port in the first harmonic \[m/s\].
 pub(super) fn velocity(port: &[f64], forces: &Forces) -> f64 {
     let along = forces.get(&1).map_or(0.0, |force| {
         let each = force.iter().zip(port);
@@ -154,11 +155,11 @@ mod tests {
         let port = damping.scaled(0).unwrap();
         // F/c.
         assert!((velocity(&port, &along_x) / 4.0 - 1.0).abs() < 1e-12);
-        // A second load may be out of phase and supplies what the first does not.
+        // A second load may be out of phase and supplies additional power.
         let mut loads = vec![Oscillator::load(0, 8.0, 0.3), Oscillator::load(1, 6.0, 1.2)];
         let both = of(&loads);
         assert!(velocity(&port, &both) > 4.0);
-        // One along the normal supplies nothing in the plane.
+        // A load along the normal supplies no power in the plane.
         loads.push(Oscillator::load(2, 100.0, 0.0));
         assert_eq!(of(&loads), both);
         assert!(damping.scaled(2).is_none(), "nothing damps the normal");

@@ -1,4 +1,4 @@
-//! The preconditioner of a Newton step, which knows the elements and the modes, for when nearly all elements are active.
+//! Preconditioner of a Newton step with nearly all elements active, built from the elements and the modes.
 
 use num_complex::Complex64;
 
@@ -7,11 +7,14 @@ use super::{DynamicsError, Harmonics};
 use crate::linalg::{Blocks, Factors, RowMatrix as Matrix, add_scaled};
 use crate::threads::Threads;
 
-/// Elements whose blocks a thread inverts at once.
+/// Number of elements whose blocks a thread inverts at a time.
 const AT_ONCE: usize = 32;
 
-/// What does not depend on frequency in the inverse of `1 + (D + B Z Bᵀ) G`, where B and Z have the leading coordinates only, D keeps
-/// of the residual and the static answer of the other coordinates the 3×3 blocks of the elements, and G is the contact Jacobian beyond the reference: per element `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
+/// Frequency-independent part of the inverse of `1 + (D + B Z Bᵀ) G`.
+///
+/// B and Z have only the leading coordinates. D is the block diagonal, 3×3 per element, of the residual and of the
+/// static response of the other coordinates. G is the contact Jacobian beyond the reference. Each element has `P = 1 +
+/// D G`, and `W = Bᵀ G P⁻¹ B`.
 pub(super) struct ElementPart {
     /// P⁻¹.
     inverses: Blocks,
@@ -19,14 +22,15 @@ pub(super) struct ElementPart {
     transfers: Blocks,
     /// Rows of B of the elements, `3 · elements × coordinates`.
     shapes: Matrix,
-    /// Bᵀ, by whose rows products are several times as fast.
+    /// Bᵀ, stored because products by rows are several times as fast.
     transposed_shapes: Matrix,
     /// W, ordered by coefficient, then coordinate.
     coupling: Matrix,
 }
 
 impl ElementPart {
-    /// For the elements `active` of a model with this `basis`, with Jacobians `beyond` (each `3n × 3n`).
+    /// Computes the part for the elements `active` of a model with this `basis`, with Jacobians `beyond` (each `3n ×
+    /// 3n`).
     pub(super) fn new(
         threads: &Threads,
         model: &ClosedModel,
@@ -45,7 +49,7 @@ impl ElementPart {
                 row.copy_from_slice(&basis.row(3 * element + d)[..m]);
             }
         }
-        let own = |(&element, jacobian): (&usize, &Matrix)| {
+        let element_blocks = |(&element, jacobian): (&usize, &Matrix)| {
             let mut local = Matrix::identity(width);
             if let Some(blocks) = &model.local {
                 for d in 0..3 {
@@ -66,7 +70,9 @@ impl ElementPart {
         let chunks = active.chunks(AT_ONCE).zip(beyond.chunks(AT_ONCE));
         let parts = threads.map(chunks, |(active, beyond)| {
             let elements = active.iter().zip(beyond);
-            elements.map(own).collect::<Result<Vec<_>, DynamicsError>>()
+            elements
+                .map(element_blocks)
+                .collect::<Result<Vec<_>, DynamicsError>>()
         });
         let (mut inverses, mut transfers) = (Vec::new(), Vec::new());
         for part in parts {
@@ -76,21 +82,21 @@ impl ElementPart {
             }
         }
         let transposed_shapes = shapes.transposed();
-        // For every pair of coefficients a product over all elements.
+        // Each pair of coefficients needs one product over all elements.
         let rows = threads.map(0..n, |c| {
             let mut rows = Matrix::zeros(m, m * n);
             for f in 0..n {
-                let mut moved = Matrix::zeros(3 * active.len(), m);
+                let mut transferred = Matrix::zeros(3 * active.len(), m);
                 for (place, transfer) in transfers.iter().enumerate() {
                     for d in 0..3 {
                         for e in 0..3 {
                             let factor = transfer.at(d * n + c, e * n + f);
                             let source = shapes.row(3 * place + e);
-                            add_scaled(moved.row_mut(3 * place + d), factor, source);
+                            add_scaled(transferred.row_mut(3 * place + d), factor, source);
                         }
                     }
                 }
-                let product = transposed_shapes.times(&moved);
+                let product = transposed_shapes.times(&transferred);
                 for a in 0..m {
                     rows.row_mut(a)[f * m..][..m].copy_from_slice(product.row(a));
                 }
@@ -111,13 +117,13 @@ impl ElementPart {
     }
 }
 
-/// The preconditioner at one frequency.
+/// Preconditioner at one frequency.
 pub(super) struct Preconditioner<'a> {
     part: &'a ElementPart,
     harmonics: &'a Harmonics,
-    /// Z of the leading coordinates, of each harmonic.
+    /// Z of the leading coordinates at each harmonic.
     cores: Vec<Matrix<Complex64>>,
-    /// Of `1 + W Z`.
+    /// Factors of `1 + W Z`.
     modal: Factors,
 }
 
@@ -138,7 +144,7 @@ impl<'a> Preconditioner<'a> {
             out
         };
         let cores: Vec<Matrix<Complex64>> = cores.iter().map(leading).collect();
-        // Z has a block for each harmonic, and W Z the columns of that block.
+        // Z is block diagonal by harmonic, so W Z uses only the columns of the block.
         let products = threads.map(cores.iter().enumerate(), |(index, core)| {
             let slots = if index == 0 { 1 } else { 2 };
             let first = harmonics.slot(index) * m;
@@ -177,7 +183,7 @@ impl<'a> Preconditioner<'a> {
         })
     }
 
-    /// The approximate inverse applied to `right` (active unknowns).
+    /// Applies the approximate inverse to `right` (active unknowns).
     pub(super) fn apply(&self, right: &[f64]) -> Vec<f64> {
         let part = self.part;
         let n = self.harmonics.coefficients();
@@ -189,8 +195,12 @@ impl<'a> Preconditioner<'a> {
         self.modal.solve(modal.values_mut());
         let generalised = modal.transposed();
         let coordinates = ClosedModel::coordinates(self.harmonics, &self.cores, &generalised);
-        let moved = part.shapes.times(&coordinates).into_values();
-        let left: Vec<f64> = right.iter().zip(moved).map(|(r, m)| r - m).collect();
-        part.inverses.apply(&left)
+        let modal_response = part.shapes.times(&coordinates).into_values();
+        let remaining: Vec<f64> = right
+            .iter()
+            .zip(modal_response)
+            .map(|(r, m)| r - m)
+            .collect();
+        part.inverses.apply(&remaining)
     }
 }

@@ -1,42 +1,47 @@
-//! Pseudo-modes: a few coordinates that stand for the inertia of all modes above the kept ones.
+//! Pseudo-modes: a few coordinates that represent the inertia of all modes above the retained modes.
 //!
-//! What a reduction leaves out answers with R₀ + ω²R₁ + … at the ports, a series that diverges at the first mode left out. With the
-//! flexibility R₀ as stiffness and the residual mass R₁ (Rubin, AIAA J. 13, 1975) it is R₀(R₀ − ω²R₁)⁻¹R₀ instead: the same two
-//! terms, but a structure with poles of its own above the kept modes (upper bounds of the modes left out, by Rayleigh and Ritz),
-//! with a positive mass and stiffness at every frequency. It has as many coordinates as there are ports. Only those with the lowest
-//! poles feel their inertia at the harmonics of a response, so that these become coordinates and the rest is static:
+//! The omitted modes respond with R₀ + ω²R₁ + … at the ports, a series that diverges at the first omitted mode. With
+//! the flexibility R₀ as stiffness and the residual mass R₁ (Rubin, AIAA J. 13, 1975), the response is R₀(R₀ −
+//! ω²R₁)⁻¹R₀ instead. It has the same first two terms, but it is a structure with poles of its own above the retained
+//! modes. By Rayleigh and Ritz, the poles are upper bounds of the omitted modes. Its mass and stiffness are positive at
+//! every frequency. It has as many coordinates as there are ports. Only the coordinates with the lowest poles have
+//! notable inertia at the harmonics of a response. They are kept as coordinates, and the rest is static:
 //!
 //! R₀(R₀ − ω²R₁)⁻¹R₀ ≈ Σ_r ψ_rψ_rᵀ/(Λ_r − ω²) + (R₀ − Σ_r ψ_rψ_rᵀ/Λ_r).
 //!
-//! The rest stays a constant, positive flexibility, behind which contact springs can be closed once for all harmonics.
+//! The rest is a constant, positive flexibility. Contact springs in series with it can be closed once for all
+//! harmonics.
 
 use super::DynamicsError;
 use super::linear_model::symmetrise;
 use crate::linalg::{Factors, RowMatrix as Matrix, add_scaled, generalised_eigen};
 
-/// Vectors of the subspace beyond the pseudo-modes wanted: they bring the poles of the last ones within some percent.
+/// Number of additional vectors of the subspace: they bring the poles of the last pseudo-modes within some per cent.
 const GUARDS: usize = 6;
-/// Share of the largest residual mass below which a further vector has nothing of it but the rounding of R₁.
+/// Share of the largest residual mass below which another vector contains only rounding of R₁.
 const NOTHING_LEFT: f64 = 1e-10;
 
-/// The residual of a reduction as pseudo-modes and what is left of its flexibility.
+/// Pseudo-modes of the residual of a reduction, and the remaining flexibility.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PseudoModes {
     /// Angular frequencies √Λ \[rad/s\], ascending.
     pub omega: Vec<f64>,
     /// Shapes ψ at the ports \[kg^-1/2\], `ports × modes`, of unit modal mass.
     pub shapes: Matrix,
-    /// Flexibility of what is left \[m/N\], `ports × ports`, symmetric. With the static share ψψᵀ/Λ of the pseudo-modes it is R₀.
+    /// Remaining flexibility \[m/N\], `ports × ports`, symmetric. Together with the static share ψψᵀ/Λ of the
+    /// pseudo-modes it is R₀.
     pub residual: Matrix,
 }
 
-/// The `count` pseudo-modes of lowest frequency, or fewer where the residual mass has no more, of the residual flexibility `residual`
-/// R₀ \[m/N\] and its slope over ω², `slope` R₁ \[m s²/N\], both `ports × ports` and symmetric.
+/// Computes the `count` pseudo-modes of lowest frequency, or fewer if the residual mass has a lower rank.
 ///
-/// The subspace begins with the columns of R₁ that a pivoted Cholesky factorisation takes, and is improved by one inverse iteration.
+/// The inputs are the residual flexibility `residual` R₀ \[m/N\] and its slope over ω², `slope` R₁ \[m s²/N\], both
+/// `ports × ports` and symmetric. The subspace begins with the columns of R₁ that a pivoted Cholesky factorisation
+/// chooses, and one inverse iteration improves it.
 ///
 /// # Errors
-/// [`DynamicsError::Length`] if the two do not have one size, [`DynamicsError::Matrix`] for a flexibility that is none.
+/// [`DynamicsError::Length`] if the sizes of the matrices differ, [`DynamicsError::Matrix`] for a residual that is not
+/// a flexibility.
 pub fn pseudo_modes(
     residual: &Matrix,
     slope: &Matrix,
@@ -56,11 +61,11 @@ pub fn pseudo_modes(
             });
         }
     }
-    let wanted = match count {
+    let subspace_size = match count {
         0 => 0,
         _ => count + GUARDS,
     };
-    let first = independent(slope, wanted);
+    let first = independent(slope, subspace_size);
     if first.is_empty() {
         return Ok(PseudoModes {
             omega: Vec::new(),
@@ -70,20 +75,23 @@ pub fn pseudo_modes(
     }
     let flexibility = Inverse::of(residual)?;
     let vectors = flexibility.times(columns_of(slope, &first));
-    let kept = independent(&gram(&vectors, &slope.times(&vectors)), wanted);
-    let vectors = columns_of(&vectors, &kept);
-    let moved = slope.times(&vectors);
-    let bent = flexibility.times(moved.clone());
-    // Within the span of R₁X the residual mass is R₁X(XᵀR₁X)⁻¹XᵀR₁, and its flexibility over mass XᵀR₁R₀⁻¹R₁X.
-    let (inverse_squares, turn) = generalised_eigen(&gram(&moved, &bent), &gram(&vectors, &moved))
-        .map_err(DynamicsError::of_matrix("residual mass"))?;
-    let moved = moved.times(&turn);
-    let lowest: Vec<usize> = (0..kept.len())
+    let columns = independent(&gram(&vectors, &slope.times(&vectors)), subspace_size);
+    let vectors = columns_of(&vectors, &columns);
+    let inertia_vectors = slope.times(&vectors);
+    let flexibility_vectors = flexibility.times(inertia_vectors.clone());
+    // Within the span of R₁X the residual mass is R₁X(XᵀR₁X)⁻¹XᵀR₁, and its flexibility over mass is XᵀR₁R₀⁻¹R₁X.
+    let (inverse_squares, rotation) = generalised_eigen(
+        &gram(&inertia_vectors, &flexibility_vectors),
+        &gram(&vectors, &inertia_vectors),
+    )
+    .map_err(DynamicsError::of_matrix("residual mass"))?;
+    let inertia_vectors = inertia_vectors.times(&rotation);
+    let lowest: Vec<usize> = (0..columns.len())
         .rev()
         .filter(|r| inverse_squares[*r] > 0.0)
         .take(count)
         .collect();
-    let mut shapes = columns_of(&moved, &lowest);
+    let mut shapes = columns_of(&inertia_vectors, &lowest);
     let mut omega = Vec::with_capacity(lowest.len());
     for (place, &r) in lowest.iter().enumerate() {
         for port in 0..ports {
@@ -91,25 +99,26 @@ pub fn pseudo_modes(
         }
         omega.push(inverse_squares[r].recip().sqrt());
     }
-    let mut left = residual.clone();
-    let mut taken = shapes.clone();
+    let mut remaining = residual.clone();
+    let mut scaled_shapes = shapes.clone();
     for port in 0..ports {
-        let row = taken.row_mut(port).iter_mut();
+        let row = scaled_shapes.row_mut(port).iter_mut();
         row.zip(&omega).for_each(|(t, w)| *t /= -w * w);
     }
-    left.add_product_transposed(&taken, &shapes);
-    symmetrise(&mut left);
+    remaining.add_product_transposed(&scaled_shapes, &shapes);
+    symmetrise(&mut remaining);
     Ok(PseudoModes {
         omega,
         shapes,
-        residual: left,
+        residual: remaining,
     })
 }
 
-/// The inverse of a flexibility; of one that is singular, as the kept modes have all that moves some ports, the inverse of what it has.
+/// Inverse of a flexibility, or its pseudoinverse if it is singular because the retained modes contain all motion of
+/// some ports.
 enum Inverse {
     Whole(Factors),
-    /// Directions, and the inverse of the flexibility along each.
+    /// Directions, and the inverse of the flexibility along each; 0 along singular directions.
     Part(Matrix, Vec<f64>),
 }
 
@@ -154,32 +163,38 @@ impl Inverse {
     }
 }
 
-/// Up to `most` columns of a symmetric positive semidefinite matrix that span nearly what all do: the pivots of its Cholesky
-/// factorisation, the largest first.
+/// Returns up to `most` columns of a symmetric positive semidefinite matrix that span nearly all columns: the pivots of
+/// its Cholesky factorisation, largest first.
 fn independent(matrix: &Matrix, most: usize) -> Vec<usize> {
     let size = matrix.rows();
-    let mut left: Vec<f64> = (0..size).map(|i| matrix.at(i, i)).collect();
-    let largest = left.iter().copied().fold(0.0, f64::max);
+    let mut remaining_diagonal: Vec<f64> = (0..size).map(|i| matrix.at(i, i)).collect();
+    let largest = remaining_diagonal.iter().copied().fold(0.0, f64::max);
     let mut factor: Vec<Vec<f64>> = Vec::new();
     let mut pivots = Vec::new();
     while pivots.len() < most.min(size) {
-        let largest_left = (0..size).fold(0, |p, i| if left[i] > left[p] { i } else { p });
-        let pivot = left[largest_left];
+        let pivot_index = (0..size).fold(0, |p, i| {
+            if remaining_diagonal[i] > remaining_diagonal[p] {
+                i
+            } else {
+                p
+            }
+        });
+        let pivot = remaining_diagonal[pivot_index];
         if pivot <= NOTHING_LEFT * largest || pivot <= 0.0 {
             break;
         }
-        let mut column = matrix.row(largest_left).to_vec();
+        let mut column = matrix.row(pivot_index).to_vec();
         for before in &factor {
-            let share = before[largest_left];
+            let share = before[pivot_index];
             add_scaled(&mut column, -share, before);
         }
         let scale = pivot.sqrt().recip();
-        for (value, left) in column.iter_mut().zip(&mut left) {
+        for (value, diagonal) in column.iter_mut().zip(&mut remaining_diagonal) {
             *value *= scale;
-            *left -= *value * *value;
+            *diagonal -= *value * *value;
         }
-        left[largest_left] = 0.0;
-        pivots.push(largest_left);
+        remaining_diagonal[pivot_index] = 0.0;
+        pivots.push(pivot_index);
         factor.push(column);
     }
     pivots
@@ -195,7 +210,7 @@ fn columns_of(matrix: &Matrix, columns: &[usize]) -> Matrix {
     out
 }
 
-/// aᵀb, symmetric but for rounding.
+/// Computes aᵀb, which is symmetric in exact arithmetic, and removes the asymmetry by rounding.
 fn gram(a: &Matrix, b: &Matrix) -> Matrix {
     let mut out = Matrix::zeros(a.columns(), b.columns());
     out.add_transposed_product(a, b);

@@ -1,4 +1,4 @@
-//! A structure that is known by its receptance alone.
+//! Structure given by its receptance matrix.
 
 use num_complex::Complex64;
 
@@ -7,14 +7,14 @@ use super::closed_model::{ClosedModel, Core, DampingLoss};
 use super::linear_model::LinearModel;
 use crate::linalg::RowMatrix as Matrix;
 
-/// A structure known by its receptance matrix alone: from a measurement or a direct solution.
+/// Structure given by its receptance matrix, for example from a measurement or a direct solution.
 pub struct Receptance<F> {
-    /// Receptance of the ports without contact springs at an angular frequency \[m/N\], `ports × ports`, symmetric. It is
-    /// asked for at 0 too.
+    /// Receptance of the ports without contact springs at an angular frequency \[m/N\], `ports × ports`, symmetric. The
+    /// harmonic balance also evaluates it at 0.
     pub matrix: F,
     /// Number of ports.
     pub ports: usize,
-    /// How many of them are contact degrees of freedom.
+    /// Number of contact degrees of freedom, which are the first ports.
     pub contact_dofs: usize,
 }
 
@@ -87,7 +87,7 @@ impl<F: Fn(f64) -> Matrix<Complex64> + Send + Sync> Core for ReceptanceCore<F> {
     }
 
     fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> DampingLoss {
-        // Springs take nothing: what the forces on the closed structure put in is what it loses.
+        // Springs dissipate nothing, so the work of the forces on the closed structure is its loss.
         let pairs = force.iter().zip(displacement);
         DampingLoss {
             viscous: std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>(),

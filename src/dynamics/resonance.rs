@@ -9,50 +9,54 @@ use super::closed_model::Precision;
 use super::newton::{Condition, State, Term};
 use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Start};
 
-/// Points of the search for a start; a range is a few modes wide at most.
+/// Number of points in the search for a start; a range contains a few modes at most.
 const SCAN: usize = 400;
-/// Distances from a natural frequency at which a phase is looked at too, relative to it.
+/// Relative distances from a natural frequency at which the search evaluates the phase too.
 const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
-/// Points of the search among nonlinear responses, when all else failed.
+/// Number of points in the search among nonlinear responses, after all else failed.
 const NONLINEAR_SCAN: usize = 60;
-/// Evaluations that the search over the range may take at least where raising the load found no resonance, and in parts of those that raising
-/// it took.
+/// Minimum budget of evaluations of the search over the range, after raising the load found no resonance.
 const SCAN_LEAST: u64 = 2000;
+/// Budget of that search, over the evaluations of raising the load.
 const SCAN_SHARE: u64 = 4;
-/// Halvings of an interval that has a resonance.
+/// Number of bisections of an interval with a resonance.
 const BISECTIONS: usize = 40;
-/// Width of that interval, relative to frequency, at which a phase that still leaps has no resonance between: half-power
-/// bandwidths are above 1e-4.
+/// Relative width of that interval at which a phase that still leaps indicates no resonance: half-power bandwidths are
+/// above 1e-4.
 const LEAP_WIDTH: f64 = 1e-7;
-/// In-phase share of the displacement on both sides of a leap. Under friction alone at the largest force that it bounds it is 0.
+/// In-phase share of the displacement on both sides above which the phase leaps. With friction only, the share is 0 at
+/// the largest force that friction bounds.
 const LEAP: f64 = 0.1;
-/// Least factor between two loads on the way to the asked one.
+/// Smallest factor between two loads when the load is raised.
 const LEAST_FACTOR: f64 = 1.01;
-/// Correction that is left to the responses to these loads, which are nothing but starts.
+/// Tolerance of the responses at intermediate loads, which serve only as starts.
 const ON_THE_WAY: f64 = 1e-3;
-/// Relative change of frequency up to which the last two of them are taken to tell that of the next.
+/// Largest relative change of frequency that is extrapolated from the last two loads to the next.
 const AHEAD: f64 = 0.02;
 /// Share of the elements that the first load may move out of their reference.
 const FIRST_ACTIVE: f64 = 0.5;
-/// Least load factor to start from; at smaller loads a preloaded joint is linear.
+/// Smallest load factor of the start; at smaller loads a preloaded joint is linear.
 const LEAST_LOAD: f64 = 1e-9;
-/// Relative change of frequency from which a phase resonance is looked at above it too, and how far above.
+/// Relative change of frequency above which a phase resonance is checked against an antiresonance.
 const FAR: f64 = 5e-3;
+/// Relative distance above the resonance of that check.
 const ABOVE: f64 = 1e-3;
-/// First step away from the phase resonance in search of the peak, relative to frequency.
+/// First relative step of frequency from the phase resonance in the search for the peak.
 const FIRST_STEP: f64 = 5e-4;
-/// Width of the bracket of the peak, relative to frequency, that ends the search.
+/// Relative width of the bracket of the peak that ends the search.
 const PEAK_WIDTH: f64 = 1e-8;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// The response whose displacement at the drive is 90° behind it, between the angular frequencies of `range`.
+    /// Computes the phase resonance: the response whose displacement at the drive lags it by 90°, between the angular
+    /// frequencies of `range`.
     ///
-    /// From `guess` directly, if there is one: the response of a similar joint is a good one. Otherwise from the resonance of the
-    /// linear structure, raising the load as far as needed in one go; where that fails, the strongest on the branch over the range.
+    /// A `guess` is tried first, if given: the response of a similar joint is a good guess. Otherwise the search starts
+    /// from the resonance of the linear structure and raises the load as fast as possible. If that fails, it takes the
+    /// strongest phase resonance on the branch over the range.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`] if there is none, also where nothing bounds it (no damping, and friction that slides), or
-    /// that of the last attempt.
+    /// [`DynamicsError::NoResonance`] if there is none, also if nothing bounds it (no damping, and sliding friction),
+    /// or the error of the last attempt.
     pub fn phase_resonance(
         &self,
         range: (f64, f64),
@@ -60,7 +64,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Response, DynamicsError> {
         let lag = self.phase_lag()?;
         if let Some(guess) = guess {
-            // A guess of the wrong length is a mistake, and no reason to look elsewhere.
+            // A guess of the wrong length is an error, not a reason for another attempt.
             let start = self.start_from(guess, guess.omega, 1.0)?;
             if let Ok(response) = self.resonance_from(start, [1.0, 0.0], &lag)
                 && inside(range, &response)
@@ -69,30 +73,35 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
         }
         let before = self.effort.spent();
-        let mut stopped = None;
+        let mut raise_error = None;
         if let Some(omega) = self.linear_resonance(range)? {
             match self.raise_resonance(omega, &lag) {
                 Ok(response) if inside(range, &response) => return Ok(response),
-                Ok(_) => stopped = Some(no_resonance("phase resonance", range)),
-                Err(error) => stopped = Some(error),
+                Ok(_) => raise_error = Some(no_resonance("phase resonance", range)),
+                Err(error) => raise_error = Some(error),
             }
         }
-        // Where the joint slides as a whole, the branch over the range leads nowhere, and takes long to say so.
-        let raised = self.effort.spent() - before;
-        self.effort.allow(SCAN_LEAST.max(SCAN_SHARE * raised));
-        let found = self.scan_resonance(range, &lag);
-        let is_cut = self.effort.is_spent();
+        // If the joint slides as a whole, the branch over the range leads nowhere, at a high cost. A budget limits the
+        // search.
+        let raise_evaluations = self.effort.spent() - before;
+        self.effort
+            .allow(SCAN_LEAST.max(SCAN_SHARE * raise_evaluations));
+        let scan_result = self.scan_resonance(range, &lag);
+        let is_budget_spent = self.effort.is_spent();
         self.effort.unbound();
-        match (found, stopped) {
-            (Err(error), Some(stopped)) if is_cut || error.is_not_converged() => Err(stopped),
-            (found, _) => found,
+        match (scan_result, raise_error) {
+            (Err(error), Some(raise_error)) if is_budget_spent || error.is_not_converged() => {
+                Err(raise_error)
+            }
+            (scan_result, _) => scan_result,
         }
     }
 
-    /// The response whose displacement at the drive is 90° behind it, from `guess` alone: the resonance that `guess` is near.
+    /// Computes the phase resonance near `guess`: the response whose displacement at the drive lags it by 90°, by
+    /// Newton's method from `guess` without other attempts.
     ///
     /// # Errors
-    /// That of Newton's method, or [`DynamicsError::NoResonance`] if it leads out of the range.
+    /// The error of Newton's method, or [`DynamicsError::NoResonance`] if it leads out of the range.
     pub fn phase_resonance_near(
         &self,
         range: (f64, f64),
@@ -107,11 +116,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// The phase resonance that Newton's method leads to from a state at this load factor, to this tolerance. Far from where it began the phase may be
-    /// that of an antiresonance, where the displacement passes from behind the drive to in phase with it.
+    /// Solves for the phase resonance from a state, at this load factor and to this tolerance.
+    ///
+    /// Far from the start, the solution may be an antiresonance, where the displacement changes from behind the drive
+    /// to in phase with it.
     ///
     /// # Errors
-    /// That of Newton's method, or [`DynamicsError::NoResonance`] at an antiresonance.
+    /// The error of Newton's method, or [`DynamicsError::NoResonance`] at an antiresonance.
     fn resonance_from(
         &self,
         start: State,
@@ -131,14 +142,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(response)
     }
 
-    /// Re(û F̂*), which is zero at a phase resonance.
+    /// Returns the term Re(û F̂*), which is zero at a phase resonance.
     fn phase_lag(&self) -> Result<Term, DynamicsError> {
         let slot = self.harmonics().require(1, "phase resonance")?;
         let Some(load) = self.drive() else {
             return Err(DynamicsError::OutOfRange {
                 name: "the amplitude of the drive",
                 value: 0.0,
-                expected: "different from zero: a phase resonance is a phase behind a load",
+                expected: "different from zero: a phase resonance is defined by the lag behind a load",
             });
         };
         let size = load.cosine.hypot(load.sine);
@@ -149,7 +160,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
-    /// In-phase part and size of the displacement at the drive for the term of [`Self::phase_lag`].
+    /// Returns the in-phase part and the size of the displacement at the drive, for the term of [`Self::phase_lag`].
     fn in_phase(&self, term: &Term, displacement: &[f64]) -> (f64, f64) {
         let &Term {
             port,
@@ -161,16 +172,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         (weights[0] * a + weights[1] * b, a.hypot(b))
     }
 
-    /// The strongest phase resonance of the reference state, looked for somewhat above the range too: friction lowers it.
+    /// Returns the strongest phase resonance of the reference state. The search extends above the range, as friction
+    /// lowers the resonance.
     fn linear_resonance(&self, range: (f64, f64)) -> Result<Option<f64>, DynamicsError> {
-        let found = self.linear_phase_resonances((range.0, range.1 + 0.5 * (range.1 - range.0)))?;
-        let strongest = found
+        let resonances =
+            self.linear_phase_resonances((range.0, range.1 + 0.5 * (range.1 - range.0)))?;
+        let strongest = resonances
             .into_iter()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         Ok(strongest.map(|(omega, _)| omega))
     }
 
-    /// The phase resonances of the reference state between two angular frequencies \[rad/s\], ascending, and the displacement at the drive \[m\].
+    /// Returns the phase resonances of the reference state between two angular frequencies \[rad/s\], ascending, with
+    /// the displacement at the drive \[m\].
     pub(super) fn linear_phase_resonances(
         &self,
         range: (f64, f64),
@@ -185,27 +199,27 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let amplitude = |row: &[f64]| Complex64::new(row[slot], -row[slot + 1]);
         let drive = self.load_ports.iter().position(|p| *p == port);
         // In-phase part and size of the displacement at the drive.
-        let at = |omega: f64| -> Result<(f64, f64), DynamicsError> {
+        let in_phase_at = |omega: f64| -> Result<(f64, f64), DynamicsError> {
             let loads = self.loads_at(omega, 1.0);
             let forces: Vec<Complex64> = loads.chunks(n).map(amplitude).collect();
             let receptance = among.receptance(&self.model.core.receptance(omega)?);
             let u = receptance.apply(&forces)[drive.unwrap_or(0)];
             Ok((weights[0] * u.re - weights[1] * u.im, u.norm()))
         };
-        let places = self.places(range.0, range.1);
-        let mut found = Vec::new();
-        let mut before: Option<(f64, f64)> = None;
+        let places = self.search_frequencies(range.0, range.1);
+        let mut resonances = Vec::new();
+        let mut previous: Option<(f64, f64)> = None;
         for high in places {
-            let now = match at(high) {
-                Ok((now, _)) => now,
-                // Without damping a resonance itself has no response.
+            let in_phase = match in_phase_at(high) {
+                Ok((in_phase, _)) => in_phase,
+                // Without damping there is no response exactly at a resonance.
                 Err(error) if error.is_singular() => continue,
                 Err(error) => return Err(error),
             };
-            // From in phase to behind: a resonance; the other way round: an antiresonance.
-            if let Some((low, part)) = before
+            // A change from in phase to behind the drive is a resonance; the reverse is an antiresonance.
+            if let Some((low, part)) = previous
                 && part > 0.0
-                && now <= 0.0
+                && in_phase <= 0.0
             {
                 let (mut low, mut high) = (low, high);
                 for _ in 0..60 {
@@ -213,61 +227,62 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     if middle <= low || middle >= high {
                         break;
                     }
-                    match at(middle) {
+                    match in_phase_at(middle) {
                         Ok((value, _)) if value > 0.0 => low = middle,
                         Ok(_) => high = middle,
                         Err(error) if error.is_singular() => break,
                         Err(error) => return Err(error),
                     }
                 }
-                found.push((low, at(low)?.1));
+                resonances.push((low, in_phase_at(low)?.1));
             }
-            before = Some((high, now));
+            previous = Some((high, in_phase));
         }
-        Ok(found)
+        Ok(resonances)
     }
 
-    /// Where a phase is looked at between two angular frequencies, ascending: all over, and close to every natural frequency, so that two
-    /// near each other are told apart.
-    fn places(&self, from: f64, to: f64) -> Vec<f64> {
+    /// Returns the angular frequencies at which the search evaluates the phase, ascending. They cover the interval, and
+    /// lie close to every natural frequency to separate close resonances.
+    fn search_frequencies(&self, from: f64, to: f64) -> Vec<f64> {
         let step = (to - from) / SCAN as f64;
         let mut places: Vec<f64> = (0..=SCAN).map(|k| from + k as f64 * step).collect();
         for natural in self.model.core.natural_frequencies() {
-            let beside = BESIDE.iter().flat_map(|d| [1.0 - d, 1.0 + d]);
-            places.extend(beside.map(|ratio| ratio * natural));
+            let near_natural = BESIDE.iter().flat_map(|d| [1.0 - d, 1.0 + d]);
+            places.extend(near_natural.map(|ratio| ratio * natural));
         }
         places.retain(|omega| (from..=to).contains(omega));
         places.sort_by(f64::total_cmp);
         places
     }
 
-    /// The load factor to begin from: at which the linear resonance would make some elements slip or open, not most of them. Newton's
-    /// method leads from there; from a linear response far beyond it takes its time to fail.
+    /// Returns the load factor to begin with. At this load the linear resonance would make some elements slip or open,
+    /// but not most of them. Newton's method converges from there; from a linear response far beyond, it takes long to
+    /// fail.
     fn first_load(&self, omega: f64) -> Result<f64, DynamicsError> {
-        let most = (FIRST_ACTIVE * self.elements.len() as f64).ceil();
+        let most_moved = (FIRST_ACTIVE * self.elements.len() as f64).ceil();
         let mut factor = 1.0;
         while factor > LEAST_LOAD {
             let start = self.linear_start(omega, factor)?;
             let rows = start.contact.chunks(self.width());
             let elements = self.elements.iter().zip(rows).zip(&start.active);
-            let moved = elements.filter(|(_, active)| **active);
-            let moved = moved.map(|((element, row), _)| {
+            let moved_elements = elements.filter(|(_, active)| **active);
+            let moved_elements = moved_elements.map(|((element, row), _)| {
                 1.0 - element.following_share(&self.sampling.synthesise(row))
             });
-            if moved.sum::<f64>() <= most {
+            if moved_elements.sum::<f64>() <= most_moved {
                 break;
             }
             factor *= 0.5;
         }
-        // The sliders of a bank yield one after the other: half of them is far already.
-        let beyond = if self.is_costly { 1.0 } else { 2.0 };
-        Ok(f64::min(beyond * factor, 1.0))
+        // The sliders of a bank slip one after the other, so half of them is far already.
+        let margin = if self.is_costly { 1.0 } else { 2.0 };
+        Ok(f64::min(margin * factor, 1.0))
     }
 
-    /// From the linear resonance at a load that is small enough, up to the whole load.
+    /// Tracks the phase resonance from the linear resonance at a sufficiently small load up to the full load.
     ///
     /// # Errors
-    /// [`DynamicsError::Overloaded`] with the largest load that has a resonance, or that of the first solve.
+    /// [`DynamicsError::Overloaded`] with the largest load that has a resonance, or the error of the first solve.
     fn raise_resonance(&self, omega: f64, lag: &Term) -> Result<Response, DynamicsError> {
         let tolerance = |factor: f64| if factor < 1.0 { ON_THE_WAY } else { 0.0 };
         let mut factor = self.first_load(omega)?;
@@ -279,8 +294,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 Err(_) => factor *= 0.25,
             }
         };
-        // No load is none of a response.
-        let mut before = Start {
+        // The response to zero load is zero.
+        let mut previous = Start {
             omega,
             load_factor: 0.0,
             displacement: vec![0.0; last.displacement.len()],
@@ -288,11 +303,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut growth = 2.0;
         while last.load_factor < 1.0 {
             let next = (last.load_factor * growth).min(1.0);
-            let ahead = ahead(&before, last.start(), next);
-            let start = self.start_from(&ahead, ahead.omega, next)?;
+            let predicted = extrapolate(&previous, last.start(), next);
+            let start = self.start_from(&predicted, predicted.omega, next)?;
             match self.resonance_from(start, [next, tolerance(next)], lag) {
                 Ok(response) => {
-                    before = last.start();
+                    previous = last.start();
                     last = response;
                     growth = f64::min(growth * growth, 4.0);
                 }
@@ -307,30 +322,31 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(last)
     }
 
-    /// That the phase resonance `last` could not be followed to a larger load.
-    fn overloaded(&self, last: &Response, why: DynamicsError) -> DynamicsError {
+    /// Creates the error that the phase resonance `last` could not be tracked to a larger load.
+    fn overloaded(&self, last: &Response, error: DynamicsError) -> DynamicsError {
         let rows = last.displacement.chunks(self.width());
-        let slips = self.elements.iter().zip(rows).map(|(element, row)| {
+        let slip_shares = self.elements.iter().zip(rows).map(|(element, row)| {
             let displacement = self.sampling.synthesise(row);
             match element.follows_reference(&displacement) {
                 true => 0.0,
                 false => 1.0 - element.following_share(&displacement),
             }
         });
-        let slipping = slips.sum::<f64>() / self.elements.len().max(1) as f64;
+        let slipping = slip_shares.sum::<f64>() / self.elements.len().max(1) as f64;
         DynamicsError::Overloaded {
             frequency: last.frequency(),
             load_factor: last.load_factor,
             slipping,
-            last: Box::new(why),
+            last: Box::new(error),
         }
     }
 
-    /// The strongest phase resonance on the branch over the range, which may turn back, or among responses at frequencies of it
-    /// where the branch cannot be followed.
+    /// Computes the strongest phase resonance on the branch over the range, which may turn back. If the branch cannot
+    /// be followed, searches among responses at frequencies of the range.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`] if there is none or nothing bounds its amplitude, or what kept from knowing.
+    /// [`DynamicsError::NoResonance`] if there is none or nothing bounds its amplitude, or the error that stopped the
+    /// search.
     fn scan_resonance(&self, range: (f64, f64), lag: &Term) -> Result<Response, DynamicsError> {
         let port = self.drive().map_or(0, |load| load.port);
         let settings = ContinuationSettings::over(range.0, range.1, port);
@@ -360,16 +376,18 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// The strongest phase resonance between neighbours of `branch`.
+    /// Computes the strongest phase resonance between neighbouring responses of `branch`.
     fn crossing(
         &self,
         branch: &[Option<Response>],
         range: (f64, f64),
         lag: &Term,
     ) -> Result<Option<Response>, DynamicsError> {
-        let (found, failure) = self.crossings(branch, range, lag);
+        let (resonances, failure) = self.crossings(branch, range, lag);
         let size = |response: &Response| self.in_phase(lag, &response.displacement).1;
-        let strongest = found.into_iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+        let strongest = resonances
+            .into_iter()
+            .max_by(|a, b| size(a).total_cmp(&size(b)));
         match (strongest, failure) {
             (Some(response), _) => Ok(Some(response)),
             (None, Some(error)) => Err(error),
@@ -377,32 +395,32 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// All phase resonances between neighbours of `branch`, and why one of them was not found.
+    /// Computes all phase resonances between neighbouring responses of `branch`, and the error of a failed one.
     fn crossings(
         &self,
         branch: &[Option<Response>],
         range: (f64, f64),
         lag: &Term,
     ) -> (Vec<Response>, Option<DynamicsError>) {
-        let (mut found, mut failure) = (Vec::new(), None);
+        let (mut resonances, mut failure) = (Vec::new(), None);
         for pair in branch.windows(2) {
             let [Some(before), Some(after)] = pair else {
                 continue;
             };
-            let side = |response: &Response| self.in_phase(lag, &response.displacement).0;
-            if !(side(before) > 0.0 && side(after) <= 0.0) {
+            let in_phase_part = |response: &Response| self.in_phase(lag, &response.displacement).0;
+            if !(in_phase_part(before) > 0.0 && in_phase_part(after) <= 0.0) {
                 continue;
             }
             match self.resonance_between(before, after, range, lag) {
-                Ok(response) if inside(range, &response) => found.push(response),
+                Ok(response) if inside(range, &response) => resonances.push(response),
                 Ok(_) => {}
                 Err(error) => failure = Some(error),
             }
         }
-        (found, failure)
+        (resonances, failure)
     }
 
-    /// The phase resonance between a response in phase with the drive and one behind it.
+    /// Computes the phase resonance between a response in phase with the drive and a response behind it.
     fn resonance_between(
         &self,
         before: &Response,
@@ -425,7 +443,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 part.abs() / size.max(f64::MIN_POSITIVE)
             };
             if (high.omega - low.omega).abs() <= LEAP_WIDTH * low.omega {
-                // Friction bounds an amplitude by at most 4/π of its limit, and nothing does without it.
+                // Friction bounds an amplitude by at most 4/π of its limit; without friction nothing bounds it.
                 if share(&low) > LEAP && share(&high) > LEAP {
                     return Err(no_resonance("bounded phase resonance", range));
                 }
@@ -447,14 +465,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Err(failure.unwrap_or(no_resonance("phase resonance", range)))
     }
 
-    /// The response with the largest first harmonic at `port`, between the angular frequencies of `range`, near `guess` (the
-    /// phase resonance is a good one).
+    /// Computes the peak: the response with the largest first harmonic at `port`, between the angular frequencies of
+    /// `range`, near `guess` (the phase resonance is a good guess).
     ///
-    /// A root of the derivative of the squared amplitude along the branch, so a plateau is no difficulty. The phase at the port leads
-    /// along the branch, which changes steadily over a resonance also where the branch overhangs; where it does not, the frequency.
+    /// The peak is a root of the derivative of the squared amplitude along the branch, so a plateau is no difficulty.
+    /// The branch is parametrised by the phase at the port, which changes steadily over a resonance even if the branch
+    /// overhangs; if that fails, by the frequency.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`] if the amplitude still rises at the end of the range, or that of a solve.
+    /// [`DynamicsError::NoResonance`] if the amplitude still rises at the end of the range, or the error of a solve.
     pub fn peak(
         &self,
         port: usize,
@@ -465,7 +484,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.peak_from(port, range, start)
     }
 
-    /// The response with the largest first harmonic at `port`, between the angular frequencies of `range`, near the response `start`.
+    /// Computes the peak at `port`, between the angular frequencies of `range`, near the response `start`.
     ///
     /// # Errors
     /// As [`Self::peak`].
@@ -498,7 +517,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         if first == 0.0 {
             return Ok(start);
         }
-        // Uphill until the slope changes its sign.
+        // Steps uphill until the slope changes its sign.
         let mut step = FIRST_STEP * start.omega * first.signum();
         let (mut near, mut near_slope) = (start, first);
         let (mut far, mut far_slope) = loop {
@@ -514,7 +533,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             (near, near_slope) = (next, next_slope);
             step *= 1.6;
         };
-        // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
+        // Regula falsi with halved weights (Illinois), with bisection at every fourth iteration, as the slope may jump.
         let (mut near_weight, mut far_weight) = (near_slope, far_slope);
         for iteration in 0..60 {
             let width = far.omega - near.omega;
@@ -543,8 +562,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 }
 
-/// Where two states lead in a straight line, at the load `factor`.
-fn ahead(before: &Start, last: Start, factor: f64) -> Start {
+/// Extrapolates two starts linearly to the load `factor`.
+fn extrapolate(before: &Start, last: Start, factor: f64) -> Start {
     let share = (factor - last.load_factor) / (last.load_factor - before.load_factor);
     let along = |before: f64, last: f64| last + share * (last - before);
     let omega = along(before.omega, last.omega);
@@ -572,37 +591,40 @@ fn no_resonance(what: &'static str, range: (f64, f64)) -> DynamicsError {
     }
 }
 
-// The peak of a resonance along its branch, with the phase of the response as the coordinate: also where the branch overhangs.
+// Peak of a resonance along its branch, with the phase of the response as the coordinate, so that the branch may
+// overhang.
 
-/// First and largest step of phase \[rad\].
+/// First step of phase \[rad\].
 const FIRST_PHASE_STEP: f64 = 0.02;
+/// Largest step of phase \[rad\].
 const LARGEST_STEP: f64 = 0.2;
-/// Least step of phase before the coordinate is given up \[rad\].
+/// Smallest step of phase; below it the search by phase fails \[rad\].
 const LEAST_STEP: f64 = 1e-4;
-/// A step that changes the amplitude by more than this factor has left the branch.
+/// Largest factor of the amplitude over a step; beyond it the step has left the branch.
 const LEFT: f64 = 1.5;
-/// Phase from the start within which the peak is that of the same resonance \[rad\].
+/// Largest distance of phase between the start and the peak of the same resonance \[rad\].
 const FARTHEST: f64 = 0.5 * PI;
-/// The angle to the peak of the resonance curve that ends the search where responses cost much, and where each is dear \[rad\]: the
-/// amplitude is right to half its square.
+/// Angle to the peak of the resonance curve that ends the search \[rad\]. The relative error of the amplitude is half
+/// its square.
 const FLAT: f64 = 5e-3;
+/// The same angle if responses are expensive \[rad\].
 const DEAR: f64 = 1e-2;
-/// Correction that is left to the responses that lead there: less than what the angle leaves.
+/// Tolerance of the responses on the way, smaller than the error of that angle.
 const ROUGHLY: f64 = 1e-6;
-/// Share of the amplitude that a peak which cost little may still rise by.
+/// Largest relative rise of the amplitude that remains to the peak.
 const RISE: f64 = 1e-6;
-/// Steps to it.
+/// Largest number of steps of the search by slopes.
 const SLOPES: usize = 5;
 
-/// A response on the branch and the derivative of its amplitude's logarithm by phase.
-struct Place {
+/// Response on the branch, with the derivative of the logarithm of its amplitude with respect to the phase.
+struct PhasePoint {
     response: Response,
     phase: f64,
     slope: f64,
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// The local peak near `start`, along the branch.
+    /// Computes the local peak near `start`, along the branch.
     pub(super) fn peak_by_phase(
         &self,
         port: usize,
@@ -610,7 +632,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         start: &Response,
     ) -> Result<Response, DynamicsError> {
         let slot = self.harmonics().require(1, "peak")?;
-        let lost = || {
+        let no_peak = || {
             let turn = 2.0 * PI;
             DynamicsError::NoResonance {
                 what: "peak",
@@ -619,8 +641,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
         };
         let origin = self.first_harmonic(start, port, slot)[1];
-        let mut near = self.place(start.clone(), port, slot, origin)?;
-        let flat = self.flat();
+        let mut near = self.phase_point(start.clone(), port, slot, origin)?;
+        let flat = self.flat_angle();
         if near.slope == 0.0 || self.is_costly && near.slope.abs() <= flat {
             return Ok(near.response);
         }
@@ -634,9 +656,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut far = loop {
             let phase = near.phase + step * uphill;
             if (phase - origin).abs() > FARTHEST {
-                return Err(lost());
+                return Err(no_peak());
             }
-            match self.at_phase(&near, phase, port, slot) {
+            match self.solve_at_phase(&near, phase, port, slot) {
                 Ok(next) if next.slope * uphill <= 0.0 => break next,
                 Ok(next) => {
                     near = next;
@@ -650,12 +672,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 }
             }
         };
-        // Regula falsi with halved weights (Illinois), and bisection now and then: the slope may jump.
+        // Regula falsi with halved weights (Illinois), with bisection at every fourth iteration, as the slope may jump.
         let (mut near_weight, mut far_weight) = (near.slope, far.slope);
-        let narrow = flat;
+        let final_width = flat;
         for iteration in 0..60 {
             let width = far.phase - near.phase;
-            if width.abs() <= narrow || far.slope == 0.0 {
+            if width.abs() <= final_width || far.slope == 0.0 {
                 break;
             }
             let share = if iteration % 4 == 3 {
@@ -663,7 +685,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             } else {
                 (near_weight / (near_weight - far_weight)).clamp(0.01, 0.99)
             };
-            let next = self.at_phase(&near, near.phase + share * width, port, slot)?;
+            let next = self.solve_at_phase(&near, near.phase + share * width, port, slot)?;
             if next.slope * uphill > 0.0 {
                 near = next;
                 near_weight = near.slope;
@@ -674,36 +696,37 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 near_weight *= 0.5;
             }
         }
-        let size = |place: &Place| self.first_harmonic(&place.response, port, slot)[0];
+        let size = |place: &PhasePoint| self.first_harmonic(&place.response, port, slot)[0];
         let peak = if size(&far) > size(&near) { far } else { near }.response;
         if peak.omega < range.0 || peak.omega > range.1 {
-            return Err(lost());
+            return Err(no_peak());
         }
         Ok(peak)
     }
 
-    /// The peak in few steps: where the resonance curve is a circle, as that of a linear resonance is, its amplitude is the cosine of the
-    /// angle to the peak, so that one slope tells that angle; from then on where the line through two slopes says. None unless they lead
-    /// there.
-    fn peak_by_slopes(&self, start: &Place, port: usize, slot: usize) -> Option<Response> {
+    /// Computes the peak in few steps from slopes, or returns `None` if the slopes do not lead to it.
+    ///
+    /// The resonance curve of a linear resonance is a circle. Its amplitude is the cosine of the angle to the peak, so
+    /// the first slope gives that angle. Later steps use the line through two slopes.
+    fn peak_by_slopes(&self, start: &PhasePoint, port: usize, slot: usize) -> Option<Response> {
         let mut angle = start.slope.atan();
-        let mut near: Option<Place> = None;
+        let mut near: Option<PhasePoint> = None;
         for _ in 0..SLOPES {
             let from = near.as_ref().unwrap_or(start);
             let phase = from.phase + angle.clamp(-LARGEST_STEP, LARGEST_STEP);
             if (phase - start.phase).abs() > FARTHEST {
                 return None;
             }
-            let next = self.at_phase(from, phase, port, slot).ok()?;
-            if next.slope == 0.0 || self.is_costly && next.slope.abs() <= self.flat() {
+            let next = self.solve_at_phase(from, phase, port, slot).ok()?;
+            if next.slope == 0.0 || self.is_costly && next.slope.abs() <= self.flat_angle() {
                 return Some(next.response);
             }
             angle = -next.slope * (next.phase - from.phase) / (next.slope - from.slope);
-            // Friction may make a peak so flat that a small slope is far from it: what it still rises by decides.
+            // Friction may make a peak so flat that a small slope is far from it. So the remaining rise decides.
             if (0.5 * angle * next.slope).abs() <= RISE {
                 return Some(next.response);
             }
-            // Away from a peak the slope rises along the phase: no line leads there.
+            // Away from a peak the slope increases with the phase, and the line does not lead to the peak.
             if !angle.is_finite() || angle * next.slope <= 0.0 {
                 return None;
             }
@@ -712,29 +735,29 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         None
     }
 
-    /// The angle to a peak that ends the search for it \[rad\].
-    fn flat(&self) -> f64 {
+    /// Returns the angle to a peak that ends the search \[rad\].
+    fn flat_angle(&self) -> f64 {
         match self.is_costly {
             true => DEAR,
             false => FLAT,
         }
     }
 
-    /// Amplitude and angle of (cosine, sine).
+    /// Returns amplitude and angle of (cosine, sine).
     fn first_harmonic(&self, response: &Response, port: usize, slot: usize) -> [f64; 2] {
         let row = &response.displacement[port * self.harmonics().coefficients()..];
         let (a, b) = (row[slot], row[slot + 1]);
         [a.hypot(b), b.atan2(a)]
     }
 
-    /// `response` with its phase, the turn of it next to `near`.
-    fn place(
+    /// Adds phase and slope to `response`. The phase is unwrapped to the turn nearest to `near`.
+    fn phase_point(
         &self,
         response: Response,
         port: usize,
         slot: usize,
         near: f64,
-    ) -> Result<Place, DynamicsError> {
+    ) -> Result<PhasePoint, DynamicsError> {
         let row = &response.displacement[port * self.harmonics().coefficients()..];
         let (a, b) = (row[slot], row[slot + 1]);
         let change = self.port_slope(&response, port, slot)?;
@@ -745,24 +768,24 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return Err(DynamicsError::OutOfRange {
                 name: "the change of amplitude with phase",
                 value: slope,
-                expected: "finite: the phase changes along the branch",
+                expected: "finite: the phase must change along the branch",
             });
         }
-        Ok(Place {
+        Ok(PhasePoint {
             response,
             phase,
             slope,
         })
     }
 
-    /// The response of the branch through `near` whose phase is `phase`.
-    fn at_phase(
+    /// Computes the response with the phase `phase` on the branch through `near`.
+    fn solve_at_phase(
         &self,
-        near: &Place,
+        near: &PhasePoint,
         phase: f64,
         port: usize,
         slot: usize,
-    ) -> Result<Place, DynamicsError> {
+    ) -> Result<PhasePoint, DynamicsError> {
         let condition = Condition::zero(Term {
             port,
             slot,
@@ -771,8 +794,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let start: Start = near.response.start();
         let start = self.start_from(&start, near.response.omega, 1.0)?;
         let response = self.newton_to(ROUGHLY, start, 1.0, &condition)?;
-        let place = self.place(response, port, slot, phase)?;
-        let size = |place: &Place| self.first_harmonic(&place.response, port, slot)[0];
+        let place = self.phase_point(response, port, slot, phase)?;
+        let size = |place: &PhasePoint| self.first_harmonic(&place.response, port, slot)[0];
         let ratio = size(&place) / size(near);
         if (place.phase - phase).abs() > 0.1 || !(1.0 / LEFT..LEFT).contains(&ratio) {
             return Err(DynamicsError::NoResonance {

@@ -1,4 +1,4 @@
-//! A converged steady response: what it consists of, and how it is put together and checked.
+//! Converged steady response: its data, its construction and its checks.
 
 use std::f64::consts::TAU;
 
@@ -7,15 +7,17 @@ use super::closed_model::ClosedModel;
 use super::newton::{Evaluation, State};
 use super::{DynamicsError, HarmonicBalance, Harmonics};
 
-/// Mean force on an unsupported motion, relative to the forces it is the balance of, that is rounding.
+/// Mean force on an unsupported motion, over the forces that it is the sum of, up to which it is rounding.
 const UNSUPPORTED: f64 = 1e-7;
-/// Change of a friction force over a cycle, relative to the largest of the joint, up to which it is a steady one.
+/// Change of a friction force over a cycle, over the largest friction force of the joint, up to which the force is
+/// steady.
 const CLOSED: f64 = 1e-6;
 
-/// An amplitude below this share of the largest displacement is what Newton's method and rounding leave: nothing moves there.
+/// Share of the largest displacement below which an amplitude is the error of Newton's method and rounding: the port
+/// does not move.
 const STILL: f64 = 1e-9;
 
-/// What a cycle does with energy \[J\].
+/// Energy per cycle \[J\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
     /// Work of the loads, π F |u| sin φ for one load.
@@ -29,7 +31,7 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// The input less all losses, over the largest of these; 0 if nothing moves.
+    /// Returns the input less all losses, over the largest of them; 0 without motion.
     pub fn imbalance(&self) -> f64 {
         let scale = self
             .input
@@ -45,55 +47,57 @@ impl Energy {
     }
 }
 
-/// A converged steady response.
+/// Converged steady response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// Angular frequency of the fundamental \[rad/s\].
     pub omega: f64,
-    /// Share of the loads applied.
+    /// Applied share of the loads.
     pub load_factor: f64,
     /// Displacement of every port \[m\], `ports × coefficients`; the contact degrees of freedom come first.
     pub displacement: Vec<f64>,
     /// Contact force on every contact degree of freedom \[N\], beyond the preload, `contact_dofs × coefficients`.
     pub force: Vec<f64>,
-    /// Elements that had unknowns.
+    /// Whether each element is active: it has unknowns.
     pub active: Vec<bool>,
-    /// Newton iterations, over all attempts.
+    /// Number of Newton iterations of the solve that converged.
     pub iterations: usize,
-    /// Relative Newton correction left.
+    /// Relative correction of the last Newton iteration.
     pub correction: f64,
-    /// Largest change of a friction force from one cycle to the next, relative to the largest friction force of the joint.
+    /// Largest change of a friction force from one cycle to the next, relative to the largest friction force of the
+    /// joint.
     pub closure: f64,
     /// Energy per cycle.
     pub energy: Energy,
 }
 
-/// Factor between the frequencies of two resonances from which they are not the same: contact elements that wear on by a step change one by
-/// some per cent, also where a joint that slid sticks after it.
+/// Ratio of frequencies above which two resonances differ. A wear step changes the frequency by some per cent, also if
+/// a sliding joint sticks afterwards.
 const ANOTHER: f64 = 1.25;
 
-/// Where to start from: a response as far as another one needs it, to be kept and made again from stored numbers.
+/// Start for a solve: the part of a response that another solve needs, suitable for storage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
     /// Angular frequency of the fundamental \[rad/s\].
     pub omega: f64,
-    /// Share of the loads that was applied; displacements are scaled to the share that is asked for.
+    /// Applied share of the loads; displacements are scaled to the share of the new solve.
     pub load_factor: f64,
-    /// Displacement of the ports \[m\], `ports × coefficients`, as in [`Response::displacement`]. Those of the contact degrees of
-    /// freedom, which come first, are enough: the rest is not read.
+    /// Displacement of the ports \[m\], `ports × coefficients`, as in [`Response::displacement`]. The contact degrees
+    /// of freedom, which come first, are sufficient; the rest is ignored.
     pub displacement: Vec<f64>,
 }
 
 impl Start {
-    /// This start, in the harmonics `of`, transferred to the harmonics `to`.
-    pub fn transferred(&self, of: &Harmonics, to: &Harmonics) -> Start {
+    /// Converts this start from the harmonics `from` to the harmonics `to`.
+    pub fn transferred(&self, from: &Harmonics, to: &Harmonics) -> Start {
         Start {
-            displacement: of.transfer(&self.displacement, to),
+            displacement: from.transfer(&self.displacement, to),
             ..self.clone()
         }
     }
 
-    /// The same motion in these harmonics, by an angle of its fundamental later \[rad\] and so many times as large, but for its means.
+    /// Returns the same motion, delayed by an angle of the fundamental \[rad\] and scaled by `size`; its means are
+    /// unchanged.
     pub(super) fn turned(&self, harmonics: &Harmonics, angle: f64, size: f64) -> Start {
         let turns = harmonics.orders()[1..].iter();
         let turns: Vec<(f64, f64)> = turns
@@ -110,16 +114,16 @@ impl Start {
         out
     }
 
-    /// Whether a response is that of the same resonance, of which this is the start: not one of another frequency.
+    /// Checks that a response is the same resonance as this start, by its frequency.
     ///
     /// # Errors
     /// [`DynamicsError::Lost`] if it is not.
-    pub fn require_same_resonance(&self, found: &Response) -> Result<(), DynamicsError> {
-        let ratio = found.omega / self.omega;
+    pub fn require_same_resonance(&self, response: &Response) -> Result<(), DynamicsError> {
+        let ratio = response.omega / self.omega;
         if ratio.max(1.0 / ratio) > ANOTHER {
             return Err(DynamicsError::Lost {
                 before: self.omega / TAU,
-                found: found.frequency(),
+                found: response.frequency(),
             });
         }
         Ok(())
@@ -127,7 +131,7 @@ impl Start {
 }
 
 impl Response {
-    /// This response as a start. The same numbers give the same start to the last bit.
+    /// Returns this response as a start. The same numbers give the same start to the last bit.
     pub fn start(&self) -> Start {
         Start {
             omega: self.omega,
@@ -136,22 +140,23 @@ impl Response {
         }
     }
 
-    /// Frequency of the fundamental \[Hz\].
+    /// Returns the frequency of the fundamental \[Hz\].
     pub fn frequency(&self) -> f64 {
         self.omega / (2.0 * std::f64::consts::PI)
     }
 
-    /// Number of active elements.
+    /// Returns the number of active elements.
     pub fn active_elements(&self) -> usize {
         self.active.iter().filter(|a| **a).count()
     }
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Half-range amplitude \[m\] and phase lag behind the drive \[rad, in (−π, π\]\] of the first harmonic at `port`.
+    /// Returns the half-range amplitude \[m\] and the phase lag behind the drive \[rad, in (−π, π\]\] of the first
+    /// harmonic at `port`.
     ///
     /// # Errors
-    /// [`DynamicsError::HarmonicMissing`], or [`DynamicsError::OutOfRange`] without such a port.
+    /// [`DynamicsError::HarmonicMissing`], or [`DynamicsError::OutOfRange`] if the port does not exist.
     pub fn amplitude(&self, response: &Response, port: usize) -> Result<(f64, f64), DynamicsError> {
         let slot = self
             .harmonics()
@@ -167,7 +172,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(self.lag(row[slot], row[slot + 1]))
     }
 
-    /// Whether a response does not move at a port, but for rounding.
+    /// Returns true if a response does not move at a port, except for rounding.
     pub(super) fn is_still(&self, response: &Response, port: usize) -> bool {
         let rows = &response.displacement;
         let largest = rows.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
@@ -185,20 +190,25 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         (a.hypot(b), lag)
     }
 
-    /// Contact forces of every element at the converged displacements, those of the active ones as they were evaluated, and the worst
-    /// change from one cycle to the next, relative to the largest friction force of the joint.
+    /// Returns the contact forces of every element at the converged displacements, and the largest change of a friction
+    /// force from one cycle to the next, relative to the largest friction force of the joint. Forces of active elements
+    /// come from the evaluation.
     ///
     /// # Errors
     /// [`DynamicsError::NotClosed`].
     fn contact_forces(
         &self,
         contact: &[f64],
-        at: &Evaluation,
+        evaluation: &Evaluation,
     ) -> Result<(Vec<f64>, f64), DynamicsError> {
         let n = self.harmonics().coefficients();
         let width = 3 * n;
         let mut force = vec![0.0; contact.len()];
-        let mut active = at.elements.iter().zip(&at.contact).peekable();
+        let mut active = evaluation
+            .elements
+            .iter()
+            .zip(&evaluation.contact)
+            .peekable();
         let (mut worst, mut largest) = ((0.0_f64, 0, 0), 0.0_f64);
         for index in 0..self.elements.len() {
             let u = &contact[index * width..][..width];
@@ -231,19 +241,19 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok((force, change))
     }
 
-    /// The response of a converged state, evaluated as `at`.
+    /// Creates the response of a converged state from its evaluation.
     pub(super) fn response(
         &self,
         state: State,
         factor: f64,
-        at: Evaluation,
+        evaluation: Evaluation,
         iterations: usize,
         correction: f64,
     ) -> Result<Response, DynamicsError> {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
-        let (force, closure) = self.contact_forces(&state.contact, &at)?;
-        let mut displacement = at.displacement;
+        let (force, closure) = self.contact_forces(&state.contact, &evaluation)?;
+        let mut displacement = evaluation.displacement;
         // All forces on the closed structure: loads, and contact forces beyond the reference.
         let mut ports = self.load_ports.clone();
         let mut rows = self.loads_at(state.omega, factor);
@@ -258,22 +268,22 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.check_support(&ports, &rows, factor)?;
         let generalised = self.model.generalised(harmonics, &ports, &rows);
         let (mut viscous, mut hysteretic) = (0.0, 0.0);
-        for (index, core) in at.cores.iter().enumerate().skip(1) {
+        for (index, core) in evaluation.cores.iter().enumerate().skip(1) {
             let (amplitude, force) = ClosedModel::amplitudes(harmonics, index, core, &generalised);
-            // As many of its cycles are in one of the fundamental.
+            // One cycle of the fundamental contains `order` cycles of this harmonic.
             let order = f64::from(harmonics.orders()[index]);
             let core = &self.model.core;
             let loss = core.loss(order * state.omega, &amplitude, &force);
             viscous += order * loss.viscous;
             hysteretic += order * loss.hysteretic;
         }
-        let loaded: Vec<f64> = self
+        let load_displacements: Vec<f64> = self
             .load_ports
             .iter()
             .flat_map(|p| displacement[p * n..(p + 1) * n].to_vec())
             .collect();
         let energy = Energy {
-            input: harmonics.work(&load_rows, &loaded),
+            input: harmonics.work(&load_rows, &load_displacements),
             friction: harmonics.work(&force, &state.contact),
             viscous,
             hysteretic,
@@ -292,7 +302,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
-    /// Refuses a mean force that nothing holds, told as that of the whole load: `rows` are those of a part `factor` of it.
+    /// Rejects a mean force on an unsupported motion. `rows` are forces at the share `factor` of the load; the error
+    /// reports the force at the full load.
     fn check_support(
         &self,
         ports: &[usize],

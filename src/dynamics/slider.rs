@@ -1,14 +1,15 @@
-//! A slider of a contact element, and one step of it: exact for a straight step of the displacement with a linear change of the
-//! load.
+//! Slider of a contact element, and its force over one step. The step is exact for a straight displacement and a linear
+//! change of the load.
 //!
-//! The step is written once over a [`Number`], so that the derivative is that of the very same operations.
+//! The step is written once over a [`Number`], so that value and derivative come from the same operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Square of a force over that of the limit at which it is held: one that a step left on the limit is above it by rounding.
+/// Square of a force over the square of its limit up to which the slider sticks. Rounding may put a force that a step
+/// left on the limit slightly above it.
 const ON_LIMIT: f64 = 1.0 + 4.0 * f64::EPSILON;
 
-/// How friction limits the two tangential forces of an element.
+/// Friction limit of the two tangential forces of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrictionLaw {
@@ -20,7 +21,7 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// True if friction of this limit \[N\] holds the tangential force.
+    /// Returns true if friction with this limit \[N\] can hold the tangential force.
     pub(super) fn holds(self, force: [f64; 2], limit: f64) -> bool {
         match self {
             FrictionLaw::Cone => square(force) <= ON_LIMIT * limit * limit,
@@ -28,7 +29,7 @@ impl FrictionLaw {
         }
     }
 
-    /// The law in symbols, T the tangential and N the normal force.
+    /// Returns the law in symbols, with T the tangential and N the normal force.
     pub fn formula(self) -> &'static str {
         match self {
             FrictionLaw::Cone => "|T| <= mu N",
@@ -37,13 +38,13 @@ impl FrictionLaw {
     }
 }
 
-/// A spring along the normal that bears pressure alone, and one in the plane in series with Coulomb friction. Numbers are finite
-/// and not negative.
+/// Spring along the normal that bears only pressure, and a spring in the plane in series with Coulomb friction. All
+/// numbers are finite and not negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slider {
     /// Normal load N₀ at u = 0 \[N\].
     pub normal_load: f64,
-    /// Gap g₀ at u = 0 \[m\]; only an unloaded slider has one.
+    /// Gap g₀ at u = 0 \[m\]; only an unloaded slider has a gap.
     pub gap: f64,
     /// Tangential stiffness k_t \[N/m\].
     pub tangential_stiffness: f64,
@@ -52,17 +53,17 @@ pub struct Slider {
 }
 
 impl Slider {
-    /// Normal load at the normal displacement `u` without the limit at zero \[N\].
+    /// Returns the normal load at the normal displacement `u`, negative where the slider is open \[N\].
     pub(super) fn bilateral_load(&self, u: f64) -> f64 {
         self.normal_load + self.normal_stiffness * (u - self.gap)
     }
 
-    /// Whether it bears load at rest, or does so as soon as it is pressed.
+    /// Returns true if the slider bears load at rest, or as soon as it is pressed.
     pub(super) fn bears(&self) -> bool {
         self.normal_load > 0.0 || (self.gap == 0.0 && self.normal_stiffness > 0.0)
     }
 
-    /// Tangential stiffness, or none if there is no `friction` (µ) to hold it.
+    /// Returns the tangential stiffness, or 0 without `friction` (µ).
     pub(super) fn gripping_stiffness(&self, friction: f64) -> f64 {
         if friction > 0.0 {
             self.tangential_stiffness
@@ -71,7 +72,8 @@ impl Slider {
         }
     }
 
-    /// Whether it sticks under load, or is without, at every sample of `displacement`, as it is at rest.
+    /// Returns true if the slider stays in its state at rest at every sample of `displacement`: stuck under load, or
+    /// open.
     pub(super) fn follows_reference(
         &self,
         law: FrictionLaw,
@@ -93,12 +95,12 @@ impl Slider {
 
 /// Inputs of a step: force (2), displacement increment (2), normal load before and after.
 pub(super) const INPUTS: usize = 6;
-/// Those of them that are the force before.
+/// The first inputs, which are the force before the step.
 pub(super) const MEMORY: usize = 2;
-/// Relative change of the load over a step below which its logarithmic mean is taken from a series.
+/// Relative change of the load over a step below which a series gives the logarithmic mean of the load.
 const SMALL_CHANGE: f64 = 1e-2;
 
-/// A real number, with or without derivatives.
+/// Real number, with or without derivatives.
 pub(super) trait Number:
     Copy
     + Add<Output = Self>
@@ -107,15 +109,15 @@ pub(super) trait Number:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// A constant.
+    /// Creates a constant.
     fn constant(value: f64) -> Self;
-    /// The value.
+    /// Returns the value.
     fn value(self) -> f64;
-    /// Square root of a positive number.
+    /// Returns the square root of a positive number.
     fn sqrt(self) -> Self;
-    /// Exponential.
+    /// Returns the exponential.
     fn exp(self) -> Self;
-    /// Natural logarithm.
+    /// Returns the natural logarithm.
     fn ln(self) -> Self;
 }
 
@@ -137,7 +139,7 @@ impl Number for f64 {
     }
 }
 
-/// A number with its derivatives with respect to the first `K` inputs of the step.
+/// Number with its derivatives with respect to the first `K` inputs of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dual<const K: usize> {
     pub(super) value: f64,
@@ -145,7 +147,7 @@ pub(super) struct Dual<const K: usize> {
 }
 
 impl<const K: usize> Dual<K> {
-    /// Input number `index`.
+    /// Creates the input number `index`.
     pub(super) fn input(value: f64, index: usize) -> Self {
         let mut slope = [0.0; K];
         if let Some(slope) = slope.get_mut(index) {
@@ -185,7 +187,7 @@ impl<const K: usize> Sub for Dual<K> {
     }
 }
 
-// The rules of derivatives mix the operations.
+// The rules of differentiation mix the operations.
 #[allow(clippy::suspicious_arithmetic_impl)]
 impl<const K: usize> Mul for Dual<K> {
     type Output = Self;
@@ -244,7 +246,7 @@ impl<const K: usize> Number for Dual<K> {
     }
 }
 
-/// What a slider did in a step.
+/// State of a slider in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
     Stick,
@@ -252,9 +254,10 @@ pub(super) enum Step {
     Open,
 }
 
-/// Tangential force after a step.
+/// Computes the tangential force after a step.
 ///
-/// `force` \[N\] before, `delta` \[m\], normal loads `before` and `after` \[N\] (negative: how far from closing, times k_n).
+/// `force` is the force before the step \[N\], `delta` the displacement increment \[m\], `before` and `after` are the
+/// normal loads \[N\]. A negative load is the distance from closing times k_n.
 #[inline(always)]
 pub(super) fn step<T: Number>(
     law: FrictionLaw,
@@ -268,7 +271,7 @@ pub(super) fn step<T: Number>(
     if after.value() <= 0.0 {
         return ([zero; 2], Step::Open);
     }
-    // An element that closes within the step grips from then on.
+    // An element that closes within the step grips from the moment of closing.
     let closes = before.value() < 0.0;
     let grip = T::constant(stiffness);
     let (start, pull) = if closes {
@@ -309,7 +312,8 @@ pub(super) fn step<T: Number>(
     }
 }
 
-/// Tangential force after a step in which the slider stays closed and sticks, inputs as of [`step`]; none in another step.
+/// Computes the tangential force after a step in which the slider stays closed and sticks. Returns `None` for any other
+/// step. The inputs are those of [`step`].
 pub(super) fn held(
     law: FrictionLaw,
     stiffness: f64,
@@ -322,20 +326,21 @@ pub(super) fn held(
     (before >= 0.0 && after > 0.0 && law.holds(trial, friction * after)).then_some(trial)
 }
 
-/// Length of a vector of forces; these are far from the ends of the range that `hypot` takes care of.
+/// Returns the length of a force vector. Forces are far from the extreme numbers for which `hypot` would be needed.
 pub(super) fn magnitude(force: [f64; 2]) -> f64 {
     square(force).sqrt()
 }
 
-/// The square of that length, for comparisons: a root would be most of a step that sticks.
+/// Returns the square of the length of a force vector, for comparisons: a square root would be most of the cost of a
+/// sticking step.
 pub(super) fn square([x, y]: [f64; 2]) -> f64 {
     x * x + y * y
 }
 
-/// The force on the circle of the limit after a step that leaves it.
+/// Computes the force on the limit circle after a step that slips.
 ///
-/// It leaves at the share s of the step, where |T| is the limit of that moment; from there the angle φ between force and motion
-/// obeys φ′ = −(k_t |u̇|/µN) sin φ, so tan(φ/2) decays exponentially.
+/// The slider begins to slip at the share s of the step, where |T| equals the limit of that moment. From there the
+/// angle φ between force and motion obeys φ′ = −(k_t |u̇|/µN) sin φ, so tan(φ/2) decays exponentially.
 #[inline(always)]
 fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: [T; 2]) -> [T; 2] {
     let radial = || {
@@ -343,7 +348,7 @@ fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: 
         [limit * trial[0] / size, limit * trial[1] / size]
     };
     let path_square = pull[0] * pull[0] + pull[1] * pull[1];
-    // Without motion (the limit alone shrinks) or without force before, the direction is that of the trial.
+    // Without motion (only the limit shrinks) or without force before, the force has the direction of the trial force.
     let tiny = f64::EPSILON * limit.value();
     if path_square.value() <= tiny * tiny || before.value() <= tiny {
         return radial();
@@ -357,36 +362,36 @@ fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: 
         return radial();
     }
     let root = discriminant.sqrt();
-    // The crossing outwards, in the form without cancellation.
+    // The outward crossing, in the form without cancellation.
     let share = if b.value() >= 0.0 {
         -c / (b + root)
     } else {
         (root - b) / a
     };
-    let left = T::constant(1.0) - share;
-    let leaving = [start[0] + share * pull[0], start[1] + share * pull[1]];
-    let limit_there = before + share * growth;
-    if limit_there.value() <= tiny || left.value() < 0.0 {
+    let remaining = T::constant(1.0) - share;
+    let leaving_force = [start[0] + share * pull[0], start[1] + share * pull[1]];
+    let leaving_limit = before + share * growth;
+    if leaving_limit.value() <= tiny || remaining.value() < 0.0 {
         return radial();
     }
     let path = path_square.sqrt();
     let per_path = T::constant(1.0) / path;
     let along = [pull[0] * per_path, pull[1] * per_path];
-    let per_limit = T::constant(1.0) / limit_there;
-    let cos = (leaving[0] * along[0] + leaving[1] * along[1]) * per_limit;
-    let sin = (along[0] * leaving[1] - along[1] * leaving[0]) * per_limit;
-    // ∫ k_t |du| / µN over the rest of the step, the load linear.
-    let per_sum = T::constant(1.0) / (limit + limit_there);
-    let x = (limit - limit_there) * per_sum;
+    let per_limit = T::constant(1.0) / leaving_limit;
+    let cos = (leaving_force[0] * along[0] + leaving_force[1] * along[1]) * per_limit;
+    let sin = (along[0] * leaving_force[1] - along[1] * leaving_force[0]) * per_limit;
+    // ∫ k_t |du| / µN over the rest of the step, with a linear load.
+    let per_sum = T::constant(1.0) / (limit + leaving_limit);
+    let x = (limit - leaving_limit) * per_sum;
     let mean = if x.value().abs() < SMALL_CHANGE {
         let square = x * x;
         let series =
             T::constant(1.0 / 3.0) + square * (T::constant(0.2) + square * T::constant(1.0 / 7.0));
         T::constant(2.0) * (T::constant(1.0) + square * series) * per_sum
     } else {
-        (limit * per_limit).ln() / (limit - limit_there)
+        (limit * per_limit).ln() / (limit - leaving_limit)
     };
-    let decay = (-(path * left * mean)).exp();
+    let decay = (-(path * remaining * mean)).exp();
     let (p, q) = (T::constant(1.0) + cos, decay * sin);
     let norm = p * p + q * q;
     if norm.value() <= f64::EPSILON {

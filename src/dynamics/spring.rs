@@ -1,4 +1,4 @@
-//! Springs to the ground whose force is no multiple of displacement, beside the sliders of a contact element.
+//! Nonlinear springs to the ground, parallel to the sliders of a contact element.
 
 use std::f64::consts::TAU;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Harmonics;
 use crate::linalg::add_scaled;
 
-/// A spring along one direction; its force is positive along the displacement, as that of a slider.
+/// Spring along one direction. Its force is positive along the displacement, as for a slider.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Spring {
@@ -24,20 +24,20 @@ pub enum Spring {
         direction: usize,
         /// k \[N/m\].
         stiffness: f64,
-        /// g \[m\]: where it touches.
+        /// g \[m\]: displacement at first contact.
         gap: f64,
     },
 }
 
 impl Spring {
-    /// The direction of its force.
+    /// Returns the direction of the force.
     pub fn direction(&self) -> usize {
         match *self {
             Spring::Cubic { direction, .. } | Spring::Stop { direction, .. } => direction,
         }
     }
 
-    /// Force \[N\] at a displacement along it, and its derivative \[N/m\].
+    /// Returns the force \[N\] at a displacement along the spring, and its derivative \[N/m\].
     pub fn force(&self, displacement: f64) -> [f64; 2] {
         match *self {
             Spring::Cubic { stiffness, .. } => {
@@ -51,8 +51,10 @@ impl Spring {
         }
     }
 
-    /// Adds the coefficients of the force of a cubic spring over a cycle, and their derivatives (row by row), of those of the displacement along it:
-    /// exactly, so that it does no work.
+    /// Adds the coefficients of the force of a cubic spring over a cycle, and their derivatives, row by row.
+    ///
+    /// The derivatives are with respect to the coefficients of the displacement along the spring. Both are exact, so
+    /// the spring does no work.
     pub(super) fn add(
         &self,
         harmonics: &Harmonics,
@@ -60,7 +62,7 @@ impl Spring {
         force: &mut [f64],
         slope: &mut [f64],
     ) {
-        // Products of four harmonics at most: so many samples sum them up exactly.
+        // The integrands are products of at most four harmonics, so this number of samples integrates them exactly.
         let n = harmonics.coefficients();
         let samples = 4 * harmonics.highest() as usize + 1;
         for j in 0..samples {
@@ -75,12 +77,12 @@ impl Spring {
         }
     }
 
-    /// Whether its force has a kink: it is sampled as that of a slider is.
+    /// Returns true if the force has a kink and is sampled, as for a slider.
     pub(super) fn is_sampled(&self) -> bool {
         matches!(self, Spring::Stop { .. })
     }
 
-    /// Name, value and what would be right of a parameter that is out of its range.
+    /// Returns the name, the value and the allowed values of a parameter out of its range, if there is one.
     pub(super) fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
         match *self {

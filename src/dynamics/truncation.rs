@@ -1,4 +1,4 @@
-//! The harmonics that are left out, and samples that are too few: what more would change, and as many harmonics as leave little.
+//! Truncation error of the harmonic series and of the samples, and extension of the harmonics to a tolerance.
 
 use super::contact_element::ContactElement;
 use super::newton::FREQUENCY_WEIGHT;
@@ -8,45 +8,47 @@ use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 use crate::journal::Journal;
 use crate::linalg::add_scaled;
 
-/// The change from the harmonics of a balance to about twice as many, times this, is taken for their error: these leave out at least a third of it
-/// too, as what friction leaves out falls about like the square of the first missing order.
+/// Estimated error over the change of the response when the harmonics are about doubled. The doubled harmonics still
+/// leave out at least a third of the error, as the truncation error of friction falls about with the square of the
+/// first missing order.
 pub(super) const TAIL: f64 = 2.0;
-/// The same where the response with about twice as many harmonics is what is taken: what that leaves out itself. By a tail like the inverse square of
-/// the order it is a quarter.
+/// The same factor if the response with the doubled harmonics is the result, so that only its own error counts. A tail
+/// that falls with the square of the order would give a quarter.
 const LEFT_OUT: f64 = 1.0 / 3.0;
-/// The correction that is left to a response that is taken.
+/// Tolerance of a response with doubled harmonics that becomes the result.
 const TAKEN: f64 = 1e-3;
-/// Part of the error that more harmonics have to leave at most to be worth another doubling.
+/// Largest ratio of the error after a doubling of the harmonics to the error before; above it another doubling is not
+/// worth its cost.
 const GAIN: f64 = 0.7;
-/// Where a response is dear, the correction that is left to that with more harmonics, and counts as an error: few harmonics leave out several times
-/// as much. Banks that lift off and land again may leave Newton's method no less.
+/// Tolerance of an expensive response with doubled harmonics. The correction counts as an error: few harmonics leave
+/// out several times as much. If banks lift off and land again, Newton's method may not reach a smaller correction.
 const ESTIMATED: f64 = 1e-2;
-/// The correction that is left where a response has many unknowns but is not dear; it is small against what harmonics leave out.
+/// Tolerance of a cheap response with doubled harmonics; it is small against the truncation error.
 const ROUGHLY: f64 = 1e-5;
-/// Error where no response was found with more harmonics: nothing is known.
+/// Error if no response was found with more harmonics: nothing is known.
 pub(super) const UNKNOWN: f64 = 1.0;
-/// The highest order to which harmonics are extended: 340 elements have 64 000 unknowns then.
+/// Highest order to which harmonics are extended: 340 elements then have 64 000 unknowns.
 const HIGHEST: u32 = 31;
-/// Share of the input below which a dissipation is faint: what is rounding of the input is no error of it.
+/// Share of the input below which a dissipation is faint: rounding of the input does not count as its error.
 pub(super) const FAINT_DISSIPATION: f64 = 1e-6;
-/// Highest order of the harmonics with which a response of many is looked for first.
+/// Highest order of the first solve for a response in many harmonics.
 const FEW: u32 = 3;
 
-/// Estimated errors of a resonance by harmonics that are left out, and by samples that are too few, relative.
+/// Estimated relative errors of a resonance due to missing harmonics and too few samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truncation {
-    /// Of the frequency of the phase resonance.
+    /// Error of the frequency of the phase resonance.
     pub frequency: f64,
-    /// Of the amplitude there, and of the peak.
+    /// Error of the amplitude there, and of the peak.
     pub amplitude: f64,
-    /// Of the energy that friction dissipates in a cycle.
+    /// Error of the energy that friction dissipates per cycle.
     pub friction_energy: f64,
-    /// What the frequency is expected to be more with all of them, by the estimate alone; none where it is not known.
+    /// Estimated relative change of the frequency with all harmonics, with its sign. `None` if unknown.
     pub expected: Option<f64>,
 }
 
 impl Truncation {
-    /// Where no response was found with more harmonics.
+    /// Errors if no response was found with more harmonics.
     const UNKNOWN: Truncation = Truncation {
         frequency: UNKNOWN,
         amplitude: UNKNOWN,
@@ -54,7 +56,7 @@ impl Truncation {
         expected: None,
     };
 
-    /// Where nothing is left out.
+    /// Errors of a response without truncation.
     pub const NONE: Truncation = Truncation {
         frequency: 0.0,
         amplitude: 0.0,
@@ -62,7 +64,7 @@ impl Truncation {
         expected: Some(0.0),
     };
 
-    fn and(self, other: Truncation) -> Truncation {
+    fn plus(self, other: Truncation) -> Truncation {
         Truncation {
             frequency: self.frequency + other.frequency,
             amplitude: self.amplitude + other.amplitude,
@@ -71,9 +73,9 @@ impl Truncation {
         }
     }
 
-    /// Adds what Newton's method has left of a resonance beyond its `tolerance`. A figure of which nothing is known, or that is rounding, is in error
-    /// as a whole.
-    fn bounded(self, resonance: &Resonance, tolerance: f64) -> Truncation {
+    /// Adds the Newton correction of a resonance if it exceeds the `tolerance`. An unknown error, or the error of an
+    /// amplitude that is rounding, is 1.
+    fn with_newton_error(self, resonance: &Resonance, tolerance: f64) -> Truncation {
         let left = resonance
             .in_force()
             .correction
@@ -100,47 +102,48 @@ impl Truncation {
         }
     }
 
-    /// The larger of the errors of amplitude and dissipation, to which harmonics are extended.
+    /// Returns the larger of the errors of amplitude and dissipation, which controls the extension of the harmonics.
     pub fn largest(&self) -> f64 {
         self.amplitude.max(self.friction_energy)
     }
 }
 
-/// A resonance, the balance that it solves, and what that leaves out.
+/// Resonance with its balance and its truncation error.
 pub struct Resolved<'a> {
     pub balance: HarmonicBalance<ContactElement>,
     pub resonance: Resonance,
     pub truncation: Truncation,
     pub(super) vibration: &'a Vibration,
-    /// Whether its peak and its errors are still to be found.
+    /// Whether the peak and the errors are still missing.
     is_open: bool,
-    /// What the response with more harmonics has otherwise, where that was wanted.
+    /// Difference of the response with more harmonics, if it was requested.
     pub correction: Option<Correction>,
-    /// The responses with more harmonics that were solved, one after the other.
+    /// Extensions of the harmonics, in order.
     pub extensions: Vec<Extension>,
 }
 
-/// That the response with more harmonics is taken for a response.
+/// Request to use the response with more harmonics as the result.
 #[derive(Debug, Clone, Copy)]
 pub struct HarmonicCorrection<'a> {
-    /// What it had otherwise in a response near it, where that is known: it begins from there.
+    /// The correction of a nearby response, if known; the solve starts from it.
     pub near: Option<&'a Correction>,
 }
 
-/// A response with more harmonics, and what it took.
+/// Extension of the harmonics, with its cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extension {
     /// The highest order.
     pub highest: u32,
-    /// The larger of the errors of amplitude and dissipation that are known with it.
+    /// The larger of the errors of amplitude and dissipation that it estimates.
     pub error: f64,
-    /// Newton iterations to it.
+    /// Number of Newton iterations.
     pub iterations: usize,
-    /// Coefficients of the contact displacements.
+    /// Number of coefficients of the contact displacements.
     pub unknowns: usize,
 }
 
-/// What a response with about twice as many harmonics has otherwise. It changes little from one response to a next one near it.
+/// Difference between a response and the response with about twice the harmonics. It changes little from one response
+/// to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {
     /// The harmonics.
@@ -149,29 +152,29 @@ pub struct Correction {
     pub displacement: Vec<f64>,
     /// Relative change of the frequency.
     pub frequency: f64,
-    /// Relative change of the energies: input, friction, viscous and hysteretic damping.
+    /// Relative changes of the energies: input, friction, viscous and hysteretic damping.
     pub energy: [f64; 4],
 }
 
 impl Correction {
-    /// That of a response which is taken as it is.
-    fn none(of: &HarmonicBalance<ContactElement>, response: &Response) -> Correction {
+    /// Creates the correction that changes nothing.
+    fn zero(coarse: &HarmonicBalance<ContactElement>, response: &Response) -> Correction {
         Correction {
-            harmonics: of.harmonics().clone(),
+            harmonics: coarse.harmonics().clone(),
             displacement: vec![0.0; response.displacement.len()],
             frequency: 0.0,
             energy: [0.0; 4],
         }
     }
 
-    /// From the response of a balance to that of a finer one.
+    /// Computes the correction from the response of a balance to the response of a finer one.
     fn between(
-        of: &HarmonicBalance<ContactElement>,
+        coarse: &HarmonicBalance<ContactElement>,
         response: &Response,
         finer: &HarmonicBalance<ContactElement>,
         fine: &Response,
     ) -> Correction {
-        let from = of
+        let coarse_rows = coarse
             .harmonics()
             .transfer(&response.displacement, finer.harmonics());
         let change = |from: f64, to: f64| if from == 0.0 { 0.0 } else { to / from - 1.0 };
@@ -186,7 +189,7 @@ impl Correction {
             displacement: fine
                 .displacement
                 .iter()
-                .zip(&from)
+                .zip(&coarse_rows)
                 .map(|(to, from)| to - from)
                 .collect(),
             frequency: change(response.omega, fine.omega),
@@ -194,14 +197,14 @@ impl Correction {
         }
     }
 
-    /// A response of a balance as `finer`, which has the harmonics of the correction, would have it.
-    fn applied(
+    /// Applies the correction to a response of a balance. `finer` is the balance with the harmonics of the correction.
+    fn apply(
         &self,
-        of: &HarmonicBalance<ContactElement>,
+        coarse: &HarmonicBalance<ContactElement>,
         response: &Response,
         finer: &HarmonicBalance<ContactElement>,
     ) -> Response {
-        let mut displacement = of
+        let mut displacement = coarse
             .harmonics()
             .transfer(&response.displacement, &self.harmonics);
         add_scaled(&mut displacement, 1.0, &self.displacement);
@@ -239,12 +242,14 @@ fn energies(response: &Response) -> [f64; 4] {
 }
 
 impl Vibration {
-    /// The resonance with these contact elements, or the response at the given frequency, from a response in some harmonics if there is one; with the harmonics of the
-    /// vibration, or those of the start if they are more. With a `tolerance` they are extended until the estimated errors of
-    /// amplitude and dissipation are within it, up to order 31.
+    /// Computes the resonance with these contact elements, or the response at the given frequency.
+    ///
+    /// The search starts from a response in some harmonics, if given. It uses the harmonics of the vibration, or of the
+    /// start if they are more. With a `tolerance`, harmonics are extended until the estimated errors of amplitude and
+    /// dissipation are within it, up to order 31.
     ///
     /// # Errors
-    /// Those of [`Vibration::resonance`].
+    /// As [`Vibration::resonance`].
     pub fn resolve(
         &self,
         elements: Vec<ContactElement>,
@@ -255,11 +260,11 @@ impl Vibration {
             .completed(tolerance, None)
     }
 
-    /// The resonance of [`Vibration::resolve`], but for the peak, the errors and the harmonics that these ask for: for whoever may look for another
-    /// response with other elements before [`Resolved::completed`].
+    /// Computes the resonance of [`Vibration::resolve`] without the peak, the errors and the extension of the
+    /// harmonics. A caller may try other elements before [`Resolved::completed`].
     ///
     /// # Errors
-    /// Those of [`Vibration::resonance`].
+    /// As [`Vibration::resonance`].
     pub fn resolve_in_force(
         &self,
         elements: Vec<ContactElement>,
@@ -272,7 +277,7 @@ impl Vibration {
         let balance = self.balance_of(elements, harmonics.clone())?;
         let start = match start {
             Some((of_start, start)) => Some(start.transferred(of_start, harmonics)),
-            None => self.start_in_few(&balance),
+            None => self.start_in_few_harmonics(&balance),
         };
         let response = self.response_in_force(&balance, start.as_ref())?;
         Ok(Resolved {
@@ -286,17 +291,19 @@ impl Vibration {
         })
     }
 
-    /// A resonance with its errors. With a `tolerance` its harmonics are extended until these are within it. Where the response with more harmonics is
-    /// `taken`, from what it had otherwise before if that is known, the errors are those of that one, and they are extended only as long as they gain by it.
+    /// Estimates the errors of a resonance. With a `tolerance`, extends the harmonics until the errors are within it.
+    ///
+    /// With a `request`, the response with more harmonics is the result, and the errors belong to that response. The
+    /// harmonics are then extended only as long as this reduces the errors.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::new`].
+    /// As [`HarmonicBalance::new`].
     pub(super) fn extended(
         &self,
         balance: HarmonicBalance<ContactElement>,
         resonance: Resonance,
         tolerance: Option<f64>,
-        taken: Option<HarmonicCorrection>,
+        request: Option<HarmonicCorrection>,
     ) -> Result<Resolved<'_>, DynamicsError> {
         let mut resolved = Resolved {
             resonance,
@@ -308,15 +315,17 @@ impl Vibration {
             extensions: Vec::new(),
         };
         let mut before = f64::INFINITY;
-        // Without a tolerance both errors are of this resonance, and are found at the same time.
-        let mut of_samples = None;
+        // Without a tolerance both kinds of errors belong to this resonance, and are computed in parallel.
+        let mut sample_errors = None;
         let mut estimate = match tolerance {
-            Some(_) => resolved.estimate(taken),
+            Some(_) => resolved.estimate(request),
             None => {
                 let threads = &resolved.balance.threads;
-                let (estimate, errors) =
-                    threads.both(|| resolved.estimate(taken), || resolved.errors_of_samples());
-                of_samples = Some(errors);
+                let (estimate, errors) = threads.both(
+                    || resolved.estimate(request),
+                    || resolved.errors_of_samples(),
+                );
+                sample_errors = Some(errors);
                 estimate
             }
         };
@@ -325,17 +334,17 @@ impl Vibration {
             let Some((finer, resonance)) = found else {
                 break;
             };
-            let left = resolved.truncation.largest();
-            let gains = taken.is_none() || left <= GAIN * before;
-            let enough = tolerance.is_none_or(|tolerance| left <= tolerance);
+            let largest_error = resolved.truncation.largest();
+            let gains = request.is_none() || largest_error <= GAIN * before;
+            let is_within = tolerance.is_none_or(|tolerance| largest_error <= tolerance);
             let coefficients = finer.harmonics().coefficients();
             resolved.extensions.push(Extension {
                 highest: finer.harmonics().highest(),
-                error: left,
+                error: largest_error,
                 iterations: resonance.in_force().iterations,
                 unknowns: 3 * finer.elements().len() * coefficients,
             });
-            if taken.is_some() {
+            if request.is_some() {
                 resolved.correction = Some(Correction::between(
                     &resolved.balance,
                     resolved.resonance.in_force(),
@@ -344,12 +353,12 @@ impl Vibration {
                 ));
             }
             let finer = finer.harmonics().clone();
-            if enough || !gains || finer.highest() > HIGHEST {
+            if is_within || !gains || finer.highest() > HIGHEST {
                 break;
             }
-            before = left;
+            before = largest_error;
             let balance = self.balance_of(resolved.balance.elements().to_vec(), finer)?;
-            // A peak that more harmonics move out of the range leaves what there is.
+            // If more harmonics move the peak out of the range, the previous resonance remains.
             let phase = resonance.phase.as_ref().map(Response::start);
             let peak = resonance.peak.start();
             let Ok(resonance) = self.resonance_near(&balance, phase.as_ref(), &peak) else {
@@ -367,66 +376,69 @@ impl Vibration {
             };
             resolved.balance = balance;
             resolved.correction = None;
-            estimate = resolved.estimate(taken);
+            estimate = resolved.estimate(request);
         }
         let tolerance = resolved.balance.settings.tolerance;
-        let of_samples = of_samples.unwrap_or_else(|| resolved.errors_of_samples());
-        let all = resolved.truncation.and(of_samples);
-        resolved.truncation = all.bounded(&resolved.resonance, tolerance);
+        let sample_errors = sample_errors.unwrap_or_else(|| resolved.errors_of_samples());
+        let all = resolved.truncation.plus(sample_errors);
+        resolved.truncation = all.with_newton_error(&resolved.resonance, tolerance);
         Ok(resolved)
     }
 
-    /// A start for many harmonics: the response in force in the lowest, which is found at a small part of the cost.
-    fn start_in_few(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Start> {
+    /// Computes a start for many harmonics: the governing response in the lowest harmonics, at a small part of the
+    /// cost.
+    fn start_in_few_harmonics(&self, balance: &HarmonicBalance<ContactElement>) -> Option<Start> {
         let orders = balance.harmonics().orders();
         let loads = || self.loads.iter().chain(&self.inertial_loads);
         let driven = |order: &u32| loads().any(|load| load.harmonic == *order);
-        let few = orders.iter().filter(|o| **o <= FEW || driven(o)).copied();
-        let few = Harmonics::new(&few.collect::<Vec<u32>>()).ok()?;
-        if few.orders() == orders {
+        let few_harmonics = orders.iter().filter(|o| **o <= FEW || driven(o)).copied();
+        let few_harmonics = Harmonics::new(&few_harmonics.collect::<Vec<u32>>()).ok()?;
+        if few_harmonics.orders() == orders {
             return None;
         }
-        let first = self.balance_of(balance.elements().to_vec(), few).ok()?;
-        let response = self.response_in_force(&first, None).ok()?;
+        let few_balance = self
+            .balance_of(balance.elements().to_vec(), few_harmonics)
+            .ok()?;
+        let response = self.response_in_force(&few_balance, None).ok()?;
         Some(
             response
                 .start()
-                .transferred(first.harmonics(), balance.harmonics()),
+                .transferred(few_balance.harmonics(), balance.harmonics()),
         )
     }
 }
 
 impl Resolved<'_> {
-    /// Amplitude \[m\] that the peak does not exceed, whatever the contact does; none where damping does not limit it, and of a structure with a
-    /// residual flexibility.
+    /// Returns an upper bound of the peak \[m\] for any contact. `None` if damping does not limit the peak, or if the
+    /// structure has a residual flexibility.
     pub fn peak_bound(&self) -> Option<f64> {
         self.vibration.peak_bound()
     }
 
-    /// With the peak and the errors, where they have not been found yet.
+    /// Adds the peak and the errors, if they are missing.
     ///
     /// # Errors
-    /// Those of [`Vibration::resonance`].
+    /// As [`Vibration::resonance`].
     pub fn completed(
         mut self,
         tolerance: Option<f64>,
-        taken: Option<HarmonicCorrection>,
+        request: Option<HarmonicCorrection>,
     ) -> Result<Self, DynamicsError> {
         self = self.with_peak()?;
         let mut extended =
             self.vibration
-                .extended(self.balance, self.resonance, tolerance, taken)?;
-        if taken.is_some() && extended.correction.is_none() {
+                .extended(self.balance, self.resonance, tolerance, request)?;
+        if request.is_some() && extended.correction.is_none() {
             let (balance, response) = (&extended.balance, extended.resonance.in_force());
-            extended.correction = Some(Correction::none(balance, response));
+            extended.correction = Some(Correction::zero(balance, response));
         }
         Ok(extended)
     }
 
-    /// With the peak, and errors and a correction that are those of a response near it.
+    /// Adds the peak, with the errors and the correction of a nearby response.
     ///
     /// # Errors
-    /// Those of [`Vibration::resonance`].
+    /// As [`Vibration::resonance`].
     pub fn completed_as(
         self,
         truncation: Truncation,
@@ -440,10 +452,10 @@ impl Resolved<'_> {
         })
     }
 
-    /// With the peak.
+    /// Adds the peak, if it is missing.
     ///
     /// # Errors
-    /// Those of [`Vibration::resonance`].
+    /// As [`Vibration::resonance`].
     pub fn with_peak(mut self) -> Result<Self, DynamicsError> {
         if let Some(phase) = self.resonance.phase.take_if(|_| self.is_open) {
             self.resonance = self.vibration.beside(&self.balance, phase)?;
@@ -451,12 +463,12 @@ impl Resolved<'_> {
         Ok(self)
     }
 
-    /// As its correction makes it, where it has one: the response with more harmonics.
+    /// Applies its correction, if it has one, and returns the response with more harmonics.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::new`].
+    /// As [`HarmonicBalance::new`].
     pub fn corrected(&self) -> Result<Self, DynamicsError> {
-        let as_it_is = Resolved {
+        let unchanged = Resolved {
             balance: self.balance.clone(),
             resonance: self.resonance.clone(),
             correction: self.correction.clone(),
@@ -464,15 +476,15 @@ impl Resolved<'_> {
             ..*self
         };
         let Some(correction) = &self.correction else {
-            return Ok(as_it_is);
+            return Ok(unchanged);
         };
         let vibration = self.vibration;
         let finer = vibration.finer(&self.balance, correction.harmonics.clone(), 1)?;
-        let of = |response: &Response| correction.applied(&self.balance, response, &finer);
+        let correct = |response: &Response| correction.apply(&self.balance, response, &finer);
         let before = &self.resonance;
-        let phase = before.phase.as_ref().map(of);
+        let phase = before.phase.as_ref().map(correct);
         let resonance =
-            vibration.resonance_of(&finer, phase, of(&before.peak), before.iterations)?;
+            vibration.resonance_of(&finer, phase, correct(&before.peak), before.iterations)?;
         let resonance = Resonance {
             peak_kind: before.peak_kind,
             is_beside: before.is_beside,
@@ -482,17 +494,19 @@ impl Resolved<'_> {
         Ok(Resolved {
             balance: finer,
             resonance,
-            ..as_it_is
+            ..unchanged
         })
     }
 
-    /// The errors by harmonics left out, from the resonance with the harmonics [`Harmonics::beyond`], which may be `taken` for it; its balance and that
-    /// resonance, but where the response is linear, as harmonics other than those of the loads stay 0. None where no resonance is found; the errors are then
-    /// those known before.
+    /// Estimates the errors due to missing harmonics, from the resonance with the harmonics [`Harmonics::beyond`].
+    ///
+    /// Returns the errors, and the finer balance with its resonance. A linear response has no finer one, as harmonics
+    /// without load stay 0. With a `request`, the finer response is the result, and the errors belong to it.
+    /// Returns `None` if no finer resonance is found; the errors known before remain.
     #[allow(clippy::type_complexity)]
     fn estimate(
         &self,
-        taken: Option<HarmonicCorrection>,
+        request: Option<HarmonicCorrection>,
     ) -> Option<(
         Truncation,
         Option<(HarmonicBalance<ContactElement>, Resonance)>,
@@ -502,8 +516,8 @@ impl Resolved<'_> {
         }
         let harmonics = self.balance.harmonics().beyond();
         let finer = self.vibration.finer(&self.balance, harmonics, 1).ok()?;
-        let (truncation, resonance) = self.errors_by(&finer, taken)?;
-        let truncation = match taken {
+        let (truncation, resonance) = self.errors_by(&finer, request)?;
+        let truncation = match request {
             Some(_) => Truncation {
                 expected: truncation.expected.map(|change| LEFT_OUT * change),
                 ..truncation.scaled(LEFT_OUT / TAIL)
@@ -513,40 +527,46 @@ impl Resolved<'_> {
         Some((truncation, Some((finer, resonance))))
     }
 
-    /// Errors by samples that are too few, from the resonance with twice as many. They are apart from those by harmonics, which may cancel them.
+    /// Estimates the errors due to too few samples, from the resonance with twice the samples. They are estimated apart
+    /// from the errors of the harmonics, as the two may cancel.
     fn errors_of_samples(&self) -> Truncation {
         if self.is_linear() {
             return Truncation::NONE;
         }
         let harmonics = self.balance.harmonics().clone();
-        let twice = self.vibration.finer(&self.balance, harmonics, 2);
-        // It may go on beside another solve, so that its own are not kept in an order.
-        let twice = twice.map(|twice| HarmonicBalance {
+        let more_samples = self.vibration.finer(&self.balance, harmonics, 2);
+        // It may run in parallel with another solve, so the order of its journal entries would be random.
+        let more_samples = more_samples.map(|more_samples| HarmonicBalance {
             journal: Journal::default(),
-            ..twice
+            ..more_samples
         });
-        let found = twice.ok().and_then(|twice| self.errors_by(&twice, None));
-        let mut errors = found.map_or(Truncation::UNKNOWN, |(errors, _)| errors);
-        let in_work = self.balance.work_error(self.resonance.in_force());
-        errors.friction_energy = errors.friction_energy.max(in_work);
+        let errors_found = more_samples
+            .ok()
+            .and_then(|more_samples| self.errors_by(&more_samples, None));
+        let mut errors = errors_found.map_or(Truncation::UNKNOWN, |(errors, _)| errors);
+        let work_error = self.balance.work_error(self.resonance.in_force());
+        errors.friction_energy = errors.friction_energy.max(work_error);
         errors
     }
 
     fn is_linear(&self) -> bool {
         let Resonance { peak, .. } = &self.resonance;
-        let both = [self.resonance.in_force(), peak];
-        both.iter().all(|response| response.active_elements() == 0)
+        let responses = [self.resonance.in_force(), peak];
+        responses
+            .iter()
+            .all(|response| response.active_elements() == 0)
     }
 
-    /// The errors by what the resonance differs from that of another balance, which is solved from it, and that; none where it is not found.
+    /// Estimates the errors from the difference to the resonance of another balance, and returns that resonance. `None`
+    /// if it is not found.
     ///
-    /// One figure may change by little only because two larger changes of it cancel. That of the amplitude is therefore taken to be at
-    /// least what the coefficients of the contact displacements change by on the whole, and that of the dissipation is the sum of the
-    /// changes of all elements.
+    /// A single value may change little because two larger changes of it cancel. So the error of the amplitude is at
+    /// least the overall change of the coefficients of the contact displacements. The error of the dissipation is the
+    /// sum of the changes of all elements.
     fn errors_by(
         &self,
         finer: &HarmonicBalance<ContactElement>,
-        taken: Option<HarmonicCorrection>,
+        request: Option<HarmonicCorrection>,
     ) -> Option<(Truncation, Resonance)> {
         let coarse = self.resonance.in_force();
         let harmonics = self.balance.harmonics();
@@ -554,21 +574,21 @@ impl Resolved<'_> {
             phase, is_beside, ..
         } = &self.resonance;
         let mut finer = finer.clone();
-        let enough = match finer.is_costly {
-            true if taken.is_some() => TAKEN,
+        let tolerance = match finer.is_costly {
+            true if request.is_some() => TAKEN,
             true => ESTIMATED,
             false => ROUGHLY,
         };
-        finer.settings.tolerance = finer.settings.tolerance.max(enough);
+        finer.settings.tolerance = finer.settings.tolerance.max(tolerance);
         let solve = || -> Result<_, DynamicsError> {
             let to_finer = |response: &Response| {
                 let start = response.start();
                 start.transferred(harmonics, finer.harmonics())
             };
             let start = to_finer(coarse);
-            let near = taken.and_then(|taken| taken.near);
+            let near = request.and_then(|request| request.near);
             let near = near.filter(|near| near.harmonics == *finer.harmonics());
-            let nearer = |start: &Start| {
+            let corrected_start = |start: &Start| {
                 let mut start = start.clone();
                 if let Some(near) = near {
                     add_scaled(&mut start.displacement, 1.0, &near.displacement);
@@ -577,16 +597,16 @@ impl Resolved<'_> {
                 start
             };
             let fine = match is_beside {
-                // That peak follows the phase resonance, and is not looked for again.
+                // This peak follows the phase resonance, so no new search is needed.
                 true => {
                     let range = self.vibration.range;
-                    let phase = finer.phase_resonance_near(range, &nearer(&start))?;
+                    let phase = finer.phase_resonance_near(range, &corrected_start(&start))?;
                     self.vibration
                         .resonance_of(&finer, Some(phase.clone()), phase, 0)?
                 }
                 false => {
-                    let peak = nearer(&to_finer(&self.resonance.peak));
-                    let phase = phase.as_ref().map(|_| nearer(&start));
+                    let peak = corrected_start(&to_finer(&self.resonance.peak));
+                    let phase = phase.as_ref().map(|_| corrected_start(&start));
                     self.vibration
                         .resonance_near(&finer, phase.as_ref(), &peak)?
                 }
@@ -595,33 +615,33 @@ impl Resolved<'_> {
         };
         let (start, fine) = solve().ok()?;
         let contact = 3 * finer.elements().len() * finer.harmonics().coefficients();
-        let left = fine.in_force().correction.max(fine.peak.correction);
-        let whole = distance(
+        let newton_error = fine.in_force().correction.max(fine.peak.correction);
+        let overall_change = distance(
             &start.displacement[..contact],
             &fine.in_force().displacement[..contact],
             harmonics,
             finer.harmonics(),
-        ) + left;
-        // Of a figure that is 0 there nothing is known, and nothing where both are.
+        ) + newton_error;
+        // The change of a value to 0 is unknown, unless the value was 0 before.
         let change = |coarse: f64, fine: f64| match (coarse / fine - 1.0).abs() {
             change if change <= UNKNOWN => change,
             _ if coarse == fine => 0.0,
             _ => UNKNOWN,
         };
-        // What one element dissipates more and another less adds up: it wears elsewhere.
+        // Changes of opposite sign in two elements add up: the joint wears elsewhere.
         let [before, after] = [
             self.balance.dissipated_energies(coarse),
             finer.dissipated_energies(fine.in_force()),
         ];
-        let moved: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
-        let all: f64 = after.iter().map(|energy| energy.abs()).sum();
-        let all = all.max(FAINT_DISSIPATION * fine.in_force().energy.input.abs());
-        let energy = match moved / all + left {
+        let moved_energy: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
+        let total_energy: f64 = after.iter().map(|energy| energy.abs()).sum();
+        let total_energy = total_energy.max(FAINT_DISSIPATION * fine.in_force().energy.input.abs());
+        let energy = match moved_energy / total_energy + newton_error {
             change if change <= UNKNOWN => change,
-            _ if moved == 0.0 => 0.0,
+            _ if moved_energy == 0.0 => 0.0,
             _ => UNKNOWN,
         };
-        // Of an amplitude that is rounding there is no error but that of what moves elsewhere.
+        // An amplitude that is rounding has no error of its own; only motion elsewhere counts.
         let is_still = self.resonance.is_still;
         let peak = match is_beside {
             _ if is_still => 0.0,
@@ -634,8 +654,8 @@ impl Resolved<'_> {
         };
         let truncation = Truncation {
             frequency: TAIL
-                * (change(coarse.omega, fine.in_force().omega) + left / FREQUENCY_WEIGHT),
-            amplitude: TAIL * amplitude.max(whole).max(peak),
+                * (change(coarse.omega, fine.in_force().omega) + newton_error / FREQUENCY_WEIGHT),
+            amplitude: TAIL * amplitude.max(overall_change).max(peak),
             friction_energy: TAIL * energy,
             expected: Some(fine.in_force().omega / coarse.omega - 1.0),
         };
@@ -643,8 +663,8 @@ impl Resolved<'_> {
     }
 }
 
-/// Euclidean distance of two rows of coefficients in the orders of `kept` but the mean, relative to the second; rows of those of
-/// `all`.
+/// Returns the Euclidean distance of two rows of coefficients, relative to the second. Both have the harmonics `all`;
+/// only the orders of `kept` without the mean count.
 fn distance(a: &[f64], b: &[f64], kept: &Harmonics, all: &Harmonics) -> f64 {
     let n = all.coefficients();
     let slots: Vec<usize> = kept.orders()[1..]

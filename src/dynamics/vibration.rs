@@ -1,4 +1,4 @@
-//! A driven structure whose contact elements change: what the response to them is made from, and its figures.
+//! Driven structure whose contact elements change: its parts, its responses and their results.
 
 use super::contact_element::ContactElement;
 use super::peak_bound::{DampingRates, velocity};
@@ -9,50 +9,51 @@ use crate::gauge::Gauge;
 use crate::journal::Journal;
 use crate::threads::Threads;
 
-/// A structure, how it is driven and what of its response is wanted: all but the contact elements, which change as they wear.
+/// Driven structure without its contact elements, which change as they wear.
 #[derive(Debug, Clone)]
 pub struct Vibration {
     /// The damped structure with its ports.
     pub model: SecondOrder,
-    /// The loads; the first of harmonic 1 on the response port is the drive, or the first where none is there.
+    /// The loads. The first load of harmonic 1 on the response port is the drive, or the first load of harmonic 1 on
+    /// any port.
     pub loads: Vec<Load>,
-    /// Loads that grow with the square of frequency, as [`HarmonicBalance::with_inertial_loads`] has them.
+    /// Loads that grow with the square of frequency, as in [`HarmonicBalance::with_inertial_loads`].
     pub inertial_loads: Vec<Load>,
-    /// The port whose first harmonic is the response.
+    /// Port whose first harmonic is the response.
     pub response_port: usize,
     /// The harmonics.
     pub harmonics: Harmonics,
-    /// Accuracy and effort.
+    /// Settings of accuracy and effort.
     pub settings: Settings,
-    /// Angular frequency of the response that moves the joint \[rad/s\]; `None` for that of the phase resonance.
+    /// Given angular frequency of the response that moves the joint \[rad/s\]; `None` to use the phase resonance.
     pub at_omega: Option<f64>,
-    /// Angular frequencies between which the resonance lies, and those of the forced response \[rad/s\].
+    /// Range of angular frequencies of the resonance and of the forced response \[rad/s\].
     pub range: (f64, f64),
-    /// Equidistant points of the forced response over it; none: as continuation places them.
+    /// Number of equidistant points of the forced response over the range; `None` if continuation places them.
     pub points: Option<usize>,
-    /// Where its iterations and points are counted for who watches.
+    /// Gauge that counts iterations and points for progress reports.
     pub gauge: Gauge,
-    /// What an earlier start has solved, and a place for what this one solves.
+    /// Journal of solutions: reads solutions of an interrupted run and stores new ones.
     pub journal: Journal,
-    /// The threads that share its work.
+    /// Threads for the computation.
     pub threads: Threads,
 }
 
-/// Which response a peak, or the one that moves the joint, is.
+/// Kind of a peak, or of the response that moves the joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ResonanceKind {
-    /// A displacement 90° behind the drive.
+    /// The displacement lags the drive by 90°.
     PhaseResonance,
-    /// A largest first harmonic at the response port.
+    /// The first harmonic at the response port has a maximum.
     Peak,
-    /// A first harmonic that is largest at an end of the range or of a branch.
+    /// The first harmonic is largest at an end of the range or of a branch.
     End,
-    /// The response at the given frequency, [`Vibration::at_omega`].
+    /// The response is at the given frequency, [`Vibration::at_omega`].
     Forced,
 }
 
 impl ResonanceKind {
-    /// Its name in tables.
+    /// Returns its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             ResonanceKind::PhaseResonance => "phase_resonance",
@@ -63,56 +64,59 @@ impl ResonanceKind {
     }
 }
 
-/// The resonance of a structure with its contact elements.
+/// Resonance of a structure with its contact elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resonance {
-    /// The response whose displacement at the drive lags it by 90°. `None` where the range has no such response, and at a given frequency.
+    /// The response whose displacement at the drive lags it by 90°. `None` if the range has no such response, or at a
+    /// given frequency.
     pub phase: Option<Response>,
     /// The response port.
     pub port: usize,
-    /// Half range of the first harmonic at the response port there, at the peak without it \[m\].
+    /// Half range of the first harmonic at the response port \[m\]: at the phase resonance, or at the peak without one.
     pub amplitude: f64,
     /// Frequency of the largest first harmonic at the response port that was found \[Hz\].
     pub peak_frequency: f64,
-    /// That harmonic \[m\].
+    /// Half range of that harmonic \[m\].
     pub peak_amplitude: f64,
-    /// The response there; that at the given frequency, if there is one.
+    /// The response at the peak, or at the given frequency.
     pub peak: Response,
     /// Whether it is a peak, an end of the range or of a branch, or the response at the given frequency.
     pub peak_kind: ResonanceKind,
-    /// Whether the peak is the one beside the phase resonance.
+    /// Whether the peak is the peak next to the phase resonance.
     pub is_beside: bool,
-    /// Number of its branch of the forced response; none of a peak that was found apart from that.
+    /// Number of the peak's branch of the forced response; `None` if the peak was found without the forced response.
     pub branch: Option<usize>,
-    /// Newton iterations of both.
+    /// Number of Newton iterations of phase resonance and peak.
     pub iterations: usize,
-    /// Whether nothing moves at the response port, but for rounding.
+    /// Whether the response port does not move, except for rounding.
     pub is_still: bool,
 }
 
 impl Resonance {
-    /// The response that moves the joint: that of the phase resonance, or the peak where there is none.
+    /// Returns the response that moves the joint, here called the governing response: the phase resonance, or the peak
+    /// without one.
     pub fn in_force(&self) -> &Response {
         self.phase.as_ref().unwrap_or(&self.peak)
     }
 }
 
-/// Samples per period of the highest harmonic. The error of a force that slips, opens or touches a stop falls with their square.
+/// Samples per period of the highest harmonic. The error of a force that slips, opens or touches a stop falls with the
+/// square of this number.
 const SAMPLES_PER_PERIOD: usize = 10;
 
-/// Samples of a cycle that resolve harmonics up to the highest.
+/// Returns the number of samples per cycle that resolve harmonics up to `highest`.
 pub fn samples_of(highest: u32) -> usize {
     SAMPLES_PER_PERIOD * highest as usize
 }
 
-/// Relative difference of two frequencies that is rounding.
+/// Relative difference of two frequencies up to which it is rounding.
 const SAME_FREQUENCY: f64 = 1e-9;
 
 impl Vibration {
-    /// The structure with these contact elements.
+    /// Creates the balance with these contact elements.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::new`].
+    /// As [`HarmonicBalance::new`].
     pub fn balance(
         &self,
         elements: Vec<ContactElement>,
@@ -120,10 +124,10 @@ impl Vibration {
         self.balance_of(elements, self.harmonics.clone())
     }
 
-    /// The structure with these contact elements in other harmonics, with the samples that more of them need.
+    /// Creates the balance with these contact elements in other harmonics, with enough samples for them.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::new`].
+    /// As [`HarmonicBalance::new`].
     pub fn balance_of(
         &self,
         elements: Vec<ContactElement>,
@@ -131,7 +135,7 @@ impl Vibration {
     ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
         let settings = self.settings_for(&harmonics);
         let loads = self.loads.clone();
-        self.driven(HarmonicBalance::new(
+        self.configured(HarmonicBalance::new(
             &self.model,
             elements,
             harmonics,
@@ -140,7 +144,7 @@ impl Vibration {
         )?)
     }
 
-    /// The settings with the samples that harmonics need which go beyond those of the vibration.
+    /// Returns the settings with enough samples for harmonics beyond those of the vibration.
     fn settings_for(&self, harmonics: &Harmonics) -> Settings {
         let mut settings = self.settings;
         if harmonics.highest() > self.harmonics.highest() {
@@ -149,8 +153,8 @@ impl Vibration {
         settings
     }
 
-    /// A balance with all loads and who watches.
-    fn driven(
+    /// Adds inertial loads, drive, gauge, journal and threads to a balance.
+    fn configured(
         &self,
         balance: HarmonicBalance<ContactElement>,
     ) -> Result<HarmonicBalance<ContactElement>, DynamicsError> {
@@ -163,14 +167,14 @@ impl Vibration {
         })
     }
 
-    /// Whether an angular frequency is an end of the range.
+    /// Returns true if an angular frequency is an end of the range.
     pub fn is_at_end(&self, omega: f64) -> bool {
         let ends = [self.range.0, self.range.1];
         let is_at = |end: &f64| (omega / end - 1.0).abs() <= SAME_FREQUENCY;
         ends.iter().any(is_at)
     }
 
-    /// The angular frequencies of the forced response; none where continuation places them.
+    /// Returns the angular frequencies of the forced response, or `None` if continuation places them.
     pub(super) fn omegas(&self) -> Option<Vec<f64>> {
         let (from, to) = self.range;
         self.points.map(|points| {
@@ -180,7 +184,8 @@ impl Vibration {
         })
     }
 
-    /// A balance with more harmonics than another, or with so many `times` its samples, to tell the errors of that.
+    /// Creates a balance with other harmonics than `balance`, and at least `times` its samples, to estimate the errors
+    /// of `balance`.
     pub(super) fn finer(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -191,15 +196,16 @@ impl Vibration {
         settings.samples = settings.samples.max(times * balance.settings.samples);
         let (model, elements) = (balance.model.clone(), balance.elements.clone());
         let loads = self.loads.clone();
-        self.driven(HarmonicBalance::of_closed(
+        self.configured(HarmonicBalance::of_closed(
             model, elements, harmonics, loads, settings,
         )?)
     }
 
-    /// The response in force, from `start` if there is one: that at the given frequency, or else that of the phase resonance.
+    /// Computes the governing response, from `start` if given: the response at the given frequency, or else the phase
+    /// resonance.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::solve`] and [`HarmonicBalance::phase_resonance`].
+    /// As [`HarmonicBalance::solve`] and [`HarmonicBalance::phase_resonance`].
     pub(super) fn response_in_force(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -213,7 +219,7 @@ impl Vibration {
         }
     }
 
-    /// A response in force as it is before a peak was looked for.
+    /// Creates the resonance of a governing response without a search for the peak.
     pub(super) fn without_peak(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -224,10 +230,11 @@ impl Vibration {
         self.resonance_of(balance, phase, response, iterations)
     }
 
-    /// Phase resonance, from `start` if there is one, and the peak beside it; the response at the given frequency, if there is one.
+    /// Computes the phase resonance, from `start` if given, and the peak next to it; or the response at the given
+    /// frequency, if there is one.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::phase_resonance`], [`HarmonicBalance::peak`] and [`HarmonicBalance::solve`].
+    /// As [`HarmonicBalance::phase_resonance`], [`HarmonicBalance::peak`] and [`HarmonicBalance::solve`].
     pub fn resonance(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -240,7 +247,7 @@ impl Vibration {
         }
     }
 
-    /// A phase resonance and the peak beside it.
+    /// Computes the peak next to a phase resonance, and returns both.
     pub(super) fn beside(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -251,7 +258,8 @@ impl Vibration {
         self.resonance_of(balance, Some(phase), peak, iterations)
     }
 
-    /// The peak beside a phase resonance; where the amplitude rises to an end of the range, the larger end.
+    /// Computes the peak next to a phase resonance. If the amplitude rises to an end of the range, returns the larger
+    /// end.
     fn peak_beside(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -260,7 +268,7 @@ impl Vibration {
         let port = self.response_port;
         let mut largest = match balance.peak_from(port, self.range, phase.clone()) {
             Ok(peak) => peak,
-            // It rises to an end of the range, or was not found: of these the largest.
+            // The amplitude rises to an end of the range, or the peak was not found: the largest response counts.
             Err(_) => {
                 let ends = [self.range.0, self.range.1];
                 let ends = ends.map(|end| balance.solve(end, Some(&phase.start())));
@@ -279,10 +287,10 @@ impl Vibration {
         Ok(largest)
     }
 
-    /// The resonance near `start` alone, whatever else the range has.
+    /// Computes only the resonance near the starts `phase` and `peak`, whatever else the range contains.
     ///
     /// # Errors
-    /// Those of [`HarmonicBalance::phase_resonance_near`] and [`HarmonicBalance::peak`].
+    /// As [`HarmonicBalance::phase_resonance_near`] and [`HarmonicBalance::peak`].
     pub fn resonance_near(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -292,10 +300,10 @@ impl Vibration {
         if let Some(omega) = self.at_omega {
             return self.without_peak(balance, balance.solve_near(omega, peak)?);
         }
-        let near = |phase: &Start| balance.phase_resonance_near(self.range, phase);
-        let phase = phase.map(near).transpose()?;
+        let solve_near = |phase: &Start| balance.phase_resonance_near(self.range, phase);
+        let phase = phase.map(solve_near).transpose()?;
         let peak = match balance.peak(self.response_port, self.range, peak) {
-            // That of an end of the range stays there.
+            // A peak at an end of the range stays there.
             Err(DynamicsError::NoResonance { .. }) if self.is_at_end(peak.omega) => {
                 balance.solve(peak.omega, Some(peak))?
             }
@@ -314,7 +322,7 @@ impl Vibration {
     ) -> Result<Resonance, DynamicsError> {
         let size = |response: &Response| balance.amplitude(response, self.response_port);
         let amplitude = size(phase.as_ref().unwrap_or(&peak))?.0;
-        // Each was looked for by itself.
+        // Phase resonance and peak come from separate searches.
         let peak = match &phase {
             Some(phase) if amplitude > size(&peak)?.0 => phase.clone(),
             _ => peak,
@@ -339,38 +347,40 @@ impl Vibration {
     }
 }
 
-// The way from a vibration that is easily found to the one that is asked for: more damping and more preload, taken away step by step.
+// Homotopy from an easier vibration to the requested one: additional damping and preload are removed step by step.
 //
-// Raising the load alone leads nowhere without a preload: the problem is then homogeneous in the load, and as hard at the smallest.
+// Without a preload, raising the load does not help: the problem is then homogeneous in the load, and as hard at the
+// smallest load.
 
-/// Damping ratio that the easiest vibration has more, in its mass.
+/// Additional damping ratio of the easiest vibration, proportional to mass.
 const DAMPING: f64 = 0.5;
-/// Preload that it has more, over the largest force.
+/// Additional preload of the easiest vibration, over the largest force.
 const PRELOAD: f64 = 4.0;
-/// First and least part of the way that a step takes.
+/// First step, as a share of the additional damping and preload.
 const FIRST: f64 = 0.25;
+/// Smallest step.
 const LEAST: f64 = 1.0 / 256.0;
 
 impl Vibration {
-    /// The response at `omega` by way of easier ones; none where that does not lead there.
+    /// Computes the response at `omega` by way of easier vibrations, or returns `None` if they do not lead there.
     pub(super) fn by_easing(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         omega: f64,
     ) -> Option<Response> {
         let mut last = self.eased(balance, omega, 1.0)?.solve(omega, None).ok()?;
-        let (mut left, mut step) = (1.0, FIRST);
-        while left > 0.0 {
-            let next = (left - step).max(0.0);
-            let there = match next {
+        let (mut share, mut step) = (1.0, FIRST);
+        while share > 0.0 {
+            let next = (share - step).max(0.0);
+            let result = match next {
                 0.0 => balance.solve_near(omega, &last.start()),
                 _ => self
                     .eased(balance, omega, next)?
                     .solve_near(omega, &last.start()),
             };
-            match there {
+            match result {
                 Ok(response) => {
-                    (last, left) = (response, next);
+                    (last, share) = (response, next);
                     step *= 1.5;
                 }
                 Err(_) => {
@@ -384,7 +394,7 @@ impl Vibration {
         Some(last)
     }
 
-    /// The vibration with a share of all that eases it.
+    /// Creates the balance with a share of the additional damping and preload.
     fn eased(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -407,7 +417,7 @@ impl Vibration {
         let mut elements = balance.elements().to_vec();
         let count = elements.iter().map(|e| e.sliders.len()).sum::<usize>() as f64;
         for slider in elements.iter_mut().flat_map(|e| &mut e.sliders) {
-            // An open slider has none.
+            // An open slider has no preload.
             if slider.gap == 0.0 {
                 slider.normal_load += share * PRELOAD * force / count;
             }
@@ -419,17 +429,23 @@ impl Vibration {
 }
 
 impl Vibration {
-    /// Bound on the amplitude of the first harmonic at the response port \[m\], at the given frequency or over the range. No motion with the period of
-    /// the drive exceeds it. `None` where a load or the response is along what is not damped, and for a model with a residual or hysteretic damping.
+    /// Returns an upper bound of the amplitude of the first harmonic at the response port \[m\], at the given frequency
+    /// or over the range.
+    ///
+    /// No motion with the period of the drive exceeds it. `None` if a load or the response is along an undamped
+    /// direction, and for a model with a residual or hysteretic damping.
     pub(super) fn peak_bound(&self) -> Option<f64> {
         let damping = DampingRates::of(&self.model)?;
         let port = damping.scaled(self.response_port)?;
         let shares = self.model.sharing(self.response_port);
-        let of = |loads: &[Load], power: i32| -> Option<f64> {
+        let velocity_bound = |loads: &[Load], power: i32| -> Option<f64> {
             Some(velocity(&port, &damping.forces(loads, power, &shares)?))
         };
         let (low, high) = self.at_omega.map_or(self.range, |omega| (omega, omega));
-        // What both kinds of loads move is no more than what each moves by itself; the second grows with the square of frequency.
-        Some(of(&self.loads, 0)? / low + of(&self.inertial_loads, 2)? * high)
+        // The response to both kinds of loads is at most the sum of the responses to each. Inertial loads grow with the
+        // square of frequency.
+        Some(
+            velocity_bound(&self.loads, 0)? / low + velocity_bound(&self.inertial_loads, 2)? * high,
+        )
     }
 }

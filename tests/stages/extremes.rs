@@ -279,7 +279,7 @@ fn a_vibration_that_opens_the_joint_is_refused() {
     ];
     let refused = Start::new(bench.scene("resonator.toml", &sets), &bench.path("run")).refused();
     assert!(
-        refused.contains("no phase resonance could be followed")
+        refused.contains("the phase resonance could not be tracked")
             && refused.contains("contact.normal_load"),
         "{refused}"
     );
