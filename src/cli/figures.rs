@@ -4,6 +4,7 @@ use fretwear::report::quantity::{self, Unit, Units};
 use fretwear::report::{below, figure_with_bar};
 use fretwear::stages::{JointState, RunEnds};
 use fretwear::tables::typed::Summary;
+use serde_json::{Value, json};
 
 use crate::progress::grouped;
 use crate::terminal::Results;
@@ -122,29 +123,48 @@ pub fn worn(volume: f64, bar: Option<f64>) -> String {
     )
 }
 
+/// Title of a figure, its text for the unworn joint, and its text for the worn joint with the error bar.
+struct FigureRow(String, String, String);
+
+/// Returns the figures that the states have, in print order. Without an unworn state, the present state is the unworn
+/// one, and its text is the last.
+fn figure_rows(ends: &RunEnds) -> Vec<FigureRow> {
+    let RunEnds { unworn, now } = ends;
+    let states = || unworn.iter().chain([now]);
+    let row = |figure: &Figure| {
+        let unit = figure.unit(states());
+        let after = figure.text(now, |value| in_unit(value, unit))?;
+        let before = unworn.as_ref().and_then(|state| figure.value(state));
+        let before = before.map_or_else(String::new, |value| in_unit(value, unit));
+        Some(FigureRow(figure.title.to_owned(), before, after))
+    };
+    FIGURES.iter().filter_map(row).collect()
+}
+
+/// Returns the figures as JSON: an array of objects with `figure`, `unworn` and `worn`, which is null for an unworn joint.
+pub fn figures_json(ends: &RunEnds) -> Value {
+    let object = |FigureRow(title, before, after): FigureRow| match ends.unworn {
+        Some(_) => json!({"figure": title, "unworn": before, "worn": after}),
+        None => json!({"figure": title, "unworn": after, "worn": null}),
+    };
+    figure_rows(ends).into_iter().map(object).collect()
+}
+
 /// Prints the figures of the unworn joint and of the present joint, with the error bars of the present joint.
 pub fn write_figures(out: &mut Results, ends: &RunEnds) {
     let RunEnds { unworn, now } = ends;
-    let states = || unworn.iter().chain([now]);
     let mut lines = Vec::new();
     if let Some(cycles) = now.summary.cycles {
         let after = format!("after {} cycles", grouped(cycles.unsigned_abs()));
         lines.push(match unworn {
-            Some(_) => (String::new(), "unworn".to_owned(), after),
-            None => (String::new(), String::new(), "unworn".to_owned()),
+            Some(_) => FigureRow(String::new(), "unworn".to_owned(), after),
+            None => FigureRow(String::new(), String::new(), "unworn".to_owned()),
         });
     }
-    for figure in &FIGURES {
-        let unit = figure.unit(states());
-        if let Some(after) = figure.text(now, |value| in_unit(value, unit)) {
-            let before = unworn.as_ref().and_then(|state| figure.value(state));
-            let before = before.map_or_else(String::new, |value| in_unit(value, unit));
-            lines.push((figure.title.to_owned(), before, after));
-        }
-    }
-    let widest = lines.iter().map(|(_, before, _)| before.chars().count());
+    lines.extend(figure_rows(ends));
+    let widest = lines.iter().map(|row| row.1.chars().count());
     let widest = widest.max().unwrap_or(0);
-    for (title, before, after) in &lines {
+    for FigureRow(title, before, after) in &lines {
         match unworn {
             Some(_) => writeln!(out, "  {title:<24} {before:>widest$}   {after}"),
             None => writeln!(out, "  {title:<24} {after}"),

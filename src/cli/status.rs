@@ -12,7 +12,7 @@ use fretwear::tables::TableName;
 use fretwear::tables::typed::Summary;
 use serde_json::{Map, Value, json};
 
-use super::figures::{worn, write_figures};
+use super::figures::{figures_json, worn, write_figures};
 use super::report::{row, write_judged};
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped};
@@ -54,6 +54,8 @@ fn print_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliE
         if run_status.wear_iteration.is_some() {
             object.insert("cost".to_owned(), cost::spent(&spent));
         }
+        let figures = ends.as_ref().map(figures_json);
+        object.insert("figures".to_owned(), json!(figures.unwrap_or(json!([]))));
         object.insert("warnings".to_owned(), json!(warnings));
         object.insert("damage".to_owned(), json!(damaged));
         out.json(&Value::Object(object));

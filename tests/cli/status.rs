@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use crate::support::{Bench, Did, OSCILLATOR, SLIDER, latest, summary, table};
 
 /// What `status --json` has beside the row of the summary.
-pub const KEYS: [&str; 16] = [
+pub const KEYS: [&str; 17] = [
+    "figures",
     "state",
     "has_lost_preload",
     "running",

@@ -8,8 +8,8 @@ be scaled by the environment. Each constant is halved and doubled, and the scene
 A constant decides a result if a figure of `--json` changes by more than a tenth of its error bar, or if a run ends otherwise.
 Constants that the compiler needs before the run (lengths of arrays, patterns) cannot be varied; the table lists them too.
 
-The table has one row per constant: module, file, name, value, whether it decides, the largest change in units of the error bar,
-the figure and the scene of that change. Wants pyarrow and numpy, as the yardstick does.
+The table has one row per constant: module, file, name, value, whether it decides, the largest change in units of the error bar
+(of the first case that decides), the figure and the scene of that change. Wants pyarrow and numpy, as the yardstick does.
 """
 
 import argparse
@@ -290,7 +290,7 @@ def main():
             step = max(1.0, len(readers) / given.most)
             for k in range(min(given.most, len(readers))):
                 case, before = readers[int(k * step)]
-                if largest[0] == math.inf:
+                if largest[0] > SHARE:
                     break
                 for factor in FACTORS:
                     after = start(program, case, folder, {"FRETWEAR_SCALE": f"{constant.key}={factor}"})

@@ -3,7 +3,7 @@
     python tests/python/test_fretwear.py
 
 The module and the program are those installed in this Python; or, with PYTHONPATH=$PWD/src/python and FRETWEAR=$PWD/target/release/fretwear,
-those of the repository. Wants Python 3.11, for TOML, and pyarrow, numpy, pandas, polars and xarray.
+those of the repository. Wants Python 3.11, for TOML, and pyarrow, numpy, pandas, polars, xarray and matplotlib.
 """
 
 import json
@@ -28,6 +28,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 from fretwear import _program
 from fretwear._folder import LAYOUT
+from matplotlib.figure import Figure
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
@@ -162,6 +163,51 @@ class Reading(Bench):
             self.assertEqual(history[column].to_pylist(), summaries[column].to_pylist(), column)
         self.assertEqual(self.joint.history(library="pandas")["cycles"].iloc[-1], 100_000)
 
+    def test_a_scan_has_the_rows_of_all_iterations(self):
+        for table in ("summary", "contact_field", "hysteresis"):
+            scanned = self.joint.scan(table).collect()
+            self.assertTrue(scanned.equals(self.joint.table(table, "all", library="polars")), table)
+        for table in ("surface", "history"):
+            expected = self.joint.history("polars") if table == "history" else self.joint.table(table, library="polars")
+            self.assertTrue(self.joint.scan(table).collect().equals(expected), table)
+        self.refused(None, ["a table frf"], self.joint.scan, "frf")
+
+    def test_figures_draw_the_values_of_the_tables(self):
+        history = self.joint.history("pandas")
+        axes = self.joint.plot("wear_volume").axes[0]
+        np.testing.assert_array_equal(axes.lines[0].get_xydata(), history[["cycles", "wear_volume"]])
+        band = axes.collections[0].get_datalim(axes.transData)
+        last = history.iloc[-1]
+        self.assertAlmostEqual(band.y1 / (last["wear_volume"] * (1 + last["error_wear_volume"])), 1.0)
+        for iteration in (0, None):
+            loop = self.joint.table("hysteresis", iteration, library="pandas")[["displacement", "load"]]
+            np.testing.assert_array_equal(self.joint.plot("hysteresis", iteration).axes[0].lines[0].get_xydata(), loop)
+            image = self.joint.plot("pressure", iteration).axes[0].images[0]
+            np.testing.assert_array_equal(np.ma.filled(image.get_array(), np.nan).T, self.joint.field("pressure", iteration))
+            np.testing.assert_allclose(image.get_extent(), [-SIZE[0] / 2, SIZE[0] / 2, -SIZE[1] / 2, SIZE[1] / 2], rtol=1e-12)
+        given = Figure().add_subplot()
+        self.assertIs(self.joint.plot("kt", axes=given), given.figure)
+        self.refused(None, ["no figure nothing", "pressure", "hysteresis"], self.joint.plot, "nothing")
+
+    def test_a_notebook_shows_the_figures_with_their_bars(self):
+        self.assertEqual(repr(self.joint), f"Run({str(self.joint.folder)!r})")
+        page = self.joint._repr_html_()
+        for words in ("worn volume", "stiffness kt", "±", "100&#8239;000 cycles", "iteration", "done"):
+            self.assertIn(words, page)
+
+    def test_milestones_are_those_of_the_command(self):
+        found = fretwear.when(self.joint, depth=["10 nm", "1 mm"], stiffness="kn+1%")
+        done = subprocess.run(
+            [_program.program(), "when", str(self.joint.folder), "--depth=10 nm", "--depth=1 mm", "--stiffness=kn+1%", "--json"],
+            capture_output=True,
+            check=True,
+        )
+        self.assertEqual({each["milestone"]: each for each in found["milestones"]}, {each["milestone"]: each for each in json.loads(done.stdout)["milestones"]})
+        self.assertLess(found["milestones"][0]["earliest"], found["milestones"][0]["latest"])
+        with self.assertRaises(TypeError):
+            fretwear.when(self.joint)
+        self.refused(2, ["3 Hz"], fretwear.when, self.joint, depth="3 Hz")
+
     def test_pruned_iterations_are_in_the_history_alone(self):
         run = fretwear.run("joint.toml", run="pruned", set={"output.keep": {"last": 2}})
         latest = self.joint.latest
@@ -288,6 +334,40 @@ class Running(Bench):
         kept = tomllib.loads((run.folder / "scene.toml").read_text(encoding="utf-8"))
         self.assertEqual((kept["title"], kept["output"]["keep"]), (changes["title"], {"last": 2}))
 
+    def test_a_scene_may_be_a_mapping(self):
+        of_file = fretwear.run("joint.toml")
+        scene = tomllib.loads(SCENE)
+        run = fretwear.run(scene)
+        self.assertEqual((run.folder, run.scene), (Path("runs/scene").absolute(), of_file.scene))
+        self.assertEqual(tomllib.loads(Path("runs/scene.toml").read_text(encoding="utf-8")), scene)
+        self.assertEqual(fretwear.run(scene).latest, run.latest)
+        self.assertEqual(fretwear.plan(scene, rehearsal=False)["recipe"], fretwear.plan("joint.toml", rehearsal=False)["recipe"])
+        # The file of a user stays.
+        Path("own.toml").write_text("# mine", encoding="utf-8")
+        self.refused(None, ["own.toml", "not written by this module"], fretwear.run, scene, run="own")
+        self.assertEqual(Path("own.toml").read_text(encoding="utf-8"), "# mine")
+        # Paths are those of the working folder, texts those of the file of the scene.
+        text = _program.scene_text({"title": "x", "surface": {"file": Path("a.x3p"), "sides": [Path("b"), "c"]}})
+        self.assertEqual(tomllib.loads(text)["surface"], {"file": str(Path("a.x3p").absolute()), "sides": [str(Path("b").absolute()), "c"]})
+
+    def test_a_campaign_runs_its_rows(self):
+        rows = 'scene = "joint.toml"\n[list]\ncontact.normal_load = ["400 N", "500 N"]\nmotion.amplitude = ["2 um", "3 um"]\n'
+        Path("rows.toml").write_text(rows, encoding="utf-8")
+        ended = fretwear.campaign("rows.toml", jobs=1)
+        self.assertEqual((ended["rows"], ended["done"], ended["failed"], ended["folder"]), (2, 2, [], os.path.join("campaigns", "rows")))
+        self.assertEqual(fretwear.campaign("rows.toml")["done_before"], 2)
+        self.assertEqual(len(list(Path("campaigns/rows/collected").glob("shard-*.parquet"))), 1)
+        of_campaign = fretwear.when(ended["folder"], depth="10 nm")["milestones"][0]["points"]
+        self.assertEqual(sum(point["runs"] for point in of_campaign), 2)
+        # A row that fails is a warning, and the others are there.
+        printed = {"rows": 3, "done": 2, "failed": [{"index": 1, "message": "not converged"}]}
+        with mock.patch.object(_program, "call", return_value=json.dumps(printed)), self.assertWarnsRegex(UserWarning, "1 of 3 rows"):
+            self.assertEqual(fretwear.campaign("rows.toml")["failed"], printed["failed"])
+        missing = 'scene = "joint.toml"\n[grid]\nwear.tolerance = [1e-3, 1e-2]\n[set]\nsurface = { kind = "measured", file = "gone.x3p" }\n'
+        Path("missing.toml").write_text(missing, encoding="utf-8")
+        self.refused(2, ["gone.x3p"], fretwear.campaign, "missing.toml", folder="f")
+        self.refused(1, ["nowhere.toml"], fretwear.campaign, "nowhere.toml")
+
     def test_values_are_toml(self):
         texts = ["", "30 kN", "true", "3", 'a "b" \\ c', "line\nand\ttab", "\x7f\x01", "µm 😀", "[1]"]
         values = [*texts, 3, -2, 10**7, 0.1, 1e-6, 1e300, True, False, [1, 2], ["1 um", "2 um"], [[1.5, 2], []], {"a b": {"c": 1}}]
@@ -320,6 +400,7 @@ class Running(Bench):
     def test_the_program_has_the_version_of_the_manifest(self):
         manifest = tomllib.loads((REPOSITORY / "Cargo.toml").read_text(encoding="utf-8"))
         version = manifest["package"]["version"]
+        self.assertEqual(fretwear.__version__, version)
         self.assertEqual(_program.call("--version").split()[1], version)
         try:
             self.assertEqual(metadata.version("fretwear"), version)

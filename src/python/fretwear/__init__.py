@@ -17,13 +17,17 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fretwear._folder import Run
-    from fretwear._program import Error, Stopped, Value, explain, plan, run
+    from fretwear._program import Error, Stopped, Value, campaign, explain, plan, run, when
 
-__all__ = ["Error", "Run", "Stopped", "Value", "explain", "plan", "run"]
+    __version__: str
+
+__all__ = ["Error", "Run", "Stopped", "Value", "campaign", "explain", "plan", "run", "when"]
 
 
 def __getattr__(name: str) -> Any:
     """Imports a name when it is first used: pyarrow is needed to read runs alone."""
+    if name == "__version__":
+        return importlib.import_module("fretwear._program").version()
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(importlib.import_module("fretwear._folder" if name == "Run" else "fretwear._program"), name)

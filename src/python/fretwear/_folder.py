@@ -6,12 +6,22 @@ import json
 import os
 import re
 from pathlib import Path
-from typing import Any, Literal
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from fretwear._program import Error, call
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    import polars as pl
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
 Library = Literal["arrow", "pandas", "polars"]
 
@@ -34,7 +44,7 @@ def _as(library: Library, table: pa.Table) -> Any:
 
 
 def _units(file: Path) -> dict[str, str]:
-    return {field.name: field.metadata[b"unit"].decode() for field in pq.read_schema(file)}
+    return {field.name: (field.metadata or {})[b"unit"].decode() for field in pq.read_schema(file)}
 
 
 class Run:
@@ -111,6 +121,25 @@ class Run:
         scene: dict[str, Any] = self._record()["scene"]
         return scene
 
+    def _repr_html_(self) -> str:
+        """The figures of the run with their error bars, as a table: what `fretwear status` prints."""
+        status = json.loads(call("status", "--json", "--", str(self.folder)))
+        title = f"{escape(str(self.folder))}: iteration {status['wear_iteration']}, {status['state']}"
+        cycles = f"{status.get('cycles') or 0:,}".replace(",", "&#8239;")
+        rows = [("", "unworn", f"after {cycles} cycles"), *((row["figure"], row["unworn"], row["worn"] or "") for row in status["figures"])]
+        cells = ("".join(f"<td style='text-align: left'>{text if '&#' in text else escape(text)}</td>" for text in row) for row in rows)
+        return f"<table><caption>{title}</caption>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
+
+    @overload
+    def table(self, table: str, iteration: int | Literal["all"] | None = None, library: Literal["arrow"] = "arrow") -> pa.Table: ...
+    @overload
+    def table(self, table: str, iteration: int | Literal["all"] | None = None, *, library: Literal["pandas"]) -> pd.DataFrame: ...
+    @overload
+    def table(self, table: str, iteration: int | Literal["all"] | None, library: Literal["pandas"]) -> pd.DataFrame: ...
+    @overload
+    def table(self, table: str, iteration: int | Literal["all"] | None = None, *, library: Literal["polars"]) -> pl.DataFrame: ...
+    @overload
+    def table(self, table: str, iteration: int | Literal["all"] | None, library: Literal["polars"]) -> pl.DataFrame: ...
     def table(self, table: str, iteration: int | Literal["all"] | None = None, library: Library = "arrow") -> Any:
         """A table of an iteration, or of the whole run (`surface`, `structure`, …), with rows in the order of the file, in SI units.
 
@@ -126,9 +155,32 @@ class Run:
         parts = [(k, pq.ParquetFile(self._path(table, k)).read()) for k in self._having(table)]
         if not parts:
             raise Error(f"no iteration of {self.folder} has a table {table}")
-        parts = [part.add_column(0, number, pa.array([k] * part.num_rows, pa.int64())) for k, part in parts]
-        return _as(library, pa.concat_tables(parts, promote_options="default"))
+        numbered = [part.add_column(0, number, pa.array([k] * part.num_rows, pa.int64())) for k, part in parts]
+        return _as(library, pa.concat_tables(numbered, promote_options="default"))
 
+    def scan(self, table: str) -> pl.LazyFrame:
+        """A table over all kept iterations as a Polars LazyFrame: files are read when it is collected, and only the columns in use.
+
+        The column `wear_iteration` is first. Rows ascend by iteration; a column that an iteration lacks is null there. A table of the whole
+        run (`surface`, `structure`, …) or "history" has its own rows. Raises Error if the run has no such table.
+        """
+        import polars as pl
+
+        once = self._history() if table == "history" else self.folder / "once" / f"{table}.parquet"
+        if once.is_file():
+            return pl.scan_parquet(once)
+        having = self._having(table)
+        if not having:
+            raise Error(f"no iteration of {self.folder} has a table {table}")
+        files = ((k, pl.scan_parquet(self._path(table, k), hive_partitioning=False)) for k in having)
+        return pl.concat([part.select(pl.lit(k, pl.Int64).alias("wear_iteration"), pl.all()) for k, part in files], how="diagonal")
+
+    @overload
+    def history(self, library: Literal["arrow"] = "arrow") -> pa.Table: ...
+    @overload
+    def history(self, library: Literal["pandas"]) -> pd.DataFrame: ...
+    @overload
+    def history(self, library: Literal["polars"]) -> pl.DataFrame: ...
     def history(self, library: Library = "arrow") -> Any:
         """The course of the run: a row an iteration, ascending, pruned ones too. Columns of `summary` have their own names, those of
         other one-row tables begin with the table's. Raises Error where no iteration is committed yet."""
@@ -144,7 +196,7 @@ class Run:
         file = self._history() if table == "history" else self._file(table, max(self._having(table), default=None))
         return _units(file)
 
-    def centres(self) -> tuple[Any, Any]:
+    def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Where cells are: x of each i and y of each j in m, from the middle of the joint, as NumPy arrays. Raises Error without grid."""
         import numpy as np
 
@@ -154,6 +206,10 @@ class Run:
         x, y = ((np.arange(n) + 0.5 - 0.5 * n) * (size / n) for n, size in zip(joint["grid"], joint["size"], strict=True))
         return x, y
 
+    @overload
+    def field(self, column: str, iteration: int | None = None, *, as_xarray: Literal[False] = False) -> NDArray[np.float64]: ...
+    @overload
+    def field(self, column: str, iteration: int | None = None, *, as_xarray: Literal[True]) -> xr.DataArray: ...
     def field(self, column: str, iteration: int | None = None, *, as_xarray: bool = False) -> Any:
         """A column of `contact_field`, `wear_field` or `surface` on the grid of the joint, as "pressure" (Pa); `iteration` as in `table`.
 
@@ -180,6 +236,19 @@ class Run:
         axes = {name: (name, at, {"units": "m"}) for name, at in (("x", x), ("y", y))}
         unit = _units(fields[column])[column]
         return xarray.DataArray(values, axes, ("x", "y"), name=column, attrs={"units": unit})
+
+    def plot(self, figure: str, iteration: int | None = None, *, axes: Axes | None = None) -> Figure:
+        """Draws a figure of the run with matplotlib, and returns it.
+
+        - A field, as "pressure" or "wear_depth": a map of the joint at `iteration`, as in `table`.
+        - A curve, "hysteresis", "indentation", "frf" or "joint_cycle": at `iteration`.
+        - A column of `history`, as "wear_volume" or "resonance_frequency": its course over the cycles, with the error bar as a band.
+
+        `axes`: where to draw; by default axes of a new figure. Raises Error if the run has no such figure.
+        """
+        from fretwear._plot import plot
+
+        return plot(self, figure, iteration, axes)
 
     def verify(self) -> None:
         """Checks every file of the run against its hash. Raises Error with code 4 and a line for each file or iteration."""

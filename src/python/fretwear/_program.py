@@ -12,7 +12,10 @@ import sys
 import sysconfig
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
@@ -23,8 +26,18 @@ if TYPE_CHECKING:
 #: them. What NumPy makes of these is taken too.
 Value = Union[str, bool, int, float, "os.PathLike[str]", Sequence["Value"], Mapping[str, "Value"]]
 
-#: The exit code of a run that stopped and can be continued.
+#: The path of a scene, or a scene as a mapping of sections: `{"joint": {"grid": [64, 48], …}, …}`.
+Scene = Union[str, "os.PathLike[str]", Mapping[str, Value]]
+
+#: A milestone of `when`, or several.
+Milestone = Union[str, Sequence[str]]
+
+#: Exit codes of the program: something failed, and a run stopped that can be continued.
+FAILED = 1
 STOPPED = 75
+
+#: The first line of scenes that this module writes.
+WRITTEN = "# Written by the Python module from a mapping; the next call may replace it.\n"
 
 
 class Error(Exception):
@@ -67,6 +80,14 @@ def program() -> str:
     raise Error("the program fretwear is neither beside Python nor on PATH; name it by the variable FRETWEAR")
 
 
+def version() -> str:
+    """The version of the installed package; of a module that is not installed, that of the program."""
+    try:
+        return metadata.version("fretwear")
+    except metadata.PackageNotFoundError:
+        return call("--version").split()[1]
+
+
 def _listen(child: subprocess.Popen[str], said: list[str], show: bool) -> None:
     """Waits for the end of the program, and keeps what it says on stderr; with `show`, passes it on."""
     assert child.stderr
@@ -78,11 +99,11 @@ def _listen(child: subprocess.Popen[str], said: list[str], show: bool) -> None:
     child.wait()
 
 
-def call(*arguments: str, show: bool = False) -> str:
-    """What the program prints; with `show`, what it says meanwhile goes to stderr.
+def call(*arguments: str, show: bool = False, codes: Collection[int] = (0,)) -> str:
+    """Returns what the program prints on stdout. With `show`, its progress goes to stderr.
 
-    Raises Error where it ends with another code than 0. KeyboardInterrupt stops the program as Ctrl-C does, and is raised again when the
-    program has ended; a second one ends it at once, which costs no commit.
+    Raises Error if the program ends with a code that is not among `codes`, or prints nothing with one that is not 0. KeyboardInterrupt
+    stops the program as Ctrl-C does, and is raised again when the program has ended. A second one ends it at once, which costs no commit.
     """
     # In a session of its own the program does not see the Ctrl-C of the terminal, only that which is forwarded here: two would end it at
     # once. Other threads than the main one see no KeyboardInterrupt, and Windows forwards none: there the terminal's is the only one.
@@ -115,7 +136,7 @@ def call(*arguments: str, show: bool = False) -> str:
                 raise
         results.seek(0)
         printed = results.read().decode("utf-8", errors="replace")
-    if child.returncode == 0:
+    if child.returncode == 0 or (child.returncode in codes and printed):
         return printed
     # Notices may stand before the error; what `verify` finds is a result.
     text = "".join(said)
@@ -145,12 +166,64 @@ def toml(value: Value) -> str:
     raise TypeError(f"a key cannot be set to {value!r}: text with a unit, number, bool, list or table")
 
 
+def scene_text(scene: Mapping[str, Value]) -> str:
+    """A scene as TOML. Paths of type `os.PathLike` are relative to the working folder; texts stay as they are."""
+
+    def absolute(value: Any) -> Any:
+        if isinstance(value, os.PathLike):
+            return os.path.abspath(value)
+        if isinstance(value, Mapping):
+            return {key: absolute(inner) for key, inner in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [absolute(inner) for inner in value]
+        return value
+
+    keys, sections = [], []
+    for name, value in absolute(scene).items():
+        if isinstance(value, Mapping):
+            sections.append("\n".join([f"[{name}]", *(f"{key} = {toml(inner)}" for key, inner in value.items())]))
+        else:
+            keys.append(f"{name} = {toml(value)}")
+    return "\n\n".join([*(["\n".join(keys)] if keys else []), *sections]) + "\n"
+
+
+def _scene_beside(scene: Mapping[str, Value], run: Path) -> Path:
+    """Writes a scene as TOML beside the folder of its run. Raises Error if another file has that name."""
+    path = run.with_name(f"{run.name}.toml")
+    text = WRITTEN + scene_text(scene)
+    if path.exists():
+        written = path.read_text(encoding="utf-8", errors="replace")
+        if written == text:
+            return path
+        if not written.startswith(WRITTEN):
+            raise Error(f"{path} was not written by this module and stays; choose another folder for the run")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@contextmanager
+def _scene_file(scene: Scene) -> Iterator[str]:
+    """The path of a scene; a mapping is in a temporary file meanwhile."""
+    if not isinstance(scene, Mapping):
+        yield os.fspath(scene)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.toml"
+        path.write_text(scene_text(scene), encoding="utf-8")
+        yield str(path)
+
+
+def _wall(max_wall: str | float) -> str:
+    return f"--max-wall={max_wall if isinstance(max_wall, str) else f'{max_wall} s'}"
+
+
 def _sets(changes: Mapping[str, Value] | None) -> list[str]:
     return [f"--set={key}={toml(value)}" for key, value in (changes or {}).items()]
 
 
 def run(
-    scene: str | os.PathLike[str] | None = None,
+    scene: Scene | None = None,
     *,
     run: str | os.PathLike[str] | None = None,
     set: Mapping[str, Value] | None = None,
@@ -160,8 +233,9 @@ def run(
 ) -> Run:
     """Computes a scene, or continues its run; a finished run is returned at once.
 
-    - `scene`: path of the scene. Without it, `run` goes on with the scene that it keeps.
-    - `run`: folder of the run; without it `runs/NAME` in the working directory, with the name of the scene's file.
+    - `scene`: path of the scene, or the scene as a mapping of sections, which is written as TOML beside the run. Without a scene, the run
+      continues with the scene that its folder has.
+    - `run`: folder of the run. The default is `runs/NAME` in the working directory, with the name of the scene's file, or `runs/scene`.
     - `set`: keys of the scene to change, as `{"contact.normal_load": "20 kN", "joint.grid": [64, 48], "wear.cycles": 10**6}`.
     - `threads`: threads of the run, all cores by default; the results are the same bits.
     - `max_wall`: time after which to stop, in s or as "8 h"; within a stage if its iteration takes 2 s longer.
@@ -176,12 +250,14 @@ def run(
     if run is None:
         if scene is None:
             raise TypeError("run() wants a scene, a run, or both")
-        run = Path("runs") / Path(scene).stem
+        run = Path("runs") / ("scene" if isinstance(scene, Mapping) else Path(scene).stem)
+    if isinstance(scene, Mapping):
+        scene = _scene_beside(scene, Path(run))
     arguments = ["run", f"--run={os.fspath(run)}", *_sets(set)]
     if threads is not None:
         arguments.append(f"--threads={threads}")
     if max_wall is not None:
-        arguments.append(f"--max-wall={max_wall if isinstance(max_wall, str) else f'{max_wall} s'}")
+        arguments.append(_wall(max_wall))
     if quiet:
         arguments.append("--quiet")
     if scene is not None:
@@ -195,7 +271,7 @@ def run(
     return Run(run)
 
 
-def plan(scene: str | os.PathLike[str], *, set: Mapping[str, Value] | None = None, rehearsal: bool = True) -> dict[str, Any]:
+def plan(scene: Scene, *, set: Mapping[str, Value] | None = None, rehearsal: bool = True) -> dict[str, Any]:
     """What a scene will compute (`recipe`), why (`decisions`), what speaks against it (`warnings`), and what it costs (`cost`).
 
     `cost` contains the counted memory and disk per iteration [B], and ranges of wear iterations, FFT pairs and total disk [B].
@@ -203,8 +279,77 @@ def plan(scene: str | os.PathLike[str], *, set: Mapping[str, Value] | None = Non
     has the reason. The coarse run takes a few seconds; `rehearsal=False` skips it and returns no cost. `set` as in `run`. Raises Error.
     """
     without = [] if rehearsal else ["--no-rehearsal"]
-    planned: dict[str, Any] = json.loads(call("plan", "--json", *without, *_sets(set), "--", os.fspath(scene)))
+    with _scene_file(scene) as path:
+        planned: dict[str, Any] = json.loads(call("plan", "--json", *without, *_sets(set), "--", path))
     return planned
+
+
+def campaign(
+    file: str | os.PathLike[str],
+    *,
+    folder: str | os.PathLike[str] | None = None,
+    jobs: int | None = None,
+    threads: int | None = None,
+    max_wall: str | float | None = None,
+    retry: bool = False,
+    quiet: bool = True,
+) -> dict[str, Any]:
+    """Plans a campaign, runs its rows and collects them. The same call again continues, and returns at once when all rows are done.
+
+    - `file`: the campaign (TOML).
+    - `folder`: folder of the campaign. The default is `campaigns/NAME` in the working directory, with the name of the file.
+    - `jobs`: runs at once; by default as many as cores and memory allow. `threads`, `max_wall` and `quiet` as in `run`.
+    - `retry`: True runs rows again that failed.
+
+    Returns the object of `fretwear campaign run --json` (`rows`, `done`, `left`, `failed`, `stopped`, `in_use`) with `folder`. Failed rows
+    do not stop the others; a warning names them. The tables of all rows are in `folder/collected`. Raises Error.
+    """
+    folder = Path("campaigns") / Path(file).stem if folder is None else Path(folder)
+    call("campaign", "plan", "--no-rehearsal", f"--dir={folder}", "--", os.fspath(file))
+    arguments = ["campaign", "run", "--json", f"--dir={folder}"]
+    if jobs is not None:
+        arguments.append(f"--jobs={jobs}")
+    if threads is not None:
+        arguments.append(f"--threads={threads}")
+    if max_wall is not None:
+        arguments.append(_wall(max_wall))
+    if retry:
+        arguments.append("--retry")
+    if quiet:
+        arguments.append("--quiet")
+    ended: dict[str, Any] = json.loads(call(*arguments, show=not quiet, codes=(0, FAILED, STOPPED)))
+    if failed := ended["failed"]:
+        warnings.warn(f"{len(failed)} of {ended['rows']} rows of {folder} failed; `failed` has the reasons", stacklevel=2)
+    if ended["done"]:
+        call("campaign", "collect", f"--dir={folder}")
+    return ended | {"folder": str(folder)}
+
+
+def when(
+    run: Run | str | os.PathLike[str],
+    *,
+    preload: Milestone = (),
+    resonance: Milestone = (),
+    stiffness: Milestone = (),
+    depth: Milestone = (),
+    depth_99: Milestone = (),
+    volume: Milestone = (),
+) -> dict[str, Any]:
+    """Returns after how many cycles a run, or the runs of a campaign, reach milestones: the object of `fretwear when --json`.
+
+    - `run`: a run, or the folder of a run or of a campaign.
+    - The milestones, each a text or a list of texts: `preload="90%"`, `resonance="+1Hz"`, `stiffness="kn+10%"`, `depth="10um"`,
+      `depth_99="10um"` (depth that a hundredth of the cells exceed), `volume="1mm3"`. A percentage is of the unworn joint.
+
+    For a run, `milestones` has per milestone the numbers of cycles `earliest`, `nominal` and `latest` by the error bars of the run (None
+    if not within its cycles), and `done` is False for an unfinished run. For a campaign, it has quantiles. Raises Error.
+    """
+    asked = {"preload": preload, "resonance": resonance, "stiffness": stiffness, "depth": depth, "depth-99": depth_99, "volume": volume}
+    options = [f"--{name}={each}" for name, texts in asked.items() for each in ([texts] if isinstance(texts, str) else texts)]
+    if not options:
+        raise TypeError('when() wants a milestone, as preload="90%"')
+    found: dict[str, Any] = json.loads(call("when", "--json", *options, "--", os.fspath(run), codes=(0, STOPPED)))
+    return found
 
 
 def explain(key: str) -> dict[str, Any]:
