@@ -197,7 +197,9 @@ impl Schema {
                     format!("table.{get}({name:?})?[0].clone()"),
                 ),
                 (true, true) => (
-                    format!(".maybe({name:?}, self.{name}.clone().map(|value| vec![value]))"),
+                    format!(
+                        ".optional_column({name:?}, self.{name}.clone().map(|value| vec![value]))"
+                    ),
                     format!(
                         "match table.has({name:?}) {{ true => Some(table.{get}({name:?})?[0].clone()), false => None }}"
                     ),
@@ -207,7 +209,7 @@ impl Schema {
                     format!("table.{get}({name:?})?.to_vec()"),
                 ),
                 (false, true) => (
-                    format!(".maybe({name:?}, self.{name}.clone())"),
+                    format!(".optional_column({name:?}, self.{name}.clone())"),
                     format!(
                         "match table.has({name:?}) {{ true => Some(table.{get}({name:?})?.to_vec()), false => None }}"
                     ),

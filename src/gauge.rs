@@ -65,7 +65,7 @@ impl Gauge {
     }
 
     /// Describes the progress of the stage; empty if nothing is counted yet.
-    pub fn words(&self) -> String {
+    pub fn describe(&self) -> String {
         let load = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let (points, iterations) = (self.points(), load(&self.0.iterations));
         if points > 0 {

@@ -74,7 +74,7 @@ pub struct Patch {
     /// The grid.
     pub grid: Grid,
     /// One entry per cell, true where the cell belongs to the joint.
-    pub kept: Vec<bool>,
+    pub is_in_joint: Vec<bool>,
 }
 
 impl Patch {
@@ -82,7 +82,7 @@ impl Patch {
     pub fn full(grid: Grid) -> Self {
         Patch {
             grid,
-            kept: vec![true; grid.len()],
+            is_in_joint: vec![true; grid.len()],
         }
     }
 
@@ -96,12 +96,15 @@ impl Patch {
                 x.hypot(y) > radius
             })
             .collect();
-        Patch { grid, kept }
+        Patch {
+            grid,
+            is_in_joint: kept,
+        }
     }
 
     /// Returns the number of cells that belong to the joint.
     pub fn cells(&self) -> usize {
-        self.kept.iter().filter(|&&k| k).count()
+        self.is_in_joint.iter().filter(|&&k| k).count()
     }
 
     /// Returns the cells of the joint that share an edge with `cell`. At the border of the grid, the neighbour is the
@@ -119,30 +122,30 @@ impl Patch {
         let along_y = [true, false].map(|up| Some(self.grid.index(i, step(j, ny, up)?)));
         let [a, b] = along_x;
         let [c, d] = along_y;
-        [a, b, c, d].map(|other| other.filter(|&other| self.kept[other]))
+        [a, b, c, d].map(|other| other.filter(|&other| self.is_in_joint[other]))
     }
 
     /// Returns the indices i and j of the cells that belong to the joint, in the order of the field.
     pub fn indices(&self) -> (Vec<i32>, Vec<i32>) {
-        let kept = (0..self.grid.len()).filter(|&cell| self.kept[cell]);
+        let kept = (0..self.grid.len()).filter(|&cell| self.is_in_joint[cell]);
         let cells = kept.map(|cell| self.grid.cell(cell));
         cells.map(|(i, j)| (i as i32, j as i32)).unzip()
     }
 
     /// Returns the values of a field on the cells that belong to the joint, in the order of the field.
-    pub fn gather(&self, field: &[f64]) -> Vec<f64> {
-        let cells = field.iter().zip(&self.kept);
+    pub fn joint_values(&self, field: &[f64]) -> Vec<f64> {
+        let cells = field.iter().zip(&self.is_in_joint);
         cells.filter(|(_, kept)| **kept).map(|(v, _)| *v).collect()
     }
 
     /// Returns the field that has these values on the cells of the joint, and 0 elsewhere.
-    pub fn spread(&self, values: &[f64]) -> Vec<f64> {
+    pub fn scatter(&self, values: &[f64]) -> Vec<f64> {
         let mut values = values.iter().copied();
         let value = |kept: &bool| match kept {
             true => values.next().unwrap_or(0.0),
             false => 0.0,
         };
-        self.kept.iter().map(value).collect()
+        self.is_in_joint.iter().map(value).collect()
     }
 
     /// Returns the nominal area of the joint \[m²\].

@@ -22,14 +22,14 @@ pub type Keep = Box<dyn FnMut(&[u8]) -> bool + Send>;
 /// Results of an earlier start, and storage for the results of this one. Clones share the journal. A closed
 /// journal does nothing.
 #[derive(Clone, Default)]
-pub struct Journal(Arc<Mutex<Pages>>);
+pub struct Journal(Arc<Mutex<JournalContent>>);
 
 #[derive(Default)]
-struct Pages {
+struct JournalContent {
     kept: VecDeque<(blake3::Hash, Vec<u8>)>,
     keep: Option<Keep>,
     /// Results that are not yet stored.
-    fresh: Vec<u8>,
+    unstored: Vec<u8>,
     interval: Duration,
     since: Option<Instant>,
 }
@@ -47,10 +47,10 @@ impl Journal {
     pub fn open(&self, kept: &[u8], interval: Duration, keep: Keep) -> usize {
         let kept = results(kept);
         let count = kept.len();
-        *self.pages() = Pages {
+        *self.pages() = JournalContent {
             kept,
             keep: Some(keep),
-            fresh: Vec::new(),
+            unstored: Vec::new(),
             interval,
             since: Some(Instant::now()),
         };
@@ -59,19 +59,19 @@ impl Journal {
 
     /// Closes the journal and drops its content.
     pub fn close(&self) {
-        *self.pages() = Pages::default();
+        *self.pages() = JournalContent::default();
     }
 
     /// Returns the result of the next call if it was computed from these inputs. Otherwise the stored results
     /// belong to another computation, and the journal is closed.
-    pub fn take(&self, inputs: &Inputs) -> Option<Vec<u8>> {
+    pub fn reuse(&self, inputs: &Inputs) -> Option<Vec<u8>> {
         let mut pages = self.pages();
         let (hash, result) = pages.kept.pop_front()?;
         if hash == inputs.hash() {
             return Some(result);
         }
         // More results follow this one on the disk, so that nothing may be appended to them.
-        *pages = Pages::default();
+        *pages = JournalContent::default();
         None
     }
 
@@ -81,20 +81,20 @@ impl Journal {
         if pages.keep.is_none() {
             return;
         }
-        pages.fresh.extend(inputs.hash().as_bytes());
-        pages.fresh.extend((result.len() as u64).to_le_bytes());
-        pages.fresh.extend(result);
+        pages.unstored.extend(inputs.hash().as_bytes());
+        pages.unstored.extend((result.len() as u64).to_le_bytes());
+        pages.unstored.extend(result);
         if pages
             .since
             .is_some_and(|since| since.elapsed() < pages.interval)
         {
             return;
         }
-        let fresh = std::mem::take(&mut pages.fresh);
+        let unstored = std::mem::take(&mut pages.unstored);
         pages.since = Some(Instant::now());
-        let is_stored = pages.keep.as_mut().is_some_and(|keep| keep(&fresh));
+        let is_stored = pages.keep.as_mut().is_some_and(|keep| keep(&unstored));
         if !is_stored {
-            *pages = Pages::default();
+            *pages = JournalContent::default();
         }
     }
 
@@ -103,7 +103,7 @@ impl Journal {
         self.pages().keep.is_some()
     }
 
-    fn pages(&self) -> MutexGuard<'_, Pages> {
+    fn pages(&self) -> MutexGuard<'_, JournalContent> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

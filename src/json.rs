@@ -108,7 +108,7 @@ pub fn as_read(value: &Value) -> Value {
 
 /// Returns the changes that the user made. Changes of keys that follow from other keys are omitted, unless nothing
 /// else changed.
-pub fn made(mut changes: Vec<KeyChange>, following: &[String]) -> Vec<KeyChange> {
+pub fn user_changes(mut changes: Vec<KeyChange>, following: &[String]) -> Vec<KeyChange> {
     let follows = |change: &KeyChange| matches(&change.key, following);
     if !changes.iter().all(follows) {
         changes.retain(|change| !follows(change));

@@ -16,13 +16,13 @@ use std::sync::{Mutex, PoisonError};
 
 use fretwear::store::{Layout, date};
 
-use fretwear::report::{is_control, visible};
+use fretwear::report::{escape_controls, is_control};
 use serde_json::Value;
 
 /// Writes one line to stderr and to the log. Errors are ignored: a command must finish its work even if nobody reads
 /// stderr or the disk of the log is full.
 pub fn say(text: &str) {
-    let _ = io::stderr().write_all(format!("{}\n", visible(text)).as_bytes());
+    let _ = io::stderr().write_all(format!("{}\n", escape_controls(text)).as_bytes());
     note(text);
 }
 
@@ -34,7 +34,7 @@ struct Log {
 }
 
 /// Limit on the length of the messages that wait for a run \[B\].
-const MOST_BEFORE: usize = 1 << 16;
+const LARGEST_BUFFER: usize = 1 << 16;
 
 static LOG: Mutex<Log> = Mutex::new(Log {
     file: None,
@@ -45,13 +45,13 @@ static LOG: Mutex<Log> = Mutex::new(Log {
 pub fn note(text: &str) {
     let mut log = LOG.lock().unwrap_or_else(PoisonError::into_inner);
     let now = date::now();
-    let lines = visible(text);
+    let lines = escape_controls(text);
     let lines = lines.lines().filter(|line| !line.trim().is_empty());
     let lines: String = lines.map(|line| format!("{now}  {line}\n")).collect();
     let Log { file, before } = &mut *log;
     match file {
         Some(file) => drop(file.write_all(lines.as_bytes())),
-        None if before.len() < MOST_BEFORE => *before += &lines,
+        None if before.len() < LARGEST_BUFFER => *before += &lines,
         None => (),
     }
 }
@@ -139,17 +139,17 @@ impl Results {
     pub fn write_fmt(&mut self, text: Arguments) {
         let text = text.to_string();
         note(&text);
-        self.put(&visible(&text));
+        self.put(&escape_controls(&text));
     }
 
     /// Prints a name and a text next to it, wrapped at the width of the terminal.
     pub fn item(&mut self, name: &str, text: &str) {
-        self.beside(&format!("  {name:<24} "), text);
+        self.aligned(&format!("  {name:<24} "), text);
     }
 
     /// Prints a text after a `beginning`, wrapped at the width of the terminal. Further lines are aligned with the
     /// text in the first line.
-    pub fn beside(&mut self, beginning: &str, text: &str) {
+    pub fn aligned(&mut self, beginning: &str, text: &str) {
         const LEAST: usize = 24;
         let indent = beginning.chars().count();
         let room = width().map_or(usize::MAX, |width| width.saturating_sub(indent).max(LEAST));
@@ -193,7 +193,7 @@ impl Results {
 
 /// Disconnects a program from the terminal: it reads nothing, and its output is discarded.
 #[cfg(feature = "polars")]
-pub fn silenced(program: &mut Command) -> &mut Command {
+pub fn without_output(program: &mut Command) -> &mut Command {
     program
         .stdin(Stdio::null())
         .stdout(Stdio::null())

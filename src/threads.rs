@@ -75,7 +75,7 @@ impl Threads {
     }
 
     /// Runs `work` on one of the threads, from which work is shared with the others without delay.
-    pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+    pub fn install<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         match &self.0 {
             None => work(),
             Some(pool) => pool.install(work),

@@ -282,10 +282,10 @@ pub enum UnitProblem {
     DecimalComma,
     /// A unit, or a multiple of one, has a value of zero or less.
     #[error("is not greater than zero")]
-    NoWorth,
+    NotPositive,
     /// The number lacks a unit, and the quantity has a dimension.
     #[error("has no unit")]
-    NoUnit,
+    MissingUnit,
     /// The unit does not exist.
     #[error("has the unknown unit \"{unit}\"{}", did_you_mean(.nearest))]
     UnknownUnit {
@@ -331,7 +331,7 @@ impl std::error::Error for UnitError {}
 
 impl fmt::Display for UnitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let number = (self.problem == UnitProblem::NoUnit).then_some(self.text.trim());
+        let number = (self.problem == UnitProblem::MissingUnit).then_some(self.text.trim());
         write!(
             f,
             "\"{}\" {}; {}",
@@ -344,7 +344,7 @@ impl fmt::Display for UnitError {
 
 /// Range of absolute values that the program computes with, in SI units. Beyond it, cubes of numbers and differences of
 /// such cubes may overflow or vanish.
-pub const SIZES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+pub const COMPUTABLE_RANGE: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
 /// Parses a text such as `"30 kN"`, whose dimension must be `expected`, and returns its SI value.
 ///
@@ -359,7 +359,7 @@ pub fn parse(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     let (number, unit) = Decimal::split(text.trim()).map_err(unit_error)?;
     let scale = if unit.is_empty() {
         if expected != Dimension::NONE {
-            return Err(unit_error(UnitProblem::NoUnit));
+            return Err(unit_error(UnitProblem::MissingUnit));
         }
         Scale::ONE
     } else {
@@ -412,7 +412,7 @@ pub fn parse_unit(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     };
     match parse(&quantity, expected) {
         Ok(value) if value > 0.0 => Ok(value),
-        Ok(_) => Err(unit_error(UnitProblem::NoWorth)),
+        Ok(_) => Err(unit_error(UnitProblem::NotPositive)),
         Err(error) => Err(unit_error(error.problem)),
     }
 }
@@ -436,7 +436,7 @@ pub fn from_number(number: f64, expected: Dimension) -> Result<f64, UnitError> {
     let problem = if !number.is_finite() {
         UnitProblem::NotFinite
     } else if expected != Dimension::NONE {
-        UnitProblem::NoUnit
+        UnitProblem::MissingUnit
     } else {
         return Ok(number + 0.0);
     };

@@ -36,11 +36,11 @@ pub struct UnstructuredGrid {
     /// Whether each cell is a polyline, whatever its number of points.
     pub lines: bool,
     /// Scalars on points, by name.
-    pub of_points: Vec<(String, Vec<f64>)>,
+    pub point_scalars: Vec<(String, Vec<f64>)>,
     /// Vectors on points, by name.
-    pub vectors_of_points: Vec<(String, Vec<[f64; 3]>)>,
+    pub point_vectors: Vec<(String, Vec<[f64; 3]>)>,
     /// Scalars on cells, by name.
-    pub of_cells: Vec<(String, Vec<f64>)>,
+    pub cell_scalars: Vec<(String, Vec<f64>)>,
 }
 
 impl UnstructuredGrid {
@@ -53,7 +53,7 @@ impl UnstructuredGrid {
             ..UnstructuredGrid::default()
         };
         let mut number = vec![None; grid.len()];
-        for cell in (0..grid.len()).filter(|cell| patch.kept[*cell]) {
+        for cell in (0..grid.len()).filter(|cell| patch.is_in_joint[*cell]) {
             number[cell] = Some(joint_grid.cells.len());
             let (i, j) = grid.cell(cell);
             let corner = |i: usize, j: usize| i * (grid.ny + 1) + j;
@@ -75,7 +75,7 @@ impl UnstructuredGrid {
                         field[cell] = *value;
                     }
                 }
-                joint_grid.of_cells.push((column.name.clone(), field));
+                joint_grid.cell_scalars.push((column.name.clone(), field));
             }
         }
         joint_grid
@@ -125,10 +125,10 @@ impl UnstructuredGrid {
         UnstructuredGrid {
             points: places.map(|(x, y)| [*x, *y, 0.0]).collect(),
             cells: (0..count).map(|k| vec![k]).collect(),
-            of_points: scalars
+            point_scalars: scalars
                 .map(|(name, v)| (name.to_owned(), v.to_vec()))
                 .into(),
-            vectors_of_points: motions.into_iter().flat_map(named).collect(),
+            point_vectors: motions.into_iter().flat_map(named).collect(),
             ..UnstructuredGrid::default()
         }
     }
@@ -161,7 +161,7 @@ impl UnstructuredGrid {
             cells: lines.into_values().map(points_of_line).collect(),
             points: points.values().copied().collect(),
             lines: true,
-            vectors_of_points: shapes
+            point_vectors: shapes
                 .into_iter()
                 .map(|(mode, shape)| (format!("mode_{mode}"), shape))
                 .collect(),
@@ -202,12 +202,12 @@ impl UnstructuredGrid {
         };
         let data = Attributes {
             point: self
-                .of_points
+                .point_scalars
                 .iter()
                 .map(scalar)
-                .chain(self.vectors_of_points.iter().map(vector))
+                .chain(self.point_vectors.iter().map(vector))
                 .collect(),
-            cell: self.of_cells.iter().map(scalar).collect(),
+            cell: self.cell_scalars.iter().map(scalar).collect(),
         };
         let piece = UnstructuredGridPiece {
             points: flat(&self.points).into(),

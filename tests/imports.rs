@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fretwear::tables::{Place, TableName};
+use fretwear::tables::{TableLocation, TableName};
 use regex::Regex;
 
 /// One file of `src/`: its path below it with `/`, its text, and its code without comments and texts.
@@ -533,7 +533,7 @@ fn each_library_has_its_place() {
 /// Parts of paths in a run folder that the code of a source spells: names of files, and folders that are joined or stand beside a slash.
 fn parts_of_runs(text: &str) -> Vec<String> {
     let tables = TableName::ALL.iter();
-    let tables = tables.filter(|table| table.schema().place != Place::Beside);
+    let tables = tables.filter(|table| table.schema().place != TableLocation::Beside);
     let tables: Vec<String> = tables.map(|table| table.file_name()).collect();
     let files = tables.join("|").replace('.', r"\.");
     let parts = [

@@ -12,11 +12,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::error::CampaignError;
-use super::folder::{COLLECTED, Folder, LONGEST_TABLE};
+use super::folder::{COLLECTED, CampaignFolder, LONGEST_TABLE};
 use super::table::Campaign;
-use crate::store::{DamageKind, History, is_unread};
+use crate::store::{DamageKind, History, is_read_failure};
 use crate::tables::{
-    ColumnSchema, ColumnType, Described, Nullable, columns_from_parquet, entry_of,
+    ColumnSchema, ColumnType, DescribedColumn, Nullable, columns_from_parquet, metadata_entry,
     nullable_to_parquet,
 };
 
@@ -40,7 +40,7 @@ pub struct CollectionSummary {
     /// Number of runs that this collection added.
     pub runs: usize,
     /// Number of runs in all shards, old and new.
-    pub all: usize,
+    pub total: usize,
     /// Shards that this collection wrote.
     pub shards: Vec<PathBuf>,
     /// Damaged histories, each with the damage.
@@ -60,7 +60,7 @@ struct Entry {
 }
 
 /// Lists the shards of a campaign.
-fn shards(folder: &Folder) -> Result<Vec<PathBuf>, CampaignError> {
+fn shards(folder: &CampaignFolder) -> Result<Vec<PathBuf>, CampaignError> {
     let names = folder.list(COLLECTED)?;
     let is_shard = |name: &String| name.starts_with("shard-") && name.ends_with(".parquet");
     let names = names.into_iter().filter(is_shard);
@@ -85,7 +85,7 @@ fn shard_ranges(
     shard: &Path,
     campaign: &Campaign,
 ) -> Result<Vec<[usize; 2]>, CampaignError> {
-    let text = entry_of(bytes, NAME).map_err(|error| shard_error(shard, error))?;
+    let text = metadata_entry(bytes, NAME).map_err(|error| shard_error(shard, error))?;
     let entry: Option<Entry> = text.and_then(|text| serde_json::from_str(&text).ok());
     let Some(entry) = entry.filter(|entry| entry.schema == NAME) else {
         return Err(shard_error(shard, "it is not a shard of a campaign"));
@@ -100,7 +100,7 @@ fn shard_ranges(
         .iter()
         .all(|[first, last]| first <= last && *last < rows);
     let all = || entry.runs.iter().flat_map(|[first, last]| *first..=*last);
-    if !is_in_campaign || campaign.content(all()) != entry.content {
+    if !is_in_campaign || campaign.content_hash(all()) != entry.content {
         return Err(shard_error(shard, "it holds runs of another campaign"));
     }
     Ok(entry.runs)
@@ -120,7 +120,7 @@ fn ranges(indices: &[usize]) -> Vec<[usize; 2]> {
 
 /// Rows of the next shard, appended run by run. A column that a run lacks is null in its rows.
 #[derive(Default)]
-struct Gathered {
+struct ShardBuilder {
     index: Vec<Option<i64>>,
     wear_iteration: Vec<Option<i64>>,
     columns: BTreeMap<String, (ColumnSchema, Nullable)>,
@@ -129,7 +129,7 @@ struct Gathered {
     runs: Vec<usize>,
 }
 
-impl Gathered {
+impl ShardBuilder {
     fn add(&mut self, index: usize, history: &History) {
         let (rows_before, rows) = (self.index.len(), history.len());
         self.index.resize(rows_before + rows, Some(index as i64));
@@ -162,7 +162,7 @@ impl Gathered {
         row_columns.splice(1..1, campaign.key_columns(&self.of));
         // If a key had the name of a history column, the history column would win.
         row_columns.retain(|(column, _)| !self.columns.contains_key(&column.name));
-        let all: Vec<Described> = row_columns
+        let all: Vec<DescribedColumn> = row_columns
             .iter()
             .chain(self.columns.values())
             .map(|(column, values)| (column, values))
@@ -175,20 +175,24 @@ impl Gathered {
             "schema": NAME,
             "program_version": env!("CARGO_PKG_VERSION"),
             "runs": ranges(&self.runs),
-            "content": campaign.content(self.runs.iter().copied()),
+            "content": campaign.content_hash(self.runs.iter().copied()),
             "columns": units,
         });
         nullable_to_parquet(NAME, &all, entry.to_string())
     }
 }
 
-fn history(folder: &Folder, path: &Path, content_key: &str) -> Result<History, CampaignError> {
+fn history(
+    folder: &CampaignFolder,
+    path: &Path,
+    content_key: &str,
+) -> Result<History, CampaignError> {
     let damaged = |reason: String| CampaignError::Damaged {
         path: path.to_owned(),
         reason,
     };
     let bytes = match folder.read(path, LONGEST_HISTORY) {
-        Err(CampaignError::Io { source, .. }) if !is_unread(&source) => {
+        Err(CampaignError::Io { source, .. }) if !is_read_failure(&source) => {
             return Err(damaged(format!("it cannot be read ({source})")));
         }
         bytes => bytes?,
@@ -206,7 +210,7 @@ fn history(folder: &Folder, path: &Path, content_key: &str) -> Result<History, C
 
 /// Reads histories with several threads. The result has the order of `ended`.
 fn histories(
-    folder: &Folder,
+    folder: &CampaignFolder,
     campaign: &Campaign,
     ended: &[(usize, PathBuf)],
     threads: usize,
@@ -230,7 +234,7 @@ fn histories(
     })
 }
 
-impl Folder {
+impl CampaignFolder {
     /// Returns the indices of the runs that are in shards.
     ///
     /// # Errors
@@ -239,7 +243,7 @@ impl Folder {
         let mut collected_rows = BTreeSet::new();
         for shard in shards(self)? {
             let bytes = match self.read(&shard, LONGEST_TABLE) {
-                Err(CampaignError::Io { source, .. }) if !is_unread(&source) => {
+                Err(CampaignError::Io { source, .. }) if !is_read_failure(&source) => {
                     return Err(shard_error(&shard, source));
                 }
                 bytes => bytes?,
@@ -271,11 +275,11 @@ impl Folder {
             None => 0,
         };
         let mut collected = CollectionSummary {
-            all: before.len(),
+            total: before.len(),
             ..CollectionSummary::default()
         };
         let threads = thread::available_parallelism().map_or(1, usize::from);
-        let mut gathered = Gathered::default();
+        let mut gathered = ShardBuilder::default();
         for group in ended.chunks(AT_ONCE * threads) {
             for ((index, _), read) in group.iter().zip(histories(self, campaign, group, threads)) {
                 match read {
@@ -305,7 +309,7 @@ impl Folder {
         &self,
         next: &mut u64,
         campaign: &Campaign,
-        gathered: Gathered,
+        gathered: ShardBuilder,
         collected: &mut CollectionSummary,
     ) -> Result<(), CampaignError> {
         let path = self
@@ -321,7 +325,7 @@ impl Folder {
         self.replace(&path, &bytes)?;
         *next += 1;
         collected.runs += gathered.runs.len();
-        collected.all += gathered.runs.len();
+        collected.total += gathered.runs.len();
         collected.shards.push(path);
         Ok(())
     }

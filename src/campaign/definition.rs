@@ -28,7 +28,7 @@ use toml::{Table, Value};
 use super::distribution::Distribution;
 use super::error::CampaignError;
 use super::folder::{KeepRuns, Section};
-use super::table::Resolved;
+use super::table::ResolvedValue;
 use crate::files;
 
 /// Largest size of a campaign file \[B\].
@@ -62,12 +62,12 @@ impl Setting {
     }
 
     /// Returns the value as the campaign file has it.
-    pub fn given(&self) -> Resolved {
+    pub fn as_written(&self) -> ResolvedValue {
         match &self.value {
-            Value::Integer(whole) => Resolved::Whole(*whole),
-            Value::Float(number) => Resolved::Number(*number),
-            Value::String(text) => Resolved::Text(text.clone()),
-            other => Resolved::Text(other.to_string()),
+            Value::Integer(whole) => ResolvedValue::Whole(*whole),
+            Value::Float(number) => ResolvedValue::Number(*number),
+            Value::String(text) => ResolvedValue::Text(text.clone()),
+            other => ResolvedValue::Text(other.to_string()),
         }
     }
 

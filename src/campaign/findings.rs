@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::collect::{INDEX, WEAR_ITERATION};
 use super::error::CampaignError;
-use super::folder::{About, Folder, Section};
+use super::folder::{CampaignFolder, Section, StoredCampaign};
 use super::statistics::{
-    self, SampleStatistics, at, classes, crossed_share, drawn_share, rank_correlation, spread,
-    variance, variance_share,
+    self, SampleStatistics, classes, crossed_share, drawn_share, first_order_index, interpolate,
+    rank_correlation, sample_statistics, variance,
 };
 use super::table::Campaign;
 use crate::tables::{Nullable, Table, TableError, TableName};
@@ -47,7 +47,7 @@ pub struct Figure {
     /// Value at the end of every run, in the order of [`CollectedRuns::rows`]. `None` for a run without this figure.
     pub ends: Vec<Option<f64>>,
     /// Statistics of `ends`.
-    pub spread: SampleStatistics,
+    pub statistics: SampleStatistics,
     /// Statistics at numbers of cycles: pairs of cycles and statistics.
     pub band: Vec<(f64, SampleStatistics)>,
 }
@@ -107,8 +107,8 @@ impl Findings {
     /// # Errors
     /// [`CampaignError::NothingCollected`], and the errors of reading shards.
     pub fn of(
-        folder: &Folder,
-        about: &About,
+        folder: &CampaignFolder,
+        about: &StoredCampaign,
         campaign: &Campaign,
     ) -> Result<Findings, CampaignError> {
         let wanted =
@@ -156,7 +156,7 @@ impl Findings {
             let ends: Vec<Option<f64>> =
                 row_spans.values().map(|(_, last)| values[*last]).collect();
             let end_values: Vec<f64> = ends.iter().copied().flatten().collect();
-            let Some(spread) = spread(&end_values) else {
+            let Some(spread) = sample_statistics(&end_values) else {
                 continue;
             };
             let courses: Vec<Vec<[f64; 2]>> = row_spans
@@ -171,7 +171,7 @@ impl Findings {
                 name,
                 band: band(&courses, &grid, spread.count),
                 ends,
-                spread,
+                statistics: spread,
             });
         }
         let sensitivities = sensitivities(campaign, about, &runs.rows, &figures);
@@ -188,7 +188,8 @@ impl Findings {
     /// [`TableError`]
     pub fn tables(&self) -> Result<[Table; 3], TableError> {
         let all = self.figures.iter();
-        let ended_before = all.flat_map(|f| f.band.iter().map(|(_, s)| f.spread.count - s.count));
+        let ended_before =
+            all.flat_map(|f| f.band.iter().map(|(_, s)| f.statistics.count - s.count));
         let ended_before: Vec<i64> = ended_before.map(|runs| runs as i64).collect();
         let spreads =
             |name: TableName, entries: &[(&'static str, Option<f64>, SampleStatistics)]| {
@@ -226,7 +227,10 @@ impl Findings {
                 table.column("most", all(&|s| s.most)).build()
             };
         let figures = self.figures.iter();
-        let ends: Vec<_> = figures.clone().map(|f| (f.name, None, f.spread)).collect();
+        let ends: Vec<_> = figures
+            .clone()
+            .map(|f| (f.name, None, f.statistics))
+            .collect();
         let band = figures.flat_map(|f| f.band.iter().map(|(x, s)| (f.name, Some(*x), *s)));
         let band: Vec<_> = band.collect();
         let texts = |text: &dyn Fn(&Sensitivity) -> String| -> Vec<String> {
@@ -268,15 +272,18 @@ fn grid(ends: &[Option<f64>], firsts: impl Iterator<Item = f64>) -> Vec<f64> {
 
 fn band(courses: &[Vec<[f64; 2]>], grid: &[f64], count: usize) -> Vec<(f64, SampleStatistics)> {
     let point = |x: &f64| {
-        let values: Vec<f64> = courses.iter().filter_map(|course| at(course, *x)).collect();
-        let spread = spread(&values)?;
+        let values: Vec<f64> = courses
+            .iter()
+            .filter_map(|course| interpolate(course, *x))
+            .collect();
+        let spread = sample_statistics(&values)?;
         (spread.count as f64 >= LEAST_PART * count as f64).then_some((*x, spread))
     };
     grid.iter().filter_map(point).collect()
 }
 
 /// A figure varies only by rounding if its range is less than this share of its mean.
-const VARIES: f64 = 1e-9;
+const SMALLEST_VARIATION: f64 = 1e-9;
 /// Smallest share of a crossing that must be complete for an estimate.
 const LEAST_WHOLE: f64 = 0.5;
 
@@ -415,7 +422,7 @@ fn classes_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Vec<usize> {
 
 fn sensitivities(
     campaign: &Campaign,
-    about: &About,
+    about: &StoredCampaign,
     rows: &[usize],
     figures: &[Figure],
 ) -> Vec<Sensitivity> {
@@ -430,7 +437,9 @@ fn sensitivities(
         .collect();
     let mut results = Vec::new();
     for figure in figures {
-        if figure.spread.most - figure.spread.least <= VARIES * figure.spread.mean.abs() {
+        if figure.statistics.most - figure.statistics.least
+            <= SMALLEST_VARIATION * figure.statistics.mean.abs()
+        {
             continue;
         }
         let ends = rows.iter().zip(&figure.ends);
@@ -450,7 +459,7 @@ fn sensitivities(
                     (
                         value_rows.len(),
                         rank,
-                        variance_share(&classes_at(campaign, k, &value_rows), &y),
+                        first_order_index(&classes_at(campaign, k, &value_rows), &y),
                     )
                 }
                 Some(crossing) => match crossing.whole(&value_of_row, is_random) {

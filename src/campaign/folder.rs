@@ -54,7 +54,7 @@ struct AnyLayout {
 
 /// Content of `campaign.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct About {
+pub struct StoredCampaign {
     format: u32,
     /// Version of the program that planned it.
     pub program_version: String,
@@ -74,7 +74,7 @@ pub struct About {
     content: String,
 }
 
-impl About {
+impl StoredCampaign {
     /// Describes a campaign that is planned with this version of the program.
     pub fn new(
         title: String,
@@ -82,8 +82,8 @@ impl About {
         scene: String,
         keep: KeepRuns,
         sections: Vec<Section>,
-    ) -> About {
-        About {
+    ) -> StoredCampaign {
+        StoredCampaign {
             format: LAYOUT,
             program_version: env!("CARGO_PKG_VERSION").to_owned(),
             title,
@@ -102,19 +102,19 @@ impl About {
         let points = points.try_fold(1_usize, |all, points| all.checked_mul(points));
         points == Some(self.rows)
             && self.rows <= campaign.rows.len()
-            && campaign.content(0..self.rows) == self.content
+            && campaign.content_hash(0..self.rows) == self.content
     }
 }
 
 /// The folder of a campaign.
 #[derive(Clone)]
-pub struct Folder {
+pub struct CampaignFolder {
     /// Path of the folder.
     pub root: PathBuf,
     pub(super) files: Arc<dyn FileSystem>,
 }
 
-pub(super) fn io<'a>(
+pub(super) fn io_error<'a>(
     action: &'static str,
     path: &'a Path,
 ) -> impl FnOnce(std::io::Error) -> CampaignError + 'a {
@@ -125,10 +125,10 @@ pub(super) fn io<'a>(
     }
 }
 
-impl Folder {
+impl CampaignFolder {
     /// Names a folder without accessing it.
-    pub fn at(files: Arc<dyn FileSystem>, root: &Path) -> Folder {
-        Folder {
+    pub fn at(files: Arc<dyn FileSystem>, root: &Path) -> CampaignFolder {
+        CampaignFolder {
             root: root.to_owned(),
             files,
         }
@@ -139,7 +139,11 @@ impl Folder {
     pub(super) fn check_folders(&self) -> Result<(), CampaignError> {
         for name in [RUNS, ENDED, COLLECTED, FAILED, LOCKS] {
             let path = self.root.join(name);
-            let found = match self.files.metadata(&path).map_err(io("access", &path))? {
+            let found = match self
+                .files
+                .metadata(&path)
+                .map_err(io_error("access", &path))?
+            {
                 None => continue,
                 Some(found) => match found.kind {
                     EntryKind::Folder => continue,
@@ -156,7 +160,11 @@ impl Folder {
     /// Locks the folder against other planners and collectors, until the guard is dropped.
     pub(super) fn lock(&self) -> Result<Box<dyn LockGuard>, CampaignError> {
         let path = self.root.join("lock");
-        match self.files.try_lock(&path).map_err(io("lock", &path))? {
+        match self
+            .files
+            .try_lock(&path)
+            .map_err(io_error("lock", &path))?
+        {
             LockAttempt::Taken(guard) => Ok(guard),
             LockAttempt::Held { pid } => Err(CampaignError::Locked {
                 path: self.root.clone(),
@@ -173,18 +181,18 @@ impl Folder {
         let folder = path.parent().unwrap_or(Path::new(""));
         self.files
             .create_dir_all(folder)
-            .map_err(io("create the folder", folder))?;
+            .map_err(io_error("create the folder", folder))?;
         // Only one process writes this file: it has the lock of the folder, or of the row.
         self.files
             .replace(&draft, path, bytes)
-            .map_err(io("write", path))?;
+            .map_err(io_error("write", path))?;
         self.files
             .sync_dir(folder)
-            .map_err(io("sync the folder", folder))
+            .map_err(io_error("sync the folder", folder))
     }
 
     pub(super) fn read(&self, path: &Path, most: u64) -> Result<Vec<u8>, CampaignError> {
-        self.files.read(path, most).map_err(io("read", path))
+        self.files.read(path, most).map_err(io_error("read", path))
     }
 
     pub(super) fn list(&self, folder: &str) -> Result<Vec<String>, CampaignError> {
@@ -192,16 +200,16 @@ impl Folder {
         match self.files.list(&path) {
             Ok(entries) => Ok(entries.into_iter().map(|entry| entry.name).collect()),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
-            Err(error) => Err(io("list", &path)(error)),
+            Err(error) => Err(io_error("list", &path)(error)),
         }
     }
 
-    fn about(&self) -> Result<Option<About>, CampaignError> {
+    fn about(&self) -> Result<Option<StoredCampaign>, CampaignError> {
         let path = self.root.join(ABOUT);
         let bytes = match self.files.read(&path, LONGEST_ABOUT) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(io("read", &path)(error)),
+            Err(error) => return Err(io_error("read", &path)(error)),
         };
         // Check the layout first: other layouts may differ in all other fields.
         if let Ok(AnyLayout {
@@ -228,7 +236,7 @@ impl Folder {
         let bytes = match self.files.read(&path, LONGEST_TABLE) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(io("read", &path)(error)),
+            Err(error) => return Err(io_error("read", &path)(error)),
         };
         match Campaign::of_bytes(&bytes) {
             Ok(campaign) => Ok(Some(campaign)),
@@ -244,7 +252,7 @@ impl Folder {
     /// # Errors
     /// [`CampaignError::NoCampaign`], [`CampaignError::NotACampaign`], [`CampaignError::NotAFolder`],
     /// [`CampaignError::Damaged`], [`CampaignError::Io`].
-    pub fn open(&self) -> Result<(About, Campaign), CampaignError> {
+    pub fn open(&self) -> Result<(StoredCampaign, Campaign), CampaignError> {
         self.check_folders()?;
         match (self.about()?, self.table()?) {
             (Some(about), Some(campaign)) if about.matches_campaign(&campaign) => Ok((about, campaign)),
@@ -284,7 +292,7 @@ impl Folder {
     /// Rejects a folder that holds something else, before anything is computed.
     ///
     /// # Errors
-    /// The errors of [`Folder::open`].
+    /// The errors of [`CampaignFolder::open`].
     pub fn check(&self) -> Result<(), CampaignError> {
         self.check_folders()?;
         match self.about() {
@@ -305,7 +313,7 @@ impl Folder {
     /// [`CampaignError::NotACampaign`], [`CampaignError::Changed`], [`CampaignError::Locked`], [`CampaignError::Io`].
     pub fn plan(
         &self,
-        about: &About,
+        about: &StoredCampaign,
         written: &str,
         campaign: &Campaign,
     ) -> Result<usize, CampaignError> {
@@ -313,7 +321,7 @@ impl Folder {
         self.check()?;
         self.files
             .create_dir_all(root)
-            .map_err(io("create the folder", root))?;
+            .map_err(io_error("create the folder", root))?;
         let _guard = self.lock()?;
         let (planned, before) = match self.about() {
             Ok(None) => (None, None),
@@ -323,7 +331,7 @@ impl Folder {
         };
         let previous_keep = planned.as_ref().map(|planned| planned.keep);
         let previous_keep = match (previous_keep, &before) {
-            (None, Some(before)) => self.kept(before.rows.len())?,
+            (None, Some(before)) => self.keep_of_completed_runs(before.rows.len())?,
             (previous_keep, _) => previous_keep,
         };
         let before = before.unwrap_or_default();
@@ -372,14 +380,14 @@ impl Folder {
                 return Err(changed(0, before, "different".to_owned()));
             }
         }
-        let about = About {
+        let about = StoredCampaign {
             rows: campaign.rows.len(),
-            content: campaign.content(0..campaign.rows.len()),
+            content: campaign.content_hash(0..campaign.rows.len()),
             ..about.clone()
         };
         let bytes = serde_json::to_vec_pretty(&about).map_err(std::io::Error::other);
         let path = root.join(ABOUT);
-        self.replace(&path, &bytes.map_err(io("write", &path))?)?;
+        self.replace(&path, &bytes.map_err(io_error("write", &path))?)?;
         self.replace(&root.join(WRITTEN), written.as_bytes())?;
         // Write the table last: without it, the folder is not yet a campaign.
         let path = root.join(TABLE);

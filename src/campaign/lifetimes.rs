@@ -6,10 +6,10 @@ use std::sync::Arc;
 use super::collect::{INDEX, WEAR_ITERATION};
 use super::error::CampaignError;
 use super::findings::{numbers, point};
-use super::folder::{About, Folder, Section};
+use super::folder::{CampaignFolder, Section, StoredCampaign};
 use super::rows::State;
 use super::statistics::QUANTILES;
-use super::survival::{Life, Quantile, Survival};
+use super::survival::{Lifetime, Quantile, Survival};
 use super::table::Campaign;
 use crate::milestones::{Figure, Milestone, States};
 use crate::store::{Layout, RealFileSystem, RunReader};
@@ -22,7 +22,7 @@ pub struct Histories {
     /// Rows that are complete but not collected.
     pub uncollected: Vec<usize>,
     /// Rows that have started but have no readable state.
-    pub without: Vec<usize>,
+    pub without_state: Vec<usize>,
 }
 
 /// Lifetimes to a milestone at one point of the grid and the list.
@@ -38,7 +38,7 @@ pub struct Lifetimes {
     pub end: f64,
     /// Share of the runs that reach the milestone within `end` cycles: by the latest, the nominal and the earliest
     /// crossing of the error bars.
-    pub within: [f64; 3],
+    pub share_within: [f64; 3],
     /// Quantiles of the earliest crossings. `latest` has the quantiles of the latest crossings.
     pub earliest: Vec<Quantile>,
     pub latest: Vec<Quantile>,
@@ -49,7 +49,7 @@ impl Histories {
     ///
     /// # Errors
     /// The errors of reading shards.
-    pub fn of(folder: &Folder, campaign: &Campaign) -> Result<Histories, CampaignError> {
+    pub fn of(folder: &CampaignFolder, campaign: &Campaign) -> Result<Histories, CampaignError> {
         let wanted =
             |name: &str| States::COLUMNS.contains(&name) || [INDEX, WEAR_ITERATION].contains(&name);
         let scanned_columns = folder.scan(campaign, &wanted)?;
@@ -74,8 +74,8 @@ impl Histories {
             }
             match state {
                 State::Waiting => {}
-                State::Done => uncollected.push(index),
-                State::Begun | State::Failed => match incomplete_run_states(folder, index) {
+                State::Complete => uncollected.push(index),
+                State::Incomplete | State::Failed => match incomplete_run_states(folder, index) {
                     Some(states) => drop(runs.insert(index, states)),
                     None => without.push(index),
                 },
@@ -84,7 +84,7 @@ impl Histories {
         Ok(Histories {
             runs,
             uncollected,
-            without,
+            without_state: without,
         })
     }
 
@@ -101,7 +101,7 @@ impl Histories {
     /// Computes the lifetimes at each point of the grid and the list. Points whose runs lack the figure are left out.
     pub fn lifetimes(
         &self,
-        about: &About,
+        about: &StoredCampaign,
         campaign: &Campaign,
         milestone: &Milestone,
     ) -> Vec<Lifetimes> {
@@ -147,13 +147,13 @@ fn is_draw(section: &Section) -> bool {
 }
 
 /// Reads the states of a run that is not complete. Returns `None` if no state can be read.
-fn incomplete_run_states(folder: &Folder, index: usize) -> Option<States> {
+fn incomplete_run_states(folder: &CampaignFolder, index: usize) -> Option<States> {
     let root = folder.run(index);
     if !Layout::at(&root).has_record() {
         return None;
     }
     let reader = RunReader::open(Arc::new(RealFileSystem), &root).ok()?;
-    let states = States::of(&reader).ok()?;
+    let states = States::read(&reader).ok()?;
     states.cycles().map(|_| states)
 }
 
@@ -162,7 +162,7 @@ fn lifetimes_of_point<'a>(
     milestone: &Milestone,
     keys: Vec<(String, String)>,
 ) -> Option<Lifetimes> {
-    let mut lives: [Vec<Life>; 3] = Default::default();
+    let mut lives: [Vec<Lifetime>; 3] = Default::default();
     let mut end = 0.0_f64;
     for run in runs {
         let Ok(history) = run.history(milestone.figure) else {
@@ -173,13 +173,13 @@ fn lifetimes_of_point<'a>(
         let crossing = history.crossing(level).unwrap_or_default();
         let times = [crossing.earliest, crossing.nominal, crossing.latest];
         for (lives, time) in lives.iter_mut().zip(times) {
-            lives.push(Life {
+            lives.push(Lifetime {
                 cycles: time.unwrap_or(history.end()),
                 passed: time.is_some(),
             });
         }
     }
-    let [earliest, nominal, latest] = lives.each_ref().map(|lives| Survival::of(lives));
+    let [earliest, nominal, latest] = lives.each_ref().map(|lives| Survival::estimate(lives));
     if nominal.runs == 0 {
         return None;
     }
@@ -189,7 +189,7 @@ fn lifetimes_of_point<'a>(
         runs: nominal.runs,
         passed: lives[1].iter().filter(|life| life.passed).count(),
         end,
-        within: [&latest, &nominal, &earliest].map(|survival| survival.passed(end)),
+        share_within: [&latest, &nominal, &earliest].map(|survival| survival.share_passed(end)),
         earliest: quantiles(&earliest),
         latest: quantiles(&latest),
     })

@@ -18,7 +18,7 @@
 //! from computing it at the same time.
 //!
 //! [`Definition`] reads a campaign file and returns the settings of every row, including [random draws](definition).
-//! The command line resolves each row to a scene. [`Folder`] stores the rows; [`collect`](Folder::collect) and
+//! The command line resolves each row to a scene. [`CampaignFolder`] stores the rows; [`collect`](CampaignFolder::collect) and
 //! [`Findings`] read their results.
 
 mod collect;
@@ -38,7 +38,7 @@ pub use definition::{Definition, Setting};
 pub use distribution::Distribution;
 pub use error::CampaignError;
 pub use findings::{CollectedRuns, FIGURES, Figure, Findings, Sensitivity};
-pub use folder::{About, Folder, KeepRuns, Section};
+pub use folder::{CampaignFolder, KeepRuns, Section, StoredCampaign};
 pub use lifetimes::{Histories, Lifetimes};
 pub use rows::{Failure, State, indices};
-pub use table::{Campaign, KeyColumn, PlannedRun, Resolved};
+pub use table::{Campaign, KeyColumn, PlannedRun, ResolvedValue};

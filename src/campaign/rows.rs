@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::error::CampaignError;
-use super::folder::{DRAFT, Folder, KeepRuns, io};
+use super::folder::{CampaignFolder, DRAFT, KeepRuns, io_error};
 use crate::store::{Layout, LockAttempt, LockGuard, LockHolder, RealFileSystem, date, remove_run};
 
 /// Largest size of the file with the reason of a failure \[B\].
@@ -28,11 +28,11 @@ pub enum State {
     /// Not started.
     Waiting,
     /// Started but not complete: another process computes the row, or its run was stopped.
-    Begun,
+    Incomplete,
     /// The run failed.
     Failed,
     /// The run is complete.
-    Done,
+    Complete,
 }
 
 /// Failure of a row.
@@ -72,7 +72,7 @@ fn index_of(name: &str, ending: &str) -> Option<usize> {
     digits.parse().ok().filter(|_| is_ours)
 }
 
-impl Folder {
+impl CampaignFolder {
     /// Returns the run folder of a row.
     pub fn run(&self, index: usize) -> PathBuf {
         self.root.join(RUNS).join(name(index))
@@ -87,7 +87,10 @@ impl Folder {
     }
 
     fn is_there(&self, path: &Path) -> Result<bool, CampaignError> {
-        let metadata = self.files.metadata(path).map_err(io("access", path))?;
+        let metadata = self
+            .files
+            .metadata(path)
+            .map_err(io_error("access", path))?;
         Ok(metadata.is_some())
     }
 
@@ -98,10 +101,10 @@ impl Folder {
     pub fn states(&self, rows: usize) -> Result<Vec<State>, CampaignError> {
         let mut states = vec![State::Waiting; rows];
         let folders = [
-            (LOCKS, "", State::Begun),
-            (RUNS, "", State::Begun),
+            (LOCKS, "", State::Incomplete),
+            (RUNS, "", State::Incomplete),
             (FAILED, ".json", State::Failed),
-            (ENDED, ".parquet", State::Done),
+            (ENDED, ".parquet", State::Complete),
         ];
         for (folder, ending, state) in folders {
             for name in self.list(folder)? {
@@ -114,7 +117,10 @@ impl Folder {
     }
 
     /// Returns which files of completed runs are kept. Returns `None` if no run is complete.
-    pub(super) fn kept(&self, rows: usize) -> Result<Option<KeepRuns>, CampaignError> {
+    pub(super) fn keep_of_completed_runs(
+        &self,
+        rows: usize,
+    ) -> Result<Option<KeepRuns>, CampaignError> {
         for index in 0..rows {
             if self.is_there(&self.ended(index))? {
                 let is_whole = self.is_there(&Layout::at(&self.run(index)).record())?;
@@ -133,10 +139,10 @@ impl Folder {
     /// [`CampaignError::Io`].
     pub fn state(&self, index: usize) -> Result<State, CampaignError> {
         let places = [
-            (self.ended(index), State::Done),
+            (self.ended(index), State::Complete),
             (self.failed(index), State::Failed),
-            (self.run(index), State::Begun),
-            (self.row_lock(index), State::Begun),
+            (self.run(index), State::Incomplete),
+            (self.row_lock(index), State::Incomplete),
         ];
         for (path, state) in places {
             if self.is_there(&path)? {
@@ -155,13 +161,13 @@ impl Folder {
     ///
     /// # Errors
     /// [`CampaignError::Io`].
-    pub fn claim(&self, index: usize) -> Result<LockAttempt, CampaignError> {
+    pub fn lock_row(&self, index: usize) -> Result<LockAttempt, CampaignError> {
         let locks = self.root.join(LOCKS);
         self.files
             .create_dir_all(&locks)
-            .map_err(io("make the folder", &locks))?;
+            .map_err(io_error("make the folder", &locks))?;
         let lock = self.row_lock(index);
-        self.files.try_lock(&lock).map_err(io("lock", &lock))
+        self.files.try_lock(&lock).map_err(io_error("lock", &lock))
     }
 
     /// Releases the lock of a row. The lock file is removed first, so a process that waits for the lock finds the file
@@ -169,12 +175,14 @@ impl Folder {
     ///
     /// # Errors
     /// [`CampaignError::Io`].
-    pub fn release(&self, index: usize, claim: Box<dyn LockGuard>) -> Result<(), CampaignError> {
+    pub fn unlock_row(&self, index: usize, claim: Box<dyn LockGuard>) -> Result<(), CampaignError> {
         let lock = self.row_lock(index);
         let removed = self.files.remove_file(&lock);
         drop(claim);
         match removed {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(io("remove", &lock)(error)),
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                Err(io_error("remove", &lock)(error))
+            }
             _ => Ok(()),
         }
     }
@@ -202,7 +210,7 @@ impl Folder {
                 },
             ))),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-            Err(error) => Err(io("read", &path)(error)),
+            Err(error) => Err(io_error("read", &path)(error)),
         }
     }
 
@@ -210,7 +218,7 @@ impl Folder {
     ///
     /// # Errors
     /// [`CampaignError::Io`].
-    pub fn fail(&self, index: usize, failure: &Failure) -> Result<(), CampaignError> {
+    pub fn store_failure(&self, index: usize, failure: &Failure) -> Result<(), CampaignError> {
         self.replace(&self.failed(index), json!(failure).to_string().as_bytes())
     }
 
@@ -218,10 +226,12 @@ impl Folder {
     ///
     /// # Errors
     /// [`CampaignError::Io`].
-    pub fn forget(&self, index: usize) -> Result<(), CampaignError> {
+    pub fn remove_failure(&self, index: usize) -> Result<(), CampaignError> {
         let failed = self.failed(index);
         match self.files.remove_file(&failed) {
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(io("remove", &failed)(error)),
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                Err(io_error("remove", &failed)(error))
+            }
             _ => Ok(()),
         }
     }
@@ -230,9 +240,9 @@ impl Folder {
     ///
     /// # Errors
     /// [`CampaignError::Io`].
-    pub fn end(&self, index: usize, history: &[u8]) -> Result<(), CampaignError> {
+    pub fn complete(&self, index: usize, history: &[u8]) -> Result<(), CampaignError> {
         self.replace(&self.ended(index), history)?;
-        self.forget(index)
+        self.remove_failure(index)
     }
 
     /// Removes the files that a completed row does not keep, if a killed process left them: drafts, a failure, the
@@ -248,17 +258,17 @@ impl Folder {
         let leftovers = drafts.iter().chain(&own).map(PathBuf::as_path).chain(run);
         let exists = |path: &Path| matches!(self.files.metadata(path), Ok(Some(_)));
         if leftovers.into_iter().any(exists)
-            && let Ok(LockAttempt::Taken(claim)) = self.claim(index)
+            && let Ok(LockAttempt::Taken(claim)) = self.lock_row(index)
         {
             // Ignore errors: a leftover file does no harm to a completed row.
             for draft in &drafts {
                 drop(self.files.remove_file(draft));
             }
-            drop(self.forget(index));
+            drop(self.remove_failure(index));
             if let Some(run) = run {
                 drop(remove_run(self.files.as_ref(), run, content_key));
             }
-            drop(self.release(index, claim));
+            drop(self.unlock_row(index, claim));
         }
     }
 

@@ -24,7 +24,7 @@ pub const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 /// Computes the statistics of the finite values. Returns `None` without a finite value. Quantiles follow Hyndman and
 /// Fan's eighth definition.
-pub fn spread(values: &[f64]) -> Option<SampleStatistics> {
+pub fn sample_statistics(values: &[f64]) -> Option<SampleStatistics> {
     let mut values: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
     let (&least, &most) = (values.first()?, values.last()?);
@@ -69,7 +69,7 @@ const LEAST_SAMPLE: usize = 8;
 /// The estimate is 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. It is the variance
 /// between the class means over the variance of `y`, corrected for chance. Returns `None` if there are too few values
 /// for the number of classes, or if `y` does not vary.
-pub fn variance_share(classes: &[usize], y: &[f64]) -> Option<f64> {
+pub fn first_order_index(classes: &[usize], y: &[f64]) -> Option<f64> {
     let n = y.len();
     let k = classes.iter().max().map_or(0, |most| most + 1);
     if n < LEAST_SAMPLE || k < 2 || n < k + 2 {
@@ -157,7 +157,7 @@ pub fn drawn_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64>
     let means: Vec<f64> = (y.iter())
         .map(|of_point| of_point.iter().sum::<f64>() / of_point.len().max(1) as f64)
         .collect();
-    let share = variance_share(classes, &means)?;
+    let share = first_order_index(classes, &means)?;
     (whole > 0.0).then(|| (share * variance(&means) / whole).clamp(0.0, 1.0))
 }
 
@@ -188,7 +188,7 @@ pub fn classes(x: &[f64]) -> Vec<usize> {
 }
 
 /// Interpolates a curve linearly at `x`. The abscissae ascend. Returns `None` outside of the curve.
-pub fn at(course: &[[f64; 2]], x: f64) -> Option<f64> {
+pub fn interpolate(course: &[[f64; 2]], x: f64) -> Option<f64> {
     let after = course.partition_point(|point| point[0] < x);
     let &[x1, y1] = course.get(after)?;
     if x1 == x {

@@ -5,7 +5,7 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// Lifetime of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Life {
+pub struct Lifetime {
     /// Cycles at which the run passed the milestone, or cycles at its end (a censored run).
     pub cycles: f64,
     /// True if the run passed the milestone; false if it ended before.
@@ -16,7 +16,7 @@ pub struct Life {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantile {
     /// Share of the runs that has passed.
-    pub part: f64,
+    pub probability: f64,
     /// Cycles at which this share has passed.
     pub cycles: Option<f64>,
     /// Lower bound of the 95 % confidence interval, from the order statistics of the runs that were not censored
@@ -39,13 +39,13 @@ pub struct Survival {
 }
 
 /// Probability that the quantile is below its lower bound, and also that it is above its upper bound.
-const BEYOND: f64 = 0.025;
+const TAIL_PROBABILITY: f64 = 0.025;
 /// Tolerance of comparisons between shares.
 const ROUNDING: f64 = 1e-12;
 
 impl Survival {
     /// Computes the estimate. A run that passes counts before a run that is censored at the same cycles.
-    pub fn of(lives: &[Life]) -> Survival {
+    pub fn estimate(lives: &[Lifetime]) -> Survival {
         let mut lives = lives.to_vec();
         lives.sort_by(|a, b| a.cycles.total_cmp(&b.cycles).then(b.passed.cmp(&a.passed)));
         let mut steps: Vec<(f64, f64)> = Vec::new();
@@ -74,7 +74,7 @@ impl Survival {
     }
 
     /// Returns the share of the runs that have passed at `cycles`.
-    pub fn passed(&self, cycles: f64) -> f64 {
+    pub fn share_passed(&self, cycles: f64) -> f64 {
         let before = self.steps.iter().take_while(|step| step.0 <= cycles);
         before.last().map_or(0.0, |step| step.1)
     }
@@ -102,7 +102,7 @@ impl Survival {
             })
         });
         Quantile {
-            part,
+            probability: part,
             cycles,
             low: low.flatten(),
             high: high.flatten(),
@@ -119,8 +119,8 @@ fn ranks(count: usize, part: f64) -> [Option<usize>; 2] {
     // Probability that at most `rank` values lie below the quantile.
     let at_most = |rank: usize| below.cdf(rank as u64);
     let low = (0..count)
-        .take_while(|rank| at_most(*rank) <= BEYOND)
+        .take_while(|rank| at_most(*rank) <= TAIL_PROBABILITY)
         .count();
-    let high = (0..count).find(|rank| at_most(*rank) >= 1.0 - BEYOND);
+    let high = (0..count).find(|rank| at_most(*rank) >= 1.0 - TAIL_PROBABILITY);
     [Some(low), high.map(|rank| rank + 1)]
 }

@@ -20,7 +20,7 @@ const MEMORY: &str = "memory";
 
 /// Resolved value of a key, in SI units.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Resolved {
+pub enum ResolvedValue {
     /// The scene has no such value.
     Absent,
     /// A whole number.
@@ -31,50 +31,50 @@ pub enum Resolved {
     Text(String),
 }
 
-impl Resolved {
+impl ResolvedValue {
     /// Converts a value of a resolved scene. A list of equal numbers becomes one number, for example a length along
     /// both axes.
-    pub fn of(value: &Value) -> Resolved {
+    pub fn of(value: &Value) -> ResolvedValue {
         match value {
-            Value::Null => Resolved::Absent,
+            Value::Null => ResolvedValue::Absent,
             Value::Number(number) => match (number.as_i64(), number.as_f64()) {
-                (Some(whole), _) => Resolved::Whole(whole),
-                (None, Some(number)) => Resolved::Number(number),
-                (None, None) => Resolved::Text(number.to_string()),
+                (Some(whole), _) => ResolvedValue::Whole(whole),
+                (None, Some(number)) => ResolvedValue::Number(number),
+                (None, None) => ResolvedValue::Text(number.to_string()),
             },
-            Value::String(text) => Resolved::Text(text.clone()),
+            Value::String(text) => ResolvedValue::Text(text.clone()),
             Value::Array(items) => match &items[..] {
                 [first, others @ ..] if first.is_number() && others.iter().all(|o| o == first) => {
-                    Resolved::of(first)
+                    ResolvedValue::of(first)
                 }
                 // A motion along one axis: the other components are 0.
                 [first, others @ ..]
                     if first.is_number() && others.iter().all(|o| o.as_f64() == Some(0.0)) =>
                 {
-                    Resolved::of(first)
+                    ResolvedValue::of(first)
                 }
-                _ => Resolved::Text(value.to_string()),
+                _ => ResolvedValue::Text(value.to_string()),
             },
-            other => Resolved::Text(other.to_string()),
+            other => ResolvedValue::Text(other.to_string()),
         }
     }
 
     /// Returns the number, if the value is a number.
     pub fn number(&self) -> Option<f64> {
         match self {
-            Resolved::Whole(whole) => Some(*whole as f64),
-            Resolved::Number(number) => Some(*number),
-            Resolved::Absent | Resolved::Text(_) => None,
+            ResolvedValue::Whole(whole) => Some(*whole as f64),
+            ResolvedValue::Number(number) => Some(*number),
+            ResolvedValue::Absent | ResolvedValue::Text(_) => None,
         }
     }
 
     /// Returns the value as a text, which is empty for an absent value.
     pub fn text(&self) -> String {
         match self {
-            Resolved::Absent => String::new(),
-            Resolved::Whole(whole) => whole.to_string(),
-            Resolved::Number(number) => number.to_string(),
-            Resolved::Text(text) => text.clone(),
+            ResolvedValue::Absent => String::new(),
+            ResolvedValue::Whole(whole) => whole.to_string(),
+            ResolvedValue::Number(number) => number.to_string(),
+            ResolvedValue::Text(text) => text.clone(),
         }
     }
 }
@@ -85,7 +85,7 @@ pub struct PlannedRun {
     /// Settings `key=value`, as arguments of `--set`.
     pub settings: Vec<String>,
     /// Values of the varying keys, in the order of [`Campaign::keys`].
-    pub values: Vec<Resolved>,
+    pub values: Vec<ResolvedValue>,
     /// Hash of the resolved scene and of the content of its files. Rows with the same hash are the same run.
     pub content_key: String,
     /// Group of rows with about the same cost.
@@ -121,14 +121,15 @@ impl Campaign {
             let values = || rows.iter().map(|row| &self.rows[*row].values[k]);
             let values_of_all = || self.rows.iter().map(|row| &row.values[k]);
             // The type follows from all rows, so that every file of a campaign has the same types.
-            let is_text = values_of_all().any(|value| matches!(value, Resolved::Text(_)));
-            let is_whole = !values_of_all().any(|value| matches!(value, Resolved::Number(_)));
-            let whole = |value: &Resolved| match value {
-                Resolved::Whole(whole) => Some(*whole),
+            let is_text = values_of_all().any(|value| matches!(value, ResolvedValue::Text(_)));
+            let is_whole = !values_of_all().any(|value| matches!(value, ResolvedValue::Number(_)));
+            let whole = |value: &ResolvedValue| match value {
+                ResolvedValue::Whole(whole) => Some(*whole),
                 _ => None,
             };
             let (kind, values) = if is_text {
-                let text = |value: &Resolved| Some(value.text()).filter(|text| !text.is_empty());
+                let text =
+                    |value: &ResolvedValue| Some(value.text()).filter(|text| !text.is_empty());
                 (
                     ColumnType::Text,
                     Nullable::Text(values().map(text).collect()),
@@ -139,7 +140,7 @@ impl Campaign {
                     Nullable::I64(values().map(whole).collect()),
                 )
             } else {
-                let numbers = values().map(Resolved::number).collect();
+                let numbers = values().map(ResolvedValue::number).collect();
                 (ColumnType::F64, Nullable::F64(numbers))
             };
             (ColumnSchema::plain(&key.name, kind, "SI"), values)
@@ -197,7 +198,7 @@ impl Campaign {
     }
 
     /// Returns the hash of the content keys of some rows.
-    pub(super) fn content(&self, rows: impl Iterator<Item = usize>) -> String {
+    pub(super) fn content_hash(&self, rows: impl Iterator<Item = usize>) -> String {
         let mut hasher = blake3::Hasher::new();
         for row in rows {
             hasher.update(self.rows[row].content_key.as_bytes());
@@ -251,16 +252,16 @@ impl Campaign {
                 return Err(format!("row {k} has another index"));
             }
             let value = |key: &String| match &columns[key] {
-                Nullable::I64(values) => values[k].map(Resolved::Whole),
-                Nullable::F64(values) => values[k].map(Resolved::Number),
-                Nullable::Text(values) => values[k].clone().map(Resolved::Text),
+                Nullable::I64(values) => values[k].map(ResolvedValue::Whole),
+                Nullable::F64(values) => values[k].map(ResolvedValue::Number),
+                Nullable::Text(values) => values[k].clone().map(ResolvedValue::Text),
                 Nullable::I32(_) | Nullable::Bool(_) => None,
             };
-            let values: Vec<Resolved> = keys
+            let values: Vec<ResolvedValue> = keys
                 .iter()
-                .map(|key| value(key).unwrap_or(Resolved::Absent))
+                .map(|key| value(key).unwrap_or(ResolvedValue::Absent))
                 .collect();
-            let numbers = keys.iter().zip(values.iter().map(Resolved::number));
+            let numbers = keys.iter().zip(values.iter().map(ResolvedValue::number));
             for (key, number) in numbers {
                 if let Some(number) = number.filter(|number| !number.is_finite()) {
                     return Err(format!(

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::arguments::Execution;
 use super::{CliError, Exit};
 use crate::progress::{Stopping, duration};
-use crate::terminal::{say, silenced};
+use crate::terminal::{say, without_output};
 
 /// Time between two checks of the processes.
 const TICK: Duration = Duration::from_millis(50);
@@ -63,7 +63,9 @@ pub fn run_at_once(
             if let Some(remaining) = remaining {
                 child.args(["--max-wall", &format!("{remaining:.3} s")]);
             }
-            let child = silenced(&mut child).spawn().map_err(CliError::Processes)?;
+            let child = without_output(&mut child)
+                .spawn()
+                .map_err(CliError::Processes)?;
             running.push((next, Instant::now(), child));
         }
         if stopping.is_asked() {

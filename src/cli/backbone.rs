@@ -8,7 +8,7 @@ use std::sync::Arc;
 use clap::Args;
 use fretwear::dynamics::{Backbone, BackboneEnd, LoadLevels};
 use fretwear::recipe::{Inputs, Recipe};
-use fretwear::report::{output, word};
+use fretwear::report::{output, shell_word};
 use fretwear::scene::{self, Plan};
 use fretwear::stages::{self, FREE_KEYS, RunError, Source};
 use fretwear::store::{Cache, RealFileSystem, RunReader, StoreError};
@@ -82,8 +82,8 @@ impl State {
 
     fn name(&self) -> String {
         match self {
-            State::Scene(path) => word(path),
-            State::Run(source) => format!("{}@{}", word(&source.run), source.wear_iteration),
+            State::Scene(path) => shell_word(path),
+            State::Run(source) => format!("{}@{}", shell_word(&source.run), source.wear_iteration),
         }
     }
 }
@@ -151,7 +151,7 @@ struct LevelParameter {
 
 fn parse_amount(text: &str) -> Result<Amount, String> {
     match Amount::parse(text) {
-        Some(amount) if units::SIZES.contains(&amount.number) => Ok(amount),
+        Some(amount) if units::COMPUTABLE_RANGE.contains(&amount.number) => Ok(amount),
         Some(amount) if amount.number > 0.0 => Err("must be from 1e-60 to 1e60".to_owned()),
         Some(amount) => Err(format!("must be more than 0 {}", amount.unit)
             .trim_end()
@@ -164,7 +164,7 @@ fn parse_amount(text: &str) -> Result<Amount, String> {
 fn force(end: &'static str, amount: &Amount) -> Result<f64, CliError> {
     let level_error = |reason| CliError::Level { end, reason };
     match units::parse(&amount.to_string(), Dimension::FORCE) {
-        Ok(force) if units::SIZES.contains(&force) => Ok(force),
+        Ok(force) if units::COMPUTABLE_RANGE.contains(&force) => Ok(force),
         Ok(_) => Err(level_error("must be from 1e-60 N to 1e60 N".to_owned())),
         Err(error) => Err(level_error(error.to_string())),
     }
@@ -183,7 +183,7 @@ pub fn backbone(arguments: &BackboneArguments, out: &mut Results) -> Result<Exit
         && let Some(set) = arguments.sets.iter().find(|set| sets_key(set, key))
     {
         let (key, set) = (key.clone(), set.clone());
-        return Err(CliError::OverASet { key, set });
+        return Err(CliError::OverAndSet { key, set });
     }
     #[cfg(not(feature = "polars"))]
     if arguments.svg.is_some() {
@@ -491,7 +491,7 @@ impl StateBackbone {
                 "it ends before {}, where no phase resonance was found: {source}",
                 self.level(*level)
             )),
-            BackboneEnd::Broken { level } => Some(match &self.broken {
+            BackboneEnd::StructureError { level } => Some(match &self.broken {
                 Some(error) => format!("it ends with an error: {error}"),
                 None => format!("it ends before {}", self.level(*level)),
             }),
@@ -588,7 +588,7 @@ fn json_object(state_backbone: &StateBackbone) -> Value {
             "damping_ratio": point.damping_ratio,
             "amplitude": point.amplitude,
             "kinetic_energy": point.kinetic_energy,
-            "input_energy": point.energy.input,
+            "input_energy": point.energy.load_work,
             "friction_energy": point.energy.friction,
             "viscous_energy": point.energy.viscous,
             "hysteretic_energy": point.energy.hysteretic,

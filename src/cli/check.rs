@@ -6,7 +6,7 @@ use fretwear::scene::{self, MOST_FAULTS, Place, Plan, SceneError};
 use serde_json::{Value, json};
 
 use super::Exit;
-use super::cost::too_large;
+use super::cost::memory_warning;
 use crate::terminal::Results;
 
 /// Errors, warnings and notes on a scene.
@@ -92,7 +92,7 @@ fn check_scene(path: &Path, sets: &[String]) -> SceneReport {
     };
     match Plan::of(&scene) {
         Ok(mut plan) => {
-            plan.warnings.extend(too_large(&plan.inputs));
+            plan.warnings.extend(memory_warning(&plan.inputs));
             let remarks = plan.checks.iter().filter_map(|c| c.remark.clone());
             SceneReport {
                 errors: Vec::new(),

@@ -5,10 +5,10 @@ use clap::{Command, CommandFactory};
 use super::arguments::Cli;
 
 /// The commands of a task: the name of the task, then name and example of each command.
-pub type CollectedRuns = (&'static str, &'static [(&'static str, &'static str)]);
+pub type TaskCommands = (&'static str, &'static [(&'static str, &'static str)]);
 
 /// All commands by task. [`CAMPAIGN_COMMANDS`] has the examples of `campaign`.
-pub const GROUPS: [CollectedRuns; 5] = [
+pub const GROUPS: [TaskCommands; 5] = [
     (
         "Write a scene",
         &[

@@ -15,7 +15,7 @@ const WIDTH: usize = 80;
 pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, CliError> {
     let rows = if arguments.all { Rows::All } else { Rows::Last };
     let comparison = report::compare(&arguments.runs, rows)?;
-    let mut exit = notices(comparison.passed_over());
+    let mut exit = report_skipped(comparison.passed_over());
     if let Some(path) = &arguments.parquet {
         comparison.write_parquet(path)?;
     }
@@ -36,7 +36,7 @@ pub fn compare(arguments: &CompareArguments, out: &mut Results) -> Result<Exit, 
 }
 
 /// Reports the skipped folders and returns the exit code for them.
-pub fn notices(passed_over: &[SkippedFolder]) -> Exit {
+pub fn report_skipped(passed_over: &[SkippedFolder]) -> Exit {
     for skipped in passed_over {
         say(&one_line_name(&format!("note: {skipped}")));
     }
@@ -58,7 +58,7 @@ struct Columns {
 /// Smallest width to which a table is fitted.
 const LEAST_WIDTH: usize = 40;
 /// A label is wrapped if it is wider than the table width divided by this number.
-const LABEL_PART: usize = 4;
+const LABEL_SHARE_DIVISOR: usize = 4;
 /// Spaces between columns.
 const GAP: usize = 2;
 /// Cell of a figure that a state lacks.
@@ -122,7 +122,7 @@ impl Columns {
         let labels: Vec<Vec<String>> = self
             .labels
             .iter()
-            .map(|label| folded(label, width / LABEL_PART))
+            .map(|label| folded(label, width / LABEL_SHARE_DIVISOR))
             .collect();
         let figure_rows = self.grid_by_figure(&labels);
         let widths = widths(&figure_rows);

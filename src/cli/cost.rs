@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fretwear::recipe::{Counted, Inputs};
+use fretwear::recipe::{Inputs, ResourceEstimate};
 use fretwear::rehearsal::{Range, Rehearsal};
 use fretwear::stages::RunCost;
 use serde_json::{Value, json};
@@ -52,7 +52,10 @@ pub fn write_expected(out: &mut Results, rehearsal: &Rehearsal) {
             [0, 0] => String::new(),
             [x, y] => format!(", on {x} x {y} cells"),
         };
-        line("rehearsal", format!("{:.1} s{cells}", rehearsal.took));
+        line(
+            "rehearsal",
+            format!("{:.1} s{cells}", rehearsal.seconds_taken),
+        );
     }
 }
 
@@ -74,7 +77,7 @@ fn range(range: Range, text: impl Fn(f64) -> String) -> String {
 }
 
 /// Describes the cost of a completed run in a few words.
-pub fn in_words(spent: &RunCost) -> String {
+pub fn cost_text(spent: &RunCost) -> String {
     let mut parts = Vec::new();
     if spent.wear_iterations > 0 {
         parts.push(format!("{} iterations", spent.wear_iterations));
@@ -93,7 +96,7 @@ pub fn memory_in_words() -> Option<String> {
 }
 
 /// Returns the cost of a finished run as JSON.
-pub fn spent(spent: &RunCost) -> Value {
+pub fn cost_json(spent: &RunCost) -> Value {
     json!({
         "wear_iterations": spent.wear_iterations,
         "pruned_iterations": spent.pruned,
@@ -114,8 +117,8 @@ fn megabytes(bytes: u64) -> String {
 }
 
 /// Returns a warning if a run needs more memory than this machine has.
-pub fn too_large(inputs: &Inputs) -> Option<String> {
-    let least = Counted::least_memory(inputs);
+pub fn memory_warning(inputs: &Inputs) -> Option<String> {
+    let least = ResourceEstimate::least_memory(inputs);
     let machine = read_system_memory("/proc/meminfo", "MemTotal:")?;
     (least > machine).then(|| {
         format!(

@@ -7,7 +7,7 @@ use fretwear::units::{self, Dimension};
 use crate::terminal::say;
 
 /// Keys that differ from joint to joint, in the order of the questions, with their descriptions.
-const ASKED: [(&str, &str); 11] = [
+const QUESTIONS: [(&str, &str); 11] = [
     (
         "joint.size",
         "sides of the joint along x and y, as 40 x 30 mm",
@@ -52,7 +52,7 @@ fn value_range(text: &str, key: &str) -> Option<std::ops::Range<usize>> {
 
 /// Converts an answer to the value of a scene: sides as `40 x 30 mm`, and no hole. An empty result means that the line
 /// of the key is removed.
-pub fn meant(key: &str, value: &str) -> String {
+pub fn normalize_answer(key: &str, value: &str) -> String {
     let value = value.trim();
     let bare = value.trim_matches(['"', '\'']);
     match key {
@@ -83,7 +83,7 @@ pub fn meant(key: &str, value: &str) -> String {
 const NO: [&str; 5] = ["no", "none", "no hole", "0", "-"];
 
 /// Removes the line of a key from the text.
-pub fn without(text: &str, key: &str) -> String {
+pub fn remove_key(text: &str, key: &str) -> String {
     let Some(place) = value_range(text, key) else {
         return text.to_owned();
     };
@@ -132,7 +132,7 @@ const FEWEST: f64 = 16.0;
 const MOST: f64 = 256.0;
 
 /// Removes the leading comment, which describes the shipped scene.
-pub fn without_head(text: &str) -> &str {
+pub fn remove_heading(text: &str) -> &str {
     let lines = text
         .split_inclusive('\n')
         .take_while(|line| line.starts_with('#') || line.trim().is_empty());
@@ -140,7 +140,7 @@ pub fn without_head(text: &str) -> &str {
 }
 
 /// Replaces the value of a key, as TOML. Returns `None` if the key has no line of its own.
-pub fn with(text: &str, key: &str, value: &str) -> Option<String> {
+pub fn replace_value(text: &str, key: &str, value: &str) -> Option<String> {
     let place = value_range(text, key)?;
     let value = match value.parse::<toml::Value>() {
         Ok(_) => value.to_owned(),
@@ -153,7 +153,7 @@ pub fn with(text: &str, key: &str, value: &str) -> Option<String> {
 
 /// Asks for the values that differ from joint to joint. Returns the changed values as arguments of `--set`. If `fault`
 /// reports an error for the answers so far, the question is repeated.
-pub fn asked(text: &str, fault: impl Fn(&[String]) -> Option<String>) -> Vec<String> {
+pub fn ask_for_values(text: &str, fault: impl Fn(&[String]) -> Option<String>) -> Vec<String> {
     ask_from(text, io::stdin().lock().lines(), fault)
 }
 
@@ -164,7 +164,7 @@ fn ask_from(
 ) -> Vec<String> {
     say("An empty answer keeps the value in brackets.");
     let mut sets = Vec::new();
-    for (key, about) in ASKED {
+    for (key, about) in QUESTIONS {
         let Some(place) = value_range(text, key) else {
             continue;
         };
@@ -177,7 +177,7 @@ fn ask_from(
             if answer.trim().is_empty() {
                 break;
             }
-            sets.push(format!("{key}={}", meant(key, &answer)));
+            sets.push(format!("{key}={}", normalize_answer(key, &answer)));
             match fault(&sets) {
                 None => break,
                 Some(fault) => say(&fault),
@@ -190,26 +190,26 @@ fn ask_from(
 
 #[cfg(test)]
 mod tests {
-    use super::{ask_from, fitting_grid, meant, without, without_head};
+    use super::{ask_from, fitting_grid, normalize_answer, remove_heading, remove_key};
 
     #[test]
     fn sides_and_no_hole_are_read_as_they_are_said() {
-        let size = |text| meant("joint.size", text);
+        let size = |text| normalize_answer("joint.size", text);
         assert_eq!(size("40 x 30 mm"), "[\"40 mm\", \"30 mm\"]");
         assert_eq!(size("40x30mm"), "[\"40 mm\", \"30mm\"]");
         assert_eq!(size("1.2 cm × 8 mm"), "[\"1.2 cm\", \"8 mm\"]");
         assert_eq!(size("[\"4 mm\", \"3 mm\"]"), "[\"4 mm\", \"3 mm\"]");
-        assert_eq!(meant("joint.hole", "No hole"), "");
+        assert_eq!(normalize_answer("joint.hole", "No hole"), "");
         assert_eq!(
-            meant("joint.hole", "{ diameter = \"9 mm\" }"),
+            normalize_answer("joint.hole", "{ diameter = \"9 mm\" }"),
             "{ diameter = \"9 mm\" }"
         );
         let text = "# About.\n\n[joint]\nsize = [\"4 mm\", \"4 mm\"]\nhole = 1 # h\ngrid = [64, 64]\n[surface]\ncorrelation_length = \"1 mm\"\n";
         assert_eq!(
-            without(text, "joint.hole"),
+            remove_key(text, "joint.hole"),
             text.replace("hole = 1 # h\n", "")
         );
-        assert!(without_head(text).starts_with("[joint]"));
+        assert!(remove_heading(text).starts_with("[joint]"));
         let wide = text.replace("[\"4 mm\", \"4 mm\"]", "[\"8 mm\", \"3 mm\"]");
         assert_eq!(fitting_grid(text, &wide), Some([128, 48]));
     }

@@ -40,14 +40,14 @@ pub enum CliError {
     #[error(
         "the scene {like} needs its hole, because the bolt of its structure goes through the joint; give another diameter"
     )]
-    HoleStays { like: String },
+    HoleRequired { like: String },
     #[error("cannot write {}: {source}", path.display())]
     NewScene {
         path: PathBuf,
         source: std::io::Error,
     },
     #[error("{} exists already and is not replaced: give another name, or remove it", path.display())]
-    SceneIsThere { path: PathBuf },
+    SceneExists { path: PathBuf },
     #[error("{key} has no line of its own in the scene {like}; change it in the written file")]
     NoLine { key: String, like: String },
     #[error("there is no run at {}, and no folder of runs: `fretwear run SCENE` writes its run to runs/NAME", path.display())]
@@ -112,7 +112,7 @@ pub enum CliError {
     #[error(
         "{option} needs a single scene, but {scenes} are given: several scenes are run only with the presets fast, balanced and reference"
     )]
-    OfOneScene { option: &'static str, scenes: usize },
+    SingleSceneOption { option: &'static str, scenes: usize },
     #[error("{}: {source}", path.display())]
     Scenes {
         path: PathBuf,
@@ -123,7 +123,7 @@ pub enum CliError {
     #[error(
         "{stage} of iteration {wear_iteration} is not the same: {tables}; the run was computed by another version, on another processor, or with another end or other requested responses"
     )]
-    NotTheSame {
+    StageDiffers {
         stage: fretwear::stages::Stage,
         wear_iteration: u64,
         tables: String,
@@ -155,7 +155,7 @@ pub enum CliError {
     #[error(
         "--over {key} and --set {set} change the same key: leave --set out, because --from and --to give its values"
     )]
-    OverASet { key: String, set: String },
+    OverAndSet { key: String, set: String },
     #[error("--over {key}, at {value}: {source}")]
     OverAt {
         key: String,
@@ -237,7 +237,7 @@ impl CliError {
         match self {
             CliError::Run(error) if error.is_scene() => Exit::Scene,
             CliError::AskedToStop => Exit::Stopped,
-            CliError::NotTheSame { .. } | CliError::RowChanged { .. } => Exit::Damaged,
+            CliError::StageDiffers { .. } | CliError::RowChanged { .. } => Exit::Damaged,
             CliError::Row { source, .. } | CliError::OverAt { source, .. } => source.exit(),
             CliError::RowFailed { code, .. } => Exit::of_failure(*code),
             CliError::Campaign(error) if error.is_usage() => Exit::Scene,
@@ -249,7 +249,7 @@ impl CliError {
             CliError::Run(RunError::Store(error)) if error.is_damage_or_mismatch() => Exit::Damaged,
             CliError::Run(RunError::Store(
                 StoreError::NoRun { .. }
-                | StoreError::NoFolder { .. }
+                | StoreError::FileInsteadOfFolder { .. }
                 | StoreError::NoIteration { .. },
             ))
             | CliError::EditedScene { .. }
@@ -258,7 +258,7 @@ impl CliError {
             | CliError::NoFolder { .. }
             | CliError::UnknownExample { .. }
             | CliError::NoLine { .. }
-            | CliError::HoleStays { .. }
+            | CliError::HoleRequired { .. }
             | CliError::NoJsonSchema
             | CliError::UnknownWord(_)
             | CliError::NothingToExport { .. }
@@ -275,12 +275,12 @@ impl CliError {
             | CliError::Level { .. }
             | CliError::OverLevels { .. }
             | CliError::OverOfARun { .. }
-            | CliError::OverASet { .. }
+            | CliError::OverAndSet { .. }
             | CliError::OutputIsTaken { .. }
             | CliError::SetOfARun
             | CliError::NoScenes { .. }
             | CliError::SameName { .. }
-            | CliError::OfOneScene { .. }
+            | CliError::SingleSceneOption { .. }
             | CliError::ScratchOfRuns
             | CliError::Knob(_)
             | CliError::Matrices(_)
@@ -288,7 +288,7 @@ impl CliError {
             | CliError::Map(_)
             | CliError::UnknownStiffness
             | CliError::Structure(
-                StructureError::OutOfRange { .. } | StructureError::DoNotFit { .. },
+                StructureError::OutOfRange { .. } | StructureError::Contradiction { .. },
             ) => Exit::Scene,
             CliError::Structure(StructureError::NotConverged { .. }) => Exit::NotConverged,
             CliError::Trade(TradeError::Store(error)) if error.is_damage_or_mismatch() => {

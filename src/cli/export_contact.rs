@@ -189,7 +189,7 @@ fn rows(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
             writeln!(to, "{row},contact,{e},,{axis},{x:e},{y:e}")?;
         }
     }
-    for (point, axis) in &exported.beside {
+    for (point, axis) in &exported.points {
         row += 1;
         writeln!(to, "{row},point,,{point},{},,", ["x", "y", "z"][*axis])?;
     }
@@ -218,7 +218,7 @@ fn vibration(exported: &ExportedContact) -> String {
         "loads": loads.collect::<Vec<_>>(),
         "response_row": exported.response + 1,
         "harmonics": exported.orders,
-        "samples": exported.instants,
+        "samples": exported.samples,
         "frequency": exported.driven_at,
         "range": exported.range,
     }));

@@ -84,7 +84,7 @@ fn joint(
     };
     let patch = Patch {
         grid: surface_recipe.grid(),
-        kept: typed_table::<typed::Surface>(&surface)?.kept,
+        is_in_joint: typed_table::<typed::Surface>(&surface)?.kept,
     };
     let mut tables = vec![surface];
     for table in [TableName::WearField, TableName::ContactField] {

@@ -1,7 +1,7 @@
 //! Figures of a joint with their error bars, for the end of a run, `fretwear status` and `fretwear compare`.
 
 use fretwear::report::quantity::{self, Unit, Units};
-use fretwear::report::{below, figure_with_bar};
+use fretwear::report::{figure_with_bar, upper_bound};
 use fretwear::stages::{JointState, RunEnds};
 use fretwear::tables::typed::Summary;
 use serde_json::{Value, json};
@@ -16,7 +16,7 @@ pub const DIGITS: usize = 4;
 pub struct Figure {
     pub title: &'static str,
     pub units: Units,
-    of: fn(&JointState) -> Option<f64>,
+    value_of: fn(&JointState) -> Option<f64>,
     bar: fn(&Summary) -> Option<f64>,
 }
 
@@ -28,7 +28,7 @@ const fn figure(
     Figure {
         title,
         units,
-        of,
+        value_of: of,
         bar,
     }
 }
@@ -64,7 +64,7 @@ pub const FIGURES: [Figure; 19] = [
 impl Figure {
     /// Returns the value in a state, if the state has the figure.
     pub fn value(&self, state: &JointState) -> Option<f64> {
-        (self.of)(state).filter(|value| value.is_finite())
+        (self.value_of)(state).filter(|value| value.is_finite())
     }
 
     /// Returns the relative error bar in a state, 0 without a bar.
@@ -88,7 +88,7 @@ impl Figure {
             let limit = self.limit(state);
             Some(
                 limit
-                    .or_else(|| below(value, self.bar(state), 0.0))
+                    .or_else(|| upper_bound(value, self.bar(state), 0.0))
                     .unwrap_or(value),
             )
         };
@@ -108,15 +108,15 @@ impl Figure {
 }
 
 /// Formats a value with its unit.
-pub fn in_unit(value: f64, unit: Unit) -> String {
+pub fn format_with_unit(value: f64, unit: Unit) -> String {
     let number = unit.rounded(value, DIGITS);
     format!("{number} {}", unit.symbol).trim_end().to_owned()
 }
 
 /// Describes the worn volume \[m³\] of a state with its relative error bar.
-pub fn worn(volume: f64, bar: Option<f64>) -> String {
+pub fn worn_volume_text(volume: f64, bar: Option<f64>) -> String {
     let unit = quantity::unit_of(quantity::VOLUME, volume);
-    let number = |volume| in_unit(volume, unit);
+    let number = |volume| format_with_unit(volume, unit);
     format!(
         "worn {}",
         figure_with_bar(volume, bar.unwrap_or(0.0), 0.0, number)
@@ -133,15 +133,15 @@ fn figure_rows(ends: &RunEnds) -> Vec<FigureRow> {
     let states = || unworn.iter().chain([now]);
     let row = |figure: &Figure| {
         let unit = figure.unit(states());
-        let after = figure.text(now, |value| in_unit(value, unit))?;
+        let after = figure.text(now, |value| format_with_unit(value, unit))?;
         let before = unworn.as_ref().and_then(|state| figure.value(state));
-        let before = before.map_or_else(String::new, |value| in_unit(value, unit));
+        let before = before.map_or_else(String::new, |value| format_with_unit(value, unit));
         Some(FigureRow(figure.title.to_owned(), before, after))
     };
     FIGURES.iter().filter_map(row).collect()
 }
 
-/// Returns the figures as JSON: an array of objects with `figure`, `unworn` and `worn`, which is null for an unworn joint.
+/// Returns the figures as JSON: an array of objects with `figure`, `unworn` and `worn_volume_text`, which is null for an unworn joint.
 pub fn figures_json(ends: &RunEnds) -> Value {
     let object = |FigureRow(title, before, after): FigureRow| match ends.unworn {
         Some(_) => json!({"figure": title, "unworn": before, "worn": after}),
@@ -176,7 +176,7 @@ pub fn write_figures(out: &mut Results, ends: &RunEnds) {
             peak_amplitude,
             ..
         } = now.summary;
-        let in_words = |value: f64, units| in_unit(value, quantity::unit_of(units, value));
+        let in_words = |value: f64, units| format_with_unit(value, quantity::unit_of(units, value));
         let driving = [
             resonance_frequency.map(|value| in_words(value, quantity::FREQUENCY)),
             peak_amplitude.map(|value| match resonance_frequency {

@@ -7,12 +7,12 @@ use clap::Args;
 use fretwear::structure::StructureError;
 use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
 use fretwear::structure::inspection::{
-    Units, bodies, fixed, inner_nodes_note, mass_by_direction, modal_rows, suspicions, units,
-    zero_diagonals,
+    Units, bodies, inner_nodes_note, mass_by_direction, modal_rows, model_warnings,
+    parse_fixed_rows, units, zero_diagonals,
 };
 use fretwear::structure::matrices::{Asymmetry, Matrices, Role, Triplets};
 use fretwear::structure::readers::{self, Input};
-use fretwear::surface::readers::{ReadOptions, is_of_map};
+use fretwear::surface::readers::{ReadOptions, is_height_map};
 use fretwear::units::{self, Dimension};
 use serde_json::{Value, json};
 
@@ -89,7 +89,7 @@ struct Inspection {
 pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let [file] = &arguments.files[..]
         && arguments.format.is_none()
-        && is_of_map(Path::new(file))
+        && is_height_map(Path::new(file))
     {
         let options = ReadOptions {
             height_unit: arguments.unit,
@@ -103,7 +103,7 @@ pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, 
     matrices.notes.extend(inner_nodes_note(&matrices));
     let mut is_fixed = vec![false; matrices.size];
     if let Some(text) = &arguments.fixed {
-        let (rows, notes) = fixed(&matrices, text)?;
+        let (rows, notes) = parse_fixed_rows(&matrices, text)?;
         is_fixed = rows;
         matrices.notes.extend(notes);
     }
@@ -218,7 +218,7 @@ fn warnings(
                 frequencies.unstable.len()
             ));
         }
-        if frequencies.is_steadied {
+        if frequencies.is_stabilized {
             warnings.push("rows without mass also lack stiffness in some direction: a very small stiffness was added there".to_owned());
         }
     }
@@ -232,7 +232,7 @@ fn warnings(
             "the masses along the axes differ: degrees of freedom were removed or condensed, or nodes have local axes".to_owned(),
         );
     }
-    warnings.extend(suspicions(matrices));
+    warnings.extend(model_warnings(matrices));
     if let Some(error) = failure {
         warnings.push(format!("no frequencies: {error}"));
     }
@@ -265,7 +265,7 @@ impl Inspection {
             let (matrix, off) = self.matrix(role)?;
             Some(json!({
                 "stored_entries": matrix.entries.len(),
-                "is_triangle": matrix.is_half,
+                "is_triangle": matrix.is_triangle,
                 "trace": matrix.trace(),
                 "largest": matrix.largest(),
                 "is_symmetric": off.share <= UNSYMMETRIC,
@@ -291,7 +291,7 @@ impl Inspection {
             "zero_mass_rows": zero_mass.iter().take(NAMED).map(|&row| row_name(&self.matrices, row)).collect::<Vec<_>>(),
             "modal_coordinates": self.modal,
             "fixed": frequencies.map(|f| f.fixed),
-            "held_by_penalty": frequencies.map(|f| f.held),
+            "held_by_penalty": frequencies.map(|f| f.penalty_fixed),
             "empty_rows": frequencies.map(|f| f.empty),
             "rows_of_bodies_without_mass": frequencies.map(|f| f.massless),
             "is_stiffness_singular": frequencies.map(|f| f.is_singular),
@@ -341,13 +341,13 @@ impl Inspection {
             let Some((matrix, off)) = self.matrix(role) else {
                 continue;
             };
-            let form = if matrix.is_half {
+            let form = if matrix.is_triangle {
                 "one triangle"
             } else {
                 "both triangles"
             };
             let symmetry = match off.share {
-                _ if matrix.is_half => "symmetric".to_owned(),
+                _ if matrix.is_triangle => "symmetric".to_owned(),
                 0.0 => "symmetric to the last bit".to_owned(),
                 share if share <= UNSYMMETRIC => {
                     format!("symmetric to {share:.1e} of its largest number")
@@ -405,7 +405,7 @@ impl Inspection {
         if let Some(frequencies) = &self.frequencies {
             for (what, count) in [
                 ("fixed by --fixed", frequencies.fixed),
-                ("fixed by a penalty", frequencies.held),
+                ("fixed by a penalty", frequencies.penalty_fixed),
                 ("empty rows", frequencies.empty),
                 ("rows without mass", frequencies.massless),
             ] {

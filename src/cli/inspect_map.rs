@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use fretwear::grid::{Grid, Patch};
-use fretwear::report::quantity::{self, Units, shown};
+use fretwear::report::quantity::{self, Units, with_best_unit};
 use fretwear::surface::correlation::autocorrelation;
-use fretwear::surface::prepare::{Form, HEIGHTS, SIDES};
+use fretwear::surface::prepare::{Form, PLAUSIBLE_HEIGHTS, PLAUSIBLE_SIDES};
 use fretwear::surface::readers::{self, ReadError, ReadOptions, Reading};
 use fretwear::surface::statistics::{Roughness, roughness};
 use serde_json::{Value, json};
@@ -58,7 +58,7 @@ impl MapFigures {
             read => (read?, true),
         };
         let map = &reading.topography;
-        let form = Form::of(map);
+        let form = Form::fit(map);
         let level: Vec<f64> = match &form {
             Some(form) => form.without_plane(map),
             None => map.heights.clone(),
@@ -71,11 +71,11 @@ impl MapFigures {
             .collect();
         let [nx, ny] = shape;
         let correlated = Patch {
-            kept: middle.iter().map(|h| !h.is_nan()).collect(),
+            is_in_joint: middle.iter().map(|h| !h.is_nan()).collect(),
             grid: Grid { nx, ny, dx, dy },
         };
         let whole = Patch {
-            kept: level.iter().map(|h| !h.is_nan()).collect(),
+            is_in_joint: level.iter().map(|h| !h.is_nan()).collect(),
             grid: Grid {
                 nx: map.nx,
                 ny: map.ny,
@@ -125,13 +125,16 @@ impl MapFigures {
         let map = &self.reading.topography;
         let mut warnings = Vec::new();
         let sides = map.size().into_iter().flatten();
-        if let Some(side) = sides.into_iter().find(|side| beyond(*side, SIDES)) {
+        if let Some(side) = sides
+            .into_iter()
+            .find(|side| beyond(*side, PLAUSIBLE_SIDES))
+        {
             warnings.push(format!(
                 "a side of {side:e} m is outside of 1 um to 1 m; surface.correct.spacing overrides the file"
             ));
         }
         let rq = self.roughness.map_or(0.0, |roughness| roughness.rq);
-        if self.is_unit_known && rq > 0.0 && beyond(rq, HEIGHTS) {
+        if self.is_unit_known && rq > 0.0 && beyond(rq, PLAUSIBLE_HEIGHTS) {
             warnings.push(format!(
                 "an Rq of {rq:e} m is outside of 1 nm to 1 mm; surface.correct.unit overrides the file"
             ));
@@ -172,7 +175,7 @@ impl MapFigures {
         let share = 100.0 * map.holes() as f64 / map.heights.len() as f64;
         line("holes", format!("{} points, {share:.2} %", map.holes()));
         let height = |value: f64| match self.is_unit_known {
-            true => shown(value, quantity::LENGTH),
+            true => with_best_unit(value, quantity::LENGTH),
             false => format!("{value:.4}"),
         };
         if let Some(form) = &self.form {
@@ -195,7 +198,10 @@ impl MapFigures {
             let points = self.in_points()[axis];
             match (points, map.spacing, self.correlation_length[axis]) {
                 (Some(points), Some(_), Some(length)) => {
-                    format!("{} ({points:.1} points)", shown(length, quantity::LENGTH))
+                    format!(
+                        "{} ({points:.1} points)",
+                        with_best_unit(length, quantity::LENGTH)
+                    )
                 }
                 (Some(points), ..) => format!("{points:.1} points"),
                 _ => "not within the map".to_owned(),
@@ -234,6 +240,6 @@ fn unit_name(unit: f64) -> String {
 }
 
 fn along_axes(values: [f64; 2], units: Units) -> String {
-    let [x, y] = values.map(|value| shown(value, units));
+    let [x, y] = values.map(|value| with_best_unit(value, units));
     format!("{x} along x, {y} along y")
 }

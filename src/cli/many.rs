@@ -23,7 +23,7 @@ pub struct Job<'a> {
 /// Outcomes of the runs.
 pub struct RunOutcomes {
     /// For each run that ended, in order: its error, if it failed.
-    pub ended: Vec<Option<RunError>>,
+    pub failures: Vec<Option<RunError>>,
     /// True if the command was stopped before all runs ended.
     pub stopped: bool,
 }
@@ -61,7 +61,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOut
         reader.ok().and_then(|reader| reader.latest())
     };
     let mut outcomes = RunOutcomes {
-        ended: Vec::new(),
+        failures: Vec::new(),
         stopped: true,
     };
     let mut has_computed = false;
@@ -85,7 +85,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOut
         };
         let before = latest(root);
         let watcher = Watcher::new(&inputs.recipe, root, execution.quiet);
-        let watcher = watcher.stopped_by(&stopping, SAME);
+        let watcher = watcher.with_stopping(&stopping, SAME);
         let result = stages::run(&options, &watcher);
         watcher.finish();
         has_computed |= latest(root) != before;
@@ -106,7 +106,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOut
                 Some(error)
             }
         };
-        outcomes.ended.push(failure);
+        outcomes.failures.push(failure);
     }
     outcomes.stopped = false;
     Ok(outcomes)

@@ -5,7 +5,7 @@ use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 
-use fretwear::report::word;
+use fretwear::report::shell_word;
 use fretwear::scene::{self, SceneError};
 use serde_json::json;
 
@@ -81,7 +81,7 @@ pub fn new(
         None => path.with_extension("toml"),
     };
     let write_error = |source: io::Error| match source.kind() {
-        io::ErrorKind::AlreadyExists => CliError::SceneIsThere { path: path.clone() },
+        io::ErrorKind::AlreadyExists => CliError::SceneExists { path: path.clone() },
         _ => CliError::NewScene {
             path: path.clone(),
             source,
@@ -92,12 +92,12 @@ pub fn new(
         return Err(write_error(io::ErrorKind::AlreadyExists.into()));
     }
     let setting = |set: &String| match set.split_once('=') {
-        Some((key, value)) => format!("{key}={}", edit::meant(key.trim(), value)),
+        Some((key, value)) => format!("{key}={}", edit::normalize_answer(key.trim(), value)),
         None => set.clone(),
     };
     let mut sets: Vec<String> = sets.iter().map(setting).collect();
     if is_asked {
-        sets = edit::asked(example.text, |sets| fault(example, &path, sets));
+        sets = edit::ask_for_values(example.text, |sets| fault(example, &path, sets));
     }
     let text = edited_text(example, &path, &sets)?;
     if let Some(folder) = path
@@ -110,7 +110,7 @@ pub fn new(
     let file = OpenOptions::new().write(true).create_new(true).open(&path);
     let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
     written.map_err(write_error)?;
-    let name = word(&path);
+    let name = shell_word(&path);
     writeln!(out, "{name}: {}", example.about);
     writeln!(
         out,
@@ -126,7 +126,7 @@ fn edited_text(example: &Example, path: &Path, sets: &[String]) -> Result<String
     let (shipped, sets) = without_hole(example, sets);
     let has_no_hole = shipped != example.text;
     if has_no_hole && example.text.contains("kind = \"resonator\"") {
-        return Err(CliError::HoleStays {
+        return Err(CliError::HoleRequired {
             like: example.name.to_owned(),
         });
     }
@@ -135,7 +135,7 @@ fn edited_text(example: &Example, path: &Path, sets: &[String]) -> Result<String
     for set in &sets {
         // Loading has rejected settings without `=`.
         let (key, value) = set.split_once('=').unwrap_or((set, ""));
-        let edited = edit::with(&text, key.trim(), value.trim());
+        let edited = edit::replace_value(&text, key.trim(), value.trim());
         text = edited.ok_or_else(|| CliError::NoLine {
             key: key.trim().to_owned(),
             like: example.name.to_owned(),
@@ -151,12 +151,12 @@ fn edited_text(example: &Example, path: &Path, sets: &[String]) -> Result<String
         && !keys.contains(&"joint.grid")
         && let Some([x, y]) = edit::fitting_grid(example.text, &text)
     {
-        text = edit::with(&text, "joint.grid", &format!("[{x}, {y}]")).unwrap_or(text);
+        text = edit::replace_value(&text, "joint.grid", &format!("[{x}, {y}]")).unwrap_or(text);
         scene::load_kept(path, &text, &[])?;
     }
     if let (false, Some(stem)) = (keys.is_empty() || keys.contains(&"title"), path.file_stem()) {
         let title = json!(stem.to_string_lossy()).to_string();
-        text = edit::with(&text, "title", &title).unwrap_or(text);
+        text = edit::replace_value(&text, "title", &title).unwrap_or(text);
     }
     Ok(with_heading(example, path, &text, &keys))
 }
@@ -165,7 +165,7 @@ fn edited_text(example: &Example, path: &Path, sets: &[String]) -> Result<String
 fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
     let is_no_hole = |set: &&String| set.as_str() == "joint.hole=";
     let text = match sets.iter().any(|set| is_no_hole(&set)) {
-        true => edit::without(example.text, "joint.hole"),
+        true => edit::remove_key(example.text, "joint.hole"),
         false => example.text.to_owned(),
     };
     let others = sets.iter().filter(|set| !is_no_hole(set)).cloned();
@@ -176,7 +176,7 @@ fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
 /// keys. Both have the command that runs the scene.
 fn with_heading(example: &Example, path: &Path, text: &str, changed: &[&str]) -> String {
     let name = example.name;
-    let command = format!("fretwear run {}", word(path));
+    let command = format!("fretwear run {}", shell_word(path));
     if changed.is_empty() {
         let shipped = format!("fretwear run pipelines/{name}.toml");
         let text = text.replacen(&shipped, &command, 1);
@@ -184,7 +184,7 @@ fn with_heading(example: &Example, path: &Path, text: &str, changed: &[&str]) ->
             "# The scene {name} that is shipped with fretwear. The sources and results below refer to the\n# shipped scene.\n#\n{text}"
         );
     }
-    let body = edit::without_head(text);
+    let body = edit::remove_heading(text);
     format!(
         "# A new joint, based on the scene {name} that is shipped with fretwear.\n#\n#     {command}\n#\n\
          # Changed keys: {}. Every other value is from the shipped scene: check that it suits your joint.\n\n{body}",

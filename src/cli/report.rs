@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fretwear::recipe::{Check, Recipe};
-use fretwear::report::{ERROR_BARS, Sizes, error_bar_of, figure_with_bar};
+use fretwear::report::{CharacteristicSizes, ERROR_BARS, error_bar_of, figure_with_bar};
 use fretwear::scene::Plan;
 use fretwear::stages::{Ending, Outcome, no_resonance_message};
 use fretwear::tables::{Column, Table};
@@ -39,7 +39,7 @@ fn no_phase_resonance(summary: &Map<String, Value>, plan: &Plan) -> Option<Strin
 ///
 /// As JSON, the object also has the `warnings` of the scene and the `notices` of this start. The notice of a missing
 /// phase resonance is included even if an earlier start found it.
-pub fn outcome(
+pub fn print_outcome(
     outcome: &Outcome,
     plan: &Plan,
     root: &Path,
@@ -61,7 +61,7 @@ pub fn outcome(
         object.insert("warnings".to_owned(), json!(plan.warnings));
         object.insert("notices".to_owned(), json!(notices));
         if outcome.wear_iteration.is_some() {
-            object.insert("cost".to_owned(), cost::spent(&outcome.spent));
+            object.insert("cost".to_owned(), cost::cost_json(&outcome.spent));
         }
         return out.json(&Value::Object(object));
     }
@@ -102,19 +102,19 @@ pub fn outcome(
 }
 
 /// Prints the plausibility checks of the last state, and their remarks.
-pub fn write_judged(out: &mut Results, checks: &[Check]) {
+pub fn write_checks(out: &mut Results, checks: &[Check]) {
     for check in checks {
         out.item(check.what, &check.value);
     }
     for remark in checks.iter().filter_map(|check| check.remark.as_ref()) {
-        out.beside("note: ", remark);
+        out.aligned("note: ", remark);
     }
 }
 
 /// Prints one line per column: name, value, unit, and error bar or upper bound.
 fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
     let last = |name: &str| summary.f64(name).ok().map(|values| values[0]);
-    let sizes = Sizes::of(recipe, last("normal_load"), last("rq"));
+    let sizes = CharacteristicSizes::new(recipe, last("normal_load"), last("rq"));
     for (schema, column) in summary.columns() {
         if ERROR_BARS.iter().any(|(bar, _)| *bar == schema.name) {
             continue;

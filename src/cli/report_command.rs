@@ -6,18 +6,18 @@ use fretwear::report::{Report, RunTables, one_line_name};
 use fretwear::study::claims;
 
 use super::arguments::ReportArguments;
-use super::compare::notices;
+use super::compare::report_skipped;
 use super::{CliError, Exit};
 use crate::terminal::{Results, say};
 
 /// Writes the page on the runs, and prints its path.
 pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, CliError> {
     let (runs, passed_over) = RunTables::open_all(&arguments.runs)?;
-    let mut exit = notices(&passed_over);
-    let mut report = Report::of(&runs)?;
+    let mut exit = report_skipped(&passed_over);
+    let mut report = Report::new(&runs)?;
     if arguments.claims {
         let (evidence, findings) = claims::evaluate(&runs)?;
-        report.add(claims::section(&findings, &evidence));
+        report.add_section(claims::section(&findings, &evidence));
     }
     let page = match (&arguments.output, &arguments.runs[..]) {
         (Some(page), _) => page.clone(),

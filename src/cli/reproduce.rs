@@ -8,7 +8,7 @@ use fretwear::report::{Report, RunTables};
 use fretwear::scene::{self, Plan};
 use fretwear::store::{FileSystem, RealFileSystem};
 use fretwear::study::claims::{self, Evidence, Finding};
-use fretwear::study::{BASE, JOINTS, Law, OTHERS, Shipped};
+use fretwear::study::{BASE, JOINT_SCENES, LAW_INDEPENDENT_SCENES, Law, ShippedScene};
 use serde_json::json;
 
 use super::arguments::{Execution, ReproduceArguments};
@@ -67,7 +67,7 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
         execution.quiet = true;
     }
     let outcomes = many::run_all(&execution, "scene", &jobs)?;
-    for (job, error) in jobs.iter().zip(&outcomes.ended) {
+    for (job, error) in jobs.iter().zip(&outcomes.failures) {
         if let (Some(error), true) = (error, execution.quiet && !arguments.execution.quiet) {
             say(&format!("{} failed: {error}", job.name));
         }
@@ -75,22 +75,22 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
     if outcomes.stopped {
         say(&format!(
             "stopped after {} of {} scenes; run the same command again to continue",
-            outcomes.ended.len(),
+            outcomes.failures.len(),
             jobs.len()
         ));
         return Ok(Exit::Stopped);
     }
     let runs = jobs
         .iter()
-        .zip(&outcomes.ended)
+        .zip(&outcomes.failures)
         .filter(|(_, failure)| failure.is_none())
         .map(|(job, _)| RunTables::open(&job.root))
         .collect::<Result<Vec<_>, _>>()?;
     let (evidence, findings) = claims::evaluate(&runs)?;
     claims::write(&findings, &evidence, &runs, folder)?;
     let page = folder.join("report.html");
-    let mut report = Report::of(&runs)?;
-    report.begin(
+    let mut report = Report::new(&runs)?;
+    report.set_title_and_first_section(
         "The claims of the paper",
         claims::section(&findings, &evidence),
     );
@@ -103,7 +103,7 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
             "written: {page}, with claims.md and claims.parquet in the same folder"
         ));
     }
-    match outcomes.ended.into_iter().flatten().next() {
+    match outcomes.failures.into_iter().flatten().next() {
         Some(error) => Err(error.into()),
         None => Ok(Exit::Done),
     }
@@ -125,7 +125,7 @@ fn command(scene: &Scene, job: &Job, sets: &[String]) -> Command {
 fn print(findings: &[Finding], evidence: &[Evidence], as_json: bool, out: &mut Results) {
     if as_json {
         let studies = claims::studies(evidence);
-        let numbers: Vec<_> = studies.iter().flat_map(claims::beside).collect();
+        let numbers: Vec<_> = studies.iter().flat_map(claims::compare_numbers).collect();
         out.json(
             &json!({ "claims": claims::CLAIMS.to_vec(), "findings": findings, "numbers": numbers }),
         );
@@ -154,7 +154,7 @@ fn scenes_named_by_file(paths: Vec<PathBuf>) -> Vec<Scene> {
 fn write_shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
     write_if_missing(folder, BASE)?;
     let mut scenes = Vec::new();
-    let mut add = |law: Law, shipped: Shipped, is_of_law: bool| {
+    let mut add = |law: Law, shipped: ShippedScene, is_of_law: bool| {
         let path = write_if_missing(&folder.join(law.word()), shipped)?;
         let name = match (law, is_of_law) {
             (Law::Sliders, true) => format!("{}_{}", law.word(), shipped.0),
@@ -166,18 +166,18 @@ fn write_shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
     };
     for &law in laws {
         write_if_missing(&folder.join(law.word()), ("joint", law.joint()))?;
-        for joint in JOINTS {
+        for joint in JOINT_SCENES {
             add(law, joint, true)?;
         }
     }
-    for other in OTHERS {
+    for other in LAW_INDEPENDENT_SCENES {
         add(laws[0], other, false)?;
     }
     Ok(scenes)
 }
 
 /// Writes a scene, unless its file exists.
-fn write_if_missing(folder: &Path, (name, text): Shipped) -> Result<PathBuf, CliError> {
+fn write_if_missing(folder: &Path, (name, text): ShippedScene) -> Result<PathBuf, CliError> {
     let fs = RealFileSystem;
     fs.create_dir_all(folder).map_err(scene_error(folder))?;
     let path = folder.join(format!("{name}.toml"));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fretwear::dynamics::{LinearResonance, LinearResonances};
 use fretwear::recipe::{Inputs, Recipe};
-use fretwear::report::quantity::digits;
+use fretwear::report::quantity::significant_digits;
 use fretwear::stages;
 use fretwear::store::{Cache, RealFileSystem};
 use serde_json::{Value, json};
@@ -35,8 +35,8 @@ impl Unit {
 
     fn level(&self, factor: f64) -> String {
         match self.drive {
-            Some(drive) => format!("{} N", digits(factor * drive, 3)),
-            None => format!("{} times its loads", digits(factor, 3)),
+            Some(drive) => format!("{} N", significant_digits(factor * drive, 3)),
+            None => format!("{} times its loads", significant_digits(factor, 3)),
         }
     }
 }
@@ -58,7 +58,10 @@ pub fn resonances(
     Some(match result {
         Ok(Ok(result)) => Ok(result),
         Ok(Err(outside)) => {
-            let outside = outside.iter().take(SHOWN).map(|f| digits(*f, 4));
+            let outside = outside
+                .iter()
+                .take(SHOWN)
+                .map(|f| significant_digits(*f, 4));
             let outside: Vec<String> = outside.collect();
             let nearby = match outside[..] {
                 [] => "there is none outside it".to_owned(),
@@ -107,29 +110,32 @@ pub fn write(out: &mut Results, recipe: &Recipe, resonances: &Result<LinearReson
         let mut text = format!(
             "mode {}, {} Hz, damping {} %",
             resonance.mode,
-            digits(resonance.frequency, 5),
-            digits(100.0 * resonance.damping_ratio, 3)
+            significant_digits(resonance.frequency, 5),
+            significant_digits(100.0 * resonance.damping_ratio, 3)
         );
         if let Some(response) = resonance.response {
-            let displacement = digits(1e6 * scale * response.displacement, 3);
+            let displacement = significant_digits(1e6 * scale * response.displacement, 3);
             text += &format!("; the response is {displacement} µm");
             if has_contact {
-                let force = digits(scale * response.force, 3);
-                let moment = digits(1e3 * scale * response.moment, 3);
+                let force = significant_digits(scale * response.force, 3);
+                let moment = significant_digits(1e3 * scale * response.moment, 3);
                 text += &format!(", the joint transmits {force} N and {moment} N mm");
             }
         }
         line(name, text);
     }
     if resonances.in_range.len() > 1 {
-        let all = resonances.in_range.iter().map(|f| digits(*f, 4));
+        let all = resonances
+            .in_range
+            .iter()
+            .map(|f| significant_digits(*f, 4));
         let all = all.collect::<Vec<String>>().join(", ");
         line("in the range", format!("{all} Hz; the strongest is used"));
     }
     if let Some(free) = &resonances.free {
-        let from = digits(free.frequency, 5);
+        let from = significant_digits(free.frequency, 5);
         let mut text = match &resonances.tied {
-            Some(tied) => format!("{from} to {} Hz", digits(tied.frequency, 5)),
+            Some(tied) => format!("{from} to {} Hz", significant_digits(tied.frequency, 5)),
             None => format!("from {from} Hz, because the joint fixes the structure to the ground"),
         };
         text += ", while no element opens or closes";

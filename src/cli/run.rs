@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::report::{continuation, word};
+use fretwear::report::{continue_command, shell_word};
 use fretwear::scene::{self, Plan, Scene, SceneError};
 use fretwear::stages::{self, Ending, RunOptions, Source};
 use fretwear::store::{Cache, Layout, RealFileSystem, RunReader, SceneOfRun, StoreError};
@@ -55,9 +55,9 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
     ));
     let watcher = Watcher::new(&plan.inputs.recipe, &root, arguments.execution.quiet);
     let watcher = watcher
-        .stopped_by(&stopping, &continuation(&root))
-        .telling(&plan.checks);
-    plan.warnings.extend(cost::too_large(&plan.inputs));
+        .with_stopping(&stopping, &continue_command(&root))
+        .with_checks(&plan.checks);
+    plan.warnings.extend(cost::memory_warning(&plan.inputs));
     for warning in &plan.warnings {
         say(&format!("warning: {warning}"));
     }
@@ -73,7 +73,7 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         stop: &|commits| stopping.is_asked() || (commits > 0 && stopping.is_late()),
     };
     let result = stages::run(&options, &watcher);
-    stopping.closes();
+    stopping.close();
     watcher.finish();
     let outcome = match result {
         Ok(outcome) => outcome,
@@ -93,10 +93,10 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         (false, false) => Form::Short,
     };
     let notices = watcher.notices();
-    report::outcome(&outcome, &plan, &root, form, &notices, out);
+    report::print_outcome(&outcome, &plan, &root, form, &notices, out);
     if !arguments.json && outcome.summary.is_some() {
         let reader = RunReader::open(Arc::new(RealFileSystem), &root)?;
-        report::write_judged(
+        report::write_checks(
             out,
             &stages::plausibility_checks(&reader, &plan.inputs.recipe)?,
         );
@@ -105,17 +105,20 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
         // Memory and time depend on the machine and are not results, so print them to stderr.
         let memory = cost::memory_in_words();
         let memory = memory.map_or_else(String::new, |memory| format!(", {memory}"));
-        let spent = cost::in_words(&outcome.spent);
+        let spent = cost::cost_text(&outcome.spent);
         say(&format!("  {:<24} {spent}{memory}", "cost"));
         if outcome.ends.is_some_and(|ends| ends.unworn.is_some()) {
-            let root = word(&root);
+            let root = shell_word(&root);
             say(&format!(
                 "look at it:  fretwear report {root}\nall figures: fretwear status {root} --json"
             ));
         }
     }
     if outcome.ending == Ending::Stopped {
-        say(&format!("stopped; continue with: {}", continuation(&root)));
+        say(&format!(
+            "stopped; continue with: {}",
+            continue_command(&root)
+        ));
         return Ok(Exit::Stopped);
     }
     Ok(Exit::Done)
@@ -177,7 +180,7 @@ fn with_recorded_accuracy(
     let reader = RunReader::open(Arc::new(RealFileSystem), root);
     let recorded_keys = reader.map_or_else(
         |_| Vec::new(),
-        |reader| scene.accuracy_begun_with(&reader.record().scene),
+        |reader| scene.accuracy_changed_since(&reader.record().scene),
     );
     if recorded_keys.is_empty() {
         return (scene, sets.to_vec());

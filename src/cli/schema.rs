@@ -1,6 +1,6 @@
 //! `fretwear schema`.
 
-use fretwear::scene::explain::{self, About, KeyAbout, SectionAbout};
+use fretwear::scene::explain::{self, About, KeyDescription, SectionAbout};
 use fretwear::store::table_file;
 use fretwear::tables::{ColumnSchema, ColumnType, Schema, TableName};
 use serde_json::{Map, Value, json};
@@ -84,7 +84,7 @@ pub fn schema(word: Option<&str>, form: Form, out: &mut Results) -> Result<Exit,
 
 /// Keys and columns that mention a word.
 struct SearchResult {
-    keys: Vec<KeyAbout>,
+    keys: Vec<KeyDescription>,
     columns: Vec<(TableName, &'static ColumnSchema)>,
 }
 
@@ -236,7 +236,7 @@ fn section_markdown(section: &SectionAbout, out: &mut Results) {
     writeln!(out);
 }
 
-fn write_key(key: &KeyAbout, out: &mut Results) {
+fn write_key(key: &KeyDescription, out: &mut Results) {
     writeln!(out, "{}\n\n{}\n", key.key, key.meaning);
     for (what, text) in [
         ("type", key.kind.clone()),

@@ -23,7 +23,7 @@ pub fn plan(
 ) -> Result<Exit, CliError> {
     let scene = scene::load(path, sets)?;
     let mut plan = Plan::of(&scene)?;
-    plan.warnings.extend(cost::too_large(&plan.inputs));
+    plan.warnings.extend(cost::memory_warning(&plan.inputs));
     let mut printed =
         json!({ "recipe": plan.inputs.recipe, "decisions": plan.decisions, "checks": plan.checks });
     let (mut rehearsal, mut resonance_results) = (None, None);
@@ -33,7 +33,8 @@ pub fn plan(
             add_warnings_once(&mut plan.warnings, estimate.warnings);
             printed["cost"] = json!(estimate.cost);
             // Times depend on the machine; all other values depend only on the scene.
-            printed["seconds"] = json!({ "run": estimate.seconds, "rehearsal": estimate.took });
+            printed["seconds"] =
+                json!({ "run": estimate.seconds, "rehearsal": estimate.seconds_taken });
             if let Some(resonances) = resonances::resonances(&plan.inputs, path, true) {
                 printed["resonances"] = resonances::json(&resonances);
             }

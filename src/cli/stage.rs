@@ -88,7 +88,7 @@ pub fn stage(arguments: &StageArguments, out: &mut Results) -> Result<Exit, CliE
     }
     match differs.is_empty() {
         true => Ok(Exit::Done),
-        false => Err(CliError::NotTheSame {
+        false => Err(CliError::StageDiffers {
             stage,
             wear_iteration,
             tables: differs.join(", "),

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use std::{fs, io};
 
 use fretwear::recipe::{Recipe, StoredPlan};
-use fretwear::report::{continuation, one_line_name, word};
+use fretwear::report::{continue_command, one_line_name, shell_word};
 use fretwear::stages::{RunCost, RunEnds, RunStatus, plausibility_checks};
 use fretwear::store::{Layout, LockHolder, RealFileSystem, RunReader};
 use fretwear::tables::TableName;
 use fretwear::tables::typed::Summary;
 use serde_json::{Map, Value, json};
 
-use super::figures::{figures_json, worn, write_figures};
-use super::report::{row, write_judged};
+use super::figures::{figures_json, worn_volume_text, write_figures};
+use super::report::{row, write_checks};
 use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped};
 use crate::terminal::{Results, say};
@@ -52,7 +52,7 @@ fn print_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliE
         describe(&mut object, root, &run_status, holder);
         object.insert("failure".to_owned(), json!(failure));
         if run_status.wear_iteration.is_some() {
-            object.insert("cost".to_owned(), cost::spent(&spent));
+            object.insert("cost".to_owned(), cost::cost_json(&spent));
         }
         let figures = ends.as_ref().map(figures_json);
         object.insert("figures".to_owned(), json!(figures.unwrap_or(json!([]))));
@@ -75,24 +75,24 @@ fn print_run(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliE
         }
         if let Some(ends) = &ends {
             write_figures(out, ends);
-            out.item("cost", &cost::in_words(&spent));
+            out.item("cost", &cost::cost_text(&spent));
         }
         if damaged.is_empty() {
-            write_judged(out, &plausibility_checks(&reader, &recipe)?);
+            write_checks(out, &plausibility_checks(&reader, &recipe)?);
         }
         for warning in &warnings {
-            out.beside("warning: ", warning);
+            out.aligned("warning: ", warning);
         }
         for damage in &damaged {
-            out.beside("damaged: ", damage);
+            out.aligned("damaged: ", damage);
         }
         // Do not wrap commands, because users paste them.
         let mut command = |name: &str, text: String| writeln!(out, "  {name:<24} {text}");
         if holder.is_none() && !run_status.done {
-            command("continue", continuation(root));
+            command("continue", continue_command(root));
         }
         if ends.is_some() {
-            let root = word(root);
+            let root = shell_word(root);
             command("look at it", format!("fretwear report {root}"));
             command("all figures", format!("fretwear status {root} --json"));
         }
@@ -145,7 +145,7 @@ fn describe(
         ("seconds_left", json!(run_status.seconds_left)),
         (
             "continue",
-            json!((state == "stopped").then(|| continuation(root))),
+            json!((state == "stopped").then(|| continue_command(root))),
         ),
     ];
     object.extend(values.map(|(name, value)| (name.to_owned(), value)));
@@ -192,7 +192,7 @@ fn write(
 fn progress(run_status: &RunStatus, cycles: u64, summary: &Summary) -> String {
     let goal = run_status.cycles_goal;
     let goal = goal.map_or_else(String::new, |goal| format!(" of {}", grouped(goal)));
-    let worn = worn(
+    let worn = worn_volume_text(
         summary.wear_volume.unwrap_or(0.0),
         summary.error_wear_volume,
     );
@@ -253,7 +253,7 @@ fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
         say(&format!("no run in {}", folder.display()));
     }
     for root in roots {
-        let name = one_line_name(&word(&root));
+        let name = one_line_name(&shell_word(&root));
         match line(&root) {
             Ok(entry) if as_json => out.json(&entry),
             Ok(entry) => writeln!(
@@ -301,7 +301,7 @@ fn line(root: &Path) -> Result<serde_json::Value, CliError> {
         ));
     }
     if let Some(volume) = summary.wear_volume {
-        words.push(worn(volume, summary.error_wear_volume));
+        words.push(worn_volume_text(volume, summary.error_wear_volume));
     }
     words.push(title(&recipe));
     words.retain(|word| !word.is_empty());

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use fretwear::recipe::Counted;
 use fretwear::recipe::MotionKind;
+use fretwear::recipe::ResourceEstimate;
 use fretwear::report::trade::{self, Trial};
 use fretwear::scene::variants::{
     self, BALANCED, Choice, KnobKind, REFERENCE, SkippedVariant, Variant, Variants,
@@ -61,9 +61,9 @@ fn trade_one_scene(
     let (trials, stopped) = run_all(arguments, "variant", &named_jobs.collect::<Vec<_>>())?;
     let (trials, failures) = split_failures(trials);
     let motion = MotionKind::of(&recipe);
-    let trade = trade::trade(&base_scene.name, motion, trials, candidates.base)?;
+    let trade = trade::compare_variants(&base_scene.name, motion, trials, candidates.base)?;
     let left_out: Vec<(String, String)> = candidates
-        .left_out
+        .skipped
         .into_iter()
         .map(|skipped| (skipped.what, skipped.reason))
         .collect();
@@ -144,7 +144,7 @@ fn trade_scenes(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, C
     ];
     if let Some((option, _)) = options.into_iter().find(|(_, is_given)| *is_given) {
         let scenes = paths.len();
-        return Err(CliError::OfOneScene { option, scenes });
+        return Err(CliError::SingleSceneOption { option, scenes });
     }
     let mut scenes: Vec<SceneJobs> = Vec::new();
     for path in paths {
@@ -180,7 +180,7 @@ fn trade_scenes(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, C
         if scene_trials.len() == scene.jobs.len() {
             let (scene_trials, failed) = split_failures(scene_trials);
             failures.extend(failed);
-            trades.push(trade::trade(
+            trades.push(trade::compare_variants(
                 &scene.name,
                 scene.motion,
                 scene_trials,
@@ -251,7 +251,7 @@ fn jobs(path: &Path, sets: &[String], candidates: &mut Variants) -> Result<Vec<J
                 let same = jobs.iter().find(same);
                 match same.filter(|_| variant.kind != KnobKind::Repeat) {
                     // For example, a scene with only `preset = "fast"` equals that preset.
-                    Some(job) => candidates.left_out.push(SkippedVariant {
+                    Some(job) => candidates.skipped.push(SkippedVariant {
                         what,
                         reason: format!("it is the same as {}", job.variant.name),
                     }),
@@ -261,7 +261,7 @@ fn jobs(path: &Path, sets: &[String], candidates: &mut Variants) -> Result<Vec<J
             Err(error) if [BALANCED, REFERENCE].contains(&variant.name.as_str()) => {
                 return Err(error);
             }
-            Err(error) => candidates.left_out.push(SkippedVariant {
+            Err(error) => candidates.skipped.push(SkippedVariant {
                 what,
                 reason: error.to_string(),
             }),
@@ -295,13 +295,13 @@ fn run_all(
         })
         .collect();
     let outcomes = many::run_all(&arguments.execution, what, &runs)?;
-    let ended = jobs.iter().zip(outcomes.ended);
+    let ended = jobs.iter().zip(outcomes.failures);
     let trials = ended.map(|((_, root, job), failure)| {
         // Memory with the structure in the cache, because the runs share it.
         let trial = Trial {
             variant: job.variant.clone(),
             root: root.clone(),
-            memory: Counted::least_memory(&job.plan.inputs),
+            memory: ResourceEstimate::least_memory(&job.plan.inputs),
             failure: failure.as_ref().map(ToString::to_string),
         };
         let is_reference = job.variant.name == REFERENCE;

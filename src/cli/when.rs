@@ -9,12 +9,12 @@ use fretwear::campaign::{self, Lifetimes, State};
 use fretwear::milestones::{Crossing, Figure, History, Milestone, MilestoneError, Missing, States};
 use fretwear::recipe::StoredPlan;
 use fretwear::report::quantity::{self, Units};
-use fretwear::report::{continuation, figure_with_bar, one_line_name, word};
+use fretwear::report::{continue_command, figure_with_bar, one_line_name, shell_word};
 use fretwear::stages::RunStatus;
 use fretwear::store::{RealFileSystem, RunReader};
 use serde_json::{Value, json};
 
-use super::figures::in_unit;
+use super::figures::format_with_unit;
 use super::{CliError, Exit};
 use crate::progress::grouped;
 use crate::terminal::{Results, say};
@@ -56,7 +56,7 @@ pub struct WhenArguments {
 }
 
 /// Note on the effects that the lost preload does not include.
-pub const OF_THIS_JOINT: &str = "only the wear of this joint reduces the load here; the bars exclude embedding under head, nut and thread, and the scatter of tightening";
+pub const PRELOAD_NOTE: &str = "only the wear of this joint reduces the load here; the bars exclude embedding under head, nut and thread, and the scatter of tightening";
 
 /// A milestone and its crossing in the history of a run.
 struct Answer<'a> {
@@ -78,7 +78,7 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
         return Err(CliError::NothingWears { path: root.clone() });
     }
     let standing = RunStatus::of(&reader, &recipe)?;
-    let states = States::of(&reader)?;
+    let states = States::read(&reader)?;
     if states.is_empty() {
         say(&format!("{}: no state is committed yet", root.display()));
         return Ok(Exit::Stopped);
@@ -109,10 +109,10 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
             out.item(&answer.milestone.words(), &answer.words());
         }
         if !arguments.preload.is_empty() {
-            out.beside("", OF_THIS_JOINT);
+            out.aligned("", PRELOAD_NOTE);
         }
         if !standing.done && reader.holder()?.is_none() {
-            writeln!(out, "  {:<24} {}", "continue", continuation(root));
+            writeln!(out, "  {:<24} {}", "continue", continue_command(root));
         }
     }
     Ok(match standing.done {
@@ -123,7 +123,7 @@ pub fn when(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliErr
 
 /// Prints after how many cycles the runs of a campaign reach milestones.
 fn when_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, CliError> {
-    let folder = campaign::Folder::at(Arc::new(RealFileSystem), &arguments.run);
+    let folder = campaign::CampaignFolder::at(Arc::new(RealFileSystem), &arguments.run);
     let (about, campaign) = folder.open()?;
     let histories = campaign::Histories::of(&folder, &campaign)?;
     if histories.is_empty() {
@@ -142,7 +142,7 @@ fn when_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, C
     };
     let (failed, open) = (
         count(State::Failed),
-        count(State::Waiting) + count(State::Begun),
+        count(State::Waiting) + count(State::Incomplete),
     );
     let mut lifetimes = Vec::new();
     for milestone in arguments.milestones() {
@@ -170,7 +170,7 @@ fn when_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, C
             "failed": failed,
             "open": open,
             "uncollected": histories.uncollected,
-            "without_a_state": histories.without,
+            "without_a_state": histories.without_state,
             "milestones": milestones.collect::<Vec<Value>>(),
         }));
     } else {
@@ -187,15 +187,15 @@ fn when_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, C
             points.iter().for_each(|point| write_point(point, out));
         }
         if !arguments.preload.is_empty() {
-            out.beside("", OF_THIS_JOINT);
+            out.aligned("", PRELOAD_NOTE);
         }
         if !histories.uncollected.is_empty() {
             let rows = histories.uncollected.len();
-            out.beside("note: ", &format!("{rows} completed rows are not collected and do not count: run `fretwear campaign collect --dir {}`", word(&arguments.run)));
+            out.aligned("note: ", &format!("{rows} completed rows are not collected and do not count: run `fretwear campaign collect --dir {}`", shell_word(&arguments.run)));
         }
-        if !histories.without.is_empty() {
-            let rows = histories.without.len();
-            out.beside(
+        if !histories.without_state.is_empty() {
+            let rows = histories.without_state.len();
+            out.aligned(
                 "note: ",
                 &format!(
                     "{rows} rows failed or were stopped before their first state, and do not count"
@@ -211,9 +211,9 @@ fn when_campaign(arguments: &WhenArguments, out: &mut Results) -> Result<Exit, C
 
 fn lifetimes_json(point: &Lifetimes) -> Value {
     let quantiles = |quantile_list: &[Quantile]| -> Vec<Value> {
-        let objects = quantile_list
-            .iter()
-            .map(|q| json!({ "part": q.part, "cycles": q.cycles, "low": q.low, "high": q.high }));
+        let objects = quantile_list.iter().map(
+            |q| json!({ "part": q.probability, "cycles": q.cycles, "low": q.low, "high": q.high }),
+        );
         objects.collect()
     };
     let keys = point
@@ -225,7 +225,7 @@ fn lifetimes_json(point: &Lifetimes) -> Value {
         "runs": point.runs,
         "passed": point.passed,
         "end": point.end,
-        "within": { "latest": point.within[0], "nominal": point.within[1], "earliest": point.within[2] },
+        "within": { "latest": point.share_within[0], "nominal": point.share_within[1], "earliest": point.share_within[2] },
         "earliest": quantiles(&point.earliest),
         "latest": quantiles(&point.latest),
     })
@@ -241,7 +241,9 @@ fn write_point(point: &Lifetimes, out: &mut Results) {
     if !keys.is_empty() {
         writeln!(out, "    {}", keys.join(", "));
     }
-    let [late, nominal, early] = point.within.map(|part| format!("{:.0} %", 100.0 * part));
+    let [late, nominal, early] = point
+        .share_within
+        .map(|part| format!("{:.0} %", 100.0 * part));
     let end = grouped(point.end as u64);
     let (runs, not_passed) = (point.runs, point.runs - point.passed);
     writeln!(
@@ -270,7 +272,7 @@ fn write_point(point: &Lifetimes, out: &mut Results) {
         writeln!(
             out,
             "    {:>6.0} %  {:<44} {}",
-            100.0 * earliest.part,
+            100.0 * earliest.probability,
             quantile_text(earliest),
             quantile_text(latest)
         );
@@ -315,7 +317,7 @@ fn answer<'a>(
     let unworn = match (states.begins_worn, milestone.figure, load) {
         (false, ..) => first,
         (true, Figure::Preload, Some(load)) => load,
-        (true, ..) if milestone.target.is_of_unworn() => {
+        (true, ..) if milestone.target.is_relative_to_unworn() => {
             return Err(CliError::NoMilestone {
                 path: root.to_owned(),
                 figure: milestone.figure.name(),
@@ -333,7 +335,7 @@ fn answer<'a>(
         return Err(CliError::Milestone(error));
     }
     let is_passed = (level - unworn) * (level - first) <= 0.0 && unworn != first;
-    let crossing = is_passed.then(|| history.passed_before());
+    let crossing = is_passed.then(|| history.crossed_before_start());
     let crossing = crossing
         .or_else(|| history.crossing(level))
         .ok_or_else(|| {
@@ -423,12 +425,14 @@ impl Answer<'_> {
         let first = self.history.values[0];
         let unit = quantity::unit_of(units_of(self.milestone.figure), value.abs().max(first));
         match first == 0.0 {
-            true => figure_with_bar(value, bar / value, 0.0, |value| in_unit(value, unit)),
+            true => figure_with_bar(value, bar / value, 0.0, |value| {
+                format_with_unit(value, unit)
+            }),
             false => format!(
                 "{} became {}, ± {}",
-                in_unit(first, unit),
-                in_unit(value, unit),
-                in_unit(bar, unit)
+                format_with_unit(first, unit),
+                format_with_unit(value, unit),
+                format_with_unit(bar, unit)
             ),
         }
     }

@@ -9,10 +9,10 @@ use std::f64::consts::{LN_2, PI};
 use crate::grid::Patch;
 
 /// Excess area per edge of the rim, as a fraction of a cell.
-const OF_EDGE: f64 = (PI - 1.0 + LN_2) / 24.0;
+const EXCESS_PER_EDGE: f64 = (PI - 1.0 + LN_2) / 24.0;
 
 /// Up to this many cells in contact, the area may be off by twice the root of their number.
-const FEW: usize = 16;
+const SMALL_CELL_COUNT: usize = 16;
 
 /// Real area of contact of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,8 +27,9 @@ pub struct ContactArea {
 impl ContactArea {
     /// Computes the area of the kept cells where `touches` is true. Edges of the joint and of its holes are not part of
     /// the rim. `wraps` joins opposite sides of the grid of a periodic contact.
-    pub fn of(patch: &Patch, wraps: bool, touches: impl Fn(usize) -> bool) -> ContactArea {
-        let in_contact = (0..patch.grid.len()).filter(|&cell| patch.kept[cell] && touches(cell));
+    pub fn new(patch: &Patch, wraps: bool, touches: impl Fn(usize) -> bool) -> ContactArea {
+        let in_contact =
+            (0..patch.grid.len()).filter(|&cell| patch.is_in_joint[cell] && touches(cell));
         let (mut cells, mut edges) = (0usize, 0);
         for cell in in_contact {
             cells += 1;
@@ -36,8 +37,9 @@ impl ContactArea {
             edges += others.filter(|&other| !touches(other)).count();
         }
         let cell_area = patch.grid.cell_area();
-        let statistical_cells = (cells as f64).sqrt() * if cells <= FEW { 2.0 } else { 1.0 };
-        let excess = OF_EDGE * edges as f64 * cell_area;
+        let statistical_cells =
+            (cells as f64).sqrt() * if cells <= SMALL_CELL_COUNT { 2.0 } else { 1.0 };
+        let excess = EXCESS_PER_EDGE * edges as f64 * cell_area;
         ContactArea {
             corrected: cells as f64 * cell_area - excess,
             grid_error: excess.max(statistical_cells * cell_area),

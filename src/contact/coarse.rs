@@ -7,18 +7,18 @@ use super::kernel::CellIntegrals;
 /// Fraction of newly free cells, relative to all free cells, above which the springs are reset. The neighbours of a
 /// newly free cell still have a spring to the ground that no longer exists. With more such cells M − S would not be
 /// positive.
-const CAME: f64 = 0.003;
+const MAX_ADDED_FRACTION: f64 = 0.003;
 
 /// Number of springs on cells that are no longer free, relative to all free cells, above which the springs are reset.
 /// Springs that are too soft only cost iterations.
-const GONE: f64 = 0.1;
+const MAX_REMOVED_FRACTION: f64 = 0.1;
 
 /// Limit of the pairwise update of the springs: changed cells times free cells, per cell of the grid. Beyond it a
 /// transform is faster.
-const ONE_BY_ONE: usize = 16;
+const MAX_PAIRS_PER_CELL: usize = 16;
 
 /// Far field, and the springs of the cells that were free when the springs were set.
-pub(super) struct Coarse {
+pub(super) struct FarFieldCorrection {
     far_field: FarField<1>,
     /// Block of each cell of the grid.
     block: Vec<u32>,
@@ -36,12 +36,12 @@ pub(super) struct Coarse {
     sums: Vec<f64>,
 }
 
-impl Coarse {
+impl FarFieldCorrection {
     /// `compliance` returns the displacement of a point under the field's traction on a rectangle at the given offset.
     pub(super) fn new(half_space: &HalfSpace, compliance: impl Fn(CellIntegrals) -> f64) -> Self {
         let far_field = FarField::new(half_space, |cell| [[compliance(cell)]]);
         let block = far_field.blocks();
-        Coarse {
+        FarFieldCorrection {
             springs: vec![0.0; block.len()],
             is_free: vec![false; block.len()],
             cells: Vec::new(),
@@ -55,18 +55,18 @@ impl Coarse {
     }
 
     /// Returns false if there is no correction because nodes provide the far field.
-    pub(super) fn exists(&self) -> bool {
+    pub(super) fn has_correction(&self) -> bool {
         self.far_field.exists()
     }
 
     /// Returns true if too many of the `free` cells differ from the cells of the springs.
     pub(super) fn is_stale(&self, free: &[usize]) -> bool {
-        if !self.exists() {
+        if !self.has_correction() {
             return false;
         }
         let (added, removed) = self.changes(free);
         let all = free.len() as f64;
-        added as f64 > CAME * all || removed as f64 > GONE * all
+        added as f64 > MAX_ADDED_FRACTION * all || removed as f64 > MAX_REMOVED_FRACTION * all
     }
 
     /// Counts the `free` cells without a spring, and the springs on cells that are not free.
@@ -77,9 +77,10 @@ impl Coarse {
 
     /// Returns true if updating the springs to the `free` cells pair by pair is cheaper than a transform. The update
     /// needs the kernel.
-    pub(super) fn is_near(&self, free: &[usize]) -> bool {
+    pub(super) fn can_update(&self, free: &[usize]) -> bool {
         let (added, removed) = self.changes(free);
-        !self.cells.is_empty() && (added + removed) * free.len() <= ONE_BY_ONE * self.block.len()
+        !self.cells.is_empty()
+            && (added + removed) * free.len() <= MAX_PAIRS_PER_CELL * self.block.len()
     }
 
     /// Returns the kernel if it is still to be filled: the preconditioner applied to a unit displacement of the first
@@ -89,7 +90,7 @@ impl Coarse {
     }
 
     /// Updates the springs to the `free` cells, pair by pair. `scaling` scales both the displacement and the pressure.
-    pub(super) fn follow(&mut self, free: &[usize], scaling: impl Fn(usize) -> f64) {
+    pub(super) fn update_springs(&mut self, free: &[usize], scaling: impl Fn(usize) -> f64) {
         let (columns, mean) = (self.columns, self.mean);
         let kernel = &self.kernel;
         let between = |a: usize, b: usize| {

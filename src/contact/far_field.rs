@@ -36,12 +36,12 @@ pub(super) struct FarField<const A: usize> {
     /// G, the Cholesky factor of the springs of each block.
     roots: Vec<[[f64; A]; A]>,
     /// Unknowns with springs. The other unknowns are not needed.
-    held: Vec<usize>,
+    sprung_unknowns: Vec<usize>,
     /// Position of each unknown in `held`, or `usize::MAX` if it has no springs.
-    places: Vec<usize>,
+    positions: Vec<usize>,
     /// L between the unknowns of `held`, and the Cholesky factor of 1 + Gᵀ L G. The factor is empty if there is no
     /// correction.
-    held_compliance: Vec<f64>,
+    sprung_compliance: Vec<f64>,
     factor: Vec<f64>,
     moved: Vec<f64>,
     inner: Vec<f64>,
@@ -91,7 +91,7 @@ impl<const A: usize> FarField<A> {
         if let Some(nodal) = added {
             // The nodal compliance acts along the normal only. The springs act on that axis as well.
             for (place, value) in nodal
-                .between(&blocks_of(grid, [mx, my]))
+                .block_compliance(&blocks_of(grid, [mx, my]))
                 .into_iter()
                 .enumerate()
             {
@@ -105,9 +105,9 @@ impl<const A: usize> FarField<A> {
             compliance: matrix,
             size,
             roots: vec![[[0.0; A]; A]; mx * my],
-            held: Vec::new(),
-            places: vec![usize::MAX; size],
-            held_compliance: Vec::new(),
+            sprung_unknowns: Vec::new(),
+            positions: vec![usize::MAX; size],
+            sprung_compliance: Vec::new(),
             factor: Vec::new(),
             moved: vec![0.0; size],
             inner: Vec::new(),
@@ -139,24 +139,24 @@ impl<const A: usize> FarField<A> {
             *root = root_of(*springs);
         }
         let (size, roots) = (self.size, &self.roots);
-        self.held.clear();
-        self.held
+        self.sprung_unknowns.clear();
+        self.sprung_unknowns
             .extend((0..size).filter(|k| roots[k / A][k % A][k % A] > 0.0));
-        self.places.fill(usize::MAX);
-        for (place, &k) in self.held.iter().enumerate() {
-            self.places[k] = place;
+        self.positions.fill(usize::MAX);
+        for (place, &k) in self.sprung_unknowns.iter().enumerate() {
+            self.positions[k] = place;
         }
-        let n = self.held.len();
-        self.held_compliance.clear();
+        let n = self.sprung_unknowns.len();
+        self.sprung_compliance.clear();
         let mut m = std::mem::take(&mut self.factor);
         m.clear();
         // Assemble 1 + Gᵀ L G, and factorise it in place.
-        for (i, &row) in self.held.iter().enumerate() {
+        for (i, &row) in self.sprung_unknowns.iter().enumerate() {
             let (p, u) = (row / A, row % A);
             let compliance_row = &self.compliance[row * size..(row + 1) * size];
-            self.held_compliance
-                .extend(self.held.iter().map(|&k| compliance_row[k]));
-            for &column in &self.held {
+            self.sprung_compliance
+                .extend(self.sprung_unknowns.iter().map(|&k| compliance_row[k]));
+            for &column in &self.sprung_unknowns {
                 let (q, v) = (column / A, column % A);
                 let mut sum = 0.0;
                 for w in u..A {
@@ -188,7 +188,7 @@ impl<const A: usize> FarField<A> {
     /// Applies (L⁻¹ + S)⁻¹ to `sums`, the sums over each block of S times a source. Unknowns without springs get 0.
     /// Returns `None` if there is no correction.
     pub(super) fn moved(&mut self, sums: &[f64]) -> Option<&[f64]> {
-        let n = self.held.len();
+        let n = self.sprung_unknowns.len();
         if self.factor.is_empty() {
             return None;
         }
@@ -197,18 +197,18 @@ impl<const A: usize> FarField<A> {
             out.clear();
             out.extend(compliance.chunks_exact(n).map(|row| dot(row, x)));
         };
-        let (roots, held) = (&self.roots, &self.held);
+        let (roots, held) = (&self.roots, &self.sprung_unknowns);
         let FarField {
             inner,
             outer,
-            places,
+            positions: places,
             ..
         } = self;
         let value =
             |values: &[f64], unknown: usize| values.get(places[unknown]).copied().unwrap_or(0.0);
         inner.clear();
         inner.extend(held.iter().map(|&k| sums[k]));
-        product(inner, outer, &self.held_compliance);
+        product(inner, outer, &self.sprung_compliance);
         inner.clear();
         inner.extend(held.iter().map(|&k| {
             let (p, u) = (k / A, k % A);
@@ -237,7 +237,7 @@ impl<const A: usize> FarField<A> {
             let terms = (0..=u).map(|w| roots[p][u][w] * value(inner, A * p + w));
             terms.sum::<f64>()
         }));
-        product(outer, inner, &self.held_compliance);
+        product(outer, inner, &self.sprung_compliance);
         for (reduction, &unknown) in inner.iter().zip(held) {
             self.moved[unknown] -= reduction;
         }

@@ -182,18 +182,18 @@ impl HalfSpace {
 
     /// Sets a gauge that counts transforms for progress reports.
     pub fn set_gauge(&mut self, gauge: Gauge) {
-        self.workspace.gauge = gauge;
+        self.workspace.progress_counter = gauge;
     }
 
     /// Returns the pairs of transforms since the last call, in units of a pair of the compliance's convolution, and
     /// resets the count.
     pub fn take_pairs(&mut self) -> f64 {
-        self.workspace.take_pairs()
+        self.workspace.take_pair_count()
     }
 
     /// Adds pairs that [`HalfSpace::take_pairs`] returned before, so that the next call counts them.
     pub fn count_pairs(&mut self, pairs: f64) {
-        self.workspace.count_pairs(pairs);
+        self.workspace.add_pair_count(pairs);
     }
 
     /// Returns the displacement of a cell under unit pressure on itself alone \[m/Pa\]. It is the scale of the smallest
@@ -308,7 +308,7 @@ impl HalfSpace {
 
     /// Computes an approximate shear along one axis for a displacement along the same axis. Ignores the shear that this
     /// displacement causes along the other axis.
-    pub(super) fn own_shear_inverse(
+    pub(super) fn single_axis_shear_inverse(
         &mut self,
         axis: usize,
         displacement: &[f64],
@@ -440,16 +440,16 @@ impl HalfSpace {
     }
 }
 
-/// The preconditioner's plane is longer than the grid by one part in `MARGIN` along each side. Without this margin,
+/// The preconditioner's plane is longer than the grid by one part in `MARGIN_DIVISOR` along each side. Without this margin,
 /// cells at opposite edges of a free contact would couple.
-const MARGIN: usize = 32;
+const MARGIN_DIVISOR: usize = 32;
 
 /// Returns the number of points of the preconditioner's plane. The plane of a periodic contact is the grid itself, even
 /// if a transform of that length is slow.
 fn inverse_plane(grid: Grid, boundary: Boundary) -> [usize; 2] {
     let cells = [grid.nx, grid.ny];
     match boundary {
-        Boundary::Free => cells.map(|n| fast_length(n + n.div_ceil(MARGIN))),
+        Boundary::Free => cells.map(|n| fast_length(n + n.div_ceil(MARGIN_DIVISOR))),
         Boundary::Periodic => cells,
     }
 }

@@ -24,13 +24,13 @@ pub struct Interpolation {
     counts: [usize; 2],
     /// For each row and column of cells: the lowest node that contributes along the axis, and the weights of this node
     /// and of the next two.
-    along: [Vec<(usize, [f64; 3])>; 2],
+    axis_weights: [Vec<(usize, [f64; 3])>; 2],
     /// Cells next to missing nodes, and how their nodal weights differ from the weights of the mean.
-    moved: Vec<(usize, Vec<(usize, f64)>)>,
+    weight_changes: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
 /// Nodal weights below this are rounding and dropped.
-const PARTLESS: f64 = 1e-14;
+const NEGLIGIBLE_WEIGHT: f64 = 1e-14;
 
 /// Returns the integral from −1 to `at` of the hat function on −1 to 1 with height 1.
 fn hat_integral(at: f64) -> f64 {
@@ -74,14 +74,14 @@ impl Interpolation {
         Interpolation {
             grid,
             counts,
-            along: [along(grid.nx, counts[0]), along(grid.ny, counts[1])],
-            moved: Vec::new(),
+            axis_weights: [along(grid.nx, counts[0]), along(grid.ny, counts[1])],
+            weight_changes: Vec::new(),
         }
     }
 
     /// Removes missing nodes. A cell that draws on a missing node takes the interpolation at its centre instead of its
     /// mean, so that forces keep their moments. A cell whose centre itself needs a missing node keeps its weights.
-    pub fn without(mut self, is_there: impl Fn(usize) -> bool) -> Self {
+    pub fn without_missing_nodes(mut self, is_there: impl Fn(usize) -> bool) -> Self {
         let [nx, ny] = [self.grid.nx, self.grid.ny];
         let at_centre = |cells: usize, rectangles: usize, cell: usize| {
             // Integers in units of half a cell avoid rounding.
@@ -90,7 +90,7 @@ impl Interpolation {
             let upper = (twice - 2 * cells * node) as f64 / (2 * cells) as f64;
             [(node, 1.0 - upper), (node + 1, upper)]
         };
-        self.moved.clear();
+        self.weight_changes.clear();
         let mut moved = Vec::new();
         for cell in 0..self.grid.len() {
             let (i, j) = self.grid.cell(cell);
@@ -103,7 +103,7 @@ impl Interpolation {
                 .map(|((m, x), (n, y))| (m * (self.counts[1] + 1) + n, x * y))
                 .filter(|(_, weight)| *weight > 0.0)
                 .collect();
-            let around: Vec<(usize, f64)> = self.around(cell).collect();
+            let around: Vec<(usize, f64)> = self.nodal_weights(cell).collect();
             let is_within = centre.iter().all(|(node, _)| is_there(*node));
             if is_within && around.iter().any(|(node, _)| !is_there(*node)) {
                 let mut change: BTreeMap<usize, f64> = BTreeMap::new();
@@ -116,7 +116,7 @@ impl Interpolation {
                 moved.push((cell, change.into_iter().collect()));
             }
         }
-        self.moved = moved;
+        self.weight_changes = moved;
         self
     }
 
@@ -136,12 +136,14 @@ impl Interpolation {
     }
 
     /// Returns the nodes that contribute to a cell, with their weights, which sum to one.
-    pub fn around(&self, cell: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub fn nodal_weights(&self, cell: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let (i, j) = self.grid.cell(cell);
-        let ((m, x), (n, y)) = (self.along[0][i], self.along[1][j]);
+        let ((m, x), (n, y)) = (self.axis_weights[0][i], self.axis_weights[1][j]);
         let width = self.counts[1] + 1;
-        let changes = self.moved.binary_search_by_key(&cell, |(cell, _)| *cell);
-        let changes = changes.map_or(&[][..], |place| &self.moved[place].1);
+        let changes = self
+            .weight_changes
+            .binary_search_by_key(&cell, |(cell, _)| *cell);
+        let changes = changes.map_or(&[][..], |place| &self.weight_changes[place].1);
         let pairs =
             (0..3).flat_map(move |a| (0..3).map(move |b| ((m + a) * width + n + b, x[a] * y[b])));
         pairs
@@ -152,18 +154,18 @@ impl Interpolation {
                     .find(|(changed_node, _)| *changed_node == node);
                 (node, weight + change.map_or(0.0, |(_, change)| *change))
             })
-            .filter(|(_, weight)| *weight > PARTLESS)
+            .filter(|(_, weight)| *weight > NEGLIGIBLE_WEIGHT)
     }
 
     /// Returns Sᵀ `field`: for each node the sum over the cells, weighted by the node's contribution.
-    pub fn sums(&self, field: &[f64]) -> Vec<f64> {
+    pub fn apply_transpose(&self, field: &[f64]) -> Vec<f64> {
         let width = self.counts[1] + 1;
         // Two extra rows and columns of nodes take the zero weights of the last cells.
         let mut sums = vec![0.0; (self.counts[0] + 3) * width];
         let mut row_sums = vec![0.0; width + 2];
-        for (row, &(m, x)) in field.chunks_exact(self.grid.ny).zip(&self.along[0]) {
+        for (row, &(m, x)) in field.chunks_exact(self.grid.ny).zip(&self.axis_weights[0]) {
             row_sums.fill(0.0);
-            for (value, &(n, y)) in row.iter().zip(&self.along[1]) {
+            for (value, &(n, y)) in row.iter().zip(&self.axis_weights[1]) {
                 for (sum, weight) in row_sums[n..n + 3].iter_mut().zip(y) {
                     *sum += weight * value;
                 }
@@ -176,7 +178,7 @@ impl Interpolation {
             }
         }
         sums.truncate(self.nodes());
-        for (cell, weights) in &self.moved {
+        for (cell, weights) in &self.weight_changes {
             weights
                 .iter()
                 .for_each(|(node, weight)| sums[*node] += weight * field[*cell]);
@@ -185,10 +187,13 @@ impl Interpolation {
     }
 
     /// `field` += `factor` S `values`.
-    pub fn add(&self, factor: f64, values: &[f64], field: &mut [f64]) {
+    pub fn add_interpolated(&self, factor: f64, values: &[f64], field: &mut [f64]) {
         let width = self.counts[1] + 1;
         let mut row_values = vec![0.0; width + 2];
-        for (row, &(m, x)) in field.chunks_exact_mut(self.grid.ny).zip(&self.along[0]) {
+        for (row, &(m, x)) in field
+            .chunks_exact_mut(self.grid.ny)
+            .zip(&self.axis_weights[0])
+        {
             row_values.fill(0.0);
             for (k, weight) in x.into_iter().enumerate().take(self.counts[0] + 1 - m) {
                 let node_values = &values[(m + k) * width..(m + k + 1) * width];
@@ -196,12 +201,12 @@ impl Interpolation {
                     *value += factor * weight * node_value;
                 }
             }
-            for (value, &(n, y)) in row.iter_mut().zip(&self.along[1]) {
+            for (value, &(n, y)) in row.iter_mut().zip(&self.axis_weights[1]) {
                 *value +=
                     y[0] * row_values[n] + y[1] * row_values[n + 1] + y[2] * row_values[n + 2];
             }
         }
-        for (cell, weights) in &self.moved {
+        for (cell, weights) in &self.weight_changes {
             let change = weights.iter().map(|(node, weight)| weight * values[*node]);
             field[*cell] += factor * change.sum::<f64>();
         }
@@ -265,7 +270,7 @@ impl NodalCompliance {
             return;
         };
         let nodes = self.interpolation.nodes();
-        let [x, y] = shear.map(|q| self.interpolation.sums(q));
+        let [x, y] = shear.map(|q| self.interpolation.apply_transpose(q));
         let mut nodal_displacement = [product(&compliance.xx, &x), product(&compliance.yy, &y)];
         for (value, from_y) in nodal_displacement[0]
             .iter_mut()
@@ -280,13 +285,14 @@ impl NodalCompliance {
         }
         for (nodal, displacement) in nodal_displacement.iter().zip(displacement) {
             let area = self.interpolation.grid.cell_area();
-            self.interpolation.add(area, nodal, displacement);
+            self.interpolation
+                .add_interpolated(area, nodal, displacement);
         }
     }
 
     /// Returns the mean separation of blocks of cells under a pressure summed over the cells of each block \[m/Pa\],
     /// row by row. `blocks` holds the block of every cell, and every block must have a cell.
-    pub(super) fn between(&self, blocks: &[u32]) -> Vec<f64> {
+    pub(super) fn block_compliance(&self, blocks: &[u32]) -> Vec<f64> {
         let (nodes, count) = (
             self.interpolation.nodes(),
             blocks.iter().max().map_or(0, |last| *last as usize + 1),
@@ -295,7 +301,7 @@ impl NodalCompliance {
         let mut weights = vec![BTreeMap::new(); count];
         for (cell, &block) in blocks.iter().enumerate() {
             cells[block as usize] += 1.0;
-            for (node, weight) in self.interpolation.around(cell) {
+            for (node, weight) in self.interpolation.nodal_weights(cell) {
                 *weights[block as usize].entry(node).or_insert(0.0) += weight;
             }
         }
@@ -322,10 +328,10 @@ impl NodalCompliance {
     }
 
     fn add(&self, matrix: &[f64], traction: &[f64], displacement: &mut [f64]) {
-        let nodal_displacement = product(matrix, &self.interpolation.sums(traction));
+        let nodal_displacement = product(matrix, &self.interpolation.apply_transpose(traction));
         let area = self.interpolation.grid.cell_area();
         self.interpolation
-            .add(area, &nodal_displacement, displacement);
+            .add_interpolated(area, &nodal_displacement, displacement);
     }
 }
 

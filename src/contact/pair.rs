@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use crate::material::Elastic;
 
 /// |β| below which bodies count as elastically alike. Equal constants differ by less, through rounding.
-const ALIKE: f64 = 1e-12;
+const LEAST_BETA: f64 = 1e-12;
 
 /// Pair of bodies in contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -42,7 +42,7 @@ impl Pair {
     /// Returns true if pressure causes tangential displacement and shear causes normal displacement: |β| above
     /// rounding.
     pub fn is_coupled(&self) -> bool {
-        self.dundurs_beta().abs() > ALIKE
+        self.dundurs_beta().abs() > LEAST_BETA
     }
 
     /// Returns γ = (1 − 2ν)/(4πG) of the lower body less that of the upper body = β/(πE*) \[1/Pa\]. It is the factor of

@@ -8,14 +8,14 @@
 use std::f64::consts::{PI, TAU};
 
 use super::Check;
-use super::machine::{REBUILD, judged};
+use super::machine::{REBUILD, with_tolerance};
 use crate::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
 use crate::contact::tangential::{self, CellState, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{Boundary, ContactError, Elastic, HalfSpace, Pair, Shear, stiffness};
 use crate::dynamics::oscillator::mass_on_springs;
 use crate::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Settings,
-    Slider,
+    BalanceSettings, ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics,
+    Oscillator, Slider,
 };
 use crate::grid::{Grid, Patch};
 use crate::reference::{
@@ -93,7 +93,7 @@ impl Measure {
             .number("exact", exact)
             .number("relative_error", error)
             .number("tolerance", tolerance);
-        Some(judged(check, error, tolerance))
+        Some(with_tolerance(check, error, tolerance))
     }
 }
 
@@ -394,9 +394,9 @@ fn jenkins_oscillator(at: Resolution) -> Measures {
         vec![element],
         Harmonics::up_to(1),
         vec![Oscillator::load(0, FORCE, 0.0)],
-        Settings {
+        BalanceSettings {
             samples: 32 * at.refinement,
-            ..Settings::default()
+            ..BalanceSettings::default()
         },
     )?;
     let resonance = balance.phase_resonance((4000.0, 7500.0), None)?;

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::machine::quartile;
+use super::machine::lower_quartile_time;
 use super::{Check, State};
 use crate::store::{EntryKind, FileSystem, LockAttempt};
 use crate::tables::{Provenance, TableName, TypedTable, from_parquet, to_parquet, typed};
@@ -18,7 +18,7 @@ const SLOW_COMMIT: f64 = 0.25;
 /// Size of the committed test file \[B\].
 const COMMIT_BYTES: usize = 300_000;
 
-const ELSEWHERE: &str = "give a writable folder on a local disk: fretwear doctor DIR";
+const FOLDER_ADVICE: &str = "give a writable folder on a local disk: fretwear doctor DIR";
 
 /// Checks space, commits, lock and tables in the folder for runs.
 pub(super) fn folder(fs: &dyn FileSystem, requested: &Path) -> Vec<Check> {
@@ -26,20 +26,20 @@ pub(super) fn folder(fs: &dyn FileSystem, requested: &Path) -> Vec<Check> {
         Ok(existing) => existing,
         Err(error) => {
             let description = format!("{}: {error}", requested.display());
-            return vec![Check::failed("folder", description, ELSEWHERE)];
+            return vec![Check::failed("folder", description, FOLDER_ADVICE)];
         }
     };
     let mut checks = vec![space(fs, requested, &existing)];
     let work = existing.join(format!(".fretwear-doctor-{}", std::process::id()));
     if let Err(error) = fs.create_dir_all(&work) {
         let description = format!("cannot create a folder in {}: {error}", existing.display());
-        checks.push(Check::failed("commit", description, ELSEWHERE));
+        checks.push(Check::failed("commit", description, FOLDER_ADVICE));
         return checks;
     }
     checks.extend([commit(fs, &work), lock(fs, &work), tables(fs, &work)]);
     if let Err(error) = fs.remove_dir_all(&work) {
         let description = format!("cannot remove {}: {error}", work.display());
-        checks.push(Check::failed("removal", description, ELSEWHERE));
+        checks.push(Check::failed("removal", description, FOLDER_ADVICE));
     }
     checks
 }
@@ -74,7 +74,7 @@ fn space(fs: &dyn FileSystem, requested: &Path, existing: &Path) -> Check {
         Ok(free) => free,
         Err(error) => {
             let description = format!("unknown in {}: {error}", existing.display());
-            return Check::failed(NAME, description, ELSEWHERE);
+            return Check::failed(NAME, description, FOLDER_ADVICE);
         }
     };
     let place = if requested == existing {
@@ -85,9 +85,9 @@ fn space(fs: &dyn FileSystem, requested: &Path, existing: &Path) -> Check {
     let description = format!("{:.1} GB in {place}", free as f64 / 1e9);
     let check = Check::ok(NAME, description).number("bytes", free as f64);
     if free < NO_SPACE {
-        check.but(State::Failed, "free some space, or give another folder")
+        check.with_advice(State::Failed, "free some space, or give another folder")
     } else if free < LITTLE_SPACE {
-        check.but(
+        check.with_advice(
             State::Warning,
             "enough for some runs; `fretwear plan SCENE` shows the disk space of a run, and output.keep reduces it",
         )
@@ -121,18 +121,18 @@ fn commit(fs: &dyn FileSystem, work: &Path) -> Check {
         Ok(())
     };
     let mut result = Ok(());
-    let seconds = quartile(|| {
+    let seconds = lower_quartile_time(|| {
         if result.is_ok() {
             result = commit_once();
         }
     });
     match result {
-        Err(error) => Check::failed(NAME, error.to_string(), ELSEWHERE),
+        Err(error) => Check::failed(NAME, error.to_string(), FOLDER_ADVICE),
         Ok(()) => {
             let description = format!("written, synced and renamed in {:.1} ms", 1e3 * seconds);
             let check = Check::ok(NAME, description).number("seconds", seconds);
             if seconds > SLOW_COMMIT {
-                check.but(
+                check.with_advice(
                     State::Warning,
                     "every iteration waits for this; keep runs on a local disk",
                 )
@@ -198,9 +198,9 @@ fn tables(fs: &dyn FileSystem, work: &Path) -> Check {
         Ok(false) => Check::failed(
             NAME,
             "a table has other values after reading it back",
-            ELSEWHERE,
+            FOLDER_ADVICE,
         ),
-        Err(error) => Check::failed(NAME, error.to_string(), ELSEWHERE),
+        Err(error) => Check::failed(NAME, error.to_string(), FOLDER_ADVICE),
     }
 }
 
@@ -210,7 +210,7 @@ pub(super) fn cache(fs: &dyn FileSystem, root: Option<&Path>) -> Check {
     const ADVICE: &str =
         "every run reduces its structure again (seconds); set FRETWEAR_CACHE to a writable folder";
     let Some(root) = root else {
-        return Check::ok(NAME, "switched off").but(State::Warning, ADVICE);
+        return Check::ok(NAME, "switched off").with_advice(State::Warning, ADVICE);
     };
     let place = root.display();
     let inspect_cache = || -> io::Result<(u64, usize)> {
@@ -244,6 +244,8 @@ pub(super) fn cache(fs: &dyn FileSystem, root: Option<&Path>) -> Check {
         )
         .number("bytes", bytes as f64)
         .number("structures", results as f64),
-        Err(error) => Check::ok(NAME, format!("{place}: {error}")).but(State::Warning, ADVICE),
+        Err(error) => {
+            Check::ok(NAME, format!("{place}: {error}")).with_advice(State::Warning, ADVICE)
+        }
     }
 }

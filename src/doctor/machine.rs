@@ -28,7 +28,7 @@ const SLOW: f64 = 2e9;
 
 pub(super) const REBUILD: &str = "build the program again, with `cargo test --release`; if it fails again, memory or processor may be faulty";
 
-pub(super) fn quartile(mut work: impl FnMut()) -> f64 {
+pub(super) fn lower_quartile_time(mut work: impl FnMut()) -> f64 {
     let mut times: Vec<f64> = (0..REPEATS)
         .map(|_| {
             let begin = Instant::now();
@@ -44,13 +44,13 @@ pub(super) fn quartile(mut work: impl FnMut()) -> f64 {
 pub fn seconds_of_pair(half_space: &mut HalfSpace) -> f64 {
     let cells = half_space.grid().len();
     let (pressure, mut displacement) = (vec![1.0; cells], vec![0.0; cells]);
-    quartile(|| half_space.normal(&pressure, &mut displacement))
+    lower_quartile_time(|| half_space.normal(&pressure, &mut displacement))
 }
 
 /// Measures the time per operation of a dense matrix product \[s\].
 pub fn seconds_of_operation() -> f64 {
     let matrix = Matrix::from_fn(ORDER, ORDER, |i, j| 1.0 / (1.0 + i as f64 + j as f64));
-    let product = quartile(|| {
+    let product = lower_quartile_time(|| {
         black_box(matrix.times(&matrix));
     });
     product / (2.0 * (ORDER as f64).powi(3))
@@ -83,13 +83,13 @@ fn processor() -> Check {
     .number("threads", threads as f64)
     .number("operations_per_second", rate);
     if machine.architecture == "x86_64" && !(has("avx2") && has("fma")) {
-        return check.but(
+        return check.with_advice(
             State::Warning,
             "without avx2 and fma runs take several times as long; on a virtual machine, pass the host processor through",
         );
     }
     if rate < SLOW {
-        return check.but(
+        return check.with_advice(
             State::Warning,
             "slow for a release build; was it built with --release, and is the machine busy?",
         );
@@ -115,7 +115,7 @@ fn transforms() -> Check {
     )
     .number("relative_error", error)
     .number("seconds_of_pair", seconds);
-    judged(check, error, ROUNDING)
+    with_tolerance(check, error, ROUNDING)
 }
 
 /// Returns the largest error of a convolution against its direct sum, relative to the largest value.
@@ -161,18 +161,18 @@ fn factors() -> Check {
             )
             .number("residual_lu", lu)
             .number("residual_cholesky", cholesky);
-            judged(check, if lu >= cholesky { lu } else { cholesky }, ROUNDING)
+            with_tolerance(check, if lu >= cholesky { lu } else { cholesky }, ROUNDING)
         }
         Err(error) => Check::failed(NAME, error.to_string(), REBUILD),
     }
 }
 
 /// Fails the check unless the error is at most the tolerance. NaN fails.
-pub(super) fn judged(check: Check, error: f64, tolerance: f64) -> Check {
+pub(super) fn with_tolerance(check: Check, error: f64, tolerance: f64) -> Check {
     if error <= tolerance {
         check
     } else {
-        check.but(State::Failed, REBUILD)
+        check.with_advice(State::Failed, REBUILD)
     }
 }
 

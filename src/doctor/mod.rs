@@ -55,11 +55,11 @@ impl Check {
     }
 
     fn failed(name: &'static str, found: impl Into<String>, advice: &str) -> Check {
-        Check::ok(name, found).but(State::Failed, advice)
+        Check::ok(name, found).with_advice(State::Failed, advice)
     }
 
     /// Sets a state other than `Ok`, with advice.
-    fn but(mut self, state: State, advice: &str) -> Check {
+    fn with_advice(mut self, state: State, advice: &str) -> Check {
         self.state = state;
         self.advice = Some(advice.to_owned());
         self

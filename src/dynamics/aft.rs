@@ -22,7 +22,7 @@ pub trait InterfaceElement: Sync {
     fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool;
 
     /// Returns the share of the element that follows the reference at every sample, if the whole element does not.
-    fn following_share(&self, _displacement: &[[f64; 3]]) -> f64 {
+    fn reference_share(&self, _displacement: &[[f64; 3]]) -> f64 {
         0.0
     }
 
@@ -52,12 +52,12 @@ pub trait InterfaceElement: Sync {
         force: &mut [[f64; 3]],
         derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
-    ) -> Closure;
+    ) -> PeriodicityError;
 }
 
 /// Periodicity error of a cycle of friction forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closure {
+pub struct PeriodicityError {
     /// Number of simulated cycles.
     pub cycles: usize,
     /// Change of the force from one cycle to the next, relative to its largest value.
@@ -66,21 +66,21 @@ pub struct Closure {
     pub largest: f64,
 }
 
-impl Closure {
+impl PeriodicityError {
     /// Closure of a force without memory.
-    pub const EXACT: Closure = Closure {
+    pub const EXACT: PeriodicityError = PeriodicityError {
         cycles: 1,
         change: 0.0,
         largest: 0.0,
     };
 
     /// Returns the closure of the sum of two forces: the largest values add up, and so do the changes.
-    pub(super) fn and(self, other: Closure) -> Closure {
+    pub(super) fn and(self, other: PeriodicityError) -> PeriodicityError {
         if self.largest == 0.0 {
             return other;
         }
         let largest = self.largest + other.largest;
-        Closure {
+        PeriodicityError {
             cycles: self.cycles.max(other.cycles),
             change: (self.change * self.largest + other.change * other.largest) / largest,
             largest,
@@ -128,7 +128,7 @@ impl ForceDerivatives<'_> {
 
     /// Returns the persistent changes of the derivatives of both tangential forces that begin at sample `j`: the row of
     /// x, then the row of y, `3 × coefficients` each.
-    pub fn persistent_derivatives(&mut self, j: usize) -> &mut [f64] {
+    pub fn lasting_change(&mut self, j: usize) -> &mut [f64] {
         let width = 6 * self.coefficients;
         let Parts {
             from,
@@ -298,7 +298,7 @@ impl Sampling {
         force: &mut [f64],
         mut jacobian: Option<&mut [f64]>,
         work: &mut Workspace,
-    ) -> Closure {
+    ) -> PeriodicityError {
         let closure = self.sampled(element, displacement, force, jacobian.as_deref_mut(), work);
         element.add_exactly(&self.harmonics, displacement, force, jacobian);
         closure
@@ -312,7 +312,7 @@ impl Sampling {
         force: &mut [f64],
         jacobian: Option<&mut [f64]>,
         work: &mut Workspace,
-    ) -> Closure {
+    ) -> PeriodicityError {
         let n = self.harmonics.coefficients();
         self.synthesise_into(displacement, &mut work.displacement);
         let Some(jacobian) = jacobian else {

@@ -97,7 +97,7 @@ pub enum BackboneEnd {
         level: f64,
     },
     /// It ends before the last level: the structure of the next level could not be built.
-    Broken {
+    StructureError {
         /// The level of that structure.
         level: f64,
     },
@@ -142,7 +142,7 @@ impl DrivenStructure {
 
 impl Vibration {
     /// Combines this vibration with one of its balances.
-    pub fn with_balance(&self, balance: HarmonicBalance<ContactElement>) -> DrivenStructure {
+    pub fn driven_structure(&self, balance: HarmonicBalance<ContactElement>) -> DrivenStructure {
         DrivenStructure {
             balance,
             mass: self.model.mass.clone(),
@@ -170,7 +170,7 @@ impl Vibration {
         let rows = balance.load_rows.clone();
         let mean = balance.harmonics().slot_of(0);
         let n = balance.harmonics().coefficients();
-        let driven = self.with_balance(balance);
+        let driven = self.driven_structure(balance);
         let drive = driven.drive();
         let scale = |driven: &mut DrivenStructure, force: f64| {
             let factor = force / drive;
@@ -184,7 +184,7 @@ impl Vibration {
             Ok(())
         };
         let mut branch = Branch::new(driven, scale, LevelParameter::Force);
-        let (backbone, _) = branch.along::<DynamicsError>(&targets, levels.count.is_none())?;
+        let (backbone, _) = branch.follow::<DynamicsError>(&targets, levels.count.is_none())?;
         Ok(backbone)
     }
 }
@@ -200,11 +200,11 @@ impl Vibration {
 /// The errors of `build` before the first phase resonance. [`DynamicsError::OutOfRange`] for levels that form no range.
 /// The error of [`HarmonicBalance::phase_resonance`] at the first value if no later value has a phase resonance either.
 /// If the resonance ceases on the way, the backbone ends.
-pub fn resonance_over<E: From<DynamicsError>>(
+pub fn resonance_over_parameter<E: From<DynamicsError>>(
     levels: LoadLevels,
     mut build: impl FnMut(f64) -> Result<DrivenStructure, E>,
 ) -> Result<(Backbone, Option<E>), E> {
-    let targets = levels.targets(LevelParameter::Parameter)?;
+    let targets = levels.targets(LevelParameter::OtherParameter)?;
     let mut current_value = targets[0];
     let driven = build(current_value)?;
     // Building a structure may cost far more than its resonance, so no value is built twice in a row.
@@ -215,8 +215,8 @@ pub fn resonance_over<E: From<DynamicsError>>(
         }
         Ok(())
     };
-    Branch::new(driven, set_level, LevelParameter::Parameter)
-        .along(&targets, levels.count.is_none())
+    Branch::new(driven, set_level, LevelParameter::OtherParameter)
+        .follow(&targets, levels.count.is_none())
 }
 
 impl LoadLevels {
@@ -231,7 +231,7 @@ impl LoadLevels {
                     "a positive finite number of newtons",
                     is_positive(from),
                 ),
-                LevelParameter::Parameter => (
+                LevelParameter::OtherParameter => (
                     "the first level of the backbone",
                     from,
                     "a positive finite number",
@@ -245,7 +245,7 @@ impl LoadLevels {
                     "a finite number of newtons above the least force",
                     to > from && to.is_finite(),
                 ),
-                LevelParameter::Parameter => (
+                LevelParameter::OtherParameter => (
                     "the last level of the backbone",
                     to,
                     "a positive finite number other than the first",

@@ -66,7 +66,7 @@ pub enum LevelParameter {
     /// bounds it.
     Force,
     /// Another parameter, over which the amplitude may rise or fall.
-    Parameter,
+    OtherParameter,
 }
 
 /// Continuation along a backbone, from level to level. `set` brings the structure to a level.
@@ -102,7 +102,7 @@ impl<S> Branch<S> {
     /// # Errors
     /// The error of `set` before the first point. The error of the solver at the first level if no later level has a
     /// phase resonance either.
-    pub fn along<E>(&mut self, targets: &[f64], is_free: bool) -> Result<(Backbone, Option<E>), E>
+    pub fn follow<E>(&mut self, targets: &[f64], is_free: bool) -> Result<(Backbone, Option<E>), E>
     where
         E: From<DynamicsError>,
         S: FnMut(&mut DrivenStructure, f64) -> Result<(), E>,
@@ -131,7 +131,7 @@ impl<S> Branch<S> {
                 let result = match self.step(before.as_ref(), &last, level) {
                     Ok(result) => result,
                     Err(error) => {
-                        end = BackboneEnd::Broken { level };
+                        end = BackboneEnd::StructureError { level };
                         broken = Some(error);
                         break 'targets;
                     }
@@ -317,7 +317,7 @@ impl<S> Branch<S> {
                 level,
                 force: match self.over {
                     LevelParameter::Force => level,
-                    LevelParameter::Parameter => self.driven.drive(),
+                    LevelParameter::OtherParameter => self.driven.drive(),
                 },
                 frequency: response.frequency(),
                 damping_ratio: (energy.friction + energy.viscous + energy.hysteretic)
@@ -339,7 +339,7 @@ impl LevelParameter {
     fn growths(self, step: f64) -> [f64; 2] {
         match self {
             LevelParameter::Force => [step.min(0.0), step.max(0.0)],
-            LevelParameter::Parameter => [-step.abs(), step.abs()],
+            LevelParameter::OtherParameter => [-step.abs(), step.abs()],
         }
     }
 

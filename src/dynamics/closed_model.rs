@@ -49,12 +49,12 @@ pub struct ClosedModel {
     /// Z.
     pub core: Box<dyn Core>,
     /// Number of the first coordinates that matter to a preconditioner; the others respond nearly statically.
-    pub leading: usize,
+    pub leading_coordinates: usize,
     /// Own flexibility of each element \[m/N\], `contact_dofs × 3`, three rows per element: the element's block of R
     /// and of the static response of the coordinates that are not leading.
-    pub local: Option<Matrix>,
+    pub element_flexibility: Option<Matrix>,
     /// Rigid body motions without support, `ports × motions`, each scaled to a largest entry of 1.
-    pub floating: Option<Matrix>,
+    pub rigid_motions: Option<Matrix>,
 }
 
 impl ClosedModel {
@@ -161,11 +161,11 @@ impl ClosedModel {
     }
 
     /// Restricts the model to some of its ports, in this precision.
-    pub(crate) fn among(&self, ports: &[usize], precision: Precision) -> Among {
+    pub(crate) fn restricted_to(&self, ports: &[usize], precision: Precision) -> PortModel {
         let basis = self.basis.as_ref().map(|basis| rows_of(basis, ports));
         let residual = self.residual.as_ref();
         let residual = residual.map(|residual| square_of(residual, ports));
-        Among {
+        PortModel {
             ports: ports.to_vec(),
             parts: match precision {
                 Precision::Double => Parts::Double(PortMatrices::new(basis, residual)),
@@ -227,12 +227,12 @@ impl<T: Scalar> PortMatrices<T> {
 }
 
 /// Model restricted to some of its ports.
-pub(crate) struct Among {
+pub(crate) struct PortModel {
     pub(crate) ports: Vec<usize>,
     parts: Parts,
 }
 
-impl Among {
+impl PortModel {
     /// Computes the coefficients of the displacement of these ports due to forces at them, dof by dof.
     pub(crate) fn respond(
         &self,

@@ -15,7 +15,7 @@
 //! cycle to the steady one. Between samples the displacement is straight and the load changes linearly; the law is
 //! integrated exactly for this motion.
 
-use super::aft::{Closure, ForceDerivatives, InterfaceElement, Scratch};
+use super::aft::{ForceDerivatives, InterfaceElement, PeriodicityError, Scratch};
 use super::march::March;
 use super::slider::{FrictionLaw, Slider};
 use super::spring::Spring;
@@ -63,7 +63,7 @@ pub struct ElementCycle {
     /// The worst state.
     pub state: ElementState,
     /// Periodicity error of the cycle.
-    pub closure: Closure,
+    pub closure: PeriodicityError,
 }
 
 impl ContactElement {
@@ -101,7 +101,7 @@ impl ContactElement {
             dissipated_energy: 0.0,
             slip_path: 0.0,
             state: ElementState::Stick,
-            closure: Closure::EXACT,
+            closure: PeriodicityError::EXACT,
         };
         let scale = displacement
             .iter()
@@ -116,9 +116,9 @@ impl ContactElement {
             } else {
                 1.0 / self.sliders.len() as f64
             };
-            let kt = slider.gripping_stiffness(self.friction_coefficient);
+            let kt = slider.effective_tangential_stiffness(self.friction_coefficient);
             if self.is_linear(slider, displacement) {
-                let kt = if slider.bears() { kt } else { 0.0 };
+                let kt = if slider.bears_load_at_rest() { kt } else { 0.0 };
                 cycle.closure = cycle.closure.and(linear(kt, displacement));
                 for ((u, sum), count) in displacement.iter().zip(&mut cycle.force).zip(&mut count) {
                     let load = slider.bilateral_load(u[2]);
@@ -190,11 +190,11 @@ impl ContactElement {
         displacement: &[[f64; 3]],
         derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
-    ) -> Closure {
-        if slider.gripping_stiffness(self.friction_coefficient) == 0.0 {
+    ) -> PeriodicityError {
+        if slider.effective_tangential_stiffness(self.friction_coefficient) == 0.0 {
             scratch.force.clear();
             scratch.force.resize(displacement.len(), [0.0; 2]);
-            return Closure::EXACT;
+            return PeriodicityError::EXACT;
         }
         let march = March {
             slider,
@@ -252,9 +252,12 @@ impl InterfaceElement for ContactElement {
     }
 
     fn reference_stiffness(&self) -> [f64; 3] {
-        let bearing = self.sliders.iter().filter(|slider| slider.bears());
+        let bearing = self
+            .sliders
+            .iter()
+            .filter(|slider| slider.bears_load_at_rest());
         bearing.fold([0.0; 3], |[x, y, n], slider| {
-            let kt = slider.gripping_stiffness(self.friction_coefficient);
+            let kt = slider.effective_tangential_stiffness(self.friction_coefficient);
             [x + kt, y + kt, n + slider.normal_stiffness]
         })
     }
@@ -269,7 +272,7 @@ impl InterfaceElement for ContactElement {
             })
     }
 
-    fn following_share(&self, displacement: &[[f64; 3]]) -> f64 {
+    fn reference_share(&self, displacement: &[[f64; 3]]) -> f64 {
         let (law, friction) = (self.law, self.friction_coefficient);
         let follows = |slider: &&Slider| slider.follows_reference(law, friction, displacement);
         let following = self.sliders.iter().filter(follows).count();
@@ -309,15 +312,15 @@ impl InterfaceElement for ContactElement {
         force: &mut [[f64; 3]],
         mut derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
-    ) -> Closure {
+    ) -> PeriodicityError {
         self.normal_forces(displacement, force, derivative.as_deref_mut());
         self.stop_forces(displacement, force, derivative.as_deref_mut());
-        let mut closure = Closure::EXACT;
+        let mut closure = PeriodicityError::EXACT;
         let (mut linear_stiffness, mut marched_stiffness) = (0.0, 0.0);
         for slider in &self.sliders {
-            let kt = slider.gripping_stiffness(self.friction_coefficient);
+            let kt = slider.effective_tangential_stiffness(self.friction_coefficient);
             if self.is_linear(slider, displacement) {
-                if slider.bears() {
+                if slider.bears_load_at_rest() {
                     linear_stiffness += kt;
                 }
                 continue;
@@ -403,10 +406,10 @@ impl ContactElement {
 }
 
 /// Returns the closure of a force `kt` times the displacement.
-fn linear(kt: f64, displacement: &[[f64; 3]]) -> Closure {
+fn linear(kt: f64, displacement: &[[f64; 3]]) -> PeriodicityError {
     let squares = displacement.iter().map(|u| u[0] * u[0] + u[1] * u[1]);
-    Closure {
+    PeriodicityError {
         largest: kt * squares.fold(0.0_f64, f64::max).sqrt(),
-        ..Closure::EXACT
+        ..PeriodicityError::EXACT
     }
 }

@@ -13,10 +13,10 @@ use std::collections::VecDeque;
 use num_complex::Complex64;
 
 use super::aft::InterfaceElement;
-use super::effort::Effort;
-use super::forced_response::gives_energy;
-use super::newton::{Condition, Frame, Term};
-use super::predictor::{REMEMBERED, extrapolated_number, extrapolated_start};
+use super::effort::EvaluationBudget;
+use super::forced_response::friction_gives_energy;
+use super::newton::{Condition, SolverCache, Term};
+use super::predictor::{PREDICTOR_POINTS, extrapolated_number, extrapolated_start};
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 use crate::journal::Journal;
 
@@ -117,7 +117,7 @@ struct Branch {
     /// first step goes along the frequency.
     heading: Option<(Vec<f64>, f64)>,
     /// Solver frame of the last step, for reuse in the next.
-    frame: Option<Frame>,
+    frame: Option<SolverCache>,
 }
 
 impl<'a, E: InterfaceElement> Continuation<'a, E> {
@@ -172,14 +172,14 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     /// # Errors
     /// [`DynamicsError::NoResonance`] if the branch returns beyond `settings.from`, the errors of [`Self::new`] and of
     /// a step.
-    pub(super) fn reach(
+    pub(super) fn response_at_end(
         balance: &'a HarmonicBalance<E>,
         settings: ContinuationSettings,
         before: Option<&Response>,
         now: &Response,
         width: f64,
     ) -> Result<Response, DynamicsError> {
-        let mut path = Continuation::onwards(balance, settings, before, now)?;
+        let mut path = Continuation::from_response(balance, settings, before, now)?;
         path.width = width;
         for response in path {
             let response = response?;
@@ -200,7 +200,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(super) fn onwards(
+    pub(super) fn from_response(
         balance: &'a HarmonicBalance<E>,
         settings: ContinuationSettings,
         before: Option<&Response>,
@@ -231,7 +231,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         settings: ContinuationSettings,
         resonance: &Response,
     ) -> Option<Continuation<'a, E>> {
-        let mut path = Continuation::onwards(balance, settings, None, resonance).ok()?;
+        let mut path = Continuation::from_response(balance, settings, None, resonance).ok()?;
         path.keeps_frame = true;
         let place = path.drive_place()?;
         let Progress::Underway(branch) = &mut path.state else {
@@ -357,7 +357,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                     let is_long =
                         distance(&next_point, &this_point) > 4.0 * step.max(settings.least_step);
                     if (cosine >= SHARPEST && !is_long) || step <= KINK * settings.least_step {
-                        let most_iterations = if self.balance.is_costly {
+                        let most_iterations = if self.balance.has_expensive_jacobian {
                             EASY_CHORDS
                         } else {
                             EASY
@@ -373,13 +373,13 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                             let curvature = 2.0 * f64::min(cosine, 1.0).acos() / length;
                             longest = longest.min(BEND / curvature.sqrt());
                         }
-                        let unphysical = match gives_energy(&next) {
+                        let unphysical = match friction_gives_energy(&next) {
                             true => branch.unphysical + 1,
                             false => 0,
                         };
                         let mut past = branch.past;
                         past.push_back(branch.now);
-                        if past.len() >= REMEMBERED {
+                        if past.len() >= PREDICTOR_POINTS {
                             past.pop_front();
                         }
                         return Ok(Branch {
@@ -421,7 +421,7 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         here: &[f64],
         tangent: &[f64],
         step: f64,
-        frame: &mut Option<Frame>,
+        frame: &mut Option<SolverCache>,
     ) -> Result<Response, DynamicsError> {
         let width = self.width;
         let by_omega = tangent[tangent.len() - 1];
@@ -450,7 +450,9 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let guess = ahead.unwrap_or_else(|| {
             let now = branch.now.start();
             let mut guess = match &branch.heading {
-                Some((_, angle)) => now.turned(self.balance.harmonics(), angle * step, 1.0),
+                Some((_, angle)) => {
+                    now.delayed_and_scaled(self.balance.harmonics(), angle * step, 1.0)
+                }
                 None => now,
             };
             guess.omega = branch.now.omega + step * by_omega * width;
@@ -458,11 +460,11 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         });
         let start = self.balance.start_from(&guess, guess.omega, 1.0)?;
         if !self.keeps_frame {
-            return self.balance.newton(start, 1.0, &condition);
+            return self.balance.solve_or_read(start, 1.0, &condition);
         }
         let tolerance = self.balance.settings.tolerance;
         self.balance
-            .newton_from(frame, tolerance, start, 1.0, &condition)
+            .solve_with_frame(frame, tolerance, start, 1.0, &condition)
     }
 
     /// Predicts the response at a distance along the branch, or returns `None` if there is a single point.
@@ -512,11 +514,15 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         let omega = find(now, now - before, &displacement_at)?;
         let normalised = points.iter().zip(&displacements);
         let normalised: Vec<Start> = normalised
-            .map(|(response, u)| response.start().turned(harmonics, -u.arg(), 1.0 / u.norm()))
+            .map(|(response, u)| {
+                response
+                    .start()
+                    .delayed_and_scaled(harmonics, -u.arg(), 1.0 / u.norm())
+            })
             .collect();
         let u = displacement_at(omega)?;
         let mut ahead = extrapolated_start(&normalised, &omegas, omega)?;
-        ahead = ahead.turned(harmonics, u.arg(), u.norm());
+        ahead = ahead.delayed_and_scaled(harmonics, u.arg(), u.norm());
         // Friction locks in mean displacements. A mean that extrapolation did not predict better than the last value
         // keeps the last value.
         let (last, earlier) = normalised.split_last()?;
@@ -626,7 +632,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// # Errors
     /// The error of [`Continuation`] if the parts leave out a frequency.
     pub fn branch(&self, settings: ContinuationSettings) -> Result<Vec<Response>, DynamicsError> {
-        let (mut parts, stopped) = self.parts(settings, &|_| None)?;
+        let (mut parts, stopped) = self.branch_or_parts(settings, &|_| None)?;
         let Some(error) = stopped else {
             return Ok(parts.swap_remove(0));
         };
@@ -653,7 +659,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// # Errors
     /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
     #[allow(clippy::type_complexity)]
-    pub fn parts(
+    pub fn branch_or_parts(
         &self,
         settings: ContinuationSettings,
         fallback: &dyn Fn(f64) -> Option<Response>,
@@ -694,7 +700,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             },
         };
         self.gauge.add_point(first.omega);
-        let path = Continuation::onwards(self, settings, None, &first)?;
+        let path = Continuation::from_response(self, settings, None, &first)?;
         let mut points = vec![first];
         for response in path {
             match response {
@@ -731,7 +737,7 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
     ///
     /// It is followed from the resonance in both directions, in parallel if there are threads. Returns `None` if a
     /// direction does not reach its end.
-    pub(super) fn through(
+    pub(super) fn branch_through_resonance(
         &self,
         settings: ContinuationSettings,
         resonance: &Response,
@@ -750,7 +756,7 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
         let follow = || {
             let parts = self.threads.map(directions, |settings| {
                 let branch_balance = HarmonicBalance {
-                    effort: Effort::default(),
+                    effort: EvaluationBudget::default(),
                     journal: Journal::default(),
                     ..self.clone()
                 };
@@ -768,7 +774,7 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
             .chain(&resonance.displacement)
             .copied()
             .collect();
-        let [mut branch, above] = self.kept_branches(&inputs, follow)?;
+        let [mut branch, above] = self.stored_or_computed_branches(&inputs, follow)?;
         branch.reverse();
         branch.push(resonance.clone());
         branch.extend(above);

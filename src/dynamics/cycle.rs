@@ -48,10 +48,10 @@ pub struct WorkBetweenEnds {
     /// The ratio for all elements together, at most [`LARGEST_PART`].
     pub work_part: f64,
     /// Sum over the elements of the change of energy due to the ratios, over the dissipation of all elements.
-    pub changed: f64,
+    pub changed_share: f64,
     /// Dissipation that the ratios do not represent, over the dissipation of all elements: some elements slip only
     /// because their load varies.
-    pub untold: f64,
+    pub unrepresented_share: f64,
     /// Work of friction between the ends, for each element \[J\].
     pub energy: Vec<f64>,
     /// Force of all elements along the line at its first end, under the loads at rest, as [`JointCycle::force_along`]
@@ -122,8 +122,8 @@ impl WorkBetweenEnds {
                 true => (all / between).min(LARGEST_PART),
                 false => 1.0,
             },
-            changed: share_of_total(changed),
-            untold: share_of_total(untold),
+            changed_share: share_of_total(changed),
+            unrepresented_share: share_of_total(untold),
             energy: energy_between,
             force_along,
             force_part: match force_along > 0.0 {

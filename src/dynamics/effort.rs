@@ -5,30 +5,30 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counter of evaluations with an upper bound.
 #[derive(Debug)]
-pub(super) struct Effort {
+pub(super) struct EvaluationBudget {
     spent: AtomicU64,
     bound: AtomicU64,
 }
 
-impl Clone for Effort {
-    fn clone(&self) -> Effort {
-        Effort {
+impl Clone for EvaluationBudget {
+    fn clone(&self) -> EvaluationBudget {
+        EvaluationBudget {
             spent: self.spent().into(),
             bound: self.bound.load(Ordering::Relaxed).into(),
         }
     }
 }
 
-impl Default for Effort {
-    fn default() -> Effort {
-        Effort {
+impl Default for EvaluationBudget {
+    fn default() -> EvaluationBudget {
+        EvaluationBudget {
             spent: 0.into(),
             bound: u64::MAX.into(),
         }
     }
 }
 
-impl Effort {
+impl EvaluationBudget {
     /// Allows this number of further evaluations.
     pub(super) fn allow(&self, evaluations: u64) {
         let bound = self.spent().saturating_add(evaluations);

@@ -127,7 +127,7 @@ pub enum DynamicsError {
     #[error(
         "the search for steady states stopped at {frequency:.6} Hz, as it reached its limit of evaluations; narrow dynamics.frequency"
     )]
-    Spent {
+    EvaluationLimit {
         /// Frequency \[Hz\].
         frequency: f64,
     },
@@ -175,7 +175,7 @@ pub enum DynamicsError {
          the force by 90°. The resonance at {found:.6} Hz in the range of dynamics.frequency is another one. Continue from the worn state with `--from` \
          and another drive, response or range of dynamics.frequency"
     )]
-    Lost {
+    ResonanceLost {
         /// Frequency of the tracked resonance \[Hz\].
         before: f64,
         /// Frequency of the resonance that was found instead \[Hz\].
@@ -187,7 +187,7 @@ pub enum DynamicsError {
         "the phase resonance could not be tracked up to the full load: the last one, at {part:.4} of the load, is at {frequency:.6} Hz with {:.0} % of the sliders slipping; lower the amplitudes in `dynamics.force`, raise the friction limit (`contact.normal_load`), or use other `dynamics.harmonics`; at a larger load the resonance may lie outside of `dynamics.frequency` (last attempt: {last})",
         100.0 * slipping, part = load_factor
     )]
-    Overloaded {
+    ResonanceNotTracked {
         /// Frequency of the last resonance \[Hz\].
         frequency: f64,
         /// Share of the load at the last resonance.
@@ -219,17 +219,17 @@ impl DynamicsError {
         matches!(
             self,
             DynamicsError::NotConverged { .. }
-                | DynamicsError::Spent { .. }
+                | DynamicsError::EvaluationLimit { .. }
                 | DynamicsError::Krylov { .. }
                 | DynamicsError::NoResonance { .. }
-                | DynamicsError::Lost { .. }
-                | DynamicsError::Overloaded { .. }
+                | DynamicsError::ResonanceLost { .. }
+                | DynamicsError::ResonanceNotTracked { .. }
                 | DynamicsError::StepTooSmall { .. }
         )
     }
 
     /// Returns a function that adds the name of a matrix to an error of the linear algebra.
-    pub(super) fn of_matrix(what: &'static str) -> impl Fn(LinalgError) -> DynamicsError {
+    pub(super) fn matrix_error(what: &'static str) -> impl Fn(LinalgError) -> DynamicsError {
         move |source| DynamicsError::Matrix { what, source }
     }
 

@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use super::contact_element::ContactElement;
 use super::cycle::half_range;
-use super::effort::Effort;
+use super::effort::EvaluationBudget;
 use super::truncation::{TAIL, UNKNOWN};
 use super::vibration::{ResonanceKind, Vibration};
 use super::{
-    ContinuationSettings, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,
-    Start,
+    ContinuationSettings, DynamicsError, HarmonicBalance, Harmonics, ResolvedResonance, Resonance,
+    Response, Start,
 };
 
 /// Largest Newton correction of a point of a forced response; its energies then balance to 1e-10.
@@ -50,7 +50,7 @@ pub enum SolutionMethod {
     /// Solution of the harmonic balance in which friction gives energy. It exists only with these samples or harmonics.
     Unphysical,
     /// No solution was found; whether one exists is unknown.
-    Nothing,
+    NotFound,
 }
 
 impl SolutionMethod {
@@ -59,7 +59,7 @@ impl SolutionMethod {
         match self {
             SolutionMethod::Balance => "harmonic_balance",
             SolutionMethod::Unphysical => "unphysical",
-            SolutionMethod::Nothing => "not_found",
+            SolutionMethod::NotFound => "not_found",
         }
     }
 }
@@ -107,7 +107,7 @@ impl ForcedPoint {
     fn missing(omega: f64, error: &DynamicsError) -> ForcedPoint {
         ForcedPoint {
             frequency: omega / TAU,
-            found_by: SolutionMethod::Nothing,
+            found_by: SolutionMethod::NotFound,
             residual: match error {
                 // A correction of 1 is as large as the displacements: nothing is known.
                 DynamicsError::NotConverged { correction, .. } => correction.min(1.0),
@@ -123,7 +123,7 @@ impl ForcedPoint {
 /// Resonance and forced response of constant contact elements.
 pub struct RangeResponse<'a> {
     /// The resonance. Its peak is at least as high as the points.
-    pub resolved: Resolved<'a>,
+    pub resolved: ResolvedResonance<'a>,
     /// The points, in the harmonics of the resonance. `None` if they were not computed or none was found.
     pub points: Option<Vec<ForcedPoint>>,
 }
@@ -231,7 +231,7 @@ impl Vibration {
         };
         let iterations = phase.as_ref().map_or(0, |phase| phase.iterations) + peak.iterations;
         let mut resonance = self.resonance_of(balance, phase, peak, iterations)?;
-        resonance.is_beside = false;
+        resonance.is_peak_near_phase_resonance = false;
         if is_end && !is_refined {
             resonance.peak_kind = ResonanceKind::End;
         }
@@ -267,12 +267,12 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         resonance: Option<&Start>,
     ) -> Result<Vec<ForcedPoint>, DynamicsError> {
-        let tolerance = match balance.is_costly {
+        let tolerance = match balance.has_expensive_jacobian {
             true => DEAR_TOLERANCE,
             false => TOLERANCE,
         };
         let mut loose_balance = HarmonicBalance {
-            effort: Effort::default(),
+            effort: EvaluationBudget::default(),
             ..balance.clone()
         };
         loose_balance.settings.tolerance = balance.settings.tolerance.max(tolerance);
@@ -296,7 +296,8 @@ impl Vibration {
         let mut failure = None;
         let mut points = Vec::with_capacity(omegas.len());
         for (response, &omega) in balance.sweep(omegas).into_iter().zip(omegas) {
-            let response = response.or_else(|error| self.by_easing(balance, omega).ok_or(error));
+            let response =
+                response.or_else(|error| self.solve_by_homotopy(balance, omega).ok_or(error));
             points.push(match response {
                 Ok(response) => self.point(balance, &response, None)?,
                 Err(error) => {
@@ -316,13 +317,13 @@ impl Vibration {
     ) -> Result<(Vec<ForcedPoint>, Option<DynamicsError>), DynamicsError> {
         let mut settings =
             ContinuationSettings::over(self.range.0, self.range.1, self.response_port);
-        if balance.is_costly {
+        if balance.has_expensive_jacobian {
             settings.largest_step = DEAR_STEP;
         }
-        let fallback = |omega| self.by_easing(balance, omega);
+        let fallback = |omega| self.solve_by_homotopy(balance, omega);
         let (branches, failure) = match self.through_resonance(balance, settings, resonance) {
             Some(branch) => (vec![branch], None),
-            None => balance.parts(settings, &fallback)?,
+            None => balance.branch_or_parts(settings, &fallback)?,
         };
         let (from, to) = self.range;
         let range = from * (1.0 - ROUNDING)..=to * (1.0 + ROUNDING);
@@ -349,7 +350,7 @@ impl Vibration {
                 return Ok((points, failure));
             }
             let omega = 0.5 * (end + start);
-            points.push(match self.by_easing(balance, omega) {
+            points.push(match self.solve_by_homotopy(balance, omega) {
                 Some(response) => self.point(balance, &response, None)?,
                 None => ForcedPoint::missing(omega, error),
             });
@@ -365,13 +366,13 @@ impl Vibration {
         settings: ContinuationSettings,
         start: Option<&Start>,
     ) -> Option<Vec<Response>> {
-        let start = start.filter(|_| balance.is_costly)?;
+        let start = start.filter(|_| balance.has_expensive_jacobian)?;
         let resonance = balance.phase_resonance_near(self.range, start).ok()?;
         let settings = ContinuationSettings {
             largest_step: STEP_FROM_RESONANCE,
             ..settings
         };
-        balance.through(settings, &resonance)
+        balance.branch_through_resonance(settings, &resonance)
     }
 
     fn point(
@@ -383,7 +384,7 @@ impl Vibration {
         let (amplitude, phase_lag) = balance.amplitude(response, self.response_port)?;
         let n = balance.harmonics().coefficients();
         let displacement = response.displacement[self.response_port * n..][..n].to_vec();
-        let is_physical = !gives_energy(response);
+        let is_physical = !friction_gives_energy(response);
         Ok(ForcedPoint {
             frequency: response.frequency(),
             found_by: match is_physical {
@@ -417,14 +418,14 @@ impl Vibration {
         points: &mut [ForcedPoint],
     ) {
         let harmonics = balance.harmonics();
-        let more_harmonics = self.finer(balance, harmonics.beyond(), 1);
-        let more_samples = self.finer(balance, harmonics.clone(), 2);
+        let more_harmonics = self.refined_balance(balance, harmonics.beyond(), 1);
+        let more_samples = self.refined_balance(balance, harmonics.clone(), 2);
         let (Ok(mut more_harmonics), Ok(mut more_samples)) = (more_harmonics, more_samples) else {
             return;
         };
         for finer in [&mut more_harmonics, &mut more_samples] {
             finer.settings.tolerance = finer.settings.tolerance.max(ERROR_TOLERANCE);
-            finer.settings.most_iterations = ERROR_ITERATIONS;
+            finer.settings.max_iterations = ERROR_ITERATIONS;
             finer.effort.allow(error_effort(balance, finer));
         }
         let responses = points
@@ -462,7 +463,7 @@ impl Vibration {
         }
     }
 
-    /// Returns the relative errors of amplitude and friction energy of a point, from the response of a `finer` balance
+    /// Returns the relative errors of amplitude and friction energy of a point, from the response of a `refined_balance` balance
     /// that starts at the point. Returns `None` if the finer balance has no response nearby.
     fn errors_by(
         &self,
@@ -472,7 +473,7 @@ impl Vibration {
     ) -> Option<[f64; 2]> {
         let coarse = &point.solution;
         let start = coarse.start();
-        let start = start.transferred(balance.harmonics(), finer.harmonics());
+        let start = start.in_harmonics(balance.harmonics(), finer.harmonics());
         let fine = finer.solve_near(coarse.omega, &start).ok()?;
         let amplitude = finer.amplitude(&fine, self.response_port).ok()?.0;
         Some([
@@ -514,9 +515,9 @@ fn is_end(points: &[ForcedPoint], place: usize) -> bool {
 }
 
 /// Returns true if friction gives energy in a response, which is not physical.
-pub(super) fn gives_energy(response: &Response) -> bool {
+pub(super) fn friction_gives_energy(response: &Response) -> bool {
     let energy = response.energy;
-    energy.friction < -GIVEN * (energy.input.abs() + energy.viscous + energy.hysteretic)
+    energy.friction < -GIVEN * (energy.load_work.abs() + energy.viscous + energy.hysteretic)
 }
 
 /// Returns the relative error of a value from the value with more harmonics or samples; 1 if the relative error is not

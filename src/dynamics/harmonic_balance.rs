@@ -15,10 +15,10 @@ use super::closed_model::ClosedModel;
 use super::contact_element::{ContactElement, ElementCycle};
 use super::continuation::{Continuation, ContinuationSettings};
 use super::cycle::{JointSummary, element_cycles, half_range, weights};
-use super::effort::Effort;
+use super::effort::EvaluationBudget;
 use super::linear_model::LinearModel;
 use super::newton::{Condition, State};
-use super::predictor::{REMEMBERED, extrapolated_start};
+use super::predictor::{PREDICTOR_POINTS, extrapolated_start};
 use super::response::{Response, Start};
 use super::truncation::FAINT_DISSIPATION;
 use super::{DynamicsError, Harmonics};
@@ -48,14 +48,14 @@ pub struct Load {
 
 /// Settings of accuracy and effort.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct BalanceSettings {
     /// Samples per cycle. The error falls with the square of the number if the load is steady; 64 samples give about
     /// 1e-3 of the dissipation.
     pub samples: usize,
     /// Newton correction at convergence, relative to the contact displacements.
     pub tolerance: f64,
     /// Largest number of Newton iterations per attempt.
-    pub most_iterations: usize,
+    pub max_iterations: usize,
     /// Number of unknowns up to which elimination solves a Newton step. Above it GMRES does, if the model has few
     /// coordinates.
     pub dense_unknowns: usize,
@@ -90,12 +90,12 @@ fn summed(loads: &[Load]) -> Vec<Load> {
     sums.into_iter().map(|(sum, _)| sum).collect()
 }
 
-impl Default for Settings {
-    fn default() -> Settings {
-        Settings {
+impl Default for BalanceSettings {
+    fn default() -> BalanceSettings {
+        BalanceSettings {
             samples: 64,
             tolerance: 1e-10,
-            most_iterations: 40,
+            max_iterations: 40,
             dense_unknowns: 300,
             all_active: false,
         }
@@ -115,11 +115,11 @@ pub struct HarmonicBalance<E> {
     pub(super) load_rows: Vec<f64>,
     /// Growth of the loads with ω², as rows of coefficients; empty without inertial loads.
     pub(super) inertial_rows: Vec<f64>,
-    pub(super) settings: Settings,
+    pub(super) settings: BalanceSettings,
     /// Whether a Jacobian costs more than the additional steps that an older Jacobian needs.
-    pub(super) is_costly: bool,
+    pub(super) has_expensive_jacobian: bool,
     /// Counter and limit of evaluations.
-    pub(super) effort: Effort,
+    pub(super) effort: EvaluationBudget,
     /// Gauge that counts iterations and points for progress reports.
     pub gauge: Gauge,
     /// Journal of solutions: reads solutions of an interrupted run and stores new ones.
@@ -139,7 +139,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         elements: Vec<E>,
         harmonics: Harmonics,
         loads: Vec<Load>,
-        settings: Settings,
+        settings: BalanceSettings,
     ) -> Result<HarmonicBalance<E>, DynamicsError> {
         if model.contact_dofs() != 3 * elements.len() {
             return Err(DynamicsError::Length {
@@ -152,20 +152,20 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             element.check(index)?;
         }
         let springs = elements.iter().flat_map(E::reference_stiffness);
-        let closed = model.close(&springs.collect::<Vec<f64>>())?;
-        Self::of_closed(Arc::new(closed), elements, harmonics, loads, settings)
+        let closed = model.with_closed_contact(&springs.collect::<Vec<f64>>())?;
+        Self::from_closed_model(Arc::new(closed), elements, harmonics, loads, settings)
     }
 
     /// Combines loads with a structure that the reference stiffness of its elements has already closed.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(super) fn of_closed(
+    pub(super) fn from_closed_model(
         model: Arc<ClosedModel>,
         elements: Vec<E>,
         harmonics: Harmonics,
         loads: Vec<Load>,
-        settings: Settings,
+        settings: BalanceSettings,
     ) -> Result<HarmonicBalance<E>, DynamicsError> {
         if !(settings.tolerance > 0.0 && settings.tolerance < 1e-2) {
             return Err(DynamicsError::OutOfRange {
@@ -210,7 +210,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         Ok(HarmonicBalance {
             model,
-            is_costly: elements.iter().any(E::is_costly),
+            has_expensive_jacobian: elements.iter().any(E::is_costly),
             reference: elements.iter().map(E::reference_stiffness).collect(),
             elements,
             sampling: Sampling::new(harmonics, settings.samples)?,
@@ -219,7 +219,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             load_rows,
             inertial_rows: Vec::new(),
             settings,
-            effort: Effort::default(),
+            effort: EvaluationBudget::default(),
             gauge: Gauge::default(),
             journal: Journal::default(),
             threads: Threads::default(),
@@ -323,7 +323,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// As [`Self::solve`].
     pub fn solve_near(&self, omega: f64, guess: &Start) -> Result<Response, DynamicsError> {
         let start = self.start_from(guess, omega, 1.0)?;
-        self.newton(start, 1.0, &Condition::Frequency)
+        self.solve_or_read(start, 1.0, &Condition::Frequency)
     }
 
     /// Computes the steady response as [`Self::solve`], with all loads scaled by `factor`.
@@ -345,12 +345,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         if let Some(guess) = guess {
             let start = self.start_from(guess, omega, factor)?;
-            if let Ok(response) = self.newton(start, factor, &Condition::Frequency) {
+            if let Ok(response) = self.solve_or_read(start, factor, &Condition::Frequency) {
                 return Ok(response);
             }
         }
         let start = self.linear_start(omega, factor)?;
-        match self.newton(start, factor, &Condition::Frequency) {
+        match self.solve_or_read(start, factor, &Condition::Frequency) {
             Ok(response) => Ok(response),
             Err(_) => self.raise_load(omega, factor),
         }
@@ -369,7 +369,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 Some(response) => self.start_from(&response.start(), omega, factor)?,
                 None => self.linear_start(omega, factor)?,
             };
-            match self.newton(start, factor, &Condition::Frequency) {
+            match self.solve_or_read(start, factor, &Condition::Frequency) {
                 Ok(response) if factor == target => return Ok(response),
                 Ok(response) => {
                     reached = factor;
@@ -388,7 +388,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// Makes a load of harmonic 1 on `port` the drive, if there is one. The phase resonance then refers to a load that
     /// works on the response.
-    pub(super) fn driven_at(mut self, port: usize) -> Self {
+    pub(super) fn with_drive_at(mut self, port: usize) -> Self {
         self.loads.sort_by_key(|load| load.port != port);
         self
     }
@@ -489,9 +489,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let before = responses.iter().rev().nth(1);
         let solve_from = |start: &Start| {
             let start = self.start_from(start, omega, 1.0).ok()?;
-            self.newton(start, 1.0, &Condition::Frequency).ok()
+            self.solve_or_read(start, 1.0, &Condition::Frequency).ok()
         };
-        let first = responses.len().saturating_sub(REMEMBERED);
+        let first = responses.len().saturating_sub(PREDICTOR_POINTS);
         let starts: Vec<Start> = responses[first..].iter().map(Response::start).collect();
         let omegas: Vec<f64> = starts.iter().map(|start| start.omega).collect();
         let extrapolated =
@@ -517,7 +517,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let port = self.drive()?.port;
         let settings = ContinuationSettings::over(from, omega, port);
         let width = (omega - from).abs();
-        Continuation::reach(self, settings, before, last, width).ok()
+        Continuation::response_at_end(self, settings, before, last, width).ok()
     }
 
     /// Computes the response at `omega` on the branch from the other end of the sweep.
@@ -592,7 +592,7 @@ impl HarmonicBalance<ContactElement> {
 
     /// Computes the contact forces of all elements at the displacements of a response, `contact_dofs × coefficients`
     /// \[N\].
-    pub(super) fn forces(&self, displacement: &[f64]) -> Vec<f64> {
+    pub(super) fn contact_forces(&self, displacement: &[f64]) -> Vec<f64> {
         let width = 3 * self.harmonics().coefficients();
         let mut force = vec![0.0; self.elements().len() * width];
         let mut work = self.sampling().workspace();
@@ -617,7 +617,7 @@ impl HarmonicBalance<ContactElement> {
         let dissipated: f64 = self.dissipated_energies(response).iter().sum();
         let size = work
             .abs()
-            .max(FAINT_DISSIPATION * response.energy.input.abs());
+            .max(FAINT_DISSIPATION * response.energy.load_work.abs());
         match (work - dissipated).abs() / size {
             error if error.is_finite() => error,
             _ => 0.0,

@@ -28,12 +28,12 @@ pub(super) struct Pair {
 /// For an operator near B these directions are solved directly. They act as a preconditioner, so solutions do not lose
 /// accuracy.
 #[derive(Default)]
-pub(super) struct Learned {
+pub(super) struct SlowDirections {
     /// Newest pair first.
     pairs: VecDeque<Pair>,
 }
 
-impl Learned {
+impl SlowDirections {
     /// Returns B⁻¹ `right` within the stored directions, plus the rest of `right` unchanged.
     pub(super) fn apply(&self, right: &[f64]) -> Vec<f64> {
         vectorised(
@@ -69,7 +69,7 @@ pub(super) struct Solution {
     pub(super) x: Vec<f64>,
     pub(super) iterations: usize,
     /// The directions that took many iterations.
-    pub(super) learned: Vec<Pair>,
+    pub(super) slow_directions: Vec<Pair>,
 }
 
 /// Norm of a projected vector over its norm before, below which a second projection removes rounding errors. Above it
@@ -186,7 +186,7 @@ pub(super) fn solve(
         return Ok(Solution {
             x: vec![0.0; right.len()],
             iterations: 0,
-            learned: Vec::new(),
+            slow_directions: Vec::new(),
         });
     }
     let mut arnoldi = Arnoldi::default();
@@ -226,7 +226,7 @@ pub(super) fn solve(
             return Ok(Solution {
                 x: arnoldi.solution(&target),
                 iterations,
-                learned: if is_worth_learning {
+                slow_directions: if is_worth_learning {
                     arnoldi.slow_directions()
                 } else {
                     Vec::new()

@@ -11,13 +11,13 @@ pub struct Line {
     /// Samples at both ends.
     pub ends: [usize; 2],
     /// Half of the distance between the ends \[m\].
-    pub reach: f64,
+    pub half_length: f64,
     /// Displacement of each element from the middle of the line to its first end, along x and y, over the reach; 0
     /// without motion.
     pub direction: Vec<[f64; 2]>,
     /// Largest distance of the motion from the line, or largest reversal on the way between the ends, over the reach; 0
     /// without motion.
-    pub departure: f64,
+    pub largest_deviation: f64,
 }
 
 impl Line {
@@ -63,9 +63,9 @@ impl Line {
         if reach == 0.0 {
             return Line {
                 ends,
-                reach,
+                half_length: reach,
                 direction: vec![[0.0; 2]; share.len()],
-                departure: 0.0,
+                largest_deviation: 0.0,
             };
         }
         let halves = |sign: f64| -> Vec<f64> {
@@ -97,9 +97,9 @@ impl Line {
             rows.map(|rows| [0, 1].map(|d| dot(&rows[d * count..][..count], &end) / reach));
         Line {
             ends,
-            reach,
+            half_length: reach,
             direction: direction.collect(),
-            departure,
+            largest_deviation: departure,
         }
     }
 }

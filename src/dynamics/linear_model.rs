@@ -29,7 +29,7 @@ pub trait LinearModel {
     ///
     /// # Errors
     /// [`DynamicsError`] if the numbers do not match or a matrix is singular.
-    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError>;
+    fn with_closed_contact(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError>;
 }
 
 /// Rayleigh damping C = αM + βK: a mode of angular frequency ω has the damping ratio ζ = α/(2ω) + βω/2.
@@ -216,7 +216,7 @@ impl SecondOrder {
                 }
                 let factors = system
                     .factorize()
-                    .map_err(DynamicsError::of_matrix("residual with closed contact"))?;
+                    .map_err(DynamicsError::matrix_error("residual with closed contact"))?;
                 let (mut basis, mut closed) = (self.basis.clone(), residual.clone());
                 factors.solve_columns(&mut basis);
                 factors.solve_columns(&mut closed);
@@ -265,7 +265,9 @@ impl SecondOrder {
             }
             self.static_block(stiffness)
                 .factorize()
-                .map_err(DynamicsError::of_matrix("stiffness of static coordinates"))?
+                .map_err(DynamicsError::matrix_error(
+                    "stiffness of static coordinates",
+                ))?
                 .solve_columns(&mut coupling);
             for i in 0..self.static_coordinates {
                 add_scaled(
@@ -278,7 +280,7 @@ impl SecondOrder {
         Ok(transform)
     }
 
-    /// Computes the own flexibility of each element \[m/N\], as in [`ClosedModel::local`], or `None` without a
+    /// Computes the own flexibility of each element \[m/N\], as in [`ClosedModel::element_flexibility`], or `None` without a
     /// residual.
     fn local_flexibility(
         &self,
@@ -294,7 +296,9 @@ impl SecondOrder {
             _ => self
                 .static_block(stiffness)
                 .factorize()
-                .map_err(DynamicsError::of_matrix("stiffness of static coordinates"))?
+                .map_err(DynamicsError::matrix_error(
+                    "stiffness of static coordinates",
+                ))?
                 .inverse(),
         };
         let first = self.leading();
@@ -314,11 +318,11 @@ impl SecondOrder {
     /// by `springs`.
     ///
     /// # Errors
-    /// As [`LinearModel::close`].
+    /// As [`LinearModel::with_closed_contact`].
     pub fn modes(&self, springs: &[f64]) -> Result<(Vec<f64>, Matrix), DynamicsError> {
         let (_, _, stiffness) = self.closed_parts(springs)?;
         let (squares, modes) = generalised_eigen(&stiffness, &self.mass)
-            .map_err(DynamicsError::of_matrix("mass and stiffness"))?;
+            .map_err(DynamicsError::matrix_error("mass and stiffness"))?;
         Ok((squares.iter().map(|s| s.max(0.0).sqrt()).collect(), modes))
     }
 
@@ -326,7 +330,7 @@ impl SecondOrder {
     /// = M Φ diag(2ζω_r) Φᵀ M. Zero springs are the basis `free`.
     ///
     /// # Errors
-    /// As [`LinearModel::close`].
+    /// As [`LinearModel::with_closed_contact`].
     pub fn with_damping_ratio(
         mut self,
         ratio: f64,
@@ -363,7 +367,7 @@ impl SecondOrder {
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`] for a coefficient that is negative or not finite, otherwise as
-    /// [`LinearModel::close`].
+    /// [`LinearModel::with_closed_contact`].
     pub fn with_rayleigh_damping(
         mut self,
         rayleigh: Rayleigh,
@@ -419,7 +423,7 @@ impl LinearModel for SecondOrder {
         self.basis.rows()
     }
 
-    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
+    fn with_closed_contact(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
         let (basis, residual, stiffness) = self.closed_parts(springs)?;
         let follow = self.static_transform(&stiffness)?;
         let transformed = |matrix: &Matrix| follow.transposed().times(&matrix.times(&follow));
@@ -427,7 +431,7 @@ impl LinearModel for SecondOrder {
         let (damping, hysteretic) = (transformed(&self.damping), transformed(&self.hysteretic));
         let basis = basis.times(&follow);
         let (squares, modes) = generalised_eigen(&stiffness, &mass)
-            .map_err(DynamicsError::of_matrix("mass and stiffness"))?;
+            .map_err(DynamicsError::matrix_error("mass and stiffness"))?;
         let largest = squares.iter().fold(0.0_f64, |m, s| m.max(s.abs()));
         let (mut inverse, mut floating) = (Vec::new(), Vec::new());
         for (r, &square) in squares.iter().enumerate() {
@@ -461,8 +465,8 @@ impl LinearModel for SecondOrder {
             motions
         });
         Ok(ClosedModel {
-            leading: self.leading(),
-            local: self.local_flexibility(&basis, residual.as_ref(), &stiffness)?,
+            leading_coordinates: self.leading(),
+            element_flexibility: self.local_flexibility(&basis, residual.as_ref(), &stiffness)?,
             basis: Some(basis),
             residual,
             core: Box::new(SecondOrderCore {
@@ -473,7 +477,7 @@ impl LinearModel for SecondOrder {
                 flexibility,
                 natural_frequencies: squares.iter().map(|s| s.max(0.0).sqrt()).collect(),
             }),
-            floating: motions,
+            rigid_motions: motions,
         })
     }
 }
@@ -526,7 +530,7 @@ impl Core for SecondOrderCore {
         }
         Ok(out
             .factorize()
-            .map_err(DynamicsError::of_matrix("dynamic stiffness"))?
+            .map_err(DynamicsError::matrix_error("dynamic stiffness"))?
             .inverse())
     }
 

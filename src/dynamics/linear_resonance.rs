@@ -165,7 +165,7 @@ impl Vibration {
             Some(_) => everywhere,
             None => self.range,
         };
-        let resonances = balance.linear_phase_resonances(range)?;
+        let resonances = balance.reference_phase_resonances(range)?;
         let rank = |(omega, amplitude): &(f64, f64)| match self.at_omega {
             Some(at) => -(omega / at - 1.0).abs(),
             None => *amplitude,
@@ -173,7 +173,7 @@ impl Vibration {
         match resonances.iter().max_by(|a, b| rank(a).total_cmp(&rank(b))) {
             Some((omega, _)) => Ok((Some(*omega), in_hertz(&resonances))),
             None => {
-                let outside = balance.linear_phase_resonances(everywhere)?;
+                let outside = balance.reference_phase_resonances(everywhere)?;
                 Ok((None, in_hertz(&outside)))
             }
         }
@@ -211,7 +211,7 @@ impl Vibration {
             natural / PHASE_RESONANCE_RATIO,
             natural * PHASE_RESONANCE_RATIO,
         );
-        let resonances = balance.linear_phase_resonances(near)?;
+        let resonances = balance.reference_phase_resonances(near)?;
         let strongest = resonances
             .into_iter()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });

@@ -3,7 +3,7 @@
 //! If the march converges slowly, Newton's method computes the steady cycle as the fixed point of the force over one
 //! cycle. It is the steady cycle of the march as long as the slider slips in it.
 
-use super::aft::{Closure, ForceDerivatives, Scratch};
+use super::aft::{ForceDerivatives, PeriodicityError, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
 use crate::linalg::{add_scaled, vectorised};
 
@@ -56,7 +56,7 @@ struct Steady {
     is_plain: bool,
     /// Whether it neither slips nor opens.
     stuck: bool,
-    closure: Closure,
+    closure: PeriodicityError,
 }
 
 /// One cycle of the slider.
@@ -88,16 +88,16 @@ impl March<'_> {
         &self,
         derivative: Option<&mut ForceDerivatives<'_>>,
         scratch: &mut Scratch,
-    ) -> Closure {
+    ) -> PeriodicityError {
         scratch.force.resize(self.displacement.len(), [0.0; 2]);
         let Some(&last) = self.displacement.last() else {
-            return Closure::EXACT;
+            return PeriodicityError::EXACT;
         };
         let steady = self.steady(last, &mut scratch.force);
         if let Some(derivative) = derivative {
             self.differentiate(&steady, last, derivative, scratch);
         }
-        Closure { ..steady.closure }
+        PeriodicityError { ..steady.closure }
     }
 
     /// Computes the steady cycle of the displacements that end in `last`.
@@ -348,24 +348,26 @@ impl March<'_> {
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
             // Most steps stick, and their derivatives are constants.
-            let (next, step, slope) = match slider::held(law, kt, mu, lap.end, delta, loads) {
-                Some(next) => (next, Step::Stick, Slope::Stick),
-                None => {
-                    let pair = |values: [f64; 2], index: usize| {
-                        [
-                            Dual::<K>::input(values[0], index),
-                            Dual::input(values[1], index + 1),
-                        ]
-                    };
-                    let (force, delta, loads) = (pair(lap.end, 0), pair(delta, 2), pair(loads, 4));
-                    let (dual, step) = slider::step(law, kt, mu, force, delta, loads);
-                    let slope = match step {
-                        Step::Open => Slope::Open,
-                        _ => Slope::Other(dual.map(|force| force.slope)),
-                    };
-                    (dual.map(Dual::value), step, slope)
-                }
-            };
+            let (next, step, slope) =
+                match slider::sticking_force(law, kt, mu, lap.end, delta, loads) {
+                    Some(next) => (next, Step::Stick, Slope::Stick),
+                    None => {
+                        let pair = |values: [f64; 2], index: usize| {
+                            [
+                                Dual::<K>::input(values[0], index),
+                                Dual::input(values[1], index + 1),
+                            ]
+                        };
+                        let (force, delta, loads) =
+                            (pair(lap.end, 0), pair(delta, 2), pair(loads, 4));
+                        let (dual, step) = slider::step(law, kt, mu, force, delta, loads);
+                        let slope = match step {
+                            Step::Open => Slope::Open,
+                            _ => Slope::Other(dual.map(|force| force.slope)),
+                        };
+                        (dual.map(Dual::value), step, slope)
+                    }
+                };
             record(slope);
             lap.advance(next, step);
             *force = next;
@@ -413,7 +415,7 @@ impl March<'_> {
             ..
         } = scratch;
         if store && offset.iter().any(|value| *value != 0.0) {
-            add_scaled(derivative.persistent_derivatives(0), 1.0, offset);
+            add_scaled(derivative.lasting_change(0), 1.0, offset);
         }
         next.clear();
         next.resize(2 * width, 0.0);
@@ -447,7 +449,7 @@ impl March<'_> {
                 }
             }
             if store {
-                let sums = derivative.persistent_derivatives(j).iter_mut();
+                let sums = derivative.lasting_change(j).iter_mut();
                 for (sum, (next, offset)) in sums.zip(next.iter().zip(&*offset)) {
                     *sum += next - offset;
                 }
@@ -459,7 +461,7 @@ impl March<'_> {
 
 /// Adds the effect of an `offset` at the start of a steady cycle on its derivative, see [`March::propagate`].
 fn add_start_offset(slopes: &[Slope], offset: &[f64], derivative: &mut ForceDerivatives<'_>) {
-    add_scaled(derivative.persistent_derivatives(0), 1.0, offset);
+    add_scaled(derivative.lasting_change(0), 1.0, offset);
     let (first, second) = offset.split_at(3 * derivative.coefficients);
     let mut before = UNCHANGED;
     for (j, slope) in slopes.iter().enumerate() {
@@ -471,9 +473,7 @@ fn add_start_offset(slopes: &[Slope], offset: &[f64], derivative: &mut ForceDeri
         if is_forgotten {
             after = [[0.0; 2]; 2];
         }
-        let rows = derivative
-            .persistent_derivatives(j)
-            .chunks_exact_mut(first.len());
+        let rows = derivative.lasting_change(j).chunks_exact_mut(first.len());
         for (sums, (after, before)) in rows.zip(after.iter().zip(before)) {
             let change = [after[0] - before[0], after[1] - before[1]];
             for (sum, (a, b)) in sums.iter_mut().zip(first.iter().zip(second)) {
@@ -523,10 +523,10 @@ fn memory_inverse(a: [[f64; 2]; 2], least: f64) -> Option<[[f64; 2]; 2]> {
 
 impl Lap {
     /// Returns the closure of a lap from the force `start`.
-    fn closure(&self, cycles: usize, start: [f64; 2]) -> Closure {
+    fn closure(&self, cycles: usize, start: [f64; 2]) -> PeriodicityError {
         let largest = self.largest();
         let change = slider::magnitude([self.end[0] - start[0], self.end[1] - start[1]]);
-        Closure {
+        PeriodicityError {
             cycles,
             change: if self.stuck || largest == 0.0 {
                 0.0

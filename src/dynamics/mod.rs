@@ -84,7 +84,7 @@ pub mod vibration;
 
 pub use aft::{InterfaceElement, Sampling};
 pub use backbone::{
-    Backbone, BackboneEnd, BackbonePoint, DrivenStructure, LoadLevels, resonance_over,
+    Backbone, BackboneEnd, BackbonePoint, DrivenStructure, LoadLevels, resonance_over_parameter,
 };
 pub use closed_model::{ClosedModel, Core};
 pub use contact_element::{ContactElement, ElementState};
@@ -92,7 +92,7 @@ pub use continuation::{Continuation, ContinuationSettings};
 pub use cycle::{JointCycle, JointSummary};
 pub use error::DynamicsError;
 pub use forced_response::{ForcedPoint, RangeResponse, SolutionMethod};
-pub use harmonic_balance::{HarmonicBalance, Load, Settings};
+pub use harmonic_balance::{BalanceSettings, HarmonicBalance, Load};
 pub use harmonics::Harmonics;
 pub use linear_model::{LinearModel, Rayleigh, SecondOrder};
 pub use linear_resonance::{LinearLimits, LinearResonance, LinearResonances, LinearResponse};
@@ -102,5 +102,7 @@ pub use reduced::{Damping, reduced_model, reference_springs};
 pub use response::{Energy, Response, Start};
 pub use slider::{FrictionLaw, Slider};
 pub use spring::Spring;
-pub use truncation::{Correction, Extension, HarmonicCorrection, Resolved, Truncation};
+pub use truncation::{
+    Correction, CorrectionRequest, Extension, ResolvedResonance, TruncationError,
+};
 pub use vibration::{Resonance, ResonanceKind, Vibration};

@@ -8,9 +8,9 @@ use std::cell::RefCell;
 
 use num_complex::Complex64;
 
-use super::aft::{Closure, InterfaceElement, Workspace};
-use super::closed_model::{Among, Precision};
-use super::krylov::{self, Learned, MOST_ITERATIONS, dot, norm};
+use super::aft::{InterfaceElement, PeriodicityError, Workspace};
+use super::closed_model::{PortModel, Precision};
+use super::krylov::{self, MOST_ITERATIONS, SlowDirections, dot, norm};
 use super::preconditioner::{ElementPart, Preconditioner};
 use super::{DynamicsError, Energy, HarmonicBalance, Response};
 use crate::journal::{Inputs, Reader, Writer};
@@ -78,12 +78,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         factor: f64,
         condition: &Condition,
         tolerance: f64,
-        frame: &mut Option<Frame>,
+        frame: &mut Option<SolverCache>,
     ) -> Result<Response, DynamicsError> {
         let first_omega = state.omega;
         // A single evaluation of many samples is expensive if hundreds of searches end here.
         if self.effort.is_spent() {
-            return Err(DynamicsError::Spent {
+            return Err(DynamicsError::EvaluationLimit {
                 frequency: state.omega / (2.0 * std::f64::consts::PI),
             });
         }
@@ -104,7 +104,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let mut is_old = false;
         // Previous correction, and the number of consecutive increases.
         let (mut previous, mut growths) = (f64::INFINITY, 0);
-        for iteration in 0..=self.settings.most_iterations {
+        for iteration in 0..=self.settings.max_iterations {
             self.gauge.add_iteration(self.harmonics().highest());
             iterations_done = iteration;
             if self.effort.is_spent() {
@@ -123,7 +123,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 };
                 return self.response(state, factor, current, iteration, correction);
             }
-            if iteration == self.settings.most_iterations {
+            if iteration == self.settings.max_iterations {
                 break;
             }
             let mut current_frame = self.frame(&current, frame.take())?;
@@ -131,7 +131,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let slope = match condition {
                 Condition::Frequency => None,
                 // If iterations are expensive, the step and the motion with frequency are solved together.
-                Condition::Linear { .. } if self.is_costly => {
+                Condition::Linear { .. } if self.has_expensive_jacobian => {
                     Some(self.rough_slope(&current, &solver, condition, state.omega)?)
                 }
                 Condition::Linear { .. } => {
@@ -147,11 +147,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 }
             };
             let complete = |direct, condition_residual| {
-                self.completed(slope.as_ref(), (direct, condition_residual))
+                self.with_frequency_step(slope.as_ref(), (direct, condition_residual))
             };
             let sizes = UnknownSizes::of(&state, &current, self.width());
             let solve = |evaluation: &Evaluation, tolerance: f64| match &slope {
-                Some(slope) if self.is_costly => {
+                Some(slope) if self.has_expensive_jacobian => {
                     let right = (&evaluation.residual[..], evaluation.condition);
                     let scale = sizes.per_frequency();
                     self.bordered_step(
@@ -184,7 +184,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let mut size_before = rough_size;
             let (step, effort) = solve(&current, self.step_tolerance(rough_size, tolerance))?;
             // A preconditioner that misses most of a step cannot measure the correction after a trial step.
-            let is_missed = self.is_costly && sizes.size(&step) > MISSED * size_before;
+            let is_missed = self.has_expensive_jacobian && sizes.size(&step) > MISSED * size_before;
             if is_missed {
                 size_before = sizes.size(&step);
             }
@@ -220,7 +220,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 continue;
             }
             let jacobian_threshold = match effort {
-                0..=DEAR if self.is_costly => NEAR,
+                0..=DEAR if self.has_expensive_jacobian => NEAR,
                 _ => NEARLY,
             };
             let chord_limit = f64::min(FEW_CHORDS * tolerance, LOOSE);
@@ -277,9 +277,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 state = trial;
                 let share = trial_size / size_before;
                 let can_reuse = share <= CHORD && trial_size * share * share <= tolerance;
-                is_old = self.is_costly && can_reuse && !current.has_jacobians();
+                is_old = self.has_expensive_jacobian && can_reuse && !current.has_jacobians();
                 if is_old {
-                    current.beyond = previous_evaluation.beyond;
+                    current.contact_jacobians = previous_evaluation.contact_jacobians;
                 }
             } else if trial_size <= tolerance {
                 // The change of the correction is rounding.
@@ -303,12 +303,18 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             if !current.has_jacobians() {
                 current = self.evaluate(&state, factor, condition, Some(grip))?;
             }
-            if effort > if self.is_costly { LOST } else { STALE } {
+            if effort
+                > if self.has_expensive_jacobian {
+                    LOST
+                } else {
+                    STALE
+                }
+            {
                 current_frame.forget();
             }
             *frame = Some(current_frame);
         }
-        let accepted = match self.is_costly {
+        let accepted = match self.has_expensive_jacobian {
             true => ACCEPTED_OF_COSTLY * self.settings.tolerance,
             false => ACCEPTED,
         };
@@ -330,7 +336,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// are expensive, the step is solved no more exactly than its curvature error (Eisenstat and Walker 1996), or than
     /// the final tolerance requires.
     fn step_tolerance(&self, correction: f64, tolerance: f64) -> f64 {
-        if !self.is_costly {
+        if !self.has_expensive_jacobian {
             return STEP_TOLERANCE;
         }
         let wanted = 0.3 * tolerance / correction;
@@ -360,7 +366,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self,
         state: &State,
         evaluation: &Evaluation,
-        step: &Change,
+        step: &NewtonStep,
         length: f64,
     ) -> State {
         let width = self.width();
@@ -404,7 +410,7 @@ impl UnknownSizes {
         FREQUENCY_WEIGHT * self.displacement / self.omega
     }
 
-    fn size(&self, step: &Change) -> f64 {
+    fn size(&self, step: &NewtonStep) -> f64 {
         let displacement = norm(&step.unknowns) / self.displacement;
         displacement.hypot(FREQUENCY_WEIGHT * step.omega / self.omega)
     }
@@ -495,9 +501,9 @@ pub(super) struct Evaluation {
     /// Applied share of the loads.
     pub(super) factor: f64,
     /// Jacobians of the forces beyond the reference, one per active element; empty if not requested.
-    pub(super) beyond: Vec<Matrix>,
+    pub(super) contact_jacobians: Vec<Matrix>,
     /// Contact forces of the active elements, and the closure of their cycles.
-    pub(super) contact: Vec<(Vec<f64>, Closure)>,
+    pub(super) contact: Vec<(Vec<f64>, PeriodicityError)>,
     pub(super) displacement: Vec<f64>,
     pub(super) residual: Vec<f64>,
     pub(super) condition: f64,
@@ -508,32 +514,32 @@ struct ElementContribution {
     /// Force beyond the reference with the sign of a load.
     force: Vec<f64>,
     beyond: Option<Matrix>,
-    contact: (Vec<f64>, Closure),
+    contact: (Vec<f64>, PeriodicityError),
 }
 
 impl Evaluation {
     /// Returns true if the evaluation has Jacobians.
     pub(super) fn has_jacobians(&self) -> bool {
-        self.beyond.len() == self.elements.len()
+        self.contact_jacobians.len() == self.elements.len()
     }
 }
 
 /// Data that depend only on the set of active elements.
-pub(super) struct Frame {
+pub(super) struct SolverCache {
     elements: Vec<usize>,
     /// The model among their degrees of freedom.
-    among: Among,
+    among: PortModel,
     /// The element part of the preconditioner, once it is built.
     part: Option<ElementPart>,
     /// Directions stored by earlier solves with this preconditioner.
-    learned: RefCell<Learned>,
+    learned: RefCell<SlowDirections>,
 }
 
-impl Frame {
+impl SolverCache {
     /// Discards the element part of the preconditioner and the stored directions.
     pub(super) fn forget(&mut self) {
         self.part = None;
-        *self.learned.borrow_mut() = Learned::default();
+        *self.learned.borrow_mut() = SlowDirections::default();
     }
 
     /// Solves `operator(x) = right` with the stored directions, and stores new ones. Returns x and the number of Krylov
@@ -555,7 +561,7 @@ impl Frame {
             &precondition(right),
             tolerance,
         )?;
-        memory.add(solved.learned);
+        memory.add(solved.slow_directions);
         Ok((solved.x, solved.iterations))
     }
 }
@@ -574,7 +580,7 @@ pub(super) enum Solver<'a> {
 }
 
 /// Change of the active unknowns and of the frequency.
-pub(super) struct Change {
+pub(super) struct NewtonStep {
     pub(super) unknowns: Vec<f64>,
     pub(super) omega: f64,
 }
@@ -646,7 +652,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             ports,
             forces,
             factor,
-            beyond,
+            contact_jacobians: beyond,
             contact,
             displacement,
             residual,
@@ -696,8 +702,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub(super) fn frame(
         &self,
         evaluation: &Evaluation,
-        old: Option<Frame>,
-    ) -> Result<Frame, DynamicsError> {
+        old: Option<SolverCache>,
+    ) -> Result<SolverCache, DynamicsError> {
         let mut frame = match old {
             Some(frame) if frame.elements == evaluation.elements => frame,
             _ => {
@@ -707,9 +713,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     true => Precision::Single,
                     false => Precision::Double,
                 };
-                Frame {
+                SolverCache {
                     elements: evaluation.elements.clone(),
-                    among: self.model.among(&ports, precision),
+                    among: self.model.restricted_to(&ports, precision),
                     part: None,
                     learned: RefCell::default(),
                 }
@@ -728,7 +734,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 basis,
                 harmonics,
                 elements,
-                &evaluation.beyond,
+                &evaluation.contact_jacobians,
             )?;
             frame.part = Some(part);
         }
@@ -736,7 +742,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     fn wants_krylov(&self, unknowns: usize) -> bool {
-        let modal = self.model.leading * self.harmonics().coefficients();
+        let modal = self.model.leading_coordinates * self.harmonics().coefficients();
         // The modal part is solved by elimination, so it must be the smaller part.
         self.model.basis.is_some()
             && unknowns > self.settings.dense_unknowns
@@ -746,12 +752,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub(super) fn solver<'a>(
         &'a self,
         evaluation: &'a Evaluation,
-        frame: &'a Frame,
+        frame: &'a SolverCache,
     ) -> Result<Solver<'a>, DynamicsError> {
         if let (true, Some(part)) = (self.wants_krylov(evaluation.residual.len()), &frame.part) {
             let harmonics = self.harmonics();
             return Ok(Solver::Krylov {
-                beyond: Blocks::new(self.width(), evaluation.beyond.iter()),
+                beyond: Blocks::new(self.width(), evaluation.contact_jacobians.iter()),
                 preconditioner: Preconditioner::new(
                     &self.threads,
                     part,
@@ -766,10 +772,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     fn dense(
         &self,
         evaluation: &Evaluation,
-        frame: &Frame,
+        frame: &SolverCache,
     ) -> Result<Solver<'static>, DynamicsError> {
         let matrix = self.jacobian(evaluation, frame);
-        let of_matrix = DynamicsError::of_matrix("Jacobian of the harmonic balance");
+        let of_matrix = DynamicsError::matrix_error("Jacobian of the harmonic balance");
         match matrix.clone().factorize().map_err(of_matrix) {
             Ok(factors) => Ok(Solver::Dense(factors)),
             // The mean position in full sliding without a spring has no equation. Least squares give the smallest step.
@@ -781,7 +787,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     normal.set(i, i, normal.at(i, i) + REGULARISATION * largest);
                 }
                 let of_matrix =
-                    DynamicsError::of_matrix("regularised Jacobian of the harmonic balance");
+                    DynamicsError::matrix_error("regularised Jacobian of the harmonic balance");
                 let normal = normal.factorize().map_err(of_matrix)?;
                 Ok(Solver::Regularised { matrix, normal })
             }
@@ -790,7 +796,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// Computes 1 + H G for the active unknowns.
-    fn jacobian(&self, evaluation: &Evaluation, frame: &Frame) -> Matrix {
+    fn jacobian(&self, evaluation: &Evaluation, frame: &SolverCache) -> Matrix {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
         let width = self.width();
@@ -805,7 +811,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     let value = block.at(i, j);
                     let (element, d) = (j / 3, j % 3);
                     let columns = element * width..(element + 1) * width;
-                    let source = |c: usize| evaluation.beyond[element].row(d * n + c);
+                    let source = |c: usize| evaluation.contact_jacobians[element].row(d * n + c);
                     let target = &mut matrix.row_mut(i * n + slot)[columns.clone()];
                     add_scaled(target, value.re, source(slot));
                     if index > 0 {
@@ -824,7 +830,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub(super) fn operate(
         &self,
         evaluation: &Evaluation,
-        frame: &Frame,
+        frame: &SolverCache,
         forces: &[f64],
         v: &[f64],
     ) -> Vec<f64> {
@@ -840,7 +846,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self,
         solver: &Solver<'_>,
         evaluation: &Evaluation,
-        frame: &Frame,
+        frame: &SolverCache,
         residual: &[f64],
         tolerance: f64,
     ) -> Result<(Vec<f64>, usize), DynamicsError> {
@@ -854,7 +860,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let right: Vec<f64> = residual.iter().map(|r| -r).collect();
         let operator = |v: &[f64]| self.operate(evaluation, frame, &beyond.apply(v), v);
         let precondition = |v: &[f64]| preconditioner.apply(v);
-        let solved = match self.is_costly {
+        let solved = match self.has_expensive_jacobian {
             true => frame.solve(operator, precondition, &right, tolerance),
             false => krylov::solve(operator, precondition, &right, tolerance)
                 .map(|solved| (solved.x, solved.iterations)),
@@ -876,7 +882,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     pub(super) fn dense_instead(
         &self,
         evaluation: &Evaluation,
-        frame: &Frame,
+        frame: &SolverCache,
         error: DynamicsError,
     ) -> Result<Solver<'static>, DynamicsError> {
         match evaluation.residual.len() <= MOST_DENSE {
@@ -908,7 +914,7 @@ impl Solver<'_> {
 const FREQUENCY_DIFFERENCE: f64 = 1e-6;
 
 /// Derivatives of the state and of the condition with frequency: the border of a Newton step.
-pub(super) struct Slope {
+pub(super) struct FrequencyDerivatives {
     /// ∂ residual / ∂ω.
     residual: Vec<f64>,
     /// ∂ condition / ∂ω at constant contact forces.
@@ -921,10 +927,10 @@ pub(super) struct Slope {
     total: f64,
 }
 
-impl Slope {
+impl FrequencyDerivatives {
     /// Returns the slope with another motion.
-    fn with_motion(&self, motion: Vec<f64>) -> Slope {
-        Slope {
+    fn with_motion(&self, motion: Vec<f64>) -> FrequencyDerivatives {
+        FrequencyDerivatives {
             total: self.partial + dot(&self.row, &motion),
             residual: self.residual.clone(),
             partial: self.partial,
@@ -945,19 +951,22 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self,
         solver: &Solver<'_>,
         evaluation: &Evaluation,
-        frame: &Frame,
-        slope: &Slope,
+        frame: &SolverCache,
+        slope: &FrequencyDerivatives,
         scale: f64,
         (residual, condition_residual): (&[f64], f64),
         tolerance: f64,
-    ) -> Result<(Change, usize), DynamicsError> {
+    ) -> Result<(NewtonStep, usize), DynamicsError> {
         let Solver::Krylov {
             beyond,
             preconditioner,
         } = solver
         else {
             let direct = solver.approximate(residual);
-            return Ok((self.completed(Some(slope), (direct, condition_residual)), 0));
+            return Ok((
+                self.with_frequency_step(Some(slope), (direct, condition_residual)),
+                0,
+            ));
         };
         let n = residual.len();
         let operator = |v: &[f64]| {
@@ -986,26 +995,26 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                     let exact = slope.with_motion(dense.approximate(&slope.residual));
                     let direct = dense.approximate(residual);
                     return Ok((
-                        self.completed(Some(&exact), (direct, condition_residual)),
+                        self.with_frequency_step(Some(&exact), (direct, condition_residual)),
                         MOST_ITERATIONS,
                     ));
                 }
                 solved => solved?,
             };
         let omega = unknowns.pop().unwrap_or_default() / scale;
-        Ok((Change { unknowns, omega }, iterations))
+        Ok((NewtonStep { unknowns, omega }, iterations))
     }
 
     /// Computes the derivatives of the state and of the condition with frequency.
     pub(super) fn slope(
         &self,
         evaluation: &Evaluation,
-        frame: &Frame,
+        frame: &SolverCache,
         solver: &Solver<'_>,
         condition: &Condition,
         omega: f64,
         tolerance: f64,
-    ) -> Result<Slope, DynamicsError> {
+    ) -> Result<FrequencyDerivatives, DynamicsError> {
         self.slope_by(evaluation, condition, omega, |residual| {
             let (motion, _) = self.step(solver, evaluation, frame, residual, tolerance)?;
             Ok(motion)
@@ -1019,7 +1028,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         solver: &Solver<'_>,
         condition: &Condition,
         omega: f64,
-    ) -> Result<Slope, DynamicsError> {
+    ) -> Result<FrequencyDerivatives, DynamicsError> {
         self.slope_by(evaluation, condition, omega, |residual| {
             Ok(solver.approximate(residual))
         })
@@ -1031,7 +1040,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         condition: &Condition,
         omega: f64,
         step: impl FnOnce(&[f64]) -> Result<Vec<f64>, DynamicsError>,
-    ) -> Result<Slope, DynamicsError> {
+    ) -> Result<FrequencyDerivatives, DynamicsError> {
         let by_frequency = self.by_frequency(evaluation, omega)?;
         let width = self.width();
         let elements = evaluation.elements.iter();
@@ -1041,7 +1050,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let partial = self.partial(condition, &by_frequency);
         let row = self.border(evaluation, condition);
         let total = partial + dot(&row, &motion);
-        Ok(Slope {
+        Ok(FrequencyDerivatives {
             residual,
             partial,
             row,
@@ -1112,7 +1121,10 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 .step_by(2)
                 .for_each(|sine| *sine = -*sine);
         }
-        let blocks = evaluation.elements.iter().zip(&evaluation.beyond);
+        let blocks = evaluation
+            .elements
+            .iter()
+            .zip(&evaluation.contact_jacobians);
         let rows = blocks.flat_map(|(element, jacobian)| {
             let response = &response[element * width..][..width];
             let mut row = vec![0.0; width];
@@ -1125,20 +1137,20 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// Completes `direct` = −J⁻¹ r by the motion with frequency (block elimination of the bordered system).
-    pub(super) fn completed(
+    pub(super) fn with_frequency_step(
         &self,
-        slope: Option<&Slope>,
+        slope: Option<&FrequencyDerivatives>,
         (mut direct, condition_residual): (Vec<f64>, f64),
-    ) -> Change {
+    ) -> NewtonStep {
         let Some(slope) = slope else {
-            return Change {
+            return NewtonStep {
                 unknowns: direct,
                 omega: 0.0,
             };
         };
         let omega = -(condition_residual + dot(&slope.row, &direct)) / slope.total;
         add_scaled(&mut direct, omega, &slope.motion);
-        Change {
+        NewtonStep {
             unknowns: direct,
             omega,
         }
@@ -1187,7 +1199,7 @@ const REFUSED: u64 = 2;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Solves for the response from `state` at the load `factor`, or reads it from the journal.
-    pub(super) fn newton(
+    pub(super) fn solve_or_read(
         &self,
         state: State,
         factor: f64,
@@ -1207,39 +1219,39 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Response, DynamicsError> {
         let tolerance = tolerance.max(self.settings.tolerance);
         if !self.journal.is_open() {
-            return self.newton_from(&mut None, tolerance, state, factor, condition);
+            return self.solve_with_frame(&mut None, tolerance, state, factor, condition);
         }
         let inputs = self.inputs(&state, factor, condition, tolerance);
-        if let Some(stored) = self.journal.take(&inputs) {
+        if let Some(stored) = self.journal.reuse(&inputs) {
             // An entry without a response is solved again. It is not stored again.
             let decoded = self.read(&stored);
             return decoded.unwrap_or_else(|| {
-                self.newton_from(&mut None, tolerance, state, factor, condition)
+                self.solve_with_frame(&mut None, tolerance, state, factor, condition)
             });
         }
         let before = self.effort.spent();
-        let result = self.newton_from(&mut None, tolerance, state, factor, condition);
+        let result = self.solve_with_frame(&mut None, tolerance, state, factor, condition);
         let spent = self.effort.spent() - before;
         self.journal.add(&inputs, &encode(&result, spent));
         result
     }
 
     /// Solves for the response from `state` with the `frame` of an earlier solve nearby, without the journal.
-    pub(super) fn newton_from(
+    pub(super) fn solve_with_frame(
         &self,
-        frame: &mut Option<Frame>,
+        frame: &mut Option<SolverCache>,
         tolerance: f64,
         state: State,
         factor: f64,
         condition: &Condition,
     ) -> Result<Response, DynamicsError> {
         let converge = || self.converge(state, factor, condition, tolerance, frame);
-        self.threads.within(converge)
+        self.threads.install(converge)
     }
 
     /// Returns the two branches that `work` computes, or reads them from the journal. `by` are the numbers that they
     /// depend on.
-    pub(super) fn kept_branches(
+    pub(super) fn stored_or_computed_branches(
         &self,
         by: &[f64],
         work: impl FnOnce() -> Option<[Vec<Response>; 2]>,
@@ -1248,7 +1260,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return work();
         }
         let inputs = Inputs::default().numbers(by).numbers(&self.load_rows);
-        if let Some(stored) = self.journal.take(&inputs)
+        if let Some(stored) = self.journal.reuse(&inputs)
             && let Some(decoded) = self.read_branches(&stored)
         {
             return decoded;
@@ -1345,7 +1357,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             correction: reader.number()?,
             closure: reader.number()?,
             energy: Energy {
-                input: reader.number()?,
+                load_work: reader.number()?,
                 friction: reader.number()?,
                 viscous: reader.number()?,
                 hysteretic: reader.number()?,
@@ -1365,7 +1377,7 @@ fn write_response(out: &mut Writer, response: &Response) {
     let energy = &response.energy;
     out.numbers(&[response.correction, response.closure]);
     let Energy {
-        input,
+        load_work: input,
         friction,
         viscous,
         hysteretic,

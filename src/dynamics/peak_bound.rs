@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-9;
 impl SecondOrder {
     /// Returns for each coordinate whether it may exchange energy with the motion of a port: through mass, damping or
     /// stiffness, or along the normal or in the plane of a contact.
-    pub(super) fn sharing(&self, port: usize) -> Vec<bool> {
+    pub(super) fn exchanges_energy_with_port(&self, port: usize) -> Vec<bool> {
         let n = self.mass.rows();
         let moves = |port: usize, k: usize| self.basis.at(port, k) != 0.0;
         // Groups of ports that exchange energy with each other.
@@ -125,7 +125,7 @@ fn size(forces: &Forces) -> f64 {
 }
 
 /// Returns the bound of the velocity of a port in the first harmonic \[m/s\].
-pub(super) fn velocity(port: &[f64], forces: &Forces) -> f64 {
+pub(super) fn velocity_bound(port: &[f64], forces: &Forces) -> f64 {
     let along = forces.get(&1).map_or(0.0, |force| {
         let each = force.iter().zip(port);
         each.map(|(f, s)| f * s).sum::<Complex64>().norm()
@@ -140,7 +140,7 @@ fn norm(values: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::oscillator::{Oscillator, mass_on_springs};
-    use super::{DampingRates, Load, velocity};
+    use super::{DampingRates, Load, velocity_bound};
 
     const DAMPING: [f64; 3] = [2.0, 5.0, 0.0];
 
@@ -148,17 +148,17 @@ mod tests {
     fn a_resonance_reaches_what_damping_allows() {
         let model = mass_on_springs([1.0, 3.0, 2.0], DAMPING, [1e4, 2e4, 3e4], 3).unwrap();
         let damping = DampingRates::of(&model).unwrap();
-        let plane = model.sharing(0);
+        let plane = model.exchanges_energy_with_port(0);
         assert_eq!(plane, [true, true, false]);
         let of = |loads: &[Load]| damping.forces(loads, 0, &plane).unwrap();
         let along_x = of(&[Oscillator::load(0, 8.0, 0.3)]);
         let port = damping.scaled(0).unwrap();
         // F/c.
-        assert!((velocity(&port, &along_x) / 4.0 - 1.0).abs() < 1e-12);
+        assert!((velocity_bound(&port, &along_x) / 4.0 - 1.0).abs() < 1e-12);
         // A second load may be out of phase and supplies additional power.
         let mut loads = vec![Oscillator::load(0, 8.0, 0.3), Oscillator::load(1, 6.0, 1.2)];
         let both = of(&loads);
-        assert!(velocity(&port, &both) > 4.0);
+        assert!(velocity_bound(&port, &both) > 4.0);
         // A load along the normal supplies no power in the plane.
         loads.push(Oscillator::load(2, 100.0, 0.0));
         assert_eq!(of(&loads), both);

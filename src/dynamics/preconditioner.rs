@@ -40,7 +40,7 @@ impl ElementPart {
         beyond: &[Matrix],
     ) -> Result<ElementPart, DynamicsError> {
         let n = harmonics.coefficients();
-        let m = model.leading;
+        let m = model.leading_coordinates;
         let width = 3 * n;
         let mut shapes = Matrix::zeros(3 * active.len(), m);
         for (place, &element) in active.iter().enumerate() {
@@ -51,7 +51,7 @@ impl ElementPart {
         }
         let element_blocks = |(&element, jacobian): (&usize, &Matrix)| {
             let mut local = Matrix::identity(width);
-            if let Some(blocks) = &model.local {
+            if let Some(blocks) = &model.element_flexibility {
                 for d in 0..3 {
                     for e in 0..3 {
                         let flexibility = blocks.at(3 * element + d, e);
@@ -62,7 +62,7 @@ impl ElementPart {
                     }
                 }
             }
-            let of_matrix = DynamicsError::of_matrix("element with its own flexibility");
+            let of_matrix = DynamicsError::matrix_error("element with its own flexibility");
             let inverse = local.factorize().map_err(of_matrix)?.inverse();
             let transfer = jacobian.times(&inverse);
             Ok((inverse, transfer))
@@ -174,7 +174,7 @@ impl<'a> Preconditioner<'a> {
                 add_scaled(target, 1.0, product.row(i));
             }
         }
-        let of_matrix = DynamicsError::of_matrix("modal part of the preconditioner");
+        let of_matrix = DynamicsError::matrix_error("modal part of the preconditioner");
         Ok(Preconditioner {
             part,
             harmonics,

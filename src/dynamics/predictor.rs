@@ -9,7 +9,7 @@ use crate::linalg::add_scaled;
 /// Highest order of the extrapolating polynomial.
 const HIGHEST_ORDER: usize = 3;
 /// Number of responses used: the nodes of the polynomial, and one more to choose the order.
-pub(super) const REMEMBERED: usize = HIGHEST_ORDER + 2;
+pub(super) const PREDICTOR_POINTS: usize = HIGHEST_ORDER + 2;
 
 /// Extrapolates responses at `places` along a curve or a sweep to a start at `place`.
 ///

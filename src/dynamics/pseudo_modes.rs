@@ -84,7 +84,7 @@ pub fn pseudo_modes(
         &gram(&inertia_vectors, &flexibility_vectors),
         &gram(&vectors, &inertia_vectors),
     )
-    .map_err(DynamicsError::of_matrix("residual mass"))?;
+    .map_err(DynamicsError::matrix_error("residual mass"))?;
     let inertia_vectors = inertia_vectors.times(&rotation);
     let lowest: Vec<usize> = (0..columns.len())
         .rev()
@@ -124,7 +124,7 @@ enum Inverse {
 
 impl Inverse {
     fn of(flexibility: &Matrix) -> Result<Inverse, DynamicsError> {
-        let of_matrix = DynamicsError::of_matrix("residual flexibility");
+        let of_matrix = DynamicsError::matrix_error("residual flexibility");
         match flexibility.clone().factorize().map_err(&of_matrix) {
             Ok(factors) => Ok(Inverse::Whole(factors)),
             Err(error) if error.is_singular() => {

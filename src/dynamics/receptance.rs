@@ -11,7 +11,7 @@ use crate::linalg::RowMatrix as Matrix;
 pub struct Receptance<F> {
     /// Receptance of the ports without contact springs at an angular frequency \[m/N\], `ports × ports`, symmetric. The
     /// harmonic balance also evaluates it at 0.
-    pub matrix: F,
+    pub receptance: F,
     /// Number of ports.
     pub ports: usize,
     /// Number of contact degrees of freedom, which are the first ports.
@@ -30,7 +30,7 @@ where
         self.ports
     }
 
-    fn close(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
+    fn with_closed_contact(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError> {
         if springs.len() != self.contact_dofs {
             return Err(DynamicsError::Length {
                 what: "contact springs",
@@ -39,16 +39,16 @@ where
             });
         }
         Ok(ClosedModel {
-            leading: self.ports,
-            local: None,
+            leading_coordinates: self.ports,
+            element_flexibility: None,
             basis: None,
             residual: None,
             core: Box::new(ReceptanceCore {
-                matrix: self.matrix.clone(),
+                matrix: self.receptance.clone(),
                 ports: self.ports,
                 springs: springs.to_vec(),
             }),
-            floating: None,
+            rigid_motions: None,
         })
     }
 }
@@ -81,7 +81,9 @@ impl<F: Fn(f64) -> Matrix<Complex64> + Send + Sync> Core for ReceptanceCore<F> {
         }
         system
             .factorize()
-            .map_err(DynamicsError::of_matrix("receptance with closed contact"))?
+            .map_err(DynamicsError::matrix_error(
+                "receptance with closed contact",
+            ))?
             .solve_columns(&mut free);
         Ok(free)
     }

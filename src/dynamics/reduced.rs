@@ -1,6 +1,6 @@
 //! Reduced finite-element structure as a model for the harmonic balance.
 //!
-//! [`Reduced`] stores for every contact element the displacement of the upper body *minus* the displacement of the
+//! [`ReducedStructure`] stores for every contact element the displacement of the upper body *minus* the displacement of the
 //! lower one, so its normal port is positive when the joint opens. Here, a normal displacement is positive when the
 //! bodies approach. x and y are the same in both.
 //!
@@ -13,7 +13,7 @@ use super::pseudo_modes::pseudo_modes;
 use super::{DynamicsError, InterfaceElement};
 use crate::linalg;
 use crate::linalg::RowMatrix as Matrix;
-use crate::structure::reduction::{Reduced, remove};
+use crate::structure::reduction::{ReducedStructure, subtract_modes};
 
 /// Number of pseudo-modes in addition to the modes of a reduced structure. For the 30-mode resonator at 979 Hz, six
 /// leave an error of 0.001 Hz of the shift due to the slope of the residual, and twelve leave the same: the rest is the
@@ -50,7 +50,7 @@ pub fn reference_springs<E: InterfaceElement>(elements: &[E]) -> Vec<f64> {
 /// [`DynamicsError::Length`] if the numbers of springs and contact degrees of freedom differ; [`DynamicsError::Matrix`]
 /// for a residual that is not a flexibility.
 pub fn reduced_model(
-    reduced: &Reduced,
+    reduced: &ReducedStructure,
     ports: &[usize],
     damping: Damping<'_>,
 ) -> Result<SecondOrder, DynamicsError> {
@@ -140,8 +140,8 @@ pub fn reduced_model(
 ///
 /// # Errors
 /// [`DynamicsError::Matrix`] for a residual that is not a flexibility.
-pub fn reduction_error(reduced: &Reduced) -> Result<Option<f64>, DynamicsError> {
-    let Some(checked) = &reduced.checked else {
+pub fn reduction_error(reduced: &ReducedStructure) -> Result<Option<f64>, DynamicsError> {
+    let Some(checked) = &reduced.reference else {
         return Ok(None);
     };
     let slope = by_rows(&reduced.residual_slope);
@@ -152,11 +152,11 @@ pub fn reduction_error(reduced: &Reduced) -> Result<Option<f64>, DynamicsError> 
     });
     let mut remaining = checked.flexibility.clone();
     let receptance = |omega: f64| 1.0 / (omega * omega + checked.shift);
-    remove(&mut remaining, &reduced.rigid, |_| receptance(0.0));
-    remove(&mut remaining, &reduced.shapes, |r| {
+    subtract_modes(&mut remaining, &reduced.rigid, |_| receptance(0.0));
+    subtract_modes(&mut remaining, &reduced.shapes, |r| {
         receptance(reduced.omega[r])
     });
-    remove(&mut remaining, &shapes, |r| receptance(pseudo.omega[r]));
+    subtract_modes(&mut remaining, &shapes, |r| receptance(pseudo.omega[r]));
     // NaN sorts last and is reported.
     let largest =
         |values: &mut dyn Iterator<Item = f64>| values.map(f64::abs).max_by(f64::total_cmp);

@@ -176,7 +176,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// lowers the resonance.
     fn linear_resonance(&self, range: (f64, f64)) -> Result<Option<f64>, DynamicsError> {
         let resonances =
-            self.linear_phase_resonances((range.0, range.1 + 0.5 * (range.1 - range.0)))?;
+            self.reference_phase_resonances((range.0, range.1 + 0.5 * (range.1 - range.0)))?;
         let strongest = resonances
             .into_iter()
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
@@ -185,7 +185,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// Returns the phase resonances of the reference state between two angular frequencies \[rad/s\], ascending, with
     /// the displacement at the drive \[m\].
-    pub(super) fn linear_phase_resonances(
+    pub(super) fn reference_phase_resonances(
         &self,
         range: (f64, f64),
     ) -> Result<Vec<(f64, f64)>, DynamicsError> {
@@ -194,7 +194,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             slot,
             weights,
         } = self.phase_lag()?;
-        let among = self.model.among(&self.load_ports, Precision::Double);
+        let among = self
+            .model
+            .restricted_to(&self.load_ports, Precision::Double);
         let n = self.harmonics().coefficients();
         let amplitude = |row: &[f64]| Complex64::new(row[slot], -row[slot + 1]);
         let drive = self.load_ports.iter().position(|p| *p == port);
@@ -267,7 +269,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let elements = self.elements.iter().zip(rows).zip(&start.active);
             let moved_elements = elements.filter(|(_, active)| **active);
             let moved_elements = moved_elements.map(|((element, row), _)| {
-                1.0 - element.following_share(&self.sampling.synthesise(row))
+                1.0 - element.reference_share(&self.sampling.synthesise(row))
             });
             if moved_elements.sum::<f64>() <= most_moved {
                 break;
@@ -275,14 +277,18 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             factor *= 0.5;
         }
         // The sliders of a bank slip one after the other, so half of them is far already.
-        let margin = if self.is_costly { 1.0 } else { 2.0 };
+        let margin = if self.has_expensive_jacobian {
+            1.0
+        } else {
+            2.0
+        };
         Ok(f64::min(margin * factor, 1.0))
     }
 
     /// Tracks the phase resonance from the linear resonance at a sufficiently small load up to the full load.
     ///
     /// # Errors
-    /// [`DynamicsError::Overloaded`] with the largest load that has a resonance, or the error of the first solve.
+    /// [`DynamicsError::ResonanceNotTracked`] with the largest load that has a resonance, or the error of the first solve.
     fn raise_resonance(&self, omega: f64, lag: &Term) -> Result<Response, DynamicsError> {
         let tolerance = |factor: f64| if factor < 1.0 { ON_THE_WAY } else { 0.0 };
         let mut factor = self.first_load(omega)?;
@@ -329,11 +335,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             let displacement = self.sampling.synthesise(row);
             match element.follows_reference(&displacement) {
                 true => 0.0,
-                false => 1.0 - element.following_share(&displacement),
+                false => 1.0 - element.reference_share(&displacement),
             }
         });
         let slipping = slip_shares.sum::<f64>() / self.elements.len().max(1) as f64;
-        DynamicsError::Overloaded {
+        DynamicsError::ResonanceNotTracked {
             frequency: last.frequency(),
             load_factor: last.load_factor,
             slipping,
@@ -433,7 +439,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         for _ in 0..BISECTIONS {
             for near in [&low, &high] {
                 let start = self.start_from(&near.start(), near.omega, 1.0)?;
-                match self.newton(start, 1.0, &Condition::zero(*lag)) {
+                match self.solve_or_read(start, 1.0, &Condition::zero(*lag)) {
                     Ok(response) => return Ok(response),
                     Err(error) => failure = Some(error),
                 }
@@ -481,14 +487,14 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         guess: &Start,
     ) -> Result<Response, DynamicsError> {
         let start = self.solve(guess.omega.clamp(range.0, range.1), Some(guess))?;
-        self.peak_from(port, range, start)
+        self.peak_near(port, range, start)
     }
 
     /// Computes the peak at `port`, between the angular frequencies of `range`, near the response `start`.
     ///
     /// # Errors
     /// As [`Self::peak`].
-    pub(super) fn peak_from(
+    pub(super) fn peak_near(
         &self,
         port: usize,
         range: (f64, f64),
@@ -643,7 +649,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let origin = self.first_harmonic(start, port, slot)[1];
         let mut near = self.phase_point(start.clone(), port, slot, origin)?;
         let flat = self.flat_angle();
-        if near.slope == 0.0 || self.is_costly && near.slope.abs() <= flat {
+        if near.slope == 0.0 || self.has_expensive_jacobian && near.slope.abs() <= flat {
             return Ok(near.response);
         }
         if let Some(peak) = self.peak_by_slopes(&near, port, slot)
@@ -718,7 +724,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 return None;
             }
             let next = self.solve_at_phase(from, phase, port, slot).ok()?;
-            if next.slope == 0.0 || self.is_costly && next.slope.abs() <= self.flat_angle() {
+            if next.slope == 0.0
+                || self.has_expensive_jacobian && next.slope.abs() <= self.flat_angle()
+            {
                 return Some(next.response);
             }
             angle = -next.slope * (next.phase - from.phase) / (next.slope - from.slope);
@@ -737,7 +745,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// Returns the angle to a peak that ends the search \[rad\].
     fn flat_angle(&self) -> f64 {
-        match self.is_costly {
+        match self.has_expensive_jacobian {
             true => DEAR,
             false => FLAT,
         }

@@ -21,7 +21,7 @@ const STILL: f64 = 1e-9;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Energy {
     /// Work of the loads, π F |u| sin φ for one load.
-    pub input: f64,
+    pub load_work: f64,
     /// Work of the contact forces, from the harmonics of force and displacement.
     pub friction: f64,
     /// Loss of the viscous damping.
@@ -34,7 +34,7 @@ impl Energy {
     /// Returns the input less all losses, over the largest of them; 0 without motion.
     pub fn imbalance(&self) -> f64 {
         let scale = self
-            .input
+            .load_work
             .abs()
             .max(self.friction.abs())
             .max(self.viscous.abs())
@@ -42,7 +42,7 @@ impl Energy {
         if scale == 0.0 {
             0.0
         } else {
-            (self.input - self.friction - self.viscous - self.hysteretic).abs() / scale
+            (self.load_work - self.friction - self.viscous - self.hysteretic).abs() / scale
         }
     }
 }
@@ -89,7 +89,7 @@ pub struct Start {
 
 impl Start {
     /// Converts this start from the harmonics `from` to the harmonics `to`.
-    pub fn transferred(&self, from: &Harmonics, to: &Harmonics) -> Start {
+    pub fn in_harmonics(&self, from: &Harmonics, to: &Harmonics) -> Start {
         Start {
             displacement: from.transfer(&self.displacement, to),
             ..self.clone()
@@ -98,7 +98,7 @@ impl Start {
 
     /// Returns the same motion, delayed by an angle of the fundamental \[rad\] and scaled by `size`; its means are
     /// unchanged.
-    pub(super) fn turned(&self, harmonics: &Harmonics, angle: f64, size: f64) -> Start {
+    pub(super) fn delayed_and_scaled(&self, harmonics: &Harmonics, angle: f64, size: f64) -> Start {
         let turns = harmonics.orders()[1..].iter();
         let turns: Vec<(f64, f64)> = turns
             .map(|order| (f64::from(*order) * angle).sin_cos())
@@ -117,11 +117,11 @@ impl Start {
     /// Checks that a response is the same resonance as this start, by its frequency.
     ///
     /// # Errors
-    /// [`DynamicsError::Lost`] if it is not.
+    /// [`DynamicsError::ResonanceLost`] if it is not.
     pub fn require_same_resonance(&self, response: &Response) -> Result<(), DynamicsError> {
         let ratio = response.omega / self.omega;
         if ratio.max(1.0 / ratio) > ANOTHER {
-            return Err(DynamicsError::Lost {
+            return Err(DynamicsError::ResonanceLost {
                 before: self.omega / TAU,
                 found: response.frequency(),
             });
@@ -196,7 +196,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ///
     /// # Errors
     /// [`DynamicsError::NotClosed`].
-    fn contact_forces(
+    fn converged_contact_forces(
         &self,
         contact: &[f64],
         evaluation: &Evaluation,
@@ -252,7 +252,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     ) -> Result<Response, DynamicsError> {
         let harmonics = self.harmonics();
         let n = harmonics.coefficients();
-        let (force, closure) = self.contact_forces(&state.contact, &evaluation)?;
+        let (force, closure) = self.converged_contact_forces(&state.contact, &evaluation)?;
         let mut displacement = evaluation.displacement;
         // All forces on the closed structure: loads, and contact forces beyond the reference.
         let mut ports = self.load_ports.clone();
@@ -283,7 +283,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             .flat_map(|p| displacement[p * n..(p + 1) * n].to_vec())
             .collect();
         let energy = Energy {
-            input: harmonics.work(&load_rows, &load_displacements),
+            load_work: harmonics.work(&load_rows, &load_displacements),
             friction: harmonics.work(&force, &state.contact),
             viscous,
             hysteretic,
@@ -310,7 +310,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         rows: &[f64],
         factor: f64,
     ) -> Result<(), DynamicsError> {
-        let Some(motions) = &self.model.floating else {
+        let Some(motions) = &self.model.rigid_motions else {
             return Ok(());
         };
         let n = self.harmonics().coefficients();

@@ -22,7 +22,7 @@ pub enum FrictionLaw {
 
 impl FrictionLaw {
     /// Returns true if friction with this limit \[N\] can hold the tangential force.
-    pub(super) fn holds(self, force: [f64; 2], limit: f64) -> bool {
+    pub(super) fn contains(self, force: [f64; 2], limit: f64) -> bool {
         match self {
             FrictionLaw::Cone => square(force) <= ON_LIMIT * limit * limit,
             FrictionLaw::Box => force.iter().all(|t| t.abs() <= limit),
@@ -59,12 +59,12 @@ impl Slider {
     }
 
     /// Returns true if the slider bears load at rest, or as soon as it is pressed.
-    pub(super) fn bears(&self) -> bool {
+    pub(super) fn bears_load_at_rest(&self) -> bool {
         self.normal_load > 0.0 || (self.gap == 0.0 && self.normal_stiffness > 0.0)
     }
 
     /// Returns the tangential stiffness, or 0 without `friction` (µ).
-    pub(super) fn gripping_stiffness(&self, friction: f64) -> f64 {
+    pub(super) fn effective_tangential_stiffness(&self, friction: f64) -> f64 {
         if friction > 0.0 {
             self.tangential_stiffness
         } else {
@@ -80,15 +80,15 @@ impl Slider {
         friction: f64,
         displacement: &[[f64; 3]],
     ) -> bool {
-        let bears = self.bears();
-        let kt = self.gripping_stiffness(friction);
+        let bears = self.bears_load_at_rest();
+        let kt = self.effective_tangential_stiffness(friction);
         displacement.iter().all(|u| {
             let load = self.bilateral_load(u[2]);
             if !bears {
                 return load <= 0.0;
             }
             let limit = friction * load;
-            load >= 0.0 && law.holds([kt * u[0], kt * u[1]], limit)
+            load >= 0.0 && law.contains([kt * u[0], kt * u[1]], limit)
         })
     }
 }
@@ -299,7 +299,7 @@ pub(super) fn step<T: Number>(
             (clamped, step)
         }
         FrictionLaw::Cone => {
-            if law.holds(trial.map(T::value), limit.value()) {
+            if law.contains(trial.map(T::value), limit.value()) {
                 return (trial, Step::Stick);
             }
             let limit_before = if closes {
@@ -314,7 +314,7 @@ pub(super) fn step<T: Number>(
 
 /// Computes the tangential force after a step in which the slider stays closed and sticks. Returns `None` for any other
 /// step. The inputs are those of [`step`].
-pub(super) fn held(
+pub(super) fn sticking_force(
     law: FrictionLaw,
     stiffness: f64,
     friction: f64,
@@ -323,7 +323,7 @@ pub(super) fn held(
     [before, after]: [f64; 2],
 ) -> Option<[f64; 2]> {
     let trial = [0, 1].map(|d| force[d] + stiffness * delta[d]);
-    (before >= 0.0 && after > 0.0 && law.holds(trial, friction * after)).then_some(trial)
+    (before >= 0.0 && after > 0.0 && law.contains(trial, friction * after)).then_some(trial)
 }
 
 /// Returns the length of a force vector. Forces are far from the extreme numbers for which `hypot` would be needed.

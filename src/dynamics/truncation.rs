@@ -36,7 +36,7 @@ const FEW: u32 = 3;
 
 /// Estimated relative errors of a resonance due to missing harmonics and too few samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Truncation {
+pub struct TruncationError {
     /// Error of the frequency of the phase resonance.
     pub frequency: f64,
     /// Error of the amplitude there, and of the peak.
@@ -44,40 +44,43 @@ pub struct Truncation {
     /// Error of the energy that friction dissipates per cycle.
     pub friction_energy: f64,
     /// Estimated relative change of the frequency with all harmonics, with its sign. `None` if unknown.
-    pub expected: Option<f64>,
+    pub expected_frequency_change: Option<f64>,
 }
 
-impl Truncation {
+impl TruncationError {
     /// Errors if no response was found with more harmonics.
-    const UNKNOWN: Truncation = Truncation {
+    const UNKNOWN: TruncationError = TruncationError {
         frequency: UNKNOWN,
         amplitude: UNKNOWN,
         friction_energy: UNKNOWN,
-        expected: None,
+        expected_frequency_change: None,
     };
 
     /// Errors of a response without truncation.
-    pub const NONE: Truncation = Truncation {
+    pub const NONE: TruncationError = TruncationError {
         frequency: 0.0,
         amplitude: 0.0,
         friction_energy: 0.0,
-        expected: Some(0.0),
+        expected_frequency_change: Some(0.0),
     };
 
-    fn plus(self, other: Truncation) -> Truncation {
-        Truncation {
+    fn plus(self, other: TruncationError) -> TruncationError {
+        TruncationError {
             frequency: self.frequency + other.frequency,
             amplitude: self.amplitude + other.amplitude,
             friction_energy: self.friction_energy + other.friction_energy,
-            expected: self.expected.zip(other.expected).map(|(a, b)| a + b),
+            expected_frequency_change: self
+                .expected_frequency_change
+                .zip(other.expected_frequency_change)
+                .map(|(a, b)| a + b),
         }
     }
 
     /// Adds the Newton correction of a resonance if it exceeds the `tolerance`. An unknown error, or the error of an
     /// amplitude that is rounding, is 1.
-    fn with_newton_error(self, resonance: &Resonance, tolerance: f64) -> Truncation {
+    fn with_newton_error(self, resonance: &Resonance, tolerance: f64) -> TruncationError {
         let left = resonance
-            .in_force()
+            .governing()
             .correction
             .max(resonance.peak.correction);
         let left = if left > tolerance { left } else { 0.0 };
@@ -85,7 +88,7 @@ impl Truncation {
             true => UNKNOWN,
             false => self.amplitude,
         };
-        Truncation {
+        TruncationError {
             frequency: self.frequency.min(UNKNOWN) + left,
             amplitude: amplitude.min(UNKNOWN) + left,
             friction_energy: self.friction_energy.min(UNKNOWN) + left,
@@ -93,12 +96,12 @@ impl Truncation {
         }
     }
 
-    fn scaled(self, factor: f64) -> Truncation {
-        Truncation {
+    fn scaled(self, factor: f64) -> TruncationError {
+        TruncationError {
             frequency: factor * self.frequency,
             amplitude: factor * self.amplitude,
             friction_energy: factor * self.friction_energy,
-            expected: self.expected,
+            expected_frequency_change: self.expected_frequency_change,
         }
     }
 
@@ -109,10 +112,10 @@ impl Truncation {
 }
 
 /// Resonance with its balance and its truncation error.
-pub struct Resolved<'a> {
+pub struct ResolvedResonance<'a> {
     pub balance: HarmonicBalance<ContactElement>,
     pub resonance: Resonance,
-    pub truncation: Truncation,
+    pub truncation: TruncationError,
     pub(super) vibration: &'a Vibration,
     /// Whether the peak and the errors are still missing.
     is_open: bool,
@@ -124,7 +127,7 @@ pub struct Resolved<'a> {
 
 /// Request to use the response with more harmonics as the result.
 #[derive(Debug, Clone, Copy)]
-pub struct HarmonicCorrection<'a> {
+pub struct CorrectionRequest<'a> {
     /// The correction of a nearby response, if known; the solve starts from it.
     pub near: Option<&'a Correction>,
 }
@@ -197,7 +200,7 @@ impl Correction {
         }
     }
 
-    /// Applies the correction to a response of a balance. `finer` is the balance with the harmonics of the correction.
+    /// Applies the correction to a response of a balance. `refined_balance` is the balance with the harmonics of the correction.
     fn apply(
         &self,
         coarse: &HarmonicBalance<ContactElement>,
@@ -218,10 +221,10 @@ impl Correction {
         };
         Response {
             omega: response.omega * (1.0 + self.frequency),
-            force: finer.forces(&displacement),
+            force: finer.contact_forces(&displacement),
             displacement,
             energy: Energy {
-                input,
+                load_work: input,
                 friction,
                 viscous,
                 hysteretic,
@@ -234,7 +237,7 @@ impl Correction {
 fn energies(response: &Response) -> [f64; 4] {
     let energy = response.energy;
     [
-        energy.input,
+        energy.load_work,
         energy.friction,
         energy.viscous,
         energy.hysteretic,
@@ -255,35 +258,35 @@ impl Vibration {
         elements: Vec<ContactElement>,
         start: Option<(&Harmonics, &Start)>,
         tolerance: Option<f64>,
-    ) -> Result<Resolved<'_>, DynamicsError> {
-        self.resolve_in_force(elements, start)?
-            .completed(tolerance, None)
+    ) -> Result<ResolvedResonance<'_>, DynamicsError> {
+        self.resolve_governing_response(elements, start)?
+            .with_peak_and_errors(tolerance, None)
     }
 
     /// Computes the resonance of [`Vibration::resolve`] without the peak, the errors and the extension of the
-    /// harmonics. A caller may try other elements before [`Resolved::completed`].
+    /// harmonics. A caller may try other elements before [`ResolvedResonance::with_peak_and_errors`].
     ///
     /// # Errors
     /// As [`Vibration::resonance`].
-    pub fn resolve_in_force(
+    pub fn resolve_governing_response(
         &self,
         elements: Vec<ContactElement>,
         start: Option<(&Harmonics, &Start)>,
-    ) -> Result<Resolved<'_>, DynamicsError> {
+    ) -> Result<ResolvedResonance<'_>, DynamicsError> {
         let harmonics = match start {
             Some((of_start, _)) if of_start.highest() > self.harmonics.highest() => of_start,
             _ => &self.harmonics,
         };
         let balance = self.balance_of(elements, harmonics.clone())?;
         let start = match start {
-            Some((of_start, start)) => Some(start.transferred(of_start, harmonics)),
+            Some((of_start, start)) => Some(start.in_harmonics(of_start, harmonics)),
             None => self.start_in_few_harmonics(&balance),
         };
-        let response = self.response_in_force(&balance, start.as_ref())?;
-        Ok(Resolved {
+        let response = self.governing_response(&balance, start.as_ref())?;
+        Ok(ResolvedResonance {
             resonance: self.without_peak(&balance, response)?,
             balance,
-            truncation: Truncation::UNKNOWN,
+            truncation: TruncationError::UNKNOWN,
             vibration: self,
             is_open: true,
             correction: None,
@@ -303,12 +306,12 @@ impl Vibration {
         balance: HarmonicBalance<ContactElement>,
         resonance: Resonance,
         tolerance: Option<f64>,
-        request: Option<HarmonicCorrection>,
-    ) -> Result<Resolved<'_>, DynamicsError> {
-        let mut resolved = Resolved {
+        request: Option<CorrectionRequest>,
+    ) -> Result<ResolvedResonance<'_>, DynamicsError> {
+        let mut resolved = ResolvedResonance {
             resonance,
             balance,
-            truncation: Truncation::UNKNOWN,
+            truncation: TruncationError::UNKNOWN,
             vibration: self,
             is_open: false,
             correction: None,
@@ -341,15 +344,15 @@ impl Vibration {
             resolved.extensions.push(Extension {
                 highest: finer.harmonics().highest(),
                 error: largest_error,
-                iterations: resonance.in_force().iterations,
+                iterations: resonance.governing().iterations,
                 unknowns: 3 * finer.elements().len() * coefficients,
             });
             if request.is_some() {
                 resolved.correction = Some(Correction::between(
                     &resolved.balance,
-                    resolved.resonance.in_force(),
+                    resolved.resonance.governing(),
                     &finer,
-                    resonance.in_force(),
+                    resonance.governing(),
                 ));
             }
             let finer = finer.harmonics().clone();
@@ -367,7 +370,7 @@ impl Vibration {
             let before = &resolved.resonance;
             let is_end = before.peak_kind == ResonanceKind::End;
             resolved.resonance = Resonance {
-                is_beside: before.is_beside,
+                is_peak_near_phase_resonance: before.is_peak_near_phase_resonance,
                 peak_kind: match is_end {
                     true => ResonanceKind::End,
                     false => resonance.peak_kind,
@@ -399,16 +402,16 @@ impl Vibration {
         let few_balance = self
             .balance_of(balance.elements().to_vec(), few_harmonics)
             .ok()?;
-        let response = self.response_in_force(&few_balance, None).ok()?;
+        let response = self.governing_response(&few_balance, None).ok()?;
         Some(
             response
                 .start()
-                .transferred(few_balance.harmonics(), balance.harmonics()),
+                .in_harmonics(few_balance.harmonics(), balance.harmonics()),
         )
     }
 }
 
-impl Resolved<'_> {
+impl ResolvedResonance<'_> {
     /// Returns an upper bound of the peak \[m\] for any contact. `None` if damping does not limit the peak, or if the
     /// structure has a residual flexibility.
     pub fn peak_bound(&self) -> Option<f64> {
@@ -419,17 +422,17 @@ impl Resolved<'_> {
     ///
     /// # Errors
     /// As [`Vibration::resonance`].
-    pub fn completed(
+    pub fn with_peak_and_errors(
         mut self,
         tolerance: Option<f64>,
-        request: Option<HarmonicCorrection>,
+        request: Option<CorrectionRequest>,
     ) -> Result<Self, DynamicsError> {
         self = self.with_peak()?;
         let mut extended =
             self.vibration
                 .extended(self.balance, self.resonance, tolerance, request)?;
         if request.is_some() && extended.correction.is_none() {
-            let (balance, response) = (&extended.balance, extended.resonance.in_force());
+            let (balance, response) = (&extended.balance, extended.resonance.governing());
             extended.correction = Some(Correction::zero(balance, response));
         }
         Ok(extended)
@@ -439,12 +442,12 @@ impl Resolved<'_> {
     ///
     /// # Errors
     /// As [`Vibration::resonance`].
-    pub fn completed_as(
+    pub fn with_peak_and_known_errors(
         self,
-        truncation: Truncation,
+        truncation: TruncationError,
         correction: Correction,
     ) -> Result<Self, DynamicsError> {
-        Ok(Resolved {
+        Ok(ResolvedResonance {
             truncation,
             correction: Some(correction),
             is_open: false,
@@ -458,7 +461,7 @@ impl Resolved<'_> {
     /// As [`Vibration::resonance`].
     pub fn with_peak(mut self) -> Result<Self, DynamicsError> {
         if let Some(phase) = self.resonance.phase.take_if(|_| self.is_open) {
-            self.resonance = self.vibration.beside(&self.balance, phase)?;
+            self.resonance = self.vibration.with_nearby_peak(&self.balance, phase)?;
         }
         Ok(self)
     }
@@ -468,7 +471,7 @@ impl Resolved<'_> {
     /// # Errors
     /// As [`HarmonicBalance::new`].
     pub fn corrected(&self) -> Result<Self, DynamicsError> {
-        let unchanged = Resolved {
+        let unchanged = ResolvedResonance {
             balance: self.balance.clone(),
             resonance: self.resonance.clone(),
             correction: self.correction.clone(),
@@ -479,7 +482,7 @@ impl Resolved<'_> {
             return Ok(unchanged);
         };
         let vibration = self.vibration;
-        let finer = vibration.finer(&self.balance, correction.harmonics.clone(), 1)?;
+        let finer = vibration.refined_balance(&self.balance, correction.harmonics.clone(), 1)?;
         let correct = |response: &Response| correction.apply(&self.balance, response, &finer);
         let before = &self.resonance;
         let phase = before.phase.as_ref().map(correct);
@@ -487,11 +490,11 @@ impl Resolved<'_> {
             vibration.resonance_of(&finer, phase, correct(&before.peak), before.iterations)?;
         let resonance = Resonance {
             peak_kind: before.peak_kind,
-            is_beside: before.is_beside,
+            is_peak_near_phase_resonance: before.is_peak_near_phase_resonance,
             branch: before.branch,
             ..resonance
         };
-        Ok(Resolved {
+        Ok(ResolvedResonance {
             balance: finer,
             resonance,
             ..unchanged
@@ -506,20 +509,25 @@ impl Resolved<'_> {
     #[allow(clippy::type_complexity)]
     fn estimate(
         &self,
-        request: Option<HarmonicCorrection>,
+        request: Option<CorrectionRequest>,
     ) -> Option<(
-        Truncation,
+        TruncationError,
         Option<(HarmonicBalance<ContactElement>, Resonance)>,
     )> {
         if self.is_linear() {
-            return Some((Truncation::NONE, None));
+            return Some((TruncationError::NONE, None));
         }
         let harmonics = self.balance.harmonics().beyond();
-        let finer = self.vibration.finer(&self.balance, harmonics, 1).ok()?;
+        let finer = self
+            .vibration
+            .refined_balance(&self.balance, harmonics, 1)
+            .ok()?;
         let (truncation, resonance) = self.errors_by(&finer, request)?;
         let truncation = match request {
-            Some(_) => Truncation {
-                expected: truncation.expected.map(|change| LEFT_OUT * change),
+            Some(_) => TruncationError {
+                expected_frequency_change: truncation
+                    .expected_frequency_change
+                    .map(|change| LEFT_OUT * change),
                 ..truncation.scaled(LEFT_OUT / TAIL)
             },
             None => truncation,
@@ -529,12 +537,12 @@ impl Resolved<'_> {
 
     /// Estimates the errors due to too few samples, from the resonance with twice the samples. They are estimated apart
     /// from the errors of the harmonics, as the two may cancel.
-    fn errors_of_samples(&self) -> Truncation {
+    fn errors_of_samples(&self) -> TruncationError {
         if self.is_linear() {
-            return Truncation::NONE;
+            return TruncationError::NONE;
         }
         let harmonics = self.balance.harmonics().clone();
-        let more_samples = self.vibration.finer(&self.balance, harmonics, 2);
+        let more_samples = self.vibration.refined_balance(&self.balance, harmonics, 2);
         // It may run in parallel with another solve, so the order of its journal entries would be random.
         let more_samples = more_samples.map(|more_samples| HarmonicBalance {
             journal: Journal::default(),
@@ -543,15 +551,15 @@ impl Resolved<'_> {
         let errors_found = more_samples
             .ok()
             .and_then(|more_samples| self.errors_by(&more_samples, None));
-        let mut errors = errors_found.map_or(Truncation::UNKNOWN, |(errors, _)| errors);
-        let work_error = self.balance.work_error(self.resonance.in_force());
+        let mut errors = errors_found.map_or(TruncationError::UNKNOWN, |(errors, _)| errors);
+        let work_error = self.balance.work_error(self.resonance.governing());
         errors.friction_energy = errors.friction_energy.max(work_error);
         errors
     }
 
     fn is_linear(&self) -> bool {
         let Resonance { peak, .. } = &self.resonance;
-        let responses = [self.resonance.in_force(), peak];
+        let responses = [self.resonance.governing(), peak];
         responses
             .iter()
             .all(|response| response.active_elements() == 0)
@@ -566,15 +574,17 @@ impl Resolved<'_> {
     fn errors_by(
         &self,
         finer: &HarmonicBalance<ContactElement>,
-        request: Option<HarmonicCorrection>,
-    ) -> Option<(Truncation, Resonance)> {
-        let coarse = self.resonance.in_force();
+        request: Option<CorrectionRequest>,
+    ) -> Option<(TruncationError, Resonance)> {
+        let coarse = self.resonance.governing();
         let harmonics = self.balance.harmonics();
         let Resonance {
-            phase, is_beside, ..
+            phase,
+            is_peak_near_phase_resonance: is_beside,
+            ..
         } = &self.resonance;
         let mut finer = finer.clone();
-        let tolerance = match finer.is_costly {
+        let tolerance = match finer.has_expensive_jacobian {
             true if request.is_some() => TAKEN,
             true => ESTIMATED,
             false => ROUGHLY,
@@ -583,7 +593,7 @@ impl Resolved<'_> {
         let solve = || -> Result<_, DynamicsError> {
             let to_finer = |response: &Response| {
                 let start = response.start();
-                start.transferred(harmonics, finer.harmonics())
+                start.in_harmonics(harmonics, finer.harmonics())
             };
             let start = to_finer(coarse);
             let near = request.and_then(|request| request.near);
@@ -615,10 +625,10 @@ impl Resolved<'_> {
         };
         let (start, fine) = solve().ok()?;
         let contact = 3 * finer.elements().len() * finer.harmonics().coefficients();
-        let newton_error = fine.in_force().correction.max(fine.peak.correction);
+        let newton_error = fine.governing().correction.max(fine.peak.correction);
         let overall_change = distance(
             &start.displacement[..contact],
-            &fine.in_force().displacement[..contact],
+            &fine.governing().displacement[..contact],
             harmonics,
             finer.harmonics(),
         ) + newton_error;
@@ -631,11 +641,12 @@ impl Resolved<'_> {
         // Changes of opposite sign in two elements add up: the joint wears elsewhere.
         let [before, after] = [
             self.balance.dissipated_energies(coarse),
-            finer.dissipated_energies(fine.in_force()),
+            finer.dissipated_energies(fine.governing()),
         ];
         let moved_energy: f64 = before.iter().zip(&after).map(|(b, a)| (b - a).abs()).sum();
         let total_energy: f64 = after.iter().map(|energy| energy.abs()).sum();
-        let total_energy = total_energy.max(FAINT_DISSIPATION * fine.in_force().energy.input.abs());
+        let total_energy =
+            total_energy.max(FAINT_DISSIPATION * fine.governing().energy.load_work.abs());
         let energy = match moved_energy / total_energy + newton_error {
             change if change <= UNKNOWN => change,
             _ if moved_energy == 0.0 => 0.0,
@@ -652,12 +663,12 @@ impl Resolved<'_> {
             true => 0.0,
             false => change(self.resonance.amplitude, fine.amplitude),
         };
-        let truncation = Truncation {
+        let truncation = TruncationError {
             frequency: TAIL
-                * (change(coarse.omega, fine.in_force().omega) + newton_error / FREQUENCY_WEIGHT),
+                * (change(coarse.omega, fine.governing().omega) + newton_error / FREQUENCY_WEIGHT),
             amplitude: TAIL * amplitude.max(overall_change).max(peak),
             friction_energy: TAIL * energy,
-            expected: Some(fine.in_force().omega / coarse.omega - 1.0),
+            expected_frequency_change: Some(fine.governing().omega / coarse.omega - 1.0),
         };
         Some((truncation, fine))
     }

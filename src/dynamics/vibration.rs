@@ -1,9 +1,9 @@
 //! Driven structure whose contact elements change: its parts, its responses and their results.
 
 use super::contact_element::ContactElement;
-use super::peak_bound::{DampingRates, velocity};
+use super::peak_bound::{DampingRates, velocity_bound};
 use super::{
-    DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Settings, Start,
+    BalanceSettings, DynamicsError, HarmonicBalance, Harmonics, Load, Response, SecondOrder, Start,
 };
 use crate::gauge::Gauge;
 use crate::journal::Journal;
@@ -24,7 +24,7 @@ pub struct Vibration {
     /// The harmonics.
     pub harmonics: Harmonics,
     /// Settings of accuracy and effort.
-    pub settings: Settings,
+    pub settings: BalanceSettings,
     /// Given angular frequency of the response that moves the joint \[rad/s\]; `None` to use the phase resonance.
     pub at_omega: Option<f64>,
     /// Range of angular frequencies of the resonance and of the forced response \[rad/s\].
@@ -83,7 +83,7 @@ pub struct Resonance {
     /// Whether it is a peak, an end of the range or of a branch, or the response at the given frequency.
     pub peak_kind: ResonanceKind,
     /// Whether the peak is the peak next to the phase resonance.
-    pub is_beside: bool,
+    pub is_peak_near_phase_resonance: bool,
     /// Number of the peak's branch of the forced response; `None` if the peak was found without the forced response.
     pub branch: Option<usize>,
     /// Number of Newton iterations of phase resonance and peak.
@@ -95,7 +95,7 @@ pub struct Resonance {
 impl Resonance {
     /// Returns the response that moves the joint, here called the governing response: the phase resonance, or the peak
     /// without one.
-    pub fn in_force(&self) -> &Response {
+    pub fn governing(&self) -> &Response {
         self.phase.as_ref().unwrap_or(&self.peak)
     }
 }
@@ -145,7 +145,7 @@ impl Vibration {
     }
 
     /// Returns the settings with enough samples for harmonics beyond those of the vibration.
-    fn settings_for(&self, harmonics: &Harmonics) -> Settings {
+    fn settings_for(&self, harmonics: &Harmonics) -> BalanceSettings {
         let mut settings = self.settings;
         if harmonics.highest() > self.harmonics.highest() {
             settings.samples = settings.samples.max(samples_of(harmonics.highest()));
@@ -163,7 +163,7 @@ impl Vibration {
             gauge: self.gauge.clone(),
             journal: self.journal.clone(),
             threads: self.threads.clone(),
-            ..balance.driven_at(self.response_port)
+            ..balance.with_drive_at(self.response_port)
         })
     }
 
@@ -186,7 +186,7 @@ impl Vibration {
 
     /// Creates a balance with other harmonics than `balance`, and at least `times` its samples, to estimate the errors
     /// of `balance`.
-    pub(super) fn finer(
+    pub(super) fn refined_balance(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         harmonics: Harmonics,
@@ -196,7 +196,7 @@ impl Vibration {
         settings.samples = settings.samples.max(times * balance.settings.samples);
         let (model, elements) = (balance.model.clone(), balance.elements.clone());
         let loads = self.loads.clone();
-        self.configured(HarmonicBalance::of_closed(
+        self.configured(HarmonicBalance::from_closed_model(
             model, elements, harmonics, loads, settings,
         )?)
     }
@@ -206,7 +206,7 @@ impl Vibration {
     ///
     /// # Errors
     /// As [`HarmonicBalance::solve`] and [`HarmonicBalance::phase_resonance`].
-    pub(super) fn response_in_force(
+    pub(super) fn governing_response(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         start: Option<&Start>,
@@ -214,7 +214,7 @@ impl Vibration {
         match self.at_omega {
             Some(omega) => balance
                 .solve(omega, start)
-                .or_else(|error| self.by_easing(balance, omega).ok_or(error)),
+                .or_else(|error| self.solve_by_homotopy(balance, omega).ok_or(error)),
             None => balance.phase_resonance(self.range, start),
         }
     }
@@ -240,15 +240,15 @@ impl Vibration {
         balance: &HarmonicBalance<ContactElement>,
         start: Option<&Start>,
     ) -> Result<Resonance, DynamicsError> {
-        let response = self.response_in_force(balance, start)?;
+        let response = self.governing_response(balance, start)?;
         match self.at_omega {
             Some(_) => self.without_peak(balance, response),
-            None => self.beside(balance, response),
+            None => self.with_nearby_peak(balance, response),
         }
     }
 
     /// Computes the peak next to a phase resonance, and returns both.
-    pub(super) fn beside(
+    pub(super) fn with_nearby_peak(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         phase: Response,
@@ -266,7 +266,7 @@ impl Vibration {
         phase: &Response,
     ) -> Result<Response, DynamicsError> {
         let port = self.response_port;
-        let mut largest = match balance.peak_from(port, self.range, phase.clone()) {
+        let mut largest = match balance.peak_near(port, self.range, phase.clone()) {
             Ok(peak) => peak,
             // The amplitude rises to an end of the range, or the peak was not found: the largest response counts.
             Err(_) => {
@@ -337,7 +337,7 @@ impl Vibration {
                 (None, true) => ResonanceKind::End,
                 (None, false) => ResonanceKind::Peak,
             },
-            is_beside: phase.is_some() && !self.is_at_end(peak.omega),
+            is_peak_near_phase_resonance: phase.is_some() && !self.is_at_end(peak.omega),
             branch: None,
             iterations,
             phase,
@@ -363,7 +363,7 @@ const LEAST: f64 = 1.0 / 256.0;
 
 impl Vibration {
     /// Computes the response at `omega` by way of easier vibrations, or returns `None` if they do not lead there.
-    pub(super) fn by_easing(
+    pub(super) fn solve_by_homotopy(
         &self,
         balance: &HarmonicBalance<ContactElement>,
         omega: f64,
@@ -437,9 +437,12 @@ impl Vibration {
     pub(super) fn peak_bound(&self) -> Option<f64> {
         let damping = DampingRates::of(&self.model)?;
         let port = damping.scaled(self.response_port)?;
-        let shares = self.model.sharing(self.response_port);
+        let shares = self.model.exchanges_energy_with_port(self.response_port);
         let velocity_bound = |loads: &[Load], power: i32| -> Option<f64> {
-            Some(velocity(&port, &damping.forces(loads, power, &shares)?))
+            Some(velocity_bound(
+                &port,
+                &damping.forces(loads, power, &shares)?,
+            ))
         };
         let (low, high) = self.at_omega.map_or(self.range, |omega| (omega, omega));
         // The response to both kinds of loads is at most the sum of the responses to each. Inertial loads grow with the

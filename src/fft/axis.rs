@@ -60,7 +60,11 @@ impl Axis {
 
     /// Writes the values of the cells into a line, ready for [`Axis::forward`].
     #[inline(always)]
-    pub(super) fn put(&self, line: &mut [Complex64], values: impl Iterator<Item = Complex64>) {
+    pub(super) fn fill_line(
+        &self,
+        line: &mut [Complex64],
+        values: impl Iterator<Item = Complex64>,
+    ) {
         if self.twiddles.is_empty() {
             for (x, value) in line.iter_mut().zip(values) {
                 *x = value;
@@ -74,7 +78,7 @@ impl Axis {
         }
     }
 
-    /// Transforms consecutive lines that [`Axis::put`] has filled.
+    /// Transforms consecutive lines that [`Axis::fill_line`] has filled.
     pub(super) fn forward(&self, lines: &mut [Complex64], scratch: &mut [Complex64]) {
         if self.cells < self.length {
             for part in lines.chunks_exact_mut(self.length) {
@@ -84,14 +88,14 @@ impl Axis {
         self.forward.process_with_scratch(lines, scratch);
     }
 
-    /// Transforms lines back. [`Axis::take`] then completes the values of the cells.
+    /// Transforms lines back. [`Axis::read_line`] then completes the values of the cells.
     pub(super) fn inverse(&self, lines: &mut [Complex64], scratch: &mut [Complex64]) {
         self.inverse.process_with_scratch(lines, scratch);
     }
 
     /// Passes the value of each cell of a line to its target.
     #[inline(always)]
-    pub(super) fn take<T>(
+    pub(super) fn read_line<T>(
         &self,
         line: &[Complex64],
         targets: impl Iterator<Item = T>,

@@ -27,8 +27,8 @@ pub struct Convolution {
 #[derive(Clone, Copy)]
 struct Wave {
     number: usize,
-    place: usize,
-    opposite: usize,
+    position: usize,
+    opposite_position: usize,
 }
 
 /// Symmetric 2×2 block of kernels in transformed space, each in the layout and scale of [`Convolution::kernel`].
@@ -51,7 +51,7 @@ pub struct Workspace {
     pool: Option<rayon::ThreadPool>,
     pairs: f64,
     /// Counter of transforms for progress reports.
-    pub gauge: Gauge,
+    pub progress_counter: Gauge,
 }
 
 /// Buffers of one thread.
@@ -82,18 +82,18 @@ impl Workspace {
             threads: (0..threads).map(|_| Thread::default()).collect(),
             pool,
             pairs: 0.0,
-            gauge: Gauge::default(),
+            progress_counter: Gauge::default(),
         }
     }
 
-    /// Adds pairs of transforms that [`Workspace::take_pairs`] returned before.
-    pub fn count_pairs(&mut self, pairs: f64) {
+    /// Adds pairs of transforms that [`Workspace::take_pair_count`] returned before.
+    pub fn add_pair_count(&mut self, pairs: f64) {
         self.pairs += pairs;
     }
 
     /// Returns the pairs of transforms since the last call and resets the count. Each sum begins at zero, so that equal
     /// work gives equal sums whatever preceded it.
-    pub fn take_pairs(&mut self) -> f64 {
+    pub fn take_pair_count(&mut self) -> f64 {
         std::mem::take(&mut self.pairs)
     }
 
@@ -132,11 +132,11 @@ impl Convolution {
         let along_y = Axis::new(ny, py);
         let wave = |number: usize| Wave {
             number,
-            place: along_y.position(number),
-            opposite: along_y.position((py - number) % py),
+            position: along_y.position(number),
+            opposite_position: along_y.position((py - number) % py),
         };
         let mut waves: Vec<Wave> = (0..=py / 2).map(wave).collect();
-        waves.sort_by_key(|wave| wave.place);
+        waves.sort_by_key(|wave| wave.position);
         Convolution {
             along_x: Axis::new(nx, px),
             along_y,
@@ -365,7 +365,7 @@ impl Convolution {
                 let stored = (k - first) * nx..(k - first + 1) * nx;
                 for (column, block) in columns.iter_mut().zip(&blocks).take(inward) {
                     let (column, stored) = (&mut column[..px], &block[stored.clone()]);
-                    self.along_x.put(column, stored.iter().copied());
+                    self.along_x.fill_line(column, stored.iter().copied());
                     self.along_x.forward(column, scratch);
                 }
                 let [x, y] = columns;
@@ -375,7 +375,7 @@ impl Convolution {
                     let (column, stored) = (&mut column[..px], &mut block[stored.clone()]);
                     self.along_x.inverse(column, scratch);
                     self.along_x
-                        .take(column, stored.iter_mut(), |to, value| *to = value);
+                        .read_line(column, stored.iter_mut(), |to, value| *to = value);
                 }
             }
         });
@@ -388,7 +388,7 @@ impl Convolution {
             );
         }
         work.pairs += 0.5 * (inward + outward) as f64 * self.pair_weight;
-        work.gauge.add_transforms(inward + outward);
+        work.progress_counter.add_transforms(inward + outward);
     }
 
     /// Grows the buffers to the lengths that this convolution needs. Longer buffers are kept.
@@ -429,11 +429,11 @@ impl Convolution {
                 let (a, b) = pair.split_at(ny);
                 if b.is_empty() {
                     self.along_y
-                        .put(row, a.iter().map(|a| Complex64::new(*a, 0.0)));
+                        .fill_line(row, a.iter().map(|a| Complex64::new(*a, 0.0)));
                 } else {
                     let both = a.iter().zip(b);
                     self.along_y
-                        .put(row, both.map(|(a, b)| Complex64::new(*a, *b)));
+                        .fill_line(row, both.map(|(a, b)| Complex64::new(*a, *b)));
                 }
             }
             self.along_y.forward(rows, &mut thread.scratch);
@@ -443,7 +443,7 @@ impl Convolution {
                 for (column, wave) in columns.chunks_exact_mut(nx).zip(waves) {
                     let column = &mut column[first..first + count];
                     for (pair, row) in column.chunks_mut(2).zip(rows.chunks_exact(py)) {
-                        let (z, w) = (row[wave.place], row[wave.opposite]);
+                        let (z, w) = (row[wave.position], row[wave.opposite_position]);
                         pair[0] = Complex64::new(z.re + w.re, z.im - w.im);
                         if let Some(b) = pair.get_mut(1) {
                             *b = Complex64::new(z.im + w.im, w.re - z.re);
@@ -476,8 +476,8 @@ impl Convolution {
                     for (pair, row) in column.chunks(2).zip(rows.chunks_exact_mut(py)) {
                         let a = pair[0];
                         let b = pair.get(1).copied().unwrap_or_default();
-                        row[wave.opposite] = Complex64::new(a.re + b.im, b.re - a.im);
-                        row[wave.place] = Complex64::new(a.re - b.im, a.im + b.re);
+                        row[wave.opposite_position] = Complex64::new(a.re + b.im, b.re - a.im);
+                        row[wave.position] = Complex64::new(a.re - b.im, a.im + b.re);
                     }
                 }
             }
@@ -485,11 +485,11 @@ impl Convolution {
             for (row, pair) in rows.chunks_exact(py).zip(field.chunks_mut(2 * ny)) {
                 let (a, b) = pair.split_at_mut(ny);
                 if b.is_empty() {
-                    self.along_y.take(row, a.iter_mut(), |a, z| *a = z.re);
+                    self.along_y.read_line(row, a.iter_mut(), |a, z| *a = z.re);
                 } else {
                     let both = a.iter_mut().zip(b);
                     self.along_y
-                        .take(row, both, |(a, b), z| (*a, *b) = (z.re, z.im));
+                        .read_line(row, both, |(a, b), z| (*a, *b) = (z.re, z.im));
                 }
             }
         }

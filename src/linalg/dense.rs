@@ -12,7 +12,7 @@ use faer::linalg::triangular_solve::{
 use faer::{Accum, Auto, MatMut, MatRef, Par, Side};
 
 use super::LinalgError;
-use super::registers::{cleared, multiply};
+use super::registers::{multiply, with_cleared_registers};
 
 /// Dense matrix stored column by column: entry (i, j) is at `j * rows + i`.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,7 +104,7 @@ impl Matrix {
     }
 
     /// Copies a range of columns.
-    pub fn columns_of(&self, range: std::ops::Range<usize>) -> Matrix {
+    pub fn column_range(&self, range: std::ops::Range<usize>) -> Matrix {
         Matrix {
             rows: self.rows,
             columns: range.len(),
@@ -177,7 +177,7 @@ impl Matrix {
         let scratch = self_adjoint_evd_scratch::<f64>(size, vectors_too, Par::Seq, params.into());
         let mut values = Diag::zeros(size);
         let mut vectors = Matrix::zeros(size, size);
-        cleared(|| {
+        with_cleared_registers(|| {
             self_adjoint_evd(
                 self.view(),
                 values.as_mut(),
@@ -199,7 +199,7 @@ impl Matrix {
     /// only.
     pub fn cholesky(&self) -> Result<Matrix, LinalgError> {
         let size = self.rows;
-        let factor = cleared(|| self.view().llt(Side::Lower)).map_err(|error| {
+        let factor = with_cleared_registers(|| self.view().llt(Side::Lower)).map_err(|error| {
             let LltError::NonPositivePivot { index } = error;
             LinalgError::NotPositiveDefinite { size, row: index }
         })?;
@@ -211,12 +211,14 @@ impl Matrix {
 
     /// Overwrites `right` with L⁻¹ `right`, where L is `self`, a lower triangular matrix.
     pub fn solve_lower(&self, right: &mut Matrix) {
-        cleared(|| solve_lower_triangular_in_place(self.view(), right.view_mut(), Par::Seq));
+        with_cleared_registers(|| {
+            solve_lower_triangular_in_place(self.view(), right.view_mut(), Par::Seq)
+        });
     }
 
     /// Overwrites `right` with L⁻ᵀ `right`, where L is `self`, a lower triangular matrix.
     pub fn solve_lower_transposed(&self, right: &mut Matrix) {
-        cleared(|| {
+        with_cleared_registers(|| {
             solve_upper_triangular_in_place(self.view().transpose(), right.view_mut(), Par::Seq)
         });
     }
@@ -225,7 +227,7 @@ impl Matrix {
     /// the columns, the columns become orthonormal.
     pub fn solve_upper_right(&self, left: &mut Matrix) {
         // X Lᵀ = A is equivalent to L Xᵀ = Aᵀ.
-        cleared(|| {
+        with_cleared_registers(|| {
             solve_lower_triangular_in_place(self.view(), left.view_mut().transpose_mut(), Par::Seq)
         });
     }

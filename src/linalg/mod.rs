@@ -44,7 +44,7 @@ pub enum LinalgError {
     },
     /// The number of values differs from the number of entries.
     #[error("{found} values do not fill a matrix of {rows} rows and {columns} columns")]
-    Length {
+    WrongLength {
         /// Number of values.
         found: usize,
         /// Rows of the matrix.

@@ -9,7 +9,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 /// While the upper halves are filled, each change between code compiled with and without AVX costs about a hundred
 /// cycles. An exponential of the C library then takes 90 ns instead of 5 ns.
 #[inline(always)]
-pub(super) fn cleared<R>(work: impl FnOnce() -> R) -> R {
+pub(super) fn with_cleared_registers<R>(work: impl FnOnce() -> R) -> R {
     let out = work();
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = pulp::x86::V3::try_new() {
@@ -26,5 +26,5 @@ pub(super) fn multiply<T: ComplexField>(
     b: MatRef<'_, T>,
     factor: T,
 ) {
-    cleared(|| matmul::matmul(target, mode, a, b, factor, Par::Seq));
+    with_cleared_registers(|| matmul::matmul(target, mode, a, b, factor, Par::Seq));
 }

@@ -13,7 +13,7 @@ use faer::{Accum, Conj, MatMut, MatRef, Par};
 use num_complex::Complex64;
 use pulp::Arch;
 
-use super::registers::{cleared, multiply};
+use super::registers::{multiply, with_cleared_registers};
 use super::{LinalgError, Matrix};
 
 /// A pivot below this share of the largest entry counts as zero.
@@ -134,10 +134,10 @@ impl<T: Scalar> RowMatrix<T> {
     /// Builds a matrix from values row by row.
     ///
     /// # Errors
-    /// [`LinalgError::Length`] if the number of values is not `rows * columns`.
+    /// [`LinalgError::WrongLength`] if the number of values is not `rows * columns`.
     pub fn from_rows(rows: usize, columns: usize, values: Vec<T>) -> Result<Self, LinalgError> {
         if values.len() != rows * columns {
-            return Err(LinalgError::Length {
+            return Err(LinalgError::WrongLength {
                 found: values.len(),
                 rows,
                 columns,
@@ -278,7 +278,7 @@ impl<T: Scalar> RowMatrix<T> {
         let scratch =
             lu_in_place_scratch::<usize, T>(size, size, Par::Seq, faer::prelude::default());
         // The rows are the columns of the transpose, so faer factorizes the transpose in place.
-        cleared(|| {
+        with_cleared_registers(|| {
             lu_in_place(
                 MatMut::from_column_major_slice_mut(&mut self.values, size, size),
                 &mut order,
@@ -336,7 +336,7 @@ impl<T: Scalar> Factors<T> {
         let size = self.lu.rows;
         let lu = MatRef::from_column_major_slice(&self.lu.values, size, size);
         let scratch = solve_transpose_in_place_scratch::<usize, T>(size, right.ncols(), Par::Seq);
-        cleared(|| {
+        with_cleared_registers(|| {
             solve_transpose_in_place_with_conj(
                 lu,
                 lu,

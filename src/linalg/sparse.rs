@@ -12,7 +12,7 @@ use faer::sparse::linalg::{SupernodalThreshold, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, Par, Side};
 
-use super::registers::cleared;
+use super::registers::with_cleared_registers;
 use super::{LinalgError, Matrix};
 
 /// Sparse symmetric matrix. The lower triangle with the diagonal is stored by columns, with ascending rows in each.
@@ -216,7 +216,7 @@ impl SparseCholesky {
         let mut memory = MemBuffer::new(
             symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default()),
         );
-        let factorized = cleared(|| {
+        let factorized = with_cleared_registers(|| {
             symbolic.factorize_numeric_llt(
                 &mut values,
                 matrix.view(),
@@ -249,7 +249,7 @@ impl SparseCholesky {
     ///
     /// # Errors
     /// As [`SparseCholesky::new`], except that the matrix need not be positive definite.
-    pub fn entries_of(matrix: &SparseSymmetric, order: &[usize]) -> Result<usize, LinalgError> {
+    pub fn count_entries(matrix: &SparseSymmetric, order: &[usize]) -> Result<usize, LinalgError> {
         Ok(symbolic(matrix, order)?.len_val())
     }
 
@@ -260,7 +260,7 @@ impl SparseCholesky {
             .solve_in_place_scratch::<f64>(right.columns(), Par::Seq);
         let mut memory = MemBuffer::new(scratch);
         let factor = LltRef::new(&self.symbolic, &self.values);
-        cleared(|| {
+        with_cleared_registers(|| {
             factor.solve_in_place_with_conj(
                 Conj::No,
                 right.view_mut(),
@@ -328,7 +328,7 @@ impl SparseIndefinite {
         let mut memory = MemBuffer::new(
             symbolic.factorize_numeric_intranode_lblt_scratch::<f64>(Par::Seq, Default::default()),
         );
-        cleared(|| {
+        with_cleared_registers(|| {
             symbolic.factorize_numeric_intranode_lblt(
                 &mut values,
                 &mut off_diagonal,
@@ -362,7 +362,7 @@ impl SparseIndefinite {
             &self.off_diagonal,
             PermRef::new_checked(&self.forward, &self.inverse, self.forward.len()),
         );
-        cleared(|| {
+        with_cleared_registers(|| {
             factor.solve_in_place_with_conj(
                 Conj::No,
                 right.view_mut(),

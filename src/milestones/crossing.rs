@@ -52,7 +52,7 @@ impl History {
     }
 
     /// Returns the crossing of a level that was passed before the history begins.
-    pub fn passed_before(&self) -> Crossing {
+    pub fn crossed_before_start(&self) -> Crossing {
         let begin = self.cycles.first().copied();
         Crossing {
             earliest: begin,

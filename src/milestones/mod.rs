@@ -36,7 +36,7 @@ impl States {
     ///
     /// # Errors
     /// Errors of reading the run.
-    pub fn of(reader: &RunReader) -> Result<States, StoreError> {
+    pub fn read(reader: &RunReader) -> Result<States, StoreError> {
         let history = reader.history()?;
         let wrong = |source: TableError| StoreError::Table {
             path: reader.path().to_owned(),

@@ -29,7 +29,7 @@ pub enum Target {
 
 impl Target {
     /// Returns true if the target is relative to the unworn state.
-    pub fn is_of_unworn(self) -> bool {
+    pub fn is_relative_to_unworn(self) -> bool {
         !matches!(self, Target::Value(_))
     }
 }
@@ -121,7 +121,7 @@ impl Figure {
     }
 
     /// Returns true if an unworn joint has a zero value of this figure.
-    fn is_of_wear(self) -> bool {
+    fn is_zero_unworn(self) -> bool {
         matches!(self, Figure::Depth | Figure::Depth99 | Figure::Volume)
     }
 }
@@ -144,7 +144,7 @@ impl Milestone {
             example,
         };
         let target = match value.strip_suffix('%') {
-            Some(_) if figure.is_of_wear() => {
+            Some(_) if figure.is_zero_unworn() => {
                 let figure = figure.name();
                 return Err(MilestoneError::OfNothing {
                     figure,
@@ -170,7 +170,7 @@ impl Milestone {
         match target {
             Target::Change(0.0) | Target::PartChange(0.0) | Target::Part(1.0) => Err(no_change()),
             Target::Value(value) if value <= 0.0 => Err(no_change()),
-            Target::Change(change) if change < 0.0 && figure.is_of_wear() => Err(no_change()),
+            Target::Change(change) if change < 0.0 && figure.is_zero_unworn() => Err(no_change()),
             _ => Ok(Milestone {
                 figure,
                 target,

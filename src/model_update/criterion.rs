@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Compliance, ModelUpdateError};
 
 /// Excess of the volume growth over its limit, relative to the limit, up to which the update is still on time.
-const PASSED: f64 = 0.15;
+const VOLUME_GROWTH_MARGIN: f64 = 0.15;
 
 /// Change since the last update that makes the next one due.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -65,7 +65,7 @@ impl CycleFigures {
 
     /// Returns the figures relative to `other`; 1 where `other` is zero.
     #[must_use]
-    pub fn over(self, other: CycleFigures) -> CycleFigures {
+    pub fn relative_to(self, other: CycleFigures) -> CycleFigures {
         let ratio = |value: f64, other: f64| if other > 0.0 { value / other } else { 1.0 };
         CycleFigures {
             force: ratio(self.force, other.force),
@@ -198,7 +198,9 @@ impl UpdateCriterion {
         self.change(reference, now).map_or(0.0, |change| {
             let progress = change.value.abs() / change.limit;
             match change.to {
-                UpdateCause::VolumeGrowth if progress > 1.0 => (progress - PASSED).max(1.0),
+                UpdateCause::VolumeGrowth if progress > 1.0 => {
+                    (progress - VOLUME_GROWTH_MARGIN).max(1.0)
+                }
                 _ => progress,
             }
         })

@@ -24,7 +24,7 @@ pub struct ContactElements {
     offsets: Vec<usize>,
     shares: Vec<Share>,
     /// Fine cells whose centre lies in face e, or is nearest to node e: `centred[first[e]..first[e + 1]]`.
-    first: Vec<usize>,
+    centred_offsets: Vec<usize>,
     centred: Vec<usize>,
 }
 
@@ -115,11 +115,11 @@ impl ContactElements {
             areas: vec![array.cell_area(); cells.len()],
             patch: Patch {
                 grid,
-                kept: vec![false; grid.len()],
+                is_in_joint: vec![false; grid.len()],
             },
             offsets: vec![0],
             shares: Vec::new(),
-            first: Vec::new(),
+            centred_offsets: Vec::new(),
             centred: Vec::new(),
         };
         let mut centred = vec![Vec::new(); cells.len()];
@@ -127,11 +127,11 @@ impl ContactElements {
             let (i, j) = grid.cell(c);
             for ex in axes[0].of_centre(i) {
                 for element in axes[1].of_centre(j).filter_map(|ey| element_at(ex, ey)) {
-                    elements.patch.kept[c] = true;
+                    elements.patch.is_in_joint[c] = true;
                     centred[element].push(c);
                 }
             }
-            if elements.patch.kept[c] {
+            if elements.patch.is_in_joint[c] {
                 let start = elements.shares.len();
                 for (ex, x) in axes[0].overlaps(i) {
                     for (ey, y) in axes[1].overlaps(j) {
@@ -183,7 +183,7 @@ impl ContactElements {
             let along = |k: f64, count: usize, side: f64| (k - 0.5 * count as f64) * side;
             [along(i, counts[0], array.dx), along(j, counts[1], array.dy)]
         };
-        let interpolation = Arc::new(lattice.without(|node| area[node] > 0.0));
+        let interpolation = Arc::new(lattice.without_missing_nodes(|node| area[node] > 0.0));
         let mut elements = ContactElements {
             nodes: Some(Nodes {
                 interpolation: interpolation.clone(),
@@ -194,15 +194,15 @@ impl ContactElements {
             patch: faces.patch,
             offsets: vec![0],
             shares: Vec::new(),
-            first: Vec::new(),
+            centred_offsets: Vec::new(),
             centred: Vec::new(),
         };
         let mut centred = vec![Vec::new(); element_nodes.len()];
         for c in 0..grid.len() {
-            if elements.patch.kept[c] {
+            if elements.patch.is_in_joint[c] {
                 // The centre of a kept cell lies in a face or on its border, so at least one of its nodes is an
                 // element.
-                let around: Vec<(usize, f64)> = interpolation.around(c).collect();
+                let around: Vec<(usize, f64)> = interpolation.nodal_weights(c).collect();
                 let nearest = around.iter().map(|(_, part)| *part).fold(0.0, f64::max);
                 for (node, part) in around {
                     let Some(element) = number[node] else {
@@ -222,10 +222,10 @@ impl ContactElements {
 
     fn store_centred(&mut self, centred: Vec<Vec<usize>>) {
         for list in centred {
-            self.first.push(self.centred.len());
+            self.centred_offsets.push(self.centred.len());
             self.centred.extend(list);
         }
-        self.first.push(self.centred.len());
+        self.centred_offsets.push(self.centred.len());
     }
 
     /// Creates one element over the whole grid.
@@ -323,7 +323,7 @@ impl ContactElements {
     /// The same condition as [`ContactElements::sums`].
     pub fn gaps(&self, gap: &[f64]) -> Vec<f64> {
         assert_eq!(gap.len(), self.patch.grid.len(), "values of the field");
-        self.first
+        self.centred_offsets
             .windows(2)
             .map(|range| {
                 let cells = &self.centred[range[0]..range[1]];
@@ -351,7 +351,7 @@ fn numbers(
         }
         let slot = &mut number[cell[0] * counts[1] + cell[1]];
         if let Some(first) = slot.replace(element) {
-            return Err(ModelUpdateError::Twice {
+            return Err(ModelUpdateError::DuplicateCell {
                 first,
                 second: element,
                 cell,

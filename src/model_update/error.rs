@@ -36,7 +36,7 @@ pub enum ModelUpdateError {
         "contact elements {first} and {second} are both cell ({}, {}); a cell may hold only one element",
         .cell[0], .cell[1]
     )]
-    Twice {
+    DuplicateCell {
         /// Number of the first element, from 0.
         first: usize,
         /// Number of the second element.

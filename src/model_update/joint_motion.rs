@@ -6,16 +6,16 @@
 //! of the motion becomes its backbone up to that point. Beyond it, the backbone of the push remains. The new laws
 //! change the response, so both steps repeat until the two scales agree.
 
-use super::sliders::{LEAST_LEVEL, Sliders, bank_of, concave_slopes, levels};
+use super::sliders::{LEAST_LEVEL, Sliders, concave_slopes, levels, slider_bank};
 use super::{ContactElements, ElementParameters};
 use crate::grid::ByAxis;
 
 /// Longest step, as a fraction of the motion. With chords of a tenth, the energy of a joint that slips little is wrong
 /// by a hundredth; lifted corners correct most of that.
-const LONGEST: f64 = 0.125;
+const LONGEST_STEP: f64 = 0.125;
 /// Fraction of the motion at which the loading ends. While a response is computed, elements may move beyond the end of
 /// the motion.
-const BEYOND: f64 = 1.25;
+const LOADING_END: f64 = 1.25;
 /// Elements that move less than this fraction of the largest motion keep the law of the push. Their force depends on
 /// their neighbours and not on their own motion.
 const LEAST_REACH: f64 = 0.02;
@@ -28,7 +28,7 @@ const LEAST_SLOPE: f64 = 1e-3;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loading {
     /// Displacement of each element at the end, along x and y \[m\].
-    pub reach: Vec<[f64; 2]>,
+    pub amplitude: Vec<[f64; 2]>,
     /// Fractions of the motion, ascending; 1 is the end.
     pub parts: Vec<f64>,
     /// For each fraction, the force of each element along x and y \[N\].
@@ -42,9 +42,14 @@ impl Loading {
         let strength: f64 = mu * laws.normal_load.iter().sum::<f64>();
         let stuck = laws.kt.iter().zip(reach).map(|(kt, u)| kt * length(u));
         let first = LEAST_LEVEL * strength / stuck.sum::<f64>().max(f64::MIN_POSITIVE);
-        let below = levels(first.min(LONGEST), LONGEST);
-        let steps = (1..(1.0 / LONGEST).round() as usize).map(|k| (k + 1) as f64 * LONGEST);
-        below.into_iter().chain(steps).chain([BEYOND]).collect()
+        let below = levels(first.min(LONGEST_STEP), LONGEST_STEP);
+        let steps =
+            (1..(1.0 / LONGEST_STEP).round() as usize).map(|k| (k + 1) as f64 * LONGEST_STEP);
+        below
+            .into_iter()
+            .chain(steps)
+            .chain([LOADING_END])
+            .collect()
     }
 
     /// Creates the loading from the `shear` of the cells at each fraction of the motion \[Pa\].
@@ -63,7 +68,7 @@ impl Loading {
             force
         };
         Loading {
-            reach,
+            amplitude: reach,
             parts,
             force: shear.iter().map(element_forces).collect(),
         }
@@ -75,14 +80,14 @@ impl Loading {
         let Some(previous) = &laws.sliders else {
             return laws.clone();
         };
-        let farthest = self.reach.iter().map(length).fold(0.0, f64::max);
+        let farthest = self.amplitude.iter().map(length).fold(0.0, f64::max);
         let mut sliders = Sliders::default();
         let mut kt = laws.kt.clone();
         for element in 0..laws.normal_load.len() {
             let own_sliders: Vec<usize> = (0..previous.element.len())
                 .filter(|&s| previous.element[s] == element)
                 .collect();
-            let moves = length(&self.reach[element]) > LEAST_REACH * farthest;
+            let moves = length(&self.amplitude[element]) > LEAST_REACH * farthest;
             let slips = laws.normal_load[element] > 0.0 && mu > 0.0 && kt[element] > 0.0;
             if !(moves && slips) {
                 for s in own_sliders {
@@ -106,7 +111,7 @@ impl Loading {
             let (levels, force, turn) = self.backbone(element, &corners, strength);
             let slopes = concave_slopes(&levels, &force, strength, Some(turn));
             kt[element] = slopes[0];
-            for slider in bank_of(&levels, &slopes, laws.kn[element], mu) {
+            for slider in slider_bank(&levels, &slopes, laws.kn[element], mu) {
                 sliders.push(element, slider);
             }
         }
@@ -125,7 +130,7 @@ impl Loading {
         sliders: &[[f64; 2]],
         strength: f64,
     ) -> (Vec<f64>, Vec<f64>, usize) {
-        let reach = &self.reach[element];
+        let reach = &self.amplitude[element];
         let distance = length(reach);
         let mut levels: Vec<f64> = self.parts.iter().map(|part| part * distance).collect();
         let along = |force: &Vec<[f64; 2]>| {

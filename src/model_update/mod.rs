@@ -25,10 +25,10 @@ pub use elements::{ContactElements, Nodes};
 pub use end_loads::EndLoads;
 pub use error::ModelUpdateError;
 pub use joint_motion::Loading;
-pub use motion_energy::with_energy_of;
+pub use motion_energy::match_dissipation;
 pub use sliders::{Laws, Sliders};
 pub use stiffness::{
     Compliance, Distribution, ElementParameters, Linearisation, SMALLEST_COMPLIANCE, Springs,
     StiffnessKind, fine_displacement,
 };
-pub use trend::{Trend, is_steady};
+pub use trend::{Trend, can_extrapolate};

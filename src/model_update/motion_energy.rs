@@ -17,14 +17,14 @@ const LEAST_ENERGY: f64 = 0.02;
 const HALVINGS: usize = 12;
 /// Bound on the rounds in which the other elements take over the energy that some cannot dissipate, and the relative
 /// error of the total energy at which the rounds end.
-const SHARINGS: usize = 4;
-const LEFT: f64 = 1e-3;
+const MAX_ROUNDS: usize = 4;
+const ENERGY_TOLERANCE: f64 = 1e-3;
 
 /// Returns elements of these `laws` with the tangential stiffness for which each dissipates the `energy` of the fine
 /// contact \[J\], as far as bounded factors permit. Otherwise the targets of all elements rise by the same ratio, so
 /// that the total equals that of the fine contact. `dissipated` returns the energy of elements with other parameters in
 /// the same motion \[J\].
-pub fn with_energy_of(
+pub fn match_dissipation(
     energy: &[f64],
     laws: &ElementParameters,
     dissipated: impl Fn(&ElementParameters) -> Vec<f64>,
@@ -33,14 +33,14 @@ pub fn with_energy_of(
     let least = LEAST_ENERGY * total / energy.len().max(1) as f64;
     let mut target: Vec<f64> = energy.to_vec();
     let mut adjusted = laws.clone();
-    for _ in 0..SHARINGS {
+    for _ in 0..MAX_ROUNDS {
         let mut factors = factors(&target, laws, &dissipated);
         let slipping = factors.iter_mut().zip(energy);
         let low_energy = slipping.filter(|(_, energy)| **energy <= least);
         low_energy.for_each(|(factor, _)| *factor = 1.0);
         adjusted = scale_stiffness(laws, &factors);
         let ratio = total / dissipated(&adjusted).iter().sum::<f64>();
-        if !ratio.is_finite() || (ratio - 1.0).abs() <= LEFT {
+        if !ratio.is_finite() || (ratio - 1.0).abs() <= ENERGY_TOLERANCE {
             break;
         }
         target.iter_mut().for_each(|energy| *energy *= ratio);

@@ -57,7 +57,7 @@ pub struct Laws {
     pub parameters: ElementParameters,
     /// Largest difference between each backbone and its bank, summed over the elements, relative to µN of the joint. It
     /// comes from rising slopes, and from corners that are lifted to keep the energy of loops.
-    pub remainder: f64,
+    pub backbone_error: f64,
 }
 
 impl Backbones {
@@ -169,7 +169,7 @@ impl Laws {
                 kt: vec![0.0; elements.len()],
                 sliders: None,
             },
-            remainder: 0.0,
+            backbone_error: 0.0,
         };
         let mut sliders = Sliders::default();
         let strength: f64 = laws.parameters.normal_load.iter().sum();
@@ -177,7 +177,8 @@ impl Laws {
         for element in 0..elements.len() {
             let (bank, deviation) = laws.bank(element, friction_coefficient, backbones.as_ref());
             banks.push(bank);
-            laws.remainder += deviation / (friction_coefficient * strength).max(f64::MIN_POSITIVE);
+            laws.backbone_error +=
+                deviation / (friction_coefficient * strength).max(f64::MIN_POSITIVE);
         }
         for (element, bank) in banks.into_iter().enumerate() {
             match laws.parameters.normal_load[element] > 0.0 {
@@ -208,7 +209,7 @@ impl Laws {
         let force: Vec<f64> = backbones.force.iter().map(|level| level[element]).collect();
         let slopes = concave_slopes(&backbones.displacement, &force, mu * load, None);
         self.parameters.kt[element] = slopes[0];
-        let bank = bank_of(&backbones.displacement, &slopes, kn, mu);
+        let bank = slider_bank(&backbones.displacement, &slopes, kn, mu);
         let (mut bank_force, mut before, mut deviation) = (0.0, 0.0, 0.0_f64);
         for ((u, force), slope) in backbones.displacement.iter().zip(&force).zip(&slopes) {
             bank_force += slope * (u - before);
@@ -247,7 +248,7 @@ pub(super) type Slider = [f64; 4];
 /// Returns the sliders of a loaded element with the normal stiffness `kn`. Its force has these falling `slopes` up to
 /// each level, and slope 0 beyond the last. Adds sliders that close if the load exceeds the load at rest: the contact
 /// then gains at its edge what it loses there if the load falls.
-pub(super) fn bank_of(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<Slider> {
+pub(super) fn slider_bank(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<Slider> {
     let next = slopes[1..].iter().chain([&0.0]);
     let steps = slopes.iter().zip(next).map(|(slope, next)| slope - next);
     let mut bank: Vec<Slider> = steps
@@ -258,7 +259,7 @@ pub(super) fn bank_of(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<S
     let load: f64 = bank.iter().map(|[load, ..]| load).sum();
     let closing: Vec<Slider> = bank
         .iter()
-        .filter(|[own, _, own_kn, _]| *own_kn > 0.0 && own / own_kn < SHALLOW * load / kn)
+        .filter(|[own, _, own_kn, _]| *own_kn > 0.0 && own / own_kn < CLOSING_DEPTH * load / kn)
         .map(|&[own, _, own_kn, own_kt]| [0.0, own / own_kn, own_kn, own_kt])
         .collect();
     bank.extend(closing);
@@ -267,7 +268,7 @@ pub(super) fn bank_of(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<S
 
 /// Depth up to which a slider has a counterpart beyond the edge of the contact, relative to the depth of the element.
 /// Depth is load over stiffness.
-const SHALLOW: f64 = 1.0;
+const CLOSING_DEPTH: f64 = 1.0;
 
 impl Sliders {
     pub(super) fn push(&mut self, element: usize, [normal_load, gap, kn, kt]: Slider) {

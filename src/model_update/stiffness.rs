@@ -27,7 +27,7 @@ pub struct Compliance {
 
 impl Compliance {
     /// Converts stiffnesses ≥ 0 \[N/m\], which may be ∞.
-    pub fn of(kn: f64, kt: f64) -> Self {
+    pub fn from_stiffness(kn: f64, kt: f64) -> Self {
         Compliance {
             normal: 1.0 / kn,
             tangential: 1.0 / kt,
@@ -56,13 +56,13 @@ impl Compliance {
         patch: &Patch,
         shear: Shear,
     ) -> Result<Self, ContactError> {
-        let kn = stiffness::normal(half_space, &patch.kept)?.total;
-        let kt = stiffness::tangential(half_space, &patch.kept, shear)?.total;
-        Ok(Compliance::of(kn, kt))
+        let kn = stiffness::normal(half_space, &patch.is_in_joint)?.total;
+        let kt = stiffness::tangential(half_space, &patch.is_in_joint, shear)?.total;
+        Ok(Compliance::from_stiffness(kn, kt))
     }
 
     /// Subtracts the compliance of the smooth patch in series: 1/k = 1/k_total − 1/k_smooth, and at least 0.
-    pub fn without(&self, smooth: Compliance) -> Compliance {
+    pub fn subtract_series(&self, smooth: Compliance) -> Compliance {
         Compliance {
             normal: difference(self.normal, smooth.normal),
             tangential: difference(self.tangential, smooth.tangential),
@@ -109,7 +109,7 @@ impl Linearisation {
 
     /// Returns the compliance of the whole joint.
     pub fn compliance(&self) -> Compliance {
-        Compliance::of(self.kn.total, self.kt.total)
+        Compliance::from_stiffness(self.kn.total, self.kt.total)
     }
 }
 
@@ -172,7 +172,7 @@ impl Springs<'_> {
     pub fn compliance(&self) -> Compliance {
         match *self {
             Springs::Total { total, .. } => total,
-            Springs::Roughness { total, smooth, .. } => total.without(smooth),
+            Springs::Roughness { total, smooth, .. } => total.subtract_series(smooth),
             Springs::Tangent(linearisation) => linearisation.compliance(),
         }
     }

@@ -6,7 +6,7 @@
 //! Extrapolation in the logarithm or a root of the worn volume has larger errors, and extrapolation in cycles fails.
 
 /// Largest multiple of the last change by which the motion is extrapolated.
-const FARTHEST: f64 = 2.0;
+const MAX_MULTIPLE: f64 = 2.0;
 /// A larger change of the amplitude, relative to it, is not extrapolated: the joint begins to behave differently.
 const LARGEST_CHANGE: f64 = 0.25;
 
@@ -21,18 +21,18 @@ pub struct Trend {
 
 impl Trend {
     /// Returns the multiple of the change to add at a `compliance`; 0 at the compliance of the last response.
-    pub fn times(&self, compliance: f64) -> f64 {
+    pub fn multiple(&self, compliance: f64) -> f64 {
         let [before, last] = self.compliance;
         let times = (compliance - last) / (last - before);
         match times.is_finite() {
-            true => times.clamp(0.0, FARTHEST),
+            true => times.clamp(0.0, MAX_MULTIPLE),
             false => 0.0,
         }
     }
 
     /// Returns the coefficients at a `compliance`. `last` are the coefficients of the last response.
     pub fn at(&self, last: &[f64], compliance: f64) -> Vec<f64> {
-        let times = self.times(compliance);
+        let times = self.multiple(compliance);
         let pairs = last.iter().zip(&self.change);
         pairs.map(|(u, change)| u + times * change).collect()
     }
@@ -40,7 +40,7 @@ impl Trend {
 
 /// Returns true if the change to the coefficients `last` may be extrapolated. It must be at most a quarter of them, and
 /// must not oppose the change `before` it.
-pub fn is_steady(last: &[f64], change: &[f64], before: &[f64]) -> bool {
+pub fn can_extrapolate(last: &[f64], change: &[f64], before: &[f64]) -> bool {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let largest = LARGEST_CHANGE * LARGEST_CHANGE * dot(last, last);
     dot(change, change) <= largest && dot(change, before) >= 0.0

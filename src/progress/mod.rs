@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use fretwear::gauge::Gauge;
 use fretwear::recipe::{Check, Recipe, Wear};
 use fretwear::report::quantity::VOLUME;
-use fretwear::report::{figure_with_bar, visible};
+use fretwear::report::{escape_controls, figure_with_bar};
 use fretwear::stages::{Observer, Pace, Progress, Stage};
 use fretwear::store::{Opening, RealFileSystem, RunReader};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
@@ -98,7 +98,7 @@ impl Watcher {
     }
 
     /// Sets the checks that are printed when a run begins.
-    pub fn telling(self, checks: &[Check]) -> Self {
+    pub fn with_checks(self, checks: &[Check]) -> Self {
         Watcher {
             checks: checks.to_vec(),
             ..self
@@ -106,8 +106,8 @@ impl Watcher {
     }
 
     /// Lets `stopping` end the run. It then prints how to continue.
-    pub fn stopped_by(self, stopping: &Stopping, continuation: &str) -> Self {
-        stopping.opens(continuation, self.bar.clone());
+    pub fn with_stopping(self, stopping: &Stopping, continuation: &str) -> Self {
+        stopping.open_run(continuation, self.bar.clone());
         Watcher {
             stopping: Some(stopping.clone()),
             ..self
@@ -224,7 +224,7 @@ fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
 
 /// Describes the progress of a stage: the work of its solvers, and its time.
 fn progress_text(gauge: &Gauge, elapsed: Duration) -> String {
-    let words = gauge.words();
+    let words = gauge.describe();
     let comma = if words.is_empty() { "" } else { ", " };
     format!(": {words}{comma}{}", duration(elapsed.as_secs_f64()))
 }
@@ -325,7 +325,7 @@ impl Observer for Watcher {
         self.stage.set(Some((stage, Instant::now())));
         let at = format!("{stage} of iteration {wear_iteration}");
         if let Some(stopping) = &self.stopping {
-            stopping.enters(at.clone(), stage.keeps_solves());
+            stopping.enter_stage(at.clone(), stage.keeps_solves());
         }
         note(&at);
         let unknowns = self.unknowns.filter(|_| stage == Stage::Structure);
@@ -351,7 +351,7 @@ impl Observer for Watcher {
         let (line, left) = self.line(progress);
         if let Some(bar) = &self.bar {
             bar.set_position((1000.0 * part) as u64);
-            bar.set_message(visible(&line));
+            bar.set_message(escape_controls(&line));
             note(&(line + &left));
         } else {
             self.say(&(line + &left));

@@ -69,7 +69,7 @@ impl ForwardedSignals {
     }
 
     /// Returns true if a signal has arrived since the last call.
-    pub fn taken(&self) -> bool {
+    pub fn take(&self) -> bool {
         self.0.swap(false, Ordering::Relaxed)
     }
 }
@@ -134,7 +134,7 @@ impl Stopping {
     }
 
     /// Registers a new run, with its bar and the command that continues it.
-    pub fn opens(&self, continuation: &str, bar: Option<ProgressBar>) {
+    pub fn open_run(&self, continuation: &str, bar: Option<ProgressBar>) {
         let mut at = self.at();
         at.stage = None;
         at.continuation = continuation.to_owned();
@@ -142,14 +142,14 @@ impl Stopping {
     }
 
     /// Registers the start of a stage. `goes_on` is true if the stage continues after an interruption.
-    pub fn enters(&self, stage: String, goes_on: bool) {
+    pub fn enter_stage(&self, stage: String, goes_on: bool) {
         let mut at = self.at();
         at.begun += 1;
         at.stage = Some((stage, goes_on, Instant::now()));
     }
 
     /// Registers the end of the last stage. From then on, the thread neither prints messages nor ends the process.
-    pub fn closes(&self) {
+    pub fn close(&self) {
         self.at().over = true;
     }
 

@@ -128,9 +128,9 @@ pub struct Tolerances {
 }
 
 /// Ratio of peak pressure to Young's modulus above which metals yield: their hardness is about E/100 to E/25.
-pub const YIELDS: f64 = 1.0 / 25.0;
+pub const YIELD_PRESSURE: f64 = 1.0 / 25.0;
 /// Ratio of peak pressure to Young's modulus above which a wrong unit is more likely than a sharp peak.
-const WRONG: f64 = 0.2;
+const WRONG_UNIT_PRESSURE: f64 = 0.2;
 
 impl Contact {
     /// Returns Young's modulus of the softer body \[Pa\].
@@ -153,10 +153,10 @@ impl Contact {
     /// Returns a note if a real contact would yield under this peak pressure \[Pa\] and no cap limits it.
     pub fn peak_pressure_note(&self, peak: f64) -> Option<String> {
         let modulus = self.least_modulus();
-        if self.conditions.pressure_cap.is_some() || peak <= YIELDS * modulus {
+        if self.conditions.pressure_cap.is_some() || peak <= YIELD_PRESSURE * modulus {
             return None;
         }
-        let also = if peak > WRONG * modulus {
+        let also = if peak > WRONG_UNIT_PRESSURE * modulus {
             ", or a unit of contact.normal_load, of the surface or of the material is wrong"
         } else {
             ""
@@ -198,8 +198,8 @@ impl Contact {
             pressure_cap: self.conditions.pressure_cap,
             friction_coefficient: self.friction_coefficient.unwrap_or(0.0),
             rotation: self.conditions.rotation,
-            motion: Motion::none(self.conditions.normal_load),
-            course: None,
+            motion: Motion::at_rest(self.conditions.normal_load),
+            evolving_motion: None,
             march: March::Reversal,
             options: FrettingOptions {
                 normal: NormalOptions {

@@ -24,10 +24,10 @@ pub const STRAIGHT: f64 = 0.01;
 pub const STRAIGHT_WITH_LAWS: f64 = 0.4;
 /// Largest relative effect of the load variation on the work of friction for which a cycle between two reversals is
 /// corrected by [`WorkBetweenEnds`]. It applies to contact elements with their own friction laws.
-pub const CORRECTED: f64 = 0.5;
+pub const LARGEST_CORRECTION: f64 = 0.5;
 /// Remaining error of the correction, relative to the correction. Stepped cycles with local loads gave at most 0.34
 /// in five joints with little or no wear, and 0.36 and 0.26 in two joints that were worn flat.
-const LEFT: f64 = 0.4;
+const CORRECTION_ERROR: f64 = 0.4;
 
 /// Error for a motion that the cycle of a recipe cannot follow.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -65,7 +65,7 @@ pub enum CycleError {
 pub struct Cycle {
     /// Source of the motion.
     pub motion: MotionSource,
-    /// Scheme for marching the cycle; `None` to choose it from the computed motion, unless `asked` requests one.
+    /// Scheme for marching the cycle; `None` to choose it from the computed motion, unless `ask_for_values` requests one.
     pub march: Option<March>,
     /// Requested scheme for a computed motion, if the motion allows it. `None` to march between the reversals if the
     /// motion is straight and steady enough.
@@ -205,7 +205,7 @@ impl Cycle {
         }
         let stepped = || {
             let every = fine.samples() / self.steps;
-            let motion = fine.every(every.max(1)).about_its_middle();
+            let motion = fine.thinned(every.max(1)).about_its_middle();
             (motion, March::Stepped, 0.0)
         };
         if self.asked == Some(March::Stepped) {
@@ -217,9 +217,9 @@ impl Cycle {
                 motion.map(|motion| (motion, fine.reversal_energy_error()))
             }
             Some(work) => {
-                let corrects = self.asked.is_some() || work.changed <= CORRECTED;
-                let follows = corrects && work.line.departure <= STRAIGHT_WITH_LAWS;
-                let left_out = LEFT * work.changed + work.untold;
+                let corrects = self.asked.is_some() || work.changed_share <= LARGEST_CORRECTION;
+                let follows = corrects && work.line.largest_deviation <= STRAIGHT_WITH_LAWS;
+                let left_out = CORRECTION_ERROR * work.changed_share + work.unrepresented_share;
                 follows.then(|| (fine.between_ends(work.line.ends), left_out))
             }
         };
@@ -303,7 +303,7 @@ impl March {
 /// Returns the reason for the scheme of a computed motion.
 pub(crate) fn why_computed(asked: Option<March>) -> String {
     let straight = format!(
-        "the motion may leave its line by {STRAIGHT} of its reach and the joint's load vary by {STRAIGHT} of it; with sliders it may leave its line by {STRAIGHT_WITH_LAWS}, and loads vary by what changes their friction by {CORRECTED}, which corrects the cycle"
+        "the motion may leave its line by {STRAIGHT} of its reach and the joint's load vary by {STRAIGHT} of it; with sliders it may leave its line by {STRAIGHT_WITH_LAWS}, and loads vary by what changes their friction by {LARGEST_CORRECTION}, which corrects the cycle"
     );
     match asked {
         Some(March::Stepped) => "fidelity.cycle or the preset asks for it".to_owned(),

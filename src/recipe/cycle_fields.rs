@@ -61,7 +61,7 @@ impl CycleFields {
 
     /// Returns the number of selected cells of a joint.
     pub(crate) fn count(&self, patch: &Patch) -> usize {
-        let kept_cells = (0..patch.grid.len()).filter(|&cell| patch.kept[cell]);
+        let kept_cells = (0..patch.grid.len()).filter(|&cell| patch.is_in_joint[cell]);
         kept_cells
             .filter(|&cell| self.has_cell(patch.grid.cell(cell)))
             .count()
@@ -105,7 +105,7 @@ impl Cycle {
         let is_computed = self.motion == MotionSource::Computed;
         Some(match self.march.or(self.asked)? {
             March::Stepped if is_computed => self.steps + 1,
-            March::Stepped => motion.samples() / self.samples_an_instant() + 1,
+            March::Stepped => motion.samples() / self.samples_per_instant() + 1,
             March::Reversal | March::Superposition => match motion.straight() {
                 Some(straight) if !is_computed && straight.top > 0 => OF_REVERSALS,
                 _ => OF_REVERSALS - 1,
@@ -116,7 +116,7 @@ impl Cycle {
     /// Returns an upper bound of the number of rows.
     fn most_instants(&self, normal_load: f64) -> usize {
         let samples = match &self.motion {
-            MotionSource::History { samples, .. } => *samples / self.samples_an_instant(),
+            MotionSource::History { samples, .. } => *samples / self.samples_per_instant(),
             MotionSource::Harmonic(_) => self
                 .harmonic_motion(normal_load)
                 .map_or(self.steps, |motion| motion.samples()),
@@ -130,7 +130,7 @@ impl Cycle {
 
     /// Returns the number of samples of a stepped motion per written row. Samples in between serve only to
     /// extrapolate a history.
-    pub fn samples_an_instant(&self) -> usize {
+    pub fn samples_per_instant(&self) -> usize {
         match self.motion {
             MotionSource::History { halved: true, .. } => 2,
             _ => 1,

@@ -155,16 +155,16 @@ impl Elements {
     }
 
     /// Returns the prescribed parameters of the elements for the modal damping of the stuck joint, if there are any.
-    pub fn given_for_damping(&self) -> Option<ElementParameters> {
+    pub fn damping_parameters(&self) -> Option<ElementParameters> {
         match &self.table {
             Some(table) => Some(table.damping_parameters()),
-            None => self.given(),
+            None => self.prescribed_parameters(),
         }
     }
 
     /// Returns the parameters of elements with prescribed stiffness: from their table, otherwise load and stiffness
     /// shared by area.
-    pub fn given(&self) -> Option<ElementParameters> {
+    pub fn prescribed_parameters(&self) -> Option<ElementParameters> {
         if let Some(table) = &self.table {
             return Some(table.parameters());
         }
@@ -200,7 +200,7 @@ impl Elements {
     }
 
     /// Explains the stiffness and the updates of the elements.
-    pub(super) fn tell_stiffness(&self, wears: bool, decisions: &mut Decisions) {
+    pub(super) fn explain_stiffness(&self, wears: bool, decisions: &mut Decisions) {
         let stiffness = match self.stiffness {
             ElementStiffness::Given { .. } if self.table.is_some() => "by contact.elements",
             ElementStiffness::Given { .. } => "given",

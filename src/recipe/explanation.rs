@@ -40,7 +40,7 @@ pub fn decisions(recipe: &Recipe) -> Vec<Decision> {
     }
     response.explain(&mut decisions);
     if let Some(elements) = elements {
-        elements.tell_stiffness(recipe.wear.is_some(), &mut decisions);
+        elements.explain_stiffness(recipe.wear.is_some(), &mut decisions);
     }
     decisions.0
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::Recipe;
-use crate::structure::imported::Imported;
+use crate::structure::imported::ImportedStructure;
 use crate::surface::prepare::PreparedSurface;
 use crate::wear::Motion;
 
@@ -20,7 +20,7 @@ pub struct Inputs {
     /// so that the heights match the hash in the recipe.
     pub measured: Option<Arc<PreparedSurface>>,
     /// Matrices of a structure from files; `None` for other structures. They match the hash in the recipe.
-    pub imported: Option<Arc<Imported>>,
+    pub imported: Option<Arc<ImportedStructure>>,
     /// Wear of the same scene on half the grid; `None` if the scene does not request this check, or if it has not run
     /// yet.
     pub grid_twin: Option<Arc<GridTwin>>,

@@ -10,9 +10,9 @@ use crate::model_update::ContactElements;
 use crate::structure::StructureError;
 use crate::structure::element::Formulation;
 use crate::structure::half_space::FaceCompliance;
-use crate::structure::reduction::Reduced;
+use crate::structure::reduction::ReducedStructure;
 use crate::structure::statics::PortForce;
-use crate::wear::{Bodies, NodalLoad, Pressing};
+use crate::wear::{BodyMotions, NodalLoad, PressedBodies};
 
 /// A mesh of equal boxes under a joint, identical on both sides.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -40,7 +40,7 @@ impl StructureMesh {
         }
         let face_compliance = |elastic| {
             let (sides, layers, counts) = (self.sides, &self.layers, self.counts);
-            FaceCompliance::new(elastic, sides, layers, counts, self.formulation)
+            FaceCompliance::of_layered_half_space(elastic, sides, layers, counts, self.formulation)
         };
         let mut both = face_compliance(bodies.lower)?;
         if bodies.upper == bodies.lower {
@@ -126,7 +126,7 @@ impl Preload {
     }
 
     /// Returns the forces on ports for a preload of 1 N.
-    fn forces(&self, reduced: &Reduced, areas: &[f64]) -> Vec<PortForce> {
+    fn forces(&self, reduced: &ReducedStructure, areas: &[f64]) -> Vec<PortForce> {
         match self {
             Preload::Faces => {
                 let total_area: f64 = areas.iter().sum();
@@ -149,7 +149,7 @@ impl Preload {
     }
 }
 
-fn port_of(reduced: &Reduced, at: &str, axis: usize) -> usize {
+fn port_of(reduced: &ReducedStructure, at: &str, axis: usize) -> usize {
     let port = reduced.ports.of_point(at, axis);
     port.expect("the points of a recipe are ports of its structure")
 }
@@ -166,8 +166,8 @@ impl Contact {
     /// is given.
     ///
     /// # Errors
-    /// Errors of [`Reduced::with_spring`].
-    pub fn with_bolt(&self, reduced: Reduced) -> Result<Reduced, StructureError> {
+    /// Errors of [`ReducedStructure::with_spring`].
+    pub fn with_bolt(&self, reduced: ReducedStructure) -> Result<ReducedStructure, StructureError> {
         let bolt = self.pressing.as_ref().map(|pressing| &pressing.preload);
         match (
             bolt.filter(|bolt| bolt.is_outside()),
@@ -201,16 +201,16 @@ impl Contact {
     /// highest point at `top` \[m\].
     ///
     /// # Errors
-    /// [`StructureError::OtherMesh`] if the joint does not match the mesh and the material of the structure, and
-    /// errors of [`Reduced::statics`].
+    /// [`StructureError::MeshMismatch`] if the joint does not match the mesh and the material of the structure, and
+    /// errors of [`ReducedStructure::statics`].
     pub fn pressing(
         &self,
         structure_pressing: &StructurePressing,
         mesh: &StructureMesh,
         elements: &ContactElements,
-        reduced: &Reduced,
+        reduced: &ReducedStructure,
         top: f64,
-    ) -> Result<Pressing, StructureError> {
+    ) -> Result<PressedBodies, StructureError> {
         let nodes = elements.nodes().expect("contact elements at nodes");
         let preload = structure_pressing.preload.forces(reduced, elements.areas());
         let port = |port: &Port| port_of(reduced, &port.at, port.axis);
@@ -228,7 +228,7 @@ impl Contact {
         if let Some(ratio) = ratio
             && !(SAME_MESH[0]..=SAME_MESH[1]).contains(&ratio)
         {
-            return Err(StructureError::OtherMesh {
+            return Err(StructureError::MeshMismatch {
                 ratio,
                 least: SAME_MESH[0],
                 most: SAME_MESH[1],
@@ -237,7 +237,7 @@ impl Contact {
         let mut added = vec![0.0; node_count * node_count];
         for e in 0..elements.len() {
             for f in 0..elements.len() {
-                added[at(e, f)] = statics.stiff[(e, f)] - on_mesh(e, f);
+                added[at(e, f)] = statics.remaining_flexibility[(e, f)] - on_mesh(e, f);
             }
         }
         let mut loads: Vec<NodalLoad> = Vec::with_capacity(2);
@@ -258,12 +258,12 @@ impl Contact {
             shear: None,
         };
         let loads = loads.try_into().expect("two loads");
-        let bodies = Bodies {
-            free: statics.motions,
-            held: statics.held,
-            compliance: statics.held_compliance,
+        let bodies = BodyMotions {
+            free: statics.free_motions,
+            restrained: statics.supported_motions,
+            compliance: statics.supported_compliance,
         };
-        let mut pressing = Pressing::new(added.into(), bodies, loads, top);
+        let mut pressing = PressedBodies::new(added.into(), bodies, loads, top);
         pressing.mesh_ratio = ratio;
         Ok(pressing)
     }

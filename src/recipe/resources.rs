@@ -32,7 +32,7 @@ const IN_CONTACT: f64 = 0.3;
 
 /// Resources of a run that follow from its recipe.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Counted {
+pub struct ResourceEstimate {
     /// Contact elements of the structure.
     pub contact_elements: usize,
     /// Unknowns of the harmonic balance with all contact elements active.
@@ -50,16 +50,16 @@ pub struct Counted {
     pub disk_per_iteration: u64,
 }
 
-impl Counted {
+impl ResourceEstimate {
     /// Counts the resources of a run.
-    pub fn of(inputs: &Inputs) -> Counted {
+    pub fn of(inputs: &Inputs) -> ResourceEstimate {
         let recipe = &inputs.recipe;
         let elements = contact_elements(recipe);
         let orders = recipe.response.as_ref().map_or(0, |r| r.harmonics.len());
-        let least = Counted::least_memory(inputs);
+        let least = ResourceEstimate::least_memory(inputs);
         // The reduction ends and frees its memory before a run allocates anything else.
         let reduction = reduction(inputs).map(|bytes| (PROGRAM + bytes) as u64);
-        let mut counted = Counted {
+        let mut counted = ResourceEstimate {
             contact_elements: elements,
             unknowns: 3 * elements * (2 * orders).saturating_sub(1),
             cells: recipe.surface().map_or(0, |surface| surface.kept),
@@ -89,7 +89,7 @@ fn reduction(inputs: &Inputs) -> Option<f64> {
 }
 
 /// Returns the compressed bytes of the tables of one iteration on a rough joint.
-fn disk_per_iteration(inputs: &Inputs, counted: &Counted) -> f64 {
+fn disk_per_iteration(inputs: &Inputs, counted: &ResourceEstimate) -> f64 {
     let recipe = &inputs.recipe;
     let axes = recipe.contact().map_or(0.0, |contact| match contact.shear {
         Shear::AlongX => 1.0,

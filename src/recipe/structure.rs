@@ -10,18 +10,18 @@ use super::{BaseMotion, DampingBasis, Layout, Port, Reasons, Response};
 use crate::dynamics::oscillator::mass_on_springs;
 use crate::dynamics::reduced::{Damping, reduced_model, reference_springs};
 use crate::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, SecondOrder, Settings, Spring,
-    Vibration,
+    BalanceSettings, ContactElement, DynamicsError, FrictionLaw, Harmonics, Load, SecondOrder,
+    Spring, Vibration,
 };
 use crate::gauge::Gauge;
 use crate::journal::Journal;
 use crate::structure::contact_array::ContactArray;
 use crate::structure::element::Formulation;
-use crate::structure::imported::{EndsOfPreload, ImportError, Imported, UnitSystem};
+use crate::structure::imported::{EndsOfPreload, ImportError, ImportedStructure, UnitSystem};
 use crate::structure::interface::{Interface, JointRequirements};
 use crate::structure::matrices::Role;
 use crate::structure::outline::Outline;
-use crate::structure::reduction::{ContactPorts, Reduced};
+use crate::structure::reduction::{ContactPorts, ReducedStructure};
 use crate::structure::resonator::Resonator;
 use crate::threads::Threads;
 
@@ -308,8 +308,8 @@ impl Structure {
     /// If the structure comes from files and its matrices are missing.
     pub fn reduce(
         &self,
-        imported: Option<&Imported>,
-    ) -> Result<Option<(Reduced, Option<Outline>)>, ImportError> {
+        imported: Option<&ImportedStructure>,
+    ) -> Result<Option<(ReducedStructure, Option<Outline>)>, ImportError> {
         let (modes, ports) = (self.modes, self.contact_ports);
         Ok(match &self.source {
             StructureSource::Oscillator { .. } => None,
@@ -325,7 +325,7 @@ impl Structure {
     }
 
     /// Returns the peak memory of [`Structure::reduce`] \[B\]; `None` if no reduction is needed or possible.
-    pub fn memory_to_reduce(&self, imported: Option<&Imported>) -> Option<f64> {
+    pub fn memory_to_reduce(&self, imported: Option<&ImportedStructure>) -> Option<f64> {
         match &self.source {
             StructureSource::Oscillator { .. } => None,
             StructureSource::Resonator { geometry } => geometry.memory_to_reduce(self.modes).ok(),
@@ -447,7 +447,7 @@ impl Structure {
         &self,
         response: &Response,
         has_contact: bool,
-        reduced: Option<&Reduced>,
+        reduced: Option<&ReducedStructure>,
         unworn: &[ContactElement],
     ) -> Result<Vibration, DynamicsError> {
         let springs = reference_springs(unworn);
@@ -530,9 +530,9 @@ impl Structure {
             inertial_loads,
             response_port: number(&response.at),
             harmonics: Harmonics::new(&response.harmonics)?,
-            settings: Settings {
+            settings: BalanceSettings {
                 samples: response.samples,
-                ..Settings::default()
+                ..BalanceSettings::default()
             },
             at_omega: response.at_frequency.map(|at| at * TAU),
             range: (from * TAU, to * TAU),

@@ -128,7 +128,7 @@ pub struct HeightsFile {
     #[serde(default, skip_serializing_if = "is_false")]
     pub transpose: bool,
     /// Unit and spacing that override the values in the file.
-    #[serde(default, skip_serializing_if = "Correction::is_none")]
+    #[serde(default, skip_serializing_if = "Correction::is_empty")]
     pub correct: Correction,
     /// The second of two faces.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -56,7 +56,7 @@ pub(super) fn on_grid(inputs: &Inputs, ratio: f64) -> Option<Inputs> {
     };
     if let Some(measured) = &inputs.measured {
         let on = &measured.patch;
-        let heights = measured.heights.iter().zip(&on.kept);
+        let heights = measured.heights.iter().zip(&on.is_in_joint);
         let topography = Topography {
             nx: on.grid.nx,
             ny: on.grid.ny,

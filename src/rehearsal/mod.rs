@@ -26,7 +26,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::gauge::Gauge;
-use crate::recipe::{Counted, Inputs, Keep, Recipe, StructureSource, Wear};
+use crate::recipe::{Inputs, Keep, Recipe, ResourceEstimate, StructureSource, Wear};
 use crate::scene::plan::unstable_explicit_step;
 use crate::stages::{self, Ending, Observer, Progress, RunCost, RunOptions, Stage};
 use crate::store::{Opening, RealFileSystem, RunReader, UnsyncedFileSystem};
@@ -53,7 +53,7 @@ const DISK_UNCERTAINTY: f64 = 2.0;
 const TIME_UNCERTAINTY: f64 = 1.3;
 /// Operations of transforms after which the coarse run ends at its next iteration, some three seconds on one
 /// core; and operations of an iteration apart from its transforms.
-const OPERATIONS: f64 = 3e10;
+const OPERATION_LIMIT: f64 = 3e10;
 const OPERATIONS_PER_ITERATION: f64 = 1.5e8;
 /// Largest number of unknowns of a structure that is rehearsed.
 const MOST_UNKNOWNS: usize = 2000;
@@ -111,7 +111,7 @@ pub struct CoarseRun {
 pub struct Cost {
     /// Numbers counted from the recipe.
     #[serde(flatten)]
-    pub counted: Counted,
+    pub counted: ResourceEstimate,
     /// Run on a coarser grid; `None` if there was none.
     pub coarse_run: Option<CoarseRun>,
     /// Reason why the estimates below are missing; `None` if they exist.
@@ -136,7 +136,7 @@ pub struct Rehearsal {
     /// Warnings about the scene from the coarse run.
     pub warnings: Vec<String>,
     /// Time of the rehearsal \[s\].
-    pub took: f64,
+    pub seconds_taken: f64,
 }
 
 /// Estimates the cost of a run from one run on a coarser grid. The coarse run starts no further stage after
@@ -145,7 +145,7 @@ pub fn rehearse(inputs: &Inputs, longest: Duration) -> Rehearsal {
     let begin = Instant::now();
     let mut rehearsal = Rehearsal {
         cost: Cost {
-            counted: Counted::of(inputs),
+            counted: ResourceEstimate::of(inputs),
             coarse_run: None,
             not_known: None,
             iterations: None,
@@ -155,12 +155,12 @@ pub fn rehearse(inputs: &Inputs, longest: Duration) -> Rehearsal {
         },
         seconds: None,
         warnings: Vec::new(),
-        took: 0.0,
+        seconds_taken: 0.0,
     };
     if let Err(why) = estimate(inputs, longest, &mut rehearsal) {
         rehearsal.cost.not_known = Some(why);
     }
-    rehearsal.took = begin.elapsed().as_secs_f64();
+    rehearsal.seconds_taken = begin.elapsed().as_secs_f64();
     rehearsal
 }
 
@@ -371,7 +371,7 @@ fn run(inputs: &Inputs, longest: Duration) -> Result<Option<CoarseResult>, Box<d
         stop: &|commits| {
             let spent =
                 pair * budget.pairs.get() as f64 + OPERATIONS_PER_ITERATION * commits as f64;
-            spent >= OPERATIONS
+            spent >= OPERATION_LIMIT
         },
     };
     let begin = Instant::now();

@@ -4,7 +4,7 @@
 
 use super::plot::{Axis, Chart, Curve, standalone, style_of_run, style_of_state};
 use super::quantity::{FORCE, FREQUENCY, LENGTH, NUMBER, Unit, Units, largest, unit_of};
-use super::text::visible;
+use super::text::escape_controls;
 use crate::tables::typed::Backbone;
 
 /// Ratio of the largest to the smallest value above which an axis is logarithmic.
@@ -116,7 +116,7 @@ fn branches(table: &Backbone) -> Vec<Branch> {
                 name: if is_named {
                     String::new()
                 } else {
-                    visible(state)
+                    escape_controls(state)
                 },
                 style: match along_wear {
                     true => style_of_state(place, states.len()),

@@ -9,17 +9,19 @@ use maud::html;
 
 use super::ReportError;
 use super::output;
-use super::page::failed;
+use super::page::io_error;
 use super::plot::{Axis, Band, Chart, Curve, Drawing, Mark, style_of_run};
 use super::quantity::{
     ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Units, VOLUME, VOLUME_RATE,
-    digits, in_unit, unit_of,
+    significant_digits, unit_of, with_unit,
 };
 use super::table::table;
 use super::template::{Page, Part, Section, drawings};
 use super::text::NONE;
 use crate::campaign::statistics::{SampleStatistics, rank_threshold, share_threshold};
-use crate::campaign::{About, Campaign, Failure, Figure, Findings, Resolved, Sensitivity, State};
+use crate::campaign::{
+    Campaign, Failure, Figure, Findings, ResolvedValue, Sensitivity, State, StoredCampaign,
+};
 use crate::tables::{Provenance, TableError, to_parquet};
 
 /// Maximum number of scatter charts (a figure over its most influential key).
@@ -65,7 +67,7 @@ fn units(figure: &str) -> Units {
 /// Data of the report on a campaign.
 pub struct CampaignReport<'a> {
     /// Title, scene and program version of the campaign.
-    pub about: &'a About,
+    pub about: &'a StoredCampaign,
     /// The plan: keys and rows.
     pub campaign: &'a Campaign,
     /// State of each row.
@@ -77,23 +79,23 @@ pub struct CampaignReport<'a> {
 }
 
 fn share_text(share: f64) -> String {
-    format!("{}\u{a0}%", digits(100.0 * share, 2))
+    format!("{}\u{a0}%", significant_digits(100.0 * share, 2))
 }
 
 /// Formats the mean, standard deviation and 5 %, 50 % and 95 % quantiles of a figure in one unit.
 pub fn figure_row(figure: &Figure) -> [String; 5] {
-    let unit = unit_of(units(figure.name), figure.spread.mean.abs());
+    let unit = unit_of(units(figure.name), figure.statistics.mean.abs());
     let SampleStatistics {
         mean,
         sd,
         quantiles: [low, _, median, _, high],
         ..
-    } = figure.spread;
-    [mean, sd, low, median, high].map(|value| in_unit(value, unit))
+    } = figure.statistics;
+    [mean, sd, low, median, high].map(|value| with_unit(value, unit))
 }
 
 /// Formats the rank correlation and the Sobol index of a figure and a key.
-pub fn depends(sensitivity: &Sensitivity) -> String {
+pub fn sensitivity_text(sensitivity: &Sensitivity) -> String {
     let rank = sensitivity.rank.map(|rank| {
         let sign = if rank < 0.0 { "−" } else { "+" };
         format!("{sign}{:.2}", rank.abs())
@@ -108,7 +110,7 @@ pub fn depends(sensitivity: &Sensitivity) -> String {
 
 impl CampaignReport<'_> {
     /// Returns the keys that influence a figure, the most influential one first.
-    pub fn movers(&self, figure: &str) -> Vec<&Sensitivity> {
+    pub fn influential_keys(&self, figure: &str) -> Vec<&Sensitivity> {
         let all = self.findings.sensitivities.iter();
         let mut influential: Vec<&Sensitivity> = all
             .filter(|s| s.figure == figure)
@@ -132,7 +134,7 @@ impl CampaignReport<'_> {
         )];
         let counts = [
             (rows_in(State::Failed), "failed"),
-            (rows_in(State::Begun), "begun and not ended"),
+            (rows_in(State::Incomplete), "begun and not ended"),
             (rows_in(State::Waiting), "not begun"),
         ];
         let nonzero = counts.into_iter().filter(|(count, _)| *count > 0);
@@ -153,7 +155,7 @@ impl CampaignReport<'_> {
         let rows = self.findings.figures.iter().map(|figure| {
             let [mean, sd, low, median, high] = figure_row(figure);
             let name = title(figure.name).to_owned();
-            let count = figure.spread.count.to_string();
+            let count = figure.statistics.count.to_string();
             vec![name, count, mean, sd, low, median, high]
         });
         let rows: Vec<Vec<String>> = rows.collect();
@@ -182,7 +184,7 @@ impl CampaignReport<'_> {
             }
             let cell = |key: &&String| {
                 let sensitivity = own.iter().find(|s| s.key == **key);
-                sensitivity.map_or(NONE.to_owned(), |s| depends(s))
+                sensitivity.map_or(NONE.to_owned(), |s| sensitivity_text(s))
             };
             let cells = keys.iter().map(cell);
             Some(
@@ -214,15 +216,15 @@ impl CampaignReport<'_> {
     fn keys(&self) -> Section {
         let rows = self.campaign.keys.iter().enumerate().map(|(k, key)| {
             let values = || self.campaign.rows.iter().map(|row| &row.values[k]);
-            let mut texts: Vec<String> = values().map(Resolved::text).collect();
-            let numbers: Option<Vec<f64>> = values().map(Resolved::number).collect();
+            let mut texts: Vec<String> = values().map(ResolvedValue::text).collect();
+            let numbers: Option<Vec<f64>> = values().map(ResolvedValue::number).collect();
             texts.sort();
             texts.dedup();
             let [from, to] = match numbers {
                 Some(numbers) => {
                     let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
                     let most = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-                    [digits(least, 4), digits(most, 4)]
+                    [significant_digits(least, 4), significant_digits(most, 4)]
                 }
                 None => [texts[0].clone(), texts[texts.len() - 1].clone()],
             };
@@ -333,7 +335,7 @@ impl CampaignReport<'_> {
     fn scatter(&self, figure: &Figure, key: &Sensitivity) -> Option<Drawing> {
         let mut keys = self.campaign.keys.iter();
         let k = keys.position(|own| own.name == key.key)?;
-        let unit = unit_of(units(figure.name), figure.spread.most.abs());
+        let unit = unit_of(units(figure.name), figure.statistics.most.abs());
         let rows = self.findings.runs.rows.iter().zip(&figure.ends);
         let points: Vec<[f64; 2]> = rows
             .filter_map(|(row, end)| {
@@ -372,7 +374,7 @@ impl CampaignReport<'_> {
         for (k, figure) in figures.iter().enumerate() {
             let band = self.band(figure);
             bands.extend(band.map(|drawing| (format!("band-{k}"), drawing)));
-            let mut movers = self.movers(figure.name).into_iter();
+            let mut movers = self.influential_keys(figure.name).into_iter();
             if scatters.len() < SCATTERS
                 && let Some(key) = movers.find(|s| s.rank.is_some())
             {
@@ -431,7 +433,7 @@ impl CampaignReport<'_> {
             Some(page) => output::write(page, html.as_bytes()),
             None => output::replace(&page, html.as_bytes()).map(|()| Some(page.clone())),
         };
-        let file = file.map_err(failed(&page))?;
+        let file = file.map_err(io_error(&page))?;
         let mut written = vec![page];
         let Some(file) = file else {
             return Ok(written);
@@ -448,7 +450,7 @@ impl CampaignReport<'_> {
         for table in self.findings.tables().map_err(table_error)? {
             let bytes = to_parquet(&table, &provenance).map_err(table_error)?;
             let path = file.with_file_name(format!("{}.parquet", table.schema().name));
-            output::replace(&path, &bytes).map_err(failed(&path))?;
+            output::replace(&path, &bytes).map_err(io_error(&path))?;
             written.push(path);
         }
         Ok(written)

@@ -8,9 +8,9 @@ use serde_json::json;
 
 use super::ReportError;
 use super::output;
-use super::page::failed;
+use super::page::io_error;
 use super::run_tables::{damage_of, open};
-use super::scan::{ORDER, RUN, Scan, WEAR_ITERATION};
+use super::scan::{RUN, RUN_INDEX, Scan, WEAR_ITERATION};
 use super::skipped_folders::{SkippedFolder, open_each};
 use crate::stages::{JointState, RunCost, RunEnds};
 use crate::store::{Damage, RunReader, StoreError};
@@ -118,11 +118,11 @@ pub struct Comparison {
 /// lists the damage. [`Comparison::passed_over`] lists the skipped folders, which are not readable runs.
 ///
 /// # Errors
-/// [`ReportError::NoneLeft`] if none of several folders is a run. [`ReportError::Run`] for a folder that is not a
+/// [`ReportError::NoReadableRun`] if none of several folders is a run. [`ReportError::Run`] for a folder that is not a
 /// readable run and [`ReportError::Empty`] for a run without an iteration, if the path is the only one, if nothing
 /// exists at that path, or if the system denies reading it. [`ReportError::Scan`] if the table library fails.
 pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> {
-    let mut scan = Scan::of(TableName::Summary);
+    let mut scan = Scan::new(TableName::Summary);
     let (mut states, mut damage) = (Vec::new(), Vec::new());
     let mut order = 0;
     let (_, passed_over) = open_each(runs, |run| {
@@ -183,7 +183,7 @@ fn states_of(run: String, reader: &RunReader, rows: Rows) -> Result<Vec<Compared
 
 /// Selects the columns of a comparison, and aggregates each run with [`Rows::Last`].
 fn figures(scan: &Scan, rows: Rows) -> PolarsResult<DataFrame> {
-    let table = scan.lazy()?;
+    let table = scan.lazy_frame()?;
     let table = match rows {
         Rows::All => table,
         Rows::Last => {
@@ -191,7 +191,7 @@ fn figures(scan: &Scan, rows: Rows) -> PolarsResult<DataFrame> {
                 FFT_PAIRS => col(name).sum(),
                 _ => col(name).last(),
             });
-            table.group_by_stable([col(ORDER), col(RUN)]).agg(
+            table.group_by_stable([col(RUN_INDEX), col(RUN)]).agg(
                 std::iter::once(col(WEAR_ITERATION).last())
                     .chain(last)
                     .collect::<Vec<_>>(),
@@ -346,7 +346,7 @@ impl Comparison {
                 }
             })?;
         let written = output::write(path, &bytes);
-        written.map(drop).map_err(failed(path))
+        written.map(drop).map_err(io_error(path))
     }
 
     /// Writes the table as CSV: a header, then all numbers in full precision and SI units. An absent figure is an empty
@@ -357,7 +357,7 @@ impl Comparison {
     /// [`ReportError::Io`].
     pub fn write_csv(&self, path: &Path) -> Result<(), ReportError> {
         let written = self.csv().and_then(|bytes| output::write(path, &bytes));
-        written.map(drop).map_err(failed(path))
+        written.map(drop).map_err(io_error(path))
     }
 
     fn csv(&self) -> io::Result<Vec<u8>> {

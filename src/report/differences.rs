@@ -9,7 +9,7 @@ use super::RunTables;
 use super::table::table;
 use super::template::Section;
 use super::text::NONE;
-use crate::json::{differences, flatten, made};
+use crate::json::{differences, flatten, user_changes};
 use crate::scene::{FOLLOWING_KEYS, is_relevant};
 
 /// Lists the keys whose values differ between the runs, with the value of each run. Returns `None` for a single run.
@@ -22,7 +22,7 @@ pub fn section(runs: &[RunTables], labels: &[&str]) -> Option<Section> {
     let keys: BTreeSet<String> = others
         .iter()
         .flat_map(|run| {
-            made(
+            user_changes(
                 differences(&first.record().scene, &run.record().scene),
                 &following,
             )

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use polars::error::PolarsError;
 
 use super::skipped_folders::SkippedFolder;
-use super::text::continuation;
+use super::text::continue_command;
 use crate::store::{Damage, StoreError};
 use crate::tables::{TableError, TableName};
 
@@ -23,7 +23,7 @@ pub enum ReportError {
     /// The run has no committed iteration that verifies.
     #[error(
         "{}: no iteration verifies; run `{}` to compute the first one",
-        run.display(), continuation(run)
+        run.display(), continue_command(run)
     )]
     Empty {
         /// Folder of the run.
@@ -33,7 +33,7 @@ pub enum ReportError {
     },
     /// None of several folders is a readable run.
     #[error("no readable run among {} folders: {}", passed_over.len(), reasons(passed_over))]
-    NoneLeft {
+    NoReadableRun {
         /// The skipped folders, each with the reason.
         passed_over: Vec<SkippedFolder>,
     },
@@ -71,10 +71,10 @@ impl ReportError {
         match self {
             ReportError::Run { source, .. } => matches!(
                 source,
-                StoreError::NoRun { .. } | StoreError::NoFolder { .. }
+                StoreError::NoRun { .. } | StoreError::FileInsteadOfFolder { .. }
             ),
             ReportError::Empty { damage, .. } => damage.is_empty(),
-            ReportError::NoneLeft { .. } => !self.is_damage_or_mismatch(),
+            ReportError::NoReadableRun { .. } => !self.is_damage_or_mismatch(),
             _ => false,
         }
     }
@@ -84,7 +84,7 @@ impl ReportError {
         match self {
             ReportError::Run { source, .. } => source.is_damage_or_mismatch(),
             ReportError::Empty { damage, .. } => !damage.is_empty(),
-            ReportError::NoneLeft { passed_over } => {
+            ReportError::NoReadableRun { passed_over } => {
                 passed_over.iter().any(SkippedFolder::is_damage_or_mismatch)
             }
             _ => false,

@@ -9,13 +9,13 @@ use crate::recipe::Recipe;
 const FLOOR: f64 = 1e-9;
 
 /// Returns the bound of rounding errors for values of the given size.
-pub fn rounding(size: f64) -> f64 {
+pub fn rounding_bound(size: f64) -> f64 {
     FLOOR * size.abs()
 }
 
 /// Characteristic sizes of a joint, which bound the rounding errors.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Sizes {
+pub struct CharacteristicSizes {
     /// Longer side of the joint \[m\].
     side: f64,
     /// Normal load \[N\].
@@ -24,11 +24,11 @@ pub struct Sizes {
     rq: f64,
 }
 
-impl Sizes {
+impl CharacteristicSizes {
     /// Returns the sizes of a run. Normal load \[N\] and rms roughness \[m\] default to 0.
-    pub fn of(recipe: &Recipe, normal_load: Option<f64>, rq: Option<f64>) -> Sizes {
+    pub fn new(recipe: &Recipe, normal_load: Option<f64>, rq: Option<f64>) -> CharacteristicSizes {
         let surface = recipe.surface();
-        Sizes {
+        CharacteristicSizes {
             side: surface.map_or(1.0, |surface| surface.size[0].max(surface.size[1])),
             load: normal_load.unwrap_or(0.0).abs(),
             rq: rq.unwrap_or(0.0),
@@ -38,7 +38,7 @@ impl Sizes {
     /// Returns the bound of rounding errors of a column of the summary, in its unit. It is 0 for columns without
     /// cancellation.
     pub fn resolution(&self, column: &str, unit: &str) -> f64 {
-        rounding(match (column, unit) {
+        rounding_bound(match (column, unit) {
             (_, "N m") => self.load * self.side,
             (_, "rad") => self.rq / self.side,
             ("mean_height", _) => self.rq,
@@ -58,7 +58,7 @@ const NOTHING: std::ops::Range<f64> = 1.0..1.002;
 /// This holds if the figure is below the bound of rounding errors, or if its error bar exceeds 1.
 /// Returns `None` for 0, for a known figure, and for one whose bar is 1, which is unknown.
 /// `bar` is relative, `resolution` is in the unit of the figure.
-pub fn below(value: f64, bar: f64, resolution: f64) -> Option<f64> {
+pub fn upper_bound(value: f64, bar: f64, resolution: f64) -> Option<f64> {
     let size = value.abs();
     if size == 0.0 {
         None
@@ -76,7 +76,7 @@ pub fn figure_with_bar(
     resolution: f64,
     number: impl Fn(f64) -> String,
 ) -> String {
-    match below(value, bar, resolution) {
+    match upper_bound(value, bar, resolution) {
         Some(limit) => format!("below {}", number(limit)),
         None if NOTHING.contains(&bar) && value != 0.0 => {
             format!("not known ({} was found)", number(value))
@@ -88,7 +88,7 @@ pub fn figure_with_bar(
 
 #[cfg(test)]
 mod tests {
-    use super::{Sizes, below, figure_with_bar};
+    use super::{CharacteristicSizes, figure_with_bar, upper_bound};
 
     #[test]
     fn a_figure_is_a_value_with_its_bar_or_what_it_is_below() {
@@ -104,12 +104,12 @@ mod tests {
         assert_eq!(figure_with_bar(-1e-19, 2.0, 0.5, number), "below 0.5 N");
         // Zero is exact.
         assert_eq!(figure_with_bar(0.0, 1.0, 0.5, number), "0 N");
-        assert_eq!(below(0.5, 0.0, 0.5), None);
+        assert_eq!(upper_bound(0.5, 0.0, 0.5), None);
     }
 
     #[test]
     fn moments_are_judged_by_load_and_size() {
-        let sizes = Sizes {
+        let sizes = CharacteristicSizes {
             side: 0.04,
             load: 30e3,
             rq: 5e-6,

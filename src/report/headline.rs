@@ -1,17 +1,17 @@
 //! Headline of a run: a few sentences on the wear, the resonance and the stiffness.
 
-use super::figure_text::below as upper_bound;
-use super::figures::{ReportedRun, Study};
+use super::figure_text::upper_bound;
+use super::figures::{ReportedRun, ReportedRuns};
 use super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, PRESSURE, SHARE, STIFFNESS, Unit, Units, VOLUME,
 };
-use super::run_tables::numbers;
+use super::run_tables::numeric_column;
 use super::{ReportError, error_bar_of, figure_with_bar, percent};
 use crate::milestones::{self, States};
 use crate::tables::TableName;
 
 /// Explains the error bars of the headlines, once per page.
-pub const OF_BARS: &str = "± is the run's own error estimate. It covers wear steps, tolerances, harmonics and contact elements, but not the grid \
+pub const ERROR_BAR_NOTE: &str = "± is the run's own error estimate. It covers wear steps, tolerances, harmonics and contact elements, but not the grid \
      and the mesh.";
 
 /// Relative change below which a quantity counts as unchanged.
@@ -23,7 +23,7 @@ const DIGITS: usize = 3;
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read.
-pub fn headline(study: &Study, run: &ReportedRun) -> Result<Option<String>, ReportError> {
+pub fn headline(study: &ReportedRuns, run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let vibration = vibration(study, run)?;
     let stiffness = || course(study, run, "kn", "normal stiffness", STIFFNESS, true);
     let worn = run.column("wear_volume").and_then(|v| v.last().copied());
@@ -73,7 +73,7 @@ pub fn headline(study: &Study, run: &ReportedRun) -> Result<Option<String>, Repo
 }
 
 /// Returns the headlines of all runs. If there are several runs, each headline has the label of its run.
-pub fn headlines(study: &Study) -> Result<Vec<(Option<String>, String)>, ReportError> {
+pub fn headlines(study: &ReportedRuns) -> Result<Vec<(Option<String>, String)>, ReportError> {
     let mut headlines = Vec::new();
     for run in &study.runs {
         let name = (!study.is_single()).then(|| run.label.clone());
@@ -83,7 +83,7 @@ pub fn headlines(study: &Study) -> Result<Vec<(Option<String>, String)>, ReportE
 }
 
 /// Describes the contact of a joint without wear: area, pressure and stiffness.
-fn unworn_contact(study: &Study, run: &ReportedRun) -> Option<String> {
+fn unworn_contact(study: &ReportedRuns, run: &ReportedRun) -> Option<String> {
     let last = |column: &str| {
         run.column(column)?
             .last()
@@ -92,7 +92,7 @@ fn unworn_contact(study: &Study, run: &ReportedRun) -> Option<String> {
     };
     let value_of = |column: &str, units| Some(shown(last(column)?, study.unit(column, units)));
     let area = value_of("contact_area_fraction", SHARE)?;
-    let load = quantity::in_unit(last("normal_load")?, study.unit("normal_load", FORCE));
+    let load = quantity::with_unit(last("normal_load")?, study.unit("normal_load", FORCE));
     let most = value_of("max_pressure", PRESSURE)?;
     let mut text =
         format!("Under {load} {area} of the joint is in contact. The largest pressure is {most}.");
@@ -116,7 +116,7 @@ fn unworn_contact(study: &Study, run: &ReportedRun) -> Option<String> {
 /// If the last state has its own response, both come from the first and last such responses. Otherwise they come from
 /// the vibration that drives the wear. The summary of that vibration contains the largest amplitude, not the amplitude
 /// at the phase resonance.
-fn vibration(study: &Study, run: &ReportedRun) -> Result<Vec<String>, ReportError> {
+fn vibration(study: &ReportedRuns, run: &ReportedRun) -> Result<Vec<String>, ReportError> {
     let state_ends = state_resonances(run)?;
     let state_ends = state_ends.filter(|[.., last]| last.wear_iteration == run.tables.latest());
     let pairs = |column: &str, value: fn(&Resonance) -> f64| match &state_ends {
@@ -132,7 +132,7 @@ fn vibration(study: &Study, run: &ReportedRun) -> Result<Vec<String>, ReportErro
         (Some(_), _) => "amplitude at resonance".to_owned(),
         (None, Some(fixed_frequency)) => format!(
             "amplitude at {}",
-            quantity::shown(fixed_frequency, FREQUENCY)
+            quantity::with_best_unit(fixed_frequency, FREQUENCY)
         ),
         (None, None) => "largest amplitude".to_owned(),
     };
@@ -181,13 +181,13 @@ pub struct Resonance {
 /// # Errors
 /// [`ReportError`] for a table that cannot be read.
 pub fn state_resonances(run: &ReportedRun) -> Result<Option<[Resonance; 2]>, ReportError> {
-    let states = run.with(TableName::WornResponse, 2);
+    let states = run.iterations_with(TableName::WornResponse, 2);
     let read = |k: u64| -> Result<Option<Resonance>, ReportError> {
         let frame = run
             .tables
-            .at(k, TableName::WornResponse)?
+            .iteration_table(k, TableName::WornResponse)?
             .unwrap_or_default();
-        let first = |column: &str| numbers(&frame, column)?.first().copied();
+        let first = |column: &str| numeric_column(&frame, column)?.first().copied();
         let both = first("resonance_frequency").zip(first("resonance_amplitude"));
         Ok(both.map(|(frequency, amplitude)| Resonance {
             wear_iteration: k,
@@ -209,7 +209,7 @@ pub fn state_resonances(run: &ReportedRun) -> Result<Option<[Resonance; 2]>, Rep
 
 /// Describes the change of a column of the summary. Returns `None` if the run does not have the column.
 fn course(
-    study: &Study,
+    study: &ReportedRuns,
     run: &ReportedRun,
     column: &str,
     name: &str,
@@ -241,7 +241,7 @@ const LOST: [f64; 5] = [0.5, 0.3, 0.2, 0.1, 0.05];
 /// Reports after how many cycles the largest of the parts [`LOST`] was lost, with the earliest and latest estimates.
 fn lost_load(run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let reader = run.tables.reader();
-    let states = States::of(reader).map_err(|source| ReportError::Run {
+    let states = States::read(reader).map_err(|source| ReportError::Run {
         run: run.tables.root().to_owned(),
         source,
     })?;

@@ -52,7 +52,7 @@ pub use compare::{Cell, ComparedRun, Comparison, Rows, compare};
 #[cfg(feature = "polars")]
 pub use error::ReportError;
 pub use error_bars::{ERROR_BARS, error_bar_of, percent};
-pub use figure_text::{Sizes, below, figure_with_bar};
+pub use figure_text::{CharacteristicSizes, figure_with_bar, upper_bound};
 #[cfg(feature = "polars")]
 pub use figures::Figure;
 #[cfg(feature = "polars")]
@@ -60,11 +60,11 @@ pub use page::Report;
 #[cfg(feature = "polars")]
 pub use plot::Drawing;
 #[cfg(feature = "polars")]
-pub use run_tables::{RunTables, numbers, scan_runs, texts};
+pub use run_tables::{RunTables, numeric_column, scan_runs, text_column};
 #[cfg(feature = "polars")]
-pub use scan::{ORDER, RUN, WEAR_ITERATION};
+pub use scan::{RUN, RUN_INDEX, WEAR_ITERATION};
 #[cfg(feature = "polars")]
 pub use skipped_folders::SkippedFolder;
 #[cfg(feature = "polars")]
 pub use template::Section;
-pub use text::{continuation, is_control, one_line_name, visible, word};
+pub use text::{continue_command, escape_controls, is_control, one_line_name, shell_word};

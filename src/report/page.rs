@@ -4,11 +4,11 @@ use std::path::Path;
 
 use maud::{Markup, html};
 
-use super::figures::{Figure, MAIN, Study, figures};
-use super::headline::{OF_BARS, headlines};
+use super::figures::{Figure, MAIN, ReportedRuns, figures};
+use super::headline::{ERROR_BAR_NOTE, headlines};
 use super::output::{self, replace};
 use super::plot::standalone;
-use super::quantity::{CYCLES, shown};
+use super::quantity::{CYCLES, with_best_unit};
 use super::template::{Page, Part, Section, Warning, drawings};
 use super::warnings::warnings;
 use super::{ReportError, RunTables};
@@ -34,7 +34,7 @@ impl Report {
     ///
     /// # Errors
     /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
-    pub fn of(runs: &[RunTables]) -> Result<Report, ReportError> {
+    pub fn new(runs: &[RunTables]) -> Result<Report, ReportError> {
         let title_of = |run: &RunTables| match &run.recipe().title {
             Some(title) => title.clone(),
             None => run.name().to_owned(),
@@ -46,11 +46,11 @@ impl Report {
                 format!("Comparison of {} runs: {}", runs.len(), names.join(", "))
             }
         };
-        let study = Study::of(runs)?;
+        let study = ReportedRuns::read(runs)?;
         let lead = study.runs.iter().map(|run| {
             let cycles = run.column("cycles").and_then(|all| all.last().copied());
             let after = cycles.map_or(String::new(), |cycles| {
-                format!(" after {}", shown(cycles, CYCLES))
+                format!(" after {}", with_best_unit(cycles, CYCLES))
             });
             let title = match runs {
                 [_] => String::new(),
@@ -78,13 +78,13 @@ impl Report {
     }
 
     /// Adds a section after the figures, before the sections on the computation.
-    pub fn add(&mut self, section: Section) {
+    pub fn add_section(&mut self, section: Section) {
         self.sections.insert(0, section);
     }
 
     /// Sets the title of the page and a first section. The headlines of the runs move into a folded part of that
     /// section.
-    pub fn begin(&mut self, title: &str, mut section: Section) {
+    pub fn set_title_and_first_section(&mut self, title: &str, mut section: Section) {
         self.title = title.to_owned();
         let headlines = std::mem::take(&mut self.headlines).into_iter();
         let headlines = headlines.map(|(name, text)| match name {
@@ -155,7 +155,7 @@ impl Report {
                 p.headline { @if let Some(name) = name { strong { (name) } ": " } (text) } "\n"
             }
             @if self.headlines.iter().any(|(_, text)| text.contains('±')) {
-                p.note { (OF_BARS) } "\n"
+                p.note { (ERROR_BAR_NOTE) } "\n"
             }
             @for text in &self.lead { p.lead { (text) } "\n" }
         }
@@ -167,7 +167,7 @@ impl Report {
     /// [`ReportError::Io`]
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
         let written = output::write(path, self.html().as_bytes());
-        written.map(drop).map_err(failed(path))
+        written.map(drop).map_err(io_error(path))
     }
 
     /// Writes the page, and replaces an existing file. A symbolic link is replaced, not followed.
@@ -175,7 +175,7 @@ impl Report {
     /// # Errors
     /// [`ReportError::Io`]
     pub fn replace(&self, path: &Path) -> Result<(), ReportError> {
-        replace(path, self.html().as_bytes()).map_err(failed(path))
+        replace(path, self.html().as_bytes()).map_err(io_error(path))
     }
 
     /// Writes every figure as an SVG of its own, `NAME.svg`, into a folder, which is made. Files that are there are
@@ -191,13 +191,13 @@ impl Report {
         for figure in &self.figures {
             let path = folder.join(format!("{}.svg", figure.id));
             let drawing = standalone(&figure.title, &figure.drawings);
-            replace(&path, drawing.as_bytes()).map_err(failed(&path))?;
+            replace(&path, drawing.as_bytes()).map_err(io_error(&path))?;
         }
         Ok(())
     }
 }
 
-pub(super) fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
+pub(super) fn io_error(path: &Path) -> impl FnOnce(std::io::Error) -> ReportError {
     let path = path.to_owned();
     move |source| ReportError::Io { path, source }
 }

@@ -19,7 +19,7 @@ impl Unit {
             return format!("{value:.1}");
         }
         if value == 0.0 || !value.is_finite() {
-            return number(value);
+            return four_digits(value);
         }
         // The exponent of the rounded value: 9.996 rounds to one digit more.
         let text = format!("{:.*e}", significant - 1, value.abs());
@@ -32,7 +32,7 @@ impl Unit {
                 let decimals = (significant as i32 - 1 - exponent).max(0) as usize;
                 format!("{}{short:.decimals$}", if value < 0.0 { "−" } else { "" })
             }
-            _ => digits(value, significant as i32),
+            _ => significant_digits(value, significant as i32),
         }
     }
 }
@@ -101,12 +101,12 @@ pub fn largest<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
 }
 
 /// Formats a value with four significant digits.
-pub fn number(value: f64) -> String {
-    digits(value, 4)
+pub fn four_digits(value: f64) -> String {
+    significant_digits(value, 4)
 }
 
 /// Formats a value with the given number of significant digits, without trailing zeros.
-pub fn digits(value: f64, significant: i32) -> String {
+pub fn significant_digits(value: f64, significant: i32) -> String {
     if value.is_nan() {
         return "–".to_owned();
     }
@@ -152,12 +152,12 @@ fn raised(exponent: i32) -> String {
 }
 
 /// Formats a value in the unit that suits it.
-pub fn shown(value: f64, units: Units) -> String {
-    in_unit(value, unit_of(units, value.abs()))
+pub fn with_best_unit(value: f64, units: Units) -> String {
+    with_unit(value, unit_of(units, value.abs()))
 }
 
 /// Formats a value in the given unit.
-pub fn in_unit(value: f64, unit: Unit) -> String {
+pub fn with_unit(value: f64, unit: Unit) -> String {
     let space = if unit.symbol.is_empty() || unit.symbol == "°" {
         ""
     } else {
@@ -165,7 +165,7 @@ pub fn in_unit(value: f64, unit: Unit) -> String {
     };
     // A resonance shifts by less than its fourth digit.
     let significant = if unit.symbol == "Hz" { 5 } else { 4 };
-    let number = digits(value / unit.size, significant);
+    let number = significant_digits(value / unit.size, significant);
     if value == 0.0
         && let Some(("10³" | "10⁶", plain)) = unit.symbol.split_once(' ')
     {

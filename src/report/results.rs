@@ -3,12 +3,14 @@
 use maud::html;
 use polars::prelude::DataFrame;
 
-use super::quantity::{self, Units, number};
-use super::run_tables::numbers;
+use super::quantity::{self, Units, four_digits};
+use super::run_tables::numeric_column;
 use super::table::table;
 use super::template::Section;
 use super::text::NONE;
-use super::{ERROR_BARS, ReportError, RunTables, Sizes, error_bar_of, figure_with_bar};
+use super::{
+    CharacteristicSizes, ERROR_BARS, ReportError, RunTables, error_bar_of, figure_with_bar,
+};
 use crate::tables::TableName;
 
 /// Returns the units of a column of the summary, or `None` for a column that keeps its own unit.
@@ -50,9 +52,9 @@ fn is_of_computation(column: &str) -> bool {
 }
 
 /// Returns the characteristic sizes of the last state of a run.
-pub fn sizes(run: &RunTables, frame: &DataFrame) -> Sizes {
-    let last = |name: &str| numbers(frame, name).and_then(|v| v.last().copied());
-    Sizes::of(run.recipe(), last("normal_load"), last("rq"))
+pub fn sizes(run: &RunTables, frame: &DataFrame) -> CharacteristicSizes {
+    let last = |name: &str| numeric_column(frame, name).and_then(|v| v.last().copied());
+    CharacteristicSizes::new(run.recipe(), last("normal_load"), last("rq"))
 }
 
 /// Builds the section with the summaries of the first and the last iteration, and the error bars of the last one.
@@ -77,9 +79,9 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             continue;
         }
         let ends = runs.iter().zip(&frames).map(|(run, frame)| {
-            let values = numbers(frame, name)?;
+            let values = numeric_column(frame, name)?;
             let bar = error_bar_of(name)
-                .and_then(|bar| numbers(frame, bar)?.last().copied())
+                .and_then(|bar| numeric_column(frame, bar)?.last().copied())
                 .unwrap_or(0.0);
             let resolution = sizes(run, frame).resolution(name, &column.unit);
             Some((*values.first()?, *values.last()?, bar, resolution))
@@ -95,11 +97,11 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             continue;
         }
         let plain = |value: f64| match column.unit.as_str() {
-            "1" => number(value),
-            unit => format!("{}\u{a0}{unit}", number(value)),
+            "1" => four_digits(value),
+            unit => format!("{}\u{a0}{unit}", four_digits(value)),
         };
         let with_unit = |value: f64, most: f64| match units_of(name, &column.unit) {
-            Some(units) => quantity::in_unit(value, quantity::unit_of(units, most)),
+            Some(units) => quantity::with_unit(value, quantity::unit_of(units, most)),
             None => plain(value),
         };
         // All runs use the unit that suits the largest value.

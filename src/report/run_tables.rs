@@ -6,7 +6,7 @@ use std::sync::Arc;
 use polars::prelude::*;
 
 use super::ReportError;
-use super::scan::{ORDER, RUN, Scan, column};
+use super::scan::{RUN, RUN_INDEX, Scan, column};
 use super::skipped_folders::{SkippedFolder, open_each};
 use crate::recipe::{Recipe, StoredPlan};
 use crate::store::{Damage, History, RealFileSystem, RunReader, RunRecord, StoreError};
@@ -50,7 +50,7 @@ impl RunTables {
     /// Opens the runs among several folders (as from `runs/*`), and returns the skipped folders.
     ///
     /// # Errors
-    /// [`ReportError::NoneLeft`] if none of several folders is a run. Errors of [`RunTables::open`] if the path is the
+    /// [`ReportError::NoReadableRun`] if none of several folders is a run. Errors of [`RunTables::open`] if the path is the
     /// only one, if nothing exists at that path, or if the system denies reading it.
     pub fn open_all(
         roots: &[PathBuf],
@@ -117,15 +117,15 @@ impl RunTables {
     /// [`ReportError::Run`] for a table that cannot be read (or was damaged since the run was opened),
     /// [`ReportError::Scan`] if the table library fails.
     pub fn series(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
-        let mut scan = Scan::of(table);
+        let mut scan = Scan::new(table);
         scan.add(0, &self.name, &self.reader)?;
         if scan.is_empty() {
             return Ok(None);
         }
         let failed = |source| self.scan_error(table, source);
-        let frame = scan.lazy().and_then(|rows| rows.collect());
+        let frame = scan.lazy_frame().and_then(|rows| rows.collect());
         let mut frame = frame.map_err(failed)?;
-        for name in [ORDER, RUN] {
+        for name in [RUN_INDEX, RUN] {
             frame.drop_in_place(name).map_err(failed)?;
         }
         // The frame has all columns of the schema. Those of absent physics are null.
@@ -151,7 +151,7 @@ impl RunTables {
     ///
     /// # Errors
     /// [`ReportError::Run`] for an iteration that does not exist and for a table that cannot be read.
-    pub fn at(
+    pub fn iteration_table(
         &self,
         wear_iteration: u64,
         table: TableName,
@@ -167,7 +167,7 @@ impl RunTables {
     ///
     /// # Errors
     /// [`ReportError::Run`] for a table that cannot be read.
-    pub fn once(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
+    pub fn run_table(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
         match self.reader.read_once(table) {
             Ok(rows) => rows.map(|rows| self.frame(table, &rows)).transpose(),
             Err(source) => Err(self.run_error(source)),
@@ -196,13 +196,13 @@ impl RunTables {
 
 /// Scans a table of all iterations of several runs into one lazy frame. Returns `None` if no run has the table.
 ///
-/// The columns are [`ORDER`], [`RUN`] (the name), [`super::WEAR_ITERATION`], then those of the table's schema, null
+/// The columns are [`RUN_INDEX`], [`RUN`] (the name), [`super::WEAR_ITERATION`], then those of the table's schema, null
 /// where a run lacks them. Rows are sorted by run, in the given order, then by iteration.
 ///
 /// # Errors
 /// As for [`RunTables::series`].
 pub fn scan_runs(runs: &[RunTables], table: TableName) -> Result<Option<LazyFrame>, ReportError> {
-    let mut scan = Scan::of(table);
+    let mut scan = Scan::new(table);
     for (order, run) in runs.iter().enumerate() {
         scan.add(order, &run.name, &run.reader)?;
     }
@@ -210,16 +210,18 @@ pub fn scan_runs(runs: &[RunTables], table: TableName) -> Result<Option<LazyFram
         return Ok(None);
     }
     let names: Vec<&str> = runs.iter().map(RunTables::name).collect();
-    scan.lazy().map(Some).map_err(|source| ReportError::Scan {
-        table,
-        runs: names.join(", "),
-        source,
-    })
+    scan.lazy_frame()
+        .map(Some)
+        .map_err(|source| ReportError::Scan {
+            table,
+            runs: names.join(", "),
+            source,
+        })
 }
 
 /// Returns the values of a column of numbers or flags (1 for true). Returns `None` if the frame has no such column. A
 /// null is NaN.
-pub fn numbers(frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
+pub fn numeric_column(frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
     let column = frame.column(column).ok()?;
     let floats = column.cast(&DataType::Float64).ok()?;
     let floats = floats.f64().ok()?;
@@ -232,7 +234,7 @@ pub fn numbers(frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
 }
 
 /// Returns the values of a column of texts. Returns `None` if the frame has no such column.
-pub fn texts(frame: &DataFrame, column: &str) -> Option<Vec<String>> {
+pub fn text_column(frame: &DataFrame, column: &str) -> Option<Vec<String>> {
     let texts = frame.column(column).ok()?.str().ok()?;
     Some(
         texts

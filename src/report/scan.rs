@@ -13,7 +13,7 @@ pub const RUN: &str = "run";
 /// Column with the number of the iteration.
 pub const WEAR_ITERATION: &str = "wear_iteration";
 /// Column with the index of the run in the scan, from 0. It distinguishes two runs with the same name.
-pub const ORDER: &str = "order";
+pub const RUN_INDEX: &str = "order";
 
 /// Rows of a table, each with its run and its iteration.
 ///
@@ -27,7 +27,7 @@ pub struct Scan {
 
 impl Scan {
     /// Creates a scan without runs.
-    pub fn of(table: TableName) -> Scan {
+    pub fn new(table: TableName) -> Scan {
         Scan {
             table,
             frames: Vec::new(),
@@ -96,7 +96,7 @@ impl Scan {
     ) -> PolarsResult<Option<DataFrame>> {
         let rows = history.len();
         let mut columns = vec![
-            Column::new(ORDER.into(), vec![order as i64; rows]),
+            Column::new(RUN_INDEX.into(), vec![order as i64; rows]),
             Column::new(RUN.into(), vec![name; rows]),
             Column::new(WEAR_ITERATION.into(), (0..rows as i64).collect::<Vec<_>>()),
         ];
@@ -127,14 +127,14 @@ impl Scan {
         self.frames.is_empty()
     }
 
-    /// Returns all rows as one lazy frame: [`ORDER`], [`RUN`], [`WEAR_ITERATION`] and the columns of the table's
+    /// Returns all rows as one lazy frame: [`RUN_INDEX`], [`RUN`], [`WEAR_ITERATION`] and the columns of the table's
     /// schema.
     ///
     /// Rows are sorted by run, in the order of [`Scan::add`], then by iteration. Columns that a run lacks are null.
     ///
     /// # Errors
     /// Errors of the table library.
-    pub fn lazy(&self) -> PolarsResult<LazyFrame> {
+    pub fn lazy_frame(&self) -> PolarsResult<LazyFrame> {
         let mut frames: Vec<LazyFrame> = self.frames.iter().map(|f| f.clone().lazy()).collect();
         if frames.is_empty() {
             frames.push(self.keyed_frame(0, "", &[])?.lazy());
@@ -155,7 +155,7 @@ impl Scan {
             .flat_map(|(k, table)| vec![*k as i64; table.rows()])
             .collect();
         let mut columns = vec![
-            Column::new(ORDER.into(), vec![order as i64; rows]),
+            Column::new(RUN_INDEX.into(), vec![order as i64; rows]),
             Column::new(RUN.into(), vec![name; rows]),
             Column::new(WEAR_ITERATION.into(), wear_iteration),
         ];

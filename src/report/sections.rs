@@ -2,8 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::quantity::{self, number};
-use super::run_tables::{numbers, texts};
+use super::quantity::{self, four_digits};
+use super::run_tables::{numeric_column, text_column};
 use super::table::table;
 use super::template::Section;
 use super::{ReportError, RunTables};
@@ -39,12 +39,13 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
     let mut parts = Vec::new();
     for run in runs {
         let mut rows: Vec<Vec<String>> = Vec::new();
-        let first = run.at(run.iterations()[0], TableName::Ledger)?;
-        let last = run.at(run.latest(), TableName::Ledger)?;
+        let first = run.iteration_table(run.iterations()[0], TableName::Ledger)?;
+        let last = run.iteration_table(run.latest(), TableName::Ledger)?;
         for (state, frame) in [("unworn", first), ("last", last)] {
             let Some(frame) = frame else { continue };
-            let columns = texts(&frame, "quantity").zip(numbers(&frame, "fine"));
-            let Some(((names, fine), dynamic)) = columns.zip(numbers(&frame, "dynamic")) else {
+            let columns = text_column(&frame, "quantity").zip(numeric_column(&frame, "fine"));
+            let Some(((names, fine), dynamic)) = columns.zip(numeric_column(&frame, "dynamic"))
+            else {
                 continue;
             };
             for ((name, fine), dynamic) in names.iter().zip(fine).zip(dynamic) {
@@ -57,9 +58,9 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
                 };
                 rows.push(vec![
                     format!("{}, {state}", name.replace('_', " ")),
-                    number(fine),
-                    number(dynamic),
-                    format!("{}\u{a0}%", quantity::digits(difference, 3)),
+                    four_digits(fine),
+                    four_digits(dynamic),
+                    format!("{}\u{a0}%", quantity::significant_digits(difference, 3)),
                 ]);
             }
         }
@@ -120,13 +121,19 @@ fn cost(runs: &[RunTables]) -> Result<Section, ReportError> {
         let sum = |value: fn(&StageCost) -> f64| -> f64 { spent.values().map(value).sum() };
         costs.push([
             run.latest().to_string(),
-            number(sum(|cost| cost.fft_pairs)),
-            number(disk as f64 / 1e6),
-            number(sum(|cost| cost.seconds)),
+            four_digits(sum(|cost| cost.fft_pairs)),
+            four_digits(disk as f64 / 1e6),
+            four_digits(sum(|cost| cost.seconds)),
         ]);
         let stages: Vec<Vec<String>> = spent
             .iter()
-            .map(|(stage, cost)| vec![stage.clone(), number(cost.seconds), number(cost.fft_pairs)])
+            .map(|(stage, cost)| {
+                vec![
+                    stage.clone(),
+                    four_digits(cost.seconds),
+                    four_digits(cost.fft_pairs),
+                ]
+            })
             .collect();
         if !stages.is_empty() {
             let name = match runs.len() {

@@ -52,7 +52,7 @@ fn is_no_folder(error: &ReportError) -> bool {
     matches!(
         error,
         ReportError::Run {
-            source: StoreError::NoFolder { .. },
+            source: StoreError::FileInsteadOfFolder { .. },
             ..
         }
     )
@@ -64,7 +64,7 @@ fn is_no_folder(error: &ReportError) -> bool {
 /// `runs/*` yields existing paths. Both are errors.
 ///
 /// # Errors
-/// Errors of `open` for such a path, or if the system denies reading a run. [`ReportError::NoneLeft`] if all paths are
+/// Errors of `open` for such a path, or if the system denies reading a run. [`ReportError::NoReadableRun`] if all paths are
 /// skipped.
 pub fn open_each<T>(
     runs: &[PathBuf],
@@ -89,7 +89,7 @@ pub fn open_each<T>(
         }
     }
     if opened.is_empty() && !passed_over.is_empty() {
-        return Err(ReportError::NoneLeft { passed_over });
+        return Err(ReportError::NoReadableRun { passed_over });
     }
     Ok((opened, passed_over))
 }

@@ -7,7 +7,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::Drawing;
 use super::plot::style_sheet;
 use super::script::{SCRIPT, policy};
-use super::text::visible;
+use super::text::escape_controls;
 
 /// Section of a page.
 #[derive(Debug, Clone)]
@@ -128,7 +128,7 @@ impl Page<'_> {
                 }
             } "\n"
         };
-        visible(&page.into_string())
+        escape_controls(&page.into_string())
     }
 
     /// Returns the anchors and titles of all sections and figures.

@@ -12,7 +12,7 @@ pub fn is_control(c: char) -> bool {
 
 /// Escapes control characters, except for line ends and tabs. A title must not clear the screen, and a name must not
 /// hide a part of itself.
-pub fn visible(text: &str) -> String {
+pub fn escape_controls(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
@@ -26,12 +26,14 @@ pub fn visible(text: &str) -> String {
 
 /// Returns a name on one line, with line ends and tabs as `\n` and `\t`.
 pub fn one_line_name(text: &str) -> String {
-    visible(text).replace('\n', "\\n").replace('\t', "\\t")
+    escape_controls(text)
+        .replace('\n', "\\n")
+        .replace('\t', "\\t")
 }
 
 /// Returns text on one line for a terminal.
 pub fn one_line(text: &str) -> String {
-    visible(text).replace('\n', " ")
+    escape_controls(text).replace('\n', " ")
 }
 
 /// Returns text on one line for Markdown, with escaped tags, links, images and code. Apply [`cell`] too for a cell of a
@@ -53,7 +55,7 @@ pub fn cell(markdown: &str) -> String {
 }
 
 /// Returns a folder as one word of a command, quoted for the shell.
-pub fn word(root: &Path) -> String {
+pub fn shell_word(root: &Path) -> String {
     let mut folder = root.display().to_string();
     // The shell command would read it as an option.
     if folder.starts_with('-') {
@@ -67,6 +69,6 @@ pub fn word(root: &Path) -> String {
 }
 
 /// Returns the shell command that continues a run.
-pub fn continuation(root: &Path) -> String {
-    format!("fretwear run --run {}", word(root))
+pub fn continue_command(root: &Path) -> String {
+    format!("fretwear run --run {}", shell_word(root))
 }

@@ -1,10 +1,10 @@
 //! Warnings about runs, and the figures and sections that they concern.
 
-use super::figures::{ReportedRun, Study, titled, with_run_name};
-use super::quantity::{self, CYCLES, shown};
-use super::run_tables::numbers;
+use super::figures::{ReportedRun, ReportedRuns, heading, with_run_name};
+use super::quantity::{self, CYCLES, with_best_unit};
+use super::run_tables::numeric_column;
 use super::template::Warning;
-use super::text::continuation;
+use super::text::continue_command;
 use super::{ReportError, WEAR_ITERATION};
 
 /// Places of a warning about the whole page.
@@ -42,7 +42,7 @@ const SUBJECTS: [(&str, &[&str]); 15] = [
 ///
 /// # Errors
 /// [`ReportError::Run`] for a lock that cannot be read.
-pub fn warnings(study: &Study) -> Result<Vec<Warning>, ReportError> {
+pub fn warnings(study: &ReportedRuns) -> Result<Vec<Warning>, ReportError> {
     let urgent = |text: String| Warning {
         text,
         places: EVERYTHING,
@@ -72,7 +72,7 @@ fn places_of(warning: &str) -> &'static [&'static str] {
 }
 
 /// Warns if the file of the original scene is damaged.
-fn scene(study: &Study, run: &ReportedRun) -> Option<Warning> {
+fn scene(study: &ReportedRuns, run: &ReportedRun) -> Option<Warning> {
     let damage = match run.tables.reader().written_scene_damage() {
         Ok(damage) => damage?.to_string(),
         Err(error) => error.to_string(),
@@ -85,12 +85,12 @@ fn scene(study: &Study, run: &ReportedRun) -> Option<Warning> {
 }
 
 /// Warns about the first state whose peak pressure a real contact would not bear.
-fn peak(study: &Study, run: &ReportedRun) -> Option<Warning> {
+fn peak(study: &ReportedRuns, run: &ReportedRun) -> Option<Warning> {
     let contact = run.tables.recipe().contact()?;
-    let states = numbers(&run.summary, WEAR_ITERATION)?;
+    let states = numeric_column(&run.summary, WEAR_ITERATION)?;
     let mut peaks = states.into_iter().zip(run.column("max_pressure")?);
     peaks.find_map(|(k, peak)| {
-        let state = titled(study, run, &run.state(k as u64));
+        let state = heading(study, run, &run.state(k as u64));
         let remark = contact.peak_pressure_note(peak)?;
         Some(Warning {
             text: format!("{state}: {remark}."),
@@ -121,24 +121,24 @@ fn progress(run: &ReportedRun) -> Result<Option<String>, ReportError> {
         Some(_) => "is running".to_owned(),
         None => format!(
             "stopped before its end (continue it with `{}`)",
-            continuation(tables.root())
+            continue_command(tables.root())
         ),
     };
-    let part = |done: f64, end: f64| shown(done / end, quantity::SHARE);
+    let part = |done: f64, end: f64| with_best_unit(done / end, quantity::SHARE);
     let progress = match (wear.cycles, wear.volume) {
         (Some(end), _) => format!(
             "{} of {}, {}",
-            shown(cycles, CYCLES),
-            shown(end as f64, CYCLES),
+            with_best_unit(cycles, CYCLES),
+            with_best_unit(end as f64, CYCLES),
             part(cycles, end as f64)
         ),
         (None, Some(end)) => format!(
             "{} of {}, {}",
-            shown(volume, quantity::VOLUME),
-            shown(end, quantity::VOLUME),
+            with_best_unit(volume, quantity::VOLUME),
+            with_best_unit(end, quantity::VOLUME),
             part(volume, end)
         ),
-        (None, None) => shown(cycles, CYCLES),
+        (None, None) => with_best_unit(cycles, CYCLES),
     };
     Ok(Some(format!(
         "In progress: {} {state}. Iteration {}, {progress}.",

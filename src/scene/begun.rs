@@ -12,7 +12,7 @@ impl Scene {
     /// Returns the accuracy keys that this scene does not set and whose values at the start of the run were different,
     /// as `key=value`. `begun` is the canonical scene at that start. Returns nothing if another preset or tolerance is
     /// now requested, because that changes many keys on purpose.
-    pub fn accuracy_begun_with(&self, begun: &Value) -> Vec<String> {
+    pub fn accuracy_changed_since(&self, begun: &Value) -> Vec<String> {
         let changes = differences(begun, &as_read(&self.canonical()));
         let keys_changing_others = [PRESET.name, ASKED.name];
         if changes
@@ -23,8 +23,10 @@ impl Scene {
         }
         let is_given = |key: &str| {
             let is_wear = key == WEAR_STEP_TOLERANCE.name;
-            let alternative = is_wear.then(|| self.given(WEAR_TOLERANCE.name)).flatten();
-            self.given(key).or(alternative).is_some()
+            let alternative = is_wear
+                .then(|| self.given_value(WEAR_TOLERANCE.name))
+                .flatten();
+            self.given_value(key).or(alternative).is_some()
         };
         let numbers = changes.into_iter().filter_map(|change| {
             let key = &change.key;

@@ -77,7 +77,7 @@ impl Node {
     }
 
     /// Returns a tree with this node below the given names.
-    pub fn below(self, names: &[&str]) -> Node {
+    pub fn nested_under(self, names: &[&str]) -> Node {
         let place = Rc::clone(&self.place);
         names.iter().rev().fold(self, |node, name| {
             Node::section(&place, BTreeMap::from([((*name).to_owned(), node)]))
@@ -174,7 +174,7 @@ impl Node {
     }
 
     fn drop_rivals(&mut self, over: &Node) {
-        for section in keys::with_kinds() {
+        for section in keys::sections_with_kind() {
             let key = join(section, "kind");
             if let Some(kind) = over.text(&key)
                 && self.text(&key) != Some(kind)
@@ -299,7 +299,7 @@ pub(super) fn read_kept(path: &Path, text: &str, sets: &[String]) -> Result<Node
 }
 
 /// See [`super::source_text`].
-pub(super) fn written(path: &Path, sets: &[String]) -> Result<String, SceneError> {
+pub(super) fn source_text(path: &Path, sets: &[String]) -> Result<String, SceneError> {
     let text = files::read_text(path, LONGEST_SCENE)
         .map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
     let mut full_text = text.clone();
@@ -334,13 +334,16 @@ fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneErro
     }
     let mut settings: Option<Node> = None;
     let mut faults = Faults::default();
-    for setting in sets.iter().filter_map(|text| faults.keep(parse_set(text))) {
+    for setting in sets
+        .iter()
+        .filter_map(|text| faults.value_or_record(parse_set(text)))
+    {
         match &mut settings {
             Some(earlier) => earlier.merge(setting, false),
             None => settings = Some(setting),
         }
     }
-    faults.end()?;
+    faults.into_result()?;
     if let Some(mut settings) = settings {
         settings.resolve_paths(Path::new(""))?;
         tree.overlay(settings)?;
@@ -522,6 +525,6 @@ fn parse_set(text: &str) -> Result<Node, SceneError> {
     if names == ["base"] {
         return Err(SceneError::new(&place, Problem::SetBase));
     }
-    let leaf = build_at(keys::meant(value.trim()), &place);
-    Ok(leaf.below(&names))
+    let leaf = build_at(keys::parse_set_value(value.trim()), &place);
+    Ok(leaf.nested_under(&names))
 }

@@ -5,11 +5,11 @@ use serde_json::{Map, Value, json};
 
 use super::Preset;
 use super::error::suggestion;
-use super::keys::{self, AnyKey, Default, HasForm, Key, Value as _, join, meant};
+use super::keys::{self, AnyKey, Default, HasForm, Key, Value as _, join, parse_set_value};
 
 /// Description of a key.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct KeyAbout {
+pub struct KeyDescription {
     /// Dotted name, from the top of a scene.
     #[serde(skip)]
     pub key: &'static str,
@@ -42,11 +42,11 @@ pub struct Choice {
     pub meaning: &'static str,
 }
 
-impl KeyAbout {
-    fn of(key: &'static AnyKey) -> KeyAbout {
+impl KeyDescription {
+    fn of(key: &'static AnyKey) -> KeyDescription {
         let form = key.value.value_form();
         let choice = |(word, meaning)| Choice { word, meaning };
-        KeyAbout {
+        KeyDescription {
             key: key.name,
             meaning: key.doc(),
             kind: form.words,
@@ -109,7 +109,7 @@ pub struct SectionAbout {
     /// Meaning of the section.
     pub meaning: String,
     /// Its keys, including keys of tables in it.
-    pub keys: Vec<KeyAbout>,
+    pub keys: Vec<KeyDescription>,
 }
 
 /// Describes all sections of a scene with their keys.
@@ -132,7 +132,10 @@ fn section(name: &str) -> SectionAbout {
     SectionAbout {
         section: name.to_owned(),
         meaning: meaning(name),
-        keys: keys::of_files().filter(is_in).map(KeyAbout::of).collect(),
+        keys: keys::structure_from_files()
+            .filter(is_in)
+            .map(KeyDescription::of)
+            .collect(),
     }
 }
 
@@ -148,7 +151,7 @@ fn meaning(section: &str) -> String {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum About {
     /// The name is a key.
-    Key(KeyAbout),
+    Key(KeyDescription),
     /// The name is a section, or a key whose value may be a table.
     Section(SectionAbout),
 }
@@ -183,8 +186,8 @@ pub fn explain(name: &str) -> Result<About, UnknownKey> {
     if is_section(name) {
         return Ok(About::Section(section(name)));
     }
-    match keys::of_files().find(|key| key.name == name) {
-        Some(key) => Ok(About::Key(KeyAbout::of(key))),
+    match keys::structure_from_files().find(|key| key.name == name) {
+        Some(key) => Ok(About::Key(KeyDescription::of(key))),
         None => Err(UnknownKey {
             name: name.to_owned(),
             nearest: keys::nearest_key(name),
@@ -251,7 +254,7 @@ fn property(name: &str) -> Value {
 /// Adds the descriptions that an editor shows to a schema.
 fn with_words(key: &Key<impl HasForm + ?Sized>, mut schema: Value) -> Value {
     let form = key.value.value_form();
-    let json_of = |text| json!(meant(text));
+    let json_of = |text| json!(parse_set_value(text));
     let mut description = key.doc();
     if form.choices.is_empty() {
         description += &format!(" Type: {}.", form.words);

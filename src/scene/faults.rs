@@ -11,7 +11,7 @@ pub struct Faults(Vec<SceneError>);
 
 impl Faults {
     /// Returns the value of a result, or records its faults.
-    pub fn keep<T>(&mut self, result: Result<T, SceneError>) -> Option<T> {
+    pub fn value_or_record<T>(&mut self, result: Result<T, SceneError>) -> Option<T> {
         match result {
             Ok(value) => Some(value),
             Err(error) => {
@@ -28,7 +28,7 @@ impl Faults {
     }
 
     /// Returns all faults as one error, in the order in which they were found, or `Ok` without faults.
-    pub fn end(self) -> Result<(), SceneError> {
+    pub fn into_result(self) -> Result<(), SceneError> {
         let mut faults = self.0.into_iter();
         match faults.next() {
             None => Ok(()),
@@ -53,7 +53,7 @@ impl Faults {
             is_new
         });
         self.0.sort_by_key(rank);
-        self.end()
+        self.into_result()
     }
 }
 
@@ -107,8 +107,8 @@ macro_rules! all {
             fn all(self) -> Result<Self::Values, SceneError> {
                 let ($($name,)+) = self;
                 let mut faults = Faults::default();
-                $(let $name = faults.keep($name);)+
-                faults.end()?;
+                $(let $name = faults.value_or_record($name);)+
+                faults.into_result()?;
                 match ($($name,)+) {
                     ($(Some($name),)+) => Ok(($($name,)+)),
                     _ => unreachable!("what has no value has a fault"),

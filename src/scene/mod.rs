@@ -123,7 +123,7 @@ pub struct Contact {
     /// The bolt whose compliance follows from its dimensions. Its clamped parts have the modulus of the lower body.
     pub bolt: Option<BoltedJoint>,
     /// How the bodies of a structure press each other, if both ways are possible. A punch without a structure.
-    pub pressed_by: PressedBy,
+    pub pressed_by: Pressing,
     /// Stiffness that the contact elements of a structure get.
     pub elements: ElementStiffness,
     /// The file with a row for every contact element, and its content after reading.
@@ -152,7 +152,7 @@ pub struct Preload {
 
 /// Punch or structure: how the bodies of a joint press each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum PressedBy {
+pub enum Pressing {
     /// The bodies deform as the structure bends.
     Structure,
     /// The bodies are rigid punches on half spaces.
@@ -260,7 +260,7 @@ pub fn load_kept(path: &Path, text: &str, sets: &[String]) -> Result<Scene, Scen
 /// # Errors
 /// As for [`load`], if a file cannot be read.
 pub fn source_text(path: &Path, sets: &[String]) -> Result<String, SceneError> {
-    document::written(path, sets)
+    document::source_text(path, sets)
 }
 
 fn name_of(path: &Path) -> String {
@@ -275,7 +275,7 @@ impl Scene {
     }
 
     /// The value of a key such as `wear.tolerance` in the document; `None` if the key has its default.
-    fn given(&self, key: &str) -> Option<&toml::Value> {
+    fn given_value(&self, key: &str) -> Option<&toml::Value> {
         let (section, name) = key.split_once('.')?;
         self.document.get(section)?.get(name)
     }

@@ -10,7 +10,8 @@ use super::document::{Content, Node};
 use super::error::{Problem, SceneError};
 use super::faults::Faults;
 use super::keys::{
-    self, Choice, EvenInteger, GivenValue, Key, ListOrPath, Point, Tables, Value, join, meant,
+    self, Choice, EvenInteger, GivenValue, Key, ListOrPath, Point, Tables, Value, join,
+    parse_set_value,
 };
 use super::record::Record;
 
@@ -88,7 +89,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Returns the value of a key if it is given, without recording it.
-    pub fn look<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
+    pub fn peek<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
         self.has(key)
             .then(|| key.value.read(&self.given(key)))
             .transpose()
@@ -96,13 +97,13 @@ impl<'a> Reader<'a> {
 
     /// Records the value of a key, and returns it.
     pub fn note<V: Value>(&self, key: &Key<V>, value: V::Read) -> V::Read {
-        self.record.note(key.name, key.value.noted(&value));
+        self.record.note(key.name, key.value.recorded(&value));
         value
     }
 
     /// Returns and records the value of a key, if it is given.
     pub fn get<V: Value>(&self, key: &Key<V>) -> Result<Option<V::Read>> {
-        Ok(self.look(key)?.map(|value| self.note(key, value)))
+        Ok(self.peek(key)?.map(|value| self.note(key, value)))
     }
 
     /// Returns the value of a key, else `chosen`, else `None`. All three are recorded.
@@ -121,12 +122,12 @@ impl<'a> Reader<'a> {
 
     /// Returns and records the value of a required key.
     pub fn required<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
-        Ok(self.note(key, self.needed(key)?))
+        Ok(self.note(key, self.required_unrecorded(key)?))
     }
 
     /// Returns the value of a required key without recording it.
-    pub fn needed<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
-        self.look(key)?.ok_or_else(|| self.missing(key, ""))
+    pub fn required_unrecorded<V: Value>(&self, key: &Key<V>) -> Result<V::Read> {
+        self.peek(key)?.ok_or_else(|| self.missing(key, ""))
     }
 
     /// Returns and records the value of a key, or its default.
@@ -141,7 +142,7 @@ impl<'a> Reader<'a> {
         chosen: Option<V::Read>,
         preset: Preset,
     ) -> Result<V::Read> {
-        let value = match self.look(key)?.or(chosen) {
+        let value = match self.peek(key)?.or(chosen) {
             Some(value) => value,
             None => self.default(key, preset)?,
         };
@@ -153,7 +154,7 @@ impl<'a> Reader<'a> {
         let Some(text) = key.default.of(preset) else {
             return Ok(None);
         };
-        let node = Node::value(&self.root.place, meant(text));
+        let node = Node::value(&self.root.place, parse_set_value(text));
         let given = GivenValue {
             key: self.display_name(key.name),
             node: &node,
@@ -263,7 +264,7 @@ impl<'a> Reader<'a> {
 
     /// Returns the kind of a section, and rejects keys of its other kinds. The kind must be given.
     pub fn kind(&self, key: &Key<Choice<&'static str>>) -> Result<&'static str> {
-        let kind = self.needed(key)?;
+        let kind = self.required_unrecorded(key)?;
         let section = keys::section_of(key.name);
         let own = keys::keys_of_kind(section, kind);
         let mut faults = Faults::default();
@@ -271,7 +272,7 @@ impl<'a> Reader<'a> {
             let other_key = join(section, name);
             if name != key.last() && !own.contains(&name) && self.has(other_key.as_str()) {
                 let given = self.given(other_key.as_str());
-                faults.keep::<()>(Err(given.fault(|other_key| Problem::OtherKind {
+                faults.value_or_record::<()>(Err(given.fault(|other_key| Problem::OtherKind {
                     key: other_key,
                     value: given.node.shown(),
                     kind_key: key.name.to_owned(),
@@ -280,7 +281,7 @@ impl<'a> Reader<'a> {
                 })));
             }
         }
-        faults.end()?;
+        faults.into_result()?;
         Ok(kind)
     }
 
@@ -290,10 +291,10 @@ impl<'a> Reader<'a> {
         for name in keys::keys_of_kind(section, form) {
             let key = join(section, name);
             if self.has(key.as_str()) {
-                faults.keep::<()>(Err(self.conflict(key.as_str(), reason)));
+                faults.value_or_record::<()>(Err(self.conflict(key.as_str(), reason)));
             }
         }
-        faults.end()
+        faults.into_result()
     }
 
     /// Rejects words that this version does not support yet.
@@ -335,7 +336,7 @@ impl<'a> Reader<'a> {
             let declared = keys::find(&key);
             let has_keys = !keys::children(&key).is_empty();
             let is_section = matches!(entry.content, Content::Section(_));
-            faults.keep(match declared {
+            faults.value_or_record(match declared {
                 _ if has_keys && (is_section || declared.is_none()) => {
                     self.check_section(&key, entry)
                 }
@@ -346,7 +347,7 @@ impl<'a> Reader<'a> {
                 None => Err(SceneError::new(&entry.place, unknown(section, key, entry))),
             });
         }
-        faults.end()
+        faults.into_result()
     }
 }
 

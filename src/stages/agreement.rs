@@ -3,35 +3,39 @@
 //! a cycle between the ends of the motion. If the cycles are stepped, it then uses the whole cycle.
 
 use super::RunError;
-use super::computed_motion::{ElementMotion, let_move, let_move_between_ends};
-use super::contact_state::{AtRest, reach_of};
-use super::dynamic_response::{contact_elements, failed, resolved_in_force, response_table};
-use super::solvers::{Solvers, layout};
+use super::computed_motion::{ElementMotion, set_motion, set_motion_between_ends};
+use super::contact_state::{StaticState, reach_of};
+use super::dynamic_response::{
+    contact_elements, dynamics_error, resolved_in_force, response_table,
+};
+use super::solvers::{Solvers, element_layout};
 use super::stage_inputs::StageInputs;
 use crate::contact::normal::NormalOptions;
 use crate::dynamics::cycle::{element_cycles, half_range, joint_cycle};
-use crate::dynamics::{Resolved, Sampling, Vibration};
-use crate::model_update::{ContactElements, ElementParameters, EndLoads, Loading, with_energy_of};
+use crate::dynamics::{ResolvedResonance, Sampling, Vibration};
+use crate::model_update::{
+    ContactElements, ElementParameters, EndLoads, Loading, match_dissipation,
+};
 use crate::tables::TableName;
 use crate::wear::cycle::March;
 use crate::wear::implicit::EndCycle;
 
 /// Tolerance of force and energy, relative to the larger value. Below it, the laws are not changed.
-const AGREED: f64 = 0.01;
+const TOLERANCE: f64 = 0.01;
 /// Tolerance of the loads at the ends of the motion, per element, weighted by the work of friction. It is looser than
-/// [`AGREED`]: loads vary by only 10 to 20 %, so they change only part of the work of friction.
+/// [`TOLERANCE`]: loads vary by only 10 to 20 %, so they change only part of the work of friction.
 const AGREED_LOADS: f64 = 0.02;
 /// Another round follows only if a round reduces the difference by at least this factor.
-const LEFT: f64 = 0.7;
+const LEAST_REDUCTION: f64 = 0.7;
 /// Options of the solves for the loads at the ends of a motion. The comparison needs an accuracy of about 1 %.
-const LOADS: NormalOptions = NormalOptions {
+const LOAD_OPTIONS: NormalOptions = NormalOptions {
     tolerance: 1e-4,
     max_iterations: 4000,
 };
 /// Largest number of rounds, each with new laws.
 const ROUNDS: usize = 3;
 /// Tolerance of a whole cycle, in parts of the error bar of its steps, since the cycle is not known better.
-const OF_BAR: f64 = 0.5;
+const CYCLE_TOLERANCE: f64 = 0.5;
 /// Samples of the cycles of the elements for the comparison with a stepped cycle, and number of samples at which
 /// loads are compared.
 const SAMPLES: usize = 128;
@@ -52,7 +56,7 @@ pub const TABLES: [TableName; 5] = [
 /// A response with its contact elements.
 pub struct AgreedResponse<'a> {
     /// The response.
-    pub resolved: Resolved<'a>,
+    pub resolved: ResolvedResonance<'a>,
     /// Parameters of the contact elements.
     pub parameters: ElementParameters,
     /// Energy of a stepped cycle over the energy of a reversal cycle. It corrects the friction of the elements.
@@ -75,7 +79,7 @@ struct BetweenEnds {
 ///
 /// # Errors
 /// Errors of the contact solves and of the response.
-pub fn agreed<'a>(
+pub fn agree<'a>(
     reads: &StageInputs,
     solvers: &mut Solvers,
     vibration: &'a Vibration,
@@ -108,7 +112,7 @@ pub fn predicted_parameters(
     parameters: ElementParameters,
     stepped_part: f64,
 ) -> Result<ElementParameters, RunError> {
-    let motion = before.of_elements(parameters.clone(), stepped_part);
+    let motion = before.with_elements(parameters.clone(), stepped_part);
     match compare_between_ends(reads, solvers, &motion, compliance, true) {
         Ok(Some(fine)) => fine.laws_from(reads, solvers, &parameters),
         Ok(None) | Err(RunError::Cycle(_)) => Ok(parameters),
@@ -165,7 +169,7 @@ fn iterate_laws<'a, C: Comparison>(
             Err(error) if error.is_not_converged() => break,
             Err(error) => return Err(error),
         };
-        let improves = next_fine.gap() <= LEFT * fine.gap();
+        let improves = next_fine.gap() <= LEAST_REDUCTION * fine.gap();
         (best, fine) = (next, next_fine);
         if !improves {
             break;
@@ -184,7 +188,7 @@ fn resolved_again<'a>(
 ) -> Result<Option<AgreedResponse<'a>>, RunError> {
     let elements = contact_elements(reads, &parameters, last.stepped_part);
     let harmonics = last.resolved.balance.harmonics().clone();
-    let start = last.resolved.resonance.in_force().start();
+    let start = last.resolved.resonance.governing().start();
     match resolved_in_force(vibration, elements, Some((&harmonics, &start))) {
         Ok(resolved) => Ok(Some(AgreedResponse {
             resolved,
@@ -192,7 +196,7 @@ fn resolved_again<'a>(
             stepped_part: last.stepped_part,
         })),
         Err(error) if error.is_not_converged() => Ok(None),
-        Err(error) => Err(failed(reads, error)),
+        Err(error) => Err(dynamics_error(reads, error)),
     }
 }
 
@@ -228,7 +232,7 @@ impl Comparison for SteppedComparison {
         solvers: &mut Solvers,
         current: &AgreedResponse<'_>,
     ) -> Result<ElementParameters, RunError> {
-        let displacement = &current.resolved.resonance.in_force().displacement;
+        let displacement = &current.resolved.resonance.governing().displacement;
         let element_energies = |parameters: &ElementParameters| -> Vec<f64> {
             let elements = contact_elements(reads, parameters, current.stepped_part);
             let cycles = element_cycles(&elements, displacement, &self.sampling);
@@ -242,7 +246,7 @@ impl Comparison for SteppedComparison {
             true => loads.laws(&current.parameters),
             false => current.parameters.clone(),
         };
-        Ok(with_energy_of(&self.energy, &laws, element_energies))
+        Ok(match_dissipation(&self.energy, &laws, element_energies))
     }
 }
 
@@ -253,17 +257,22 @@ fn compare_stepped(
     solvers: &mut Solvers,
     current: &AgreedResponse<'_>,
 ) -> Result<Option<SteppedComparison>, RunError> {
-    let at_rest = AtRest::of(reads, solvers)?;
-    let displacement = &current.resolved.resonance.in_force().displacement;
+    let at_rest = StaticState::of(reads, solvers)?;
+    let displacement = &current.resolved.resonance.governing().displacement;
     let elements = contact_elements(reads, &current.parameters, current.stepped_part);
     let harmonics = current.resolved.balance.harmonics().clone();
     let sampling = Sampling::new(
         harmonics,
         SAMPLES.max(current.resolved.balance.sampling().samples()),
     )
-    .map_err(|error| failed(reads, error))?;
-    let element_cycle = joint_cycle(&elements, displacement, &sampling, &layout(reads).centres)
-        .map_err(|error| failed(reads, error))?;
+    .map_err(|error| dynamics_error(reads, error))?;
+    let element_cycle = joint_cycle(
+        &elements,
+        displacement,
+        &sampling,
+        &element_layout(reads).centres,
+    )
+    .map_err(|error| dynamics_error(reads, error))?;
     let response = response_table(
         &reads.recipe,
         &current.resolved.balance,
@@ -271,7 +280,7 @@ fn compare_stepped(
     );
     let element_motion =
         ElementMotion::new(response, current.parameters.clone(), current.stepped_part);
-    let_move(
+    set_motion(
         reads,
         solvers,
         at_rest.contact.load,
@@ -279,20 +288,20 @@ fn compare_stepped(
         None,
     )?;
     let joint = solvers.joint(reads)?;
-    if joint.march != March::Stepped || joint.motion.own.is_none() {
+    if joint.march != March::Stepped || joint.motion.nodal_motion.is_none() {
         return Ok(None);
     }
     let motion = joint.motion.clone();
-    let (cycle, fft_pairs) = solvers.work(reads, None, |joint| {
+    let (cycle, fft_pairs) = solvers.timed(reads, None, |joint| {
         Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
     })?;
     let force = half_range(element_cycle.force_along.iter().copied());
     let mut gap = relative_gap(cycle.force_along(), force);
     // The balance computes the friction of its elements in closed form, and the samples miss a small part of it.
-    let balance = current.resolved.resonance.in_force().energy;
+    let balance = current.resolved.resonance.governing().energy;
     let sampled: f64 = element_cycle.dissipated_energy.iter().sum();
     let mut energy = solvers.elements(reads)?.integrals(&cycle.energy);
-    if balance.friction > LEAST_FRICTION * balance.input {
+    if balance.friction > LEAST_FRICTION * balance.load_work {
         gap = gap.max(relative_gap(cycle.dissipation, balance.friction));
         let sampling_ratio = sampled / balance.friction;
         energy
@@ -300,7 +309,7 @@ fn compare_stepped(
             .for_each(|energy| *energy *= sampling_ratio);
     }
     Ok(Some(SteppedComparison {
-        gap: gap / AGREED.max(OF_BAR * cycle.relative_error()),
+        gap: gap / TOLERANCE.max(CYCLE_TOLERANCE * cycle.relative_error()),
         energy,
         sampling,
         cycle: EndCycle {
@@ -322,7 +331,7 @@ fn extreme_loads(
     displacement: &[f64],
     sampling: &Sampling,
 ) -> Result<EndLoads, RunError> {
-    let at_rest = AtRest::of(reads, solvers)?;
+    let at_rest = StaticState::of(reads, solvers)?;
     let elements = solvers.elements(reads)?;
     let rows = displacement.chunks(3 * sampling.harmonics().coefficients());
     let rows = rows.take(elements.len());
@@ -342,8 +351,8 @@ fn extreme_loads(
         .iter()
         .map(|values| nodal_field(&elements, values))
         .collect();
-    let (pressures, _) = solvers.work(reads, None, |joint| {
-        Ok(joint.pressures_by_place(&at_rest.contact, fields, LOADS)?)
+    let (pressures, _) = solvers.timed(reads, None, |joint| {
+        Ok(joint.local_pressures(&at_rest.contact, fields, LOAD_OPTIONS)?)
     })?;
     let load: Vec<Vec<f64>> = pressures.iter().map(|p| elements.loads(p)).collect();
     let mut ends = EndLoads {
@@ -379,8 +388,8 @@ impl Comparison for BetweenEnds {
         } = current;
         let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
         let motion = ElementMotion::new(response, parameters.clone(), *stepped_part);
-        let energy = resolved.resonance.in_force().energy;
-        let dissipates = energy.friction > LEAST_FRICTION * energy.input;
+        let energy = resolved.resonance.governing().energy;
+        let dissipates = energy.friction > LEAST_FRICTION * energy.load_work;
         compare_between_ends(reads, solvers, &motion, None, dissipates)
     }
 
@@ -425,9 +434,9 @@ fn compare_between_ends(
     compliance: Option<f64>,
     dissipates: bool,
 ) -> Result<Option<BetweenEnds>, RunError> {
-    let at_rest = AtRest::of(reads, solvers)?;
+    let at_rest = StaticState::of(reads, solvers)?;
     let load = at_rest.contact.load;
-    let work = let_move_between_ends(reads, solvers, load, motion, compliance)?;
+    let work = set_motion_between_ends(reads, solvers, load, motion, compliance)?;
     let Some(work) = work else {
         return Ok(None);
     };
@@ -438,7 +447,7 @@ fn compare_between_ends(
     let fields = fields.map(|of_elements| nodal_field(&elements, of_elements));
     // Both cycles use the loads at rest. The effect of varying loads on force and work does not belong to the laws
     // along the joint.
-    let (fine, _) = solvers.work(reads, None, |joint| {
+    let (fine, _) = solvers.timed(reads, None, |joint| {
         let cycle = joint.cycle(wear, contact, start)?;
         let stepped_part = motion.stepped_part();
         let mut gap = relative_gap(stepped_part * cycle.force_along(), work.force_along);
@@ -448,16 +457,16 @@ fn compare_between_ends(
                 work.energy.iter().sum(),
             ));
         }
-        let loading = match gap > AGREED {
+        let loading = match gap > TOLERANCE {
             true => {
                 let reach = reach_of(&elements, &joint.motion);
                 let parts = Loading::parts(parameters, &reach, joint.friction_coefficient);
-                let shear = joint.loading(contact, &parts)?;
+                let shear = joint.first_loading_shear(contact, &parts)?;
                 Some(Loading::new(&elements, reach, parts, &shear))
             }
             false => None,
         };
-        let pressures = joint.pressures_by_place(contact, fields.into(), LOADS)?;
+        let pressures = joint.local_pressures(contact, fields.into(), LOAD_OPTIONS)?;
         let loads = EndLoads {
             approach: work.approach,
             load: [0, 1].map(|end| elements.loads(&pressures[end])),
@@ -465,7 +474,7 @@ fn compare_between_ends(
         };
         let load_gap = loads.difference(parameters);
         Ok(BetweenEnds {
-            gap: (gap / AGREED).max(load_gap / AGREED_LOADS),
+            gap: (gap / TOLERANCE).max(load_gap / AGREED_LOADS),
             loads: (load_gap > AGREED_LOADS).then_some(loads),
             loading,
         })
@@ -486,7 +495,9 @@ fn nodal_field(elements: &ContactElements, of_elements: &[f64]) -> Vec<f64> {
         for (&node, value) in nodes.numbers.iter().zip(of_elements) {
             values[node] = *value;
         }
-        nodes.interpolation.add(1.0, &values, &mut field);
+        nodes
+            .interpolation
+            .add_interpolated(1.0, &values, &mut field);
     }
     field
 }

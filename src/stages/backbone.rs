@@ -3,19 +3,19 @@
 
 use super::RunError;
 use super::contact_state::harmonics_of;
-use super::dynamic_response::{contact_elements, failed, harmonic_tolerance};
+use super::dynamic_response::{contact_elements, dynamics_error, harmonic_tolerance};
 use super::forced_response;
 use super::observer::Observer;
 use super::recompute::require_own;
 use super::runner::Runner;
-use super::solvers::{Solvers, given};
+use super::solvers::{Solvers, given_parameters};
 use super::stage::Stage;
 use super::stage_inputs::StageInputs;
 use std::rc::Rc;
 
 use crate::dynamics::{
     Backbone, ContactElement, DrivenStructure, DynamicsError, HarmonicBalance, Harmonics,
-    LoadLevels, Vibration, resonance_over,
+    LoadLevels, Vibration, resonance_over_parameter,
 };
 use crate::recipe::Inputs;
 use crate::store::{Cache, RunReader};
@@ -76,14 +76,14 @@ pub fn resonance_of_scenes<E: From<RunError>>(
             has_resonance,
             |reads, solvers| {
                 let (vibration, balance) = balance(reads, solvers, harmonics.as_ref())?;
-                Ok(vibration.with_balance(balance))
+                Ok(vibration.driven_structure(balance))
             },
         );
         let driven = result.map_err(|error| CurveError(error.into()))?;
         harmonics.get_or_insert_with(|| driven.balance.harmonics().clone());
         Ok(driven)
     };
-    match resonance_over(levels, driven) {
+    match resonance_over_parameter(levels, driven) {
         Ok((backbone, broken)) => Ok((backbone, broken.map(|CurveError(error)| error))),
         Err(CurveError(error)) => Err(error),
     }
@@ -120,7 +120,7 @@ pub(super) fn unworn<T>(
     let is_needed = |stage: Stage| stage != Stage::DynamicResponse || has_resonance;
     let tables = runner.unworn_in_memory(Stage::ForcedResponse, is_needed)?;
     let no_tables = Tables::new();
-    runner.reading(
+    runner.with_inputs(
         &forced_response::DECLARATION,
         0,
         [&tables, &no_tables],
@@ -177,7 +177,7 @@ pub(super) fn at_iteration<T>(
         .map(|name| Ok((name, reader.read(wear_iteration, name)?)))
         .collect::<Result<_, RunError>>()?;
     let table_sets = [&tables, &Tables::new()];
-    runner.reading(stage, wear_iteration, table_sets, work)
+    runner.with_inputs(stage, wear_iteration, table_sets, work)
 }
 
 /// Computes the backbone from the inputs of the forced response.
@@ -188,7 +188,7 @@ fn backbone(
 ) -> Result<Backbone, RunError> {
     let (vibration, balance) = balance(reads, solvers, None)?;
     let result = vibration.backbone(balance, levels);
-    result.map_err(|source| failed(reads, source))
+    result.map_err(|source| dynamics_error(reads, source))
 }
 
 type Balance = HarmonicBalance<ContactElement>;
@@ -201,20 +201,20 @@ fn balance(
     harmonics: Option<&Harmonics>,
 ) -> Result<(Rc<Vibration>, Balance), RunError> {
     let vibration = solvers.vibration(reads)?;
-    let parameters = match reads.maybe::<typed::ModelUpdate>()? {
+    let parameters = match reads.optional_table::<typed::ModelUpdate>()? {
         Some(update) => forced_response::worn_elements(reads, solvers, &update)?,
-        None => given(reads),
+        None => given_parameters(reads),
     };
-    let in_force = reads.maybe::<typed::DynamicResponse>()?;
+    let in_force = reads.optional_table::<typed::DynamicResponse>()?;
     let stepped_part = in_force.and_then(|row| row.stepped_part).unwrap_or(1.0);
-    let harmonics = match (harmonics, reads.maybe::<typed::Response>()?) {
+    let harmonics = match (harmonics, reads.optional_table::<typed::Response>()?) {
         (Some(harmonics), _) => harmonics.clone(),
         (None, Some(response)) => harmonics_of(&response)?.0,
         (None, None) => vibration.harmonics.clone(),
     };
     let elements = contact_elements(reads, &parameters, stepped_part);
     let balance = vibration.balance_of(elements, harmonics);
-    let balance = balance.map_err(|source| failed(reads, source))?;
+    let balance = balance.map_err(|source| dynamics_error(reads, source))?;
     Ok((vibration, balance))
 }
 
@@ -241,7 +241,7 @@ pub fn add_backbone(
         table.damping_ratio.push(point.damping_ratio);
         table.amplitude.push(point.amplitude);
         table.kinetic_energy.push(point.kinetic_energy);
-        table.input_energy.push(point.energy.input);
+        table.input_energy.push(point.energy.load_work);
         table.friction_energy.push(point.energy.friction);
         table.viscous_energy.push(point.energy.viscous);
         table.hysteretic_energy.push(point.energy.hysteretic);

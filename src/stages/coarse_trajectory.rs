@@ -1,17 +1,17 @@
 //! The coarse trajectory, for error estimates.
 
 use super::RunError;
-use super::computed_motion::let_move;
+use super::computed_motion::set_motion;
 use super::contact_state::{contact_of, worn_state};
 use super::declaration::Declaration;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use super::stage_inputs::{Outputs, StageInputs};
-use super::summary::LOADED;
+use super::summary::LOADED_PRESSURE;
 use crate::grid::Patch;
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
-use crate::wear::coarse::{self, RunTrajectory, SPREAD, TrajectoryDifference};
+use crate::wear::coarse::{self, ERROR_PER_DIFFERENCE, RunTrajectory, TrajectoryDifference};
 use crate::wear::joint::WornState;
 
 /// The wear of the run, computed again with coarser steps, and its difference from the run. One coarse step covers
@@ -43,7 +43,7 @@ pub const DECLARATION: Declaration = Declaration {
 };
 
 /// The run warns if the error of the worn depths exceeds this part of the worn volume.
-const REMARKABLE: f64 = 0.1;
+const WARNING_THRESHOLD: f64 = 0.1;
 
 /// Number of steps of the run per coarse step.
 const STEPS: u64 = 2;
@@ -51,26 +51,26 @@ const STEPS: u64 = 2;
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let patch = solvers.joint(reads)?.patch.clone();
-    let Some(field) = reads.optional_before::<typed::CoarseField>()? else {
+    let Some(field) = reads.optional_previous_table::<typed::CoarseField>()? else {
         // Both trajectories start from the same state. This also holds for a run that continues one without a coarse
         // trajectory.
         let run_state = run_state(reads, &patch)?;
-        outputs.put(&field_of(&patch, &run_state, &run_state))?;
+        outputs.add_table(&field_of(&patch, &run_state, &run_state))?;
         let zero = contact_of(&reads.recipe).stiffness.then_some(0.0);
         let initial = typed::CoarseStep {
             difference_kn: zero,
             difference_kt: zero,
             ..typed::CoarseStep::default()
         };
-        outputs.put(&restarted(&run_state, initial))?;
+        outputs.add_table(&restarted(&run_state, initial))?;
         return Ok(outputs);
     };
     let last: typed::CoarseStep = reads.before()?;
     let step: typed::WearStep = reads.table()?;
     let pending = last.pending_n_cycles + step.n_cycles;
-    if !reads.wear_iteration.is_multiple_of(STEPS) && !reads.ends {
-        outputs.put(&field)?;
-        outputs.put(&typed::CoarseStep {
+    if !reads.wear_iteration.is_multiple_of(STEPS) && !reads.is_last {
+        outputs.add_table(&field)?;
+        outputs.add_table(&typed::CoarseStep {
             n_cycles: 0,
             pending_n_cycles: pending,
             fft_pairs: 0.0,
@@ -81,7 +81,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let [from, begin] = states_of(reads, &patch, field, &last)?;
     let run_state = run_state(reads, &patch)?;
     let contact: typed::StaticContact = reads.table()?;
-    let_move(reads, solvers, contact.normal_load, None, None)?;
+    set_motion(reads, solvers, contact.normal_load, None, None)?;
     let Some(wear) = &reads.recipe.wear else {
         unreachable!("a run with a coarse trajectory wears");
     };
@@ -90,7 +90,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         begin: &begin,
         end: &run_state.wear,
     };
-    let (worn, fft_pairs) = solvers.work(reads, None, |joint| {
+    let (worn, fft_pairs) = solvers.timed(reads, None, |joint| {
         Ok(coarse::advance(joint, &from, along, law, pending as u64))
     })?;
     drop([from, begin]);
@@ -101,8 +101,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             outputs.notice(format!(
                 "the coarse trajectory restarts here, so that the error bars omit the growth of earlier errors: {error}"
             ));
-            outputs.put(&field_of(&patch, &run_state, &run_state))?;
-            outputs.put(&restarted(
+            outputs.add_table(&field_of(&patch, &run_state, &run_state))?;
+            outputs.add_table(&restarted(
                 &run_state,
                 typed::CoarseStep { fft_pairs, ..last },
             ))?;
@@ -117,15 +117,15 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let mut stiffness_differences = [None; 2];
     let mut stiffness_pairs = 0.0;
     if let (Some(own_kn), Some(own_kt)) = (contact.kn, contact.kt) {
-        let ((kn, kt), pairs) = solvers.work(reads, Some("stiffness"), |joint| {
+        let ((kn, kt), pairs) = solvers.timed(reads, Some("stiffness"), |joint| {
             Ok(joint.stiffness(&worn.pressure, recipe.shear, recipe.coupling)?)
         })?;
         stiffness_differences = [Some(relative(own_kn, kn)), Some(relative(own_kt, kt))];
         stiffness_pairs = pairs;
     }
-    let difference = TrajectoryDifference::of(&run_state, &worn, &patch, LOADED);
+    let difference = TrajectoryDifference::between(&run_state, &worn, &patch, LOADED_PRESSURE);
     let volume = solvers.joint(reads)?.volume(&run_state.wear);
-    if reads.ends && SPREAD * difference.field > REMARKABLE * volume {
+    if reads.is_last && ERROR_PER_DIFFERENCE * difference.field > WARNING_THRESHOLD * volume {
         let cells = match difference.undecided {
             0 => String::new(),
             cells => {
@@ -135,11 +135,11 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         outputs.notice(format!(
             "single cells decide how the joint wears: compared with steps twice as long and half the samples per stepped cycle,{cells} \
              the worn depths are known to ±{:.0} % only; fidelity.preset = \"reference\" or a smaller fidelity.wear_tolerance reduces this error",
-            100.0 * SPREAD * difference.field / volume
+            100.0 * ERROR_PER_DIFFERENCE * difference.field / volume
         ));
     }
-    outputs.put(&field_of(&patch, &worn, &run_state))?;
-    outputs.put(&typed::CoarseStep {
+    outputs.add_table(&field_of(&patch, &worn, &run_state))?;
+    outputs.add_table(&typed::CoarseStep {
         n_cycles: pending,
         pending_n_cycles: 0,
         difference_wear_volume: difference.volume,
@@ -177,7 +177,7 @@ fn run_state(reads: &StageInputs, patch: &Patch) -> Result<WornState, RunError> 
     Ok(worn_state(
         &reads.recipe,
         patch,
-        reads.maybe()?,
+        reads.optional_table()?,
         &fields,
         &cycle,
     )?)
@@ -241,19 +241,19 @@ fn states_of(
 fn field_of(patch: &Patch, state: &WornState, own: &WornState) -> typed::CoarseField {
     let (i, j) = patch.indices();
     let cycle = &state.cycle;
-    let mut shear = cycle.shear.iter().map(|shear| patch.gather(shear));
+    let mut shear = cycle.shear.iter().map(|shear| patch.joint_values(shear));
     typed::CoarseField {
         i,
         j,
-        wear_depth: patch.gather(&state.wear),
-        pressure: patch.gather(&state.pressure),
+        wear_depth: patch.joint_values(&state.wear),
+        pressure: patch.joint_values(&state.pressure),
         shear_x: shear.next().expect("a cycle has an axis"),
         shear_y: shear.next(),
-        slip_path: patch.gather(&cycle.slip_path),
-        dissipation: patch.gather(&cycle.energy),
-        own_wear_depth: patch.gather(&own.wear),
-        own_pressure: patch.gather(&own.pressure),
-        own_slip_path: patch.gather(&own.cycle.slip_path),
-        own_dissipation: patch.gather(&own.cycle.energy),
+        slip_path: patch.joint_values(&cycle.slip_path),
+        dissipation: patch.joint_values(&cycle.energy),
+        own_wear_depth: patch.joint_values(&own.wear),
+        own_pressure: patch.joint_values(&own.pressure),
+        own_slip_path: patch.joint_values(&own.cycle.slip_path),
+        own_dissipation: patch.joint_values(&own.cycle.energy),
     }
 }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::RunError;
 use super::contact_state::{axes, coefficients_of, contact_of, harmonics_of, parameters_of};
-use super::solvers::{Solvers, layout, smooth};
+use super::solvers::{Solvers, element_layout, smooth_compliance};
 use super::stage_inputs::StageInputs;
 use crate::dynamics::cycle::{JointCycle, WorkBetweenEnds, half_range, joint_cycle_on};
 use crate::dynamics::{ContactElement, DynamicsError, Sampling};
@@ -37,18 +37,29 @@ pub struct ElementMotion {
 impl ElementMotion {
     /// Reads the motion of an iteration; `None` if no structure drives the joint.
     pub fn of(reads: &StageInputs) -> Result<Option<ElementMotion>, RunError> {
-        let tables = (reads.maybe()?, reads.maybe()?, reads.maybe()?);
-        Ok(Self::from(tables, reads.maybe()?, reads.maybe()?))
+        let tables = (
+            reads.optional_table()?,
+            reads.optional_table()?,
+            reads.optional_table()?,
+        );
+        Ok(Self::from(
+            tables,
+            reads.optional_table()?,
+            reads.optional_table()?,
+        ))
     }
 
     /// Reads the motion of the previous iteration.
     pub fn before(reads: &StageInputs) -> Result<Option<ElementMotion>, RunError> {
         let tables = (
-            reads.optional_before()?,
-            reads.optional_before()?,
-            reads.optional_before()?,
+            reads.optional_previous_table()?,
+            reads.optional_previous_table()?,
+            reads.optional_previous_table()?,
         );
-        let (row, update) = (reads.optional_before()?, reads.optional_before()?);
+        let (row, update) = (
+            reads.optional_previous_table()?,
+            reads.optional_previous_table()?,
+        );
         Ok(Self::from(tables, row, update))
     }
 
@@ -64,7 +75,7 @@ impl ElementMotion {
     }
 
     /// Returns the same motion with other element parameters and another energy ratio of stepped and reversal cycles.
-    pub fn of_elements(self, parameters: ElementParameters, stepped_part: f64) -> ElementMotion {
+    pub fn with_elements(self, parameters: ElementParameters, stepped_part: f64) -> ElementMotion {
         ElementMotion {
             parameters,
             stepped_part,
@@ -76,7 +87,7 @@ impl ElementMotion {
     /// contact, in the order of [`harmonics_of`]; `None` for a motion that is not extrapolated.
     pub fn extrapolated_coefficients(&self, compliance: Option<f64>) -> Option<Vec<f64>> {
         let (trend, compliance) = self.trend.as_ref().zip(compliance)?;
-        let times = trend.times(compliance);
+        let times = trend.multiple(compliance);
         Some(trend.change.iter().map(|change| times * change).collect())
     }
 
@@ -152,11 +163,11 @@ pub struct ComputedMotion {
     load: f64,
     threads: Threads,
     /// Cache of computed motions, with their compliances.
-    known: RefCell<Vec<(f64, Marched)>>,
+    cache: RefCell<Vec<(f64, MarchedMotion)>>,
 }
 
 /// Number of motions in the cache.
-const KNOWN: usize = 4;
+const CACHE_SIZE: usize = 4;
 
 /// Displacement, force and energy of contact elements in a cycle, absolute or relative to another cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -194,14 +205,14 @@ impl ElementFigures {
         ElementFigures {
             displacement: part(self.displacement, other.displacement),
             total_force: part(self.total_force, other.total_force),
-            cycle: self.cycle.over(other.cycle),
+            cycle: self.cycle.relative_to(other.cycle),
         }
     }
 }
 
 /// A motion, the way in which it is marched, and the response of the contact elements.
 #[derive(Clone)]
-struct Marched {
+struct MarchedMotion {
     motion: Motion,
     march: March,
     /// Relative error of the work of friction if the motion is marched between two reversals.
@@ -223,7 +234,7 @@ impl ComputedMotion {
         };
         let samples = cycle.steps * FINE_SAMPLES.div_ceil(cycle.steps);
         let (harmonics, displacement) = harmonics_of(&element_motion.response)?;
-        let layout = layout(reads);
+        let layout = element_layout(reads);
         let elements = recipe.elements();
         let mut elements = elements
             .map(|elements| elements.with(&layout, &element_motion.parameters))
@@ -243,12 +254,12 @@ impl ComputedMotion {
             displacement,
             trend: element_motion.trend.clone(),
             stepped_part: element_motion.stepped_part,
-            smooth: smooth(reads)?,
+            smooth: smooth_compliance(reads)?,
             has_laws,
             cycle: cycle.clone(),
             load,
             threads: solvers.threads().clone(),
-            known: RefCell::default(),
+            cache: RefCell::default(),
         })
     }
 
@@ -262,7 +273,7 @@ impl ComputedMotion {
 
     /// Returns true if the motion at a `compliance` of the fine contact equals the motion of the response.
     fn equals_response(&self, compliance: f64) -> bool {
-        let times = self.trend.as_ref().map(|trend| trend.times(compliance));
+        let times = self.trend.as_ref().map(|trend| trend.multiple(compliance));
         times.unwrap_or(0.0) == 0.0
     }
 
@@ -306,8 +317,8 @@ impl ComputedMotion {
             .then(|| WorkBetweenEnds::of(&self.elements, coefficients, sampling, &cycle));
         let nodes = self.nodes.as_ref().and_then(|elements| elements.nodes());
         let own = work.as_ref().zip(nodes).map(|(work, nodes)| NodalMotion {
-            work_part: self.stepped_part * work.work_part,
-            force_part: self.stepped_part * work.force_part,
+            total_work_ratio: self.stepped_part * work.work_part,
+            force_ratio: self.stepped_part * work.force_part,
             ..own_motion(nodes, self.axes, coefficients, sampling, mean, work)
         });
         let mut displacement = series(&cycle.displacement);
@@ -326,7 +337,7 @@ impl ComputedMotion {
             rotation: None,
             mean_load: mean_of(&normal_load),
             normal_load,
-            own,
+            nodal_motion: own,
         };
         Ok((
             motion.with_mean_load(self.load),
@@ -335,10 +346,10 @@ impl ComputedMotion {
         ))
     }
 
-    fn marched(&self, coefficients: &[f64]) -> Result<Marched, RunError> {
+    fn marched(&self, coefficients: &[f64]) -> Result<MarchedMotion, RunError> {
         let (fine, work, figures) = self.fine_motion(coefficients)?;
         let (motion, march, left_out) = self.cycle.of_computed(&fine, work.as_ref())?;
-        Ok(Marched {
+        Ok(MarchedMotion {
             motion,
             march,
             left_out,
@@ -348,13 +359,13 @@ impl ComputedMotion {
 
     /// Returns the motion at a `compliance` of the fine contact. The motion of the response is returned instead if
     /// the extrapolated motion would open the joint or would have to be marched in another way.
-    fn marched_at(&self, compliance: f64) -> Result<Marched, RunError> {
+    fn marched_at(&self, compliance: f64) -> Result<MarchedMotion, RunError> {
         let compliance = match self.equals_response(compliance) {
             true => self.last_compliance(),
             false => compliance,
         };
         if let Some((_, cached)) = self
-            .known
+            .cache
             .borrow()
             .iter()
             .find(|(key, _)| *key == compliance)
@@ -373,9 +384,9 @@ impl ComputedMotion {
                 Err(error) => return Err(error),
             }
         };
-        let mut cache = self.known.borrow_mut();
+        let mut cache = self.cache.borrow_mut();
         // The first entry is the motion of the response. The other entries belong to the present step.
-        if cache.len() == KNOWN {
+        if cache.len() == CACHE_SIZE {
             cache.remove(1);
         }
         cache.push((compliance, marched.clone()));
@@ -383,16 +394,17 @@ impl ComputedMotion {
     }
 }
 
-impl Marched {
+impl MarchedMotion {
     /// Replaces the friction ratios of the elements by the ratios in the response. Under the laws of the last update
     /// and the extrapolated motion the ratios decrease, but in the next converged response they do not.
-    fn with_friction_of(mut self, response_motion: Marched) -> Marched {
-        if let (Some(own), Some(response_nodes)) =
-            (&mut self.motion.own, response_motion.motion.own)
-        {
-            own.work = response_nodes.work;
-            own.work_part = response_nodes.work_part;
-            own.force_part = response_nodes.force_part;
+    fn with_friction_of(mut self, response_motion: MarchedMotion) -> MarchedMotion {
+        if let (Some(own), Some(response_nodes)) = (
+            &mut self.motion.nodal_motion,
+            response_motion.motion.nodal_motion,
+        ) {
+            own.work_ratio = response_nodes.work_ratio;
+            own.total_work_ratio = response_nodes.total_work_ratio;
+            own.force_ratio = response_nodes.force_ratio;
         }
         self.left_out = response_motion.left_out;
         self
@@ -410,7 +422,7 @@ pub struct DrivingMotion {
 /// Sets the motion of the joint under a static `load`: the prescribed motion, or the motion of a response to its
 /// contact elements. A response is taken at a tangential `compliance` of the fine contact \[m/N\] and evolves from
 /// there with the wear. Without a compliance, the motion starts from the response itself.
-pub fn let_move(
+pub fn set_motion(
     reads: &StageInputs,
     solvers: &mut Solvers,
     load: f64,
@@ -438,7 +450,7 @@ pub fn let_move(
     };
     let computed = Rc::new(ComputedMotion::of(reads, solvers, load, element_motion)?);
     let compliance = compliance.unwrap_or(computed.last_compliance());
-    let Marched {
+    let MarchedMotion {
         motion,
         march,
         left_out,
@@ -455,7 +467,7 @@ pub fn let_move(
             Err(_) => initial_motion.clone(),
         };
         let contact = contact_of(recipe);
-        joint.course = Some(EvolvingMotion {
+        joint.evolving_motion = Some(EvolvingMotion {
             motion: Rc::new(motion),
             begin: compliance,
             shear: contact.shear,
@@ -472,7 +484,7 @@ pub fn let_move(
 /// fine contact and under the loads at rest. The cycle keys of the recipe are ignored. For an orbit, the ends are
 /// those of its longest line. Returns the work of the elements in this motion, or `None` if the elements have no
 /// friction laws of their own.
-pub fn let_move_between_ends(
+pub fn set_motion_between_ends(
     reads: &StageInputs,
     solvers: &mut Solvers,
     load: f64,
@@ -487,9 +499,9 @@ pub fn let_move_between_ends(
         joint.motion = fine.between_ends(work.line.ends);
         joint
             .motion
-            .own
+            .nodal_motion
             .iter_mut()
-            .for_each(NodalMotion::under_loads_at_rest);
+            .for_each(NodalMotion::reset_ratios);
         joint.march = March::Reversal;
     }
     Ok(work)
@@ -531,9 +543,9 @@ fn own_motion(
         interpolation: nodes.interpolation.clone(),
         displacement: relative_motion,
         approach,
-        work: part,
-        work_part: work.work_part,
-        force_part: work.force_part,
+        work_ratio: part,
+        total_work_ratio: work.work_part,
+        force_ratio: work.force_part,
         direction,
     }
 }

@@ -2,7 +2,7 @@
 
 use super::RunError;
 use super::contact_state::{Fields, compliance_of, contact_of};
-use super::solvers::{Solvers, smooth};
+use super::solvers::{Solvers, smooth_compliance};
 use super::stage_inputs::StageInputs;
 use crate::contact::{ContactError, Shear};
 use crate::dynamics::ElementState;
@@ -78,12 +78,12 @@ pub fn parameters(
 ) -> Result<(ElementParameters, Option<f64>), RunError> {
     let recipe = &reads.recipe;
     let elements = solvers.elements(reads)?;
-    let smooth = smooth(reads)?;
+    let smooth = smooth_compliance(reads)?;
     let Fields { gap, pressure, .. } = Fields::of(elements.patch(), fields);
     let stiffness = recipe.elements().map(|elements| elements.stiffness);
     if stiffness.is_some_and(|stiffness| stiffness.is_sliders()) {
         let shear = contact_of(recipe).shear;
-        let (laws, _) = solvers.work(reads, None, |joint| {
+        let (laws, _) = solvers.timed(reads, None, |joint| {
             let (mu, cap) = (joint.friction_coefficient, joint.pressure_cap);
             let state = [&pressure[..], &gap[..]];
             Ok(Laws::new(
@@ -95,10 +95,10 @@ pub fn parameters(
                 shear,
             )?)
         })?;
-        return Ok((laws.parameters, Some(laws.remainder)));
+        return Ok((laws.parameters, Some(laws.backbone_error)));
     }
     if begins_with_tangents(recipe) {
-        let (linearisation, _) = solvers.work(reads, None, |joint| {
+        let (linearisation, _) = solvers.timed(reads, None, |joint| {
             Ok(linearise(recipe, joint, &pressure)?)
         })?;
         let springs = springs(recipe, &linearisation, smooth);

@@ -27,21 +27,21 @@ impl Fields {
     pub fn of(patch: &Patch, table: &typed::ContactField) -> Fields {
         let shear = [&table.shear_x, &table.shear_y].into_iter().flatten();
         Fields {
-            gap: patch.spread(&table.gap),
-            pressure: patch.spread(&table.pressure),
-            shear: shear.map(|shear| patch.spread(shear)).collect(),
+            gap: patch.scatter(&table.gap),
+            pressure: patch.scatter(&table.pressure),
+            shear: shear.map(|shear| patch.scatter(shear)).collect(),
         }
     }
 
     /// Writes the fields as a table, without the fields of a cycle.
     pub fn table(&self, patch: &Patch) -> typed::ContactField {
         let (i, j) = patch.indices();
-        let mut shear = self.shear.iter().map(|shear| patch.gather(shear));
+        let mut shear = self.shear.iter().map(|shear| patch.joint_values(shear));
         typed::ContactField {
             i,
             j,
-            gap: patch.gather(&self.gap),
-            pressure: patch.gather(&self.pressure),
+            gap: patch.joint_values(&self.gap),
+            pressure: patch.joint_values(&self.pressure),
             shear_x: shear.next(),
             shear_y: shear.next(),
             slip_path: None,
@@ -62,13 +62,13 @@ pub fn worn_state(
         pressure, shear, ..
     } = Fields::of(patch, fields);
     let field = |values: &Option<Vec<f64>>, column| -> Result<Vec<f64>, TableError> {
-        Ok(patch.spread(there(TableName::ContactField, values, column)?))
+        Ok(patch.scatter(required_column(TableName::ContactField, values, column)?))
     };
     Ok(WornState {
         wear: wear_of(patch, wear),
         pressure,
         cycle: CycleSolution {
-            shear: on_axes(recipe, patch, shear),
+            shear: match_axes(recipe, patch, shear),
             slip_path: field(&fields.slip_path, "slip_path")?,
             energy: field(&fields.dissipation, "dissipation")?,
             dissipation: cycle.dissipated_energy,
@@ -97,9 +97,9 @@ pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution
 
 /// Returns the compliance of the fine contact, in runs that compute contact elements from it.
 pub fn compliance_of(row: &typed::StaticContact) -> Result<Compliance, TableError> {
-    let kn = there(TableName::StaticContact, &row.kn, "kn")?;
-    let kt = there(TableName::StaticContact, &row.kt, "kt")?;
-    Ok(Compliance::of(*kn, *kt))
+    let kn = required_column(TableName::StaticContact, &row.kn, "kn")?;
+    let kt = required_column(TableName::StaticContact, &row.kt, "kt")?;
+    Ok(Compliance::from_stiffness(*kn, *kt))
 }
 
 /// Returns the tangential compliance of a static contact \[m/N\]; `None` if the run does not compute it.
@@ -108,7 +108,7 @@ pub fn tangential_compliance(row: &typed::StaticContact) -> Option<f64> {
 }
 
 /// Returns the value of a column that every worn state has.
-pub fn there<'a, T>(
+pub fn required_column<'a, T>(
     table: TableName,
     value: &'a Option<T>,
     column: &str,
@@ -122,7 +122,7 @@ pub fn there<'a, T>(
 /// Returns the wear of an iteration on all cells; zero without a wear field.
 pub fn wear_of(patch: &Patch, field: Option<typed::WearField>) -> Vec<f64> {
     match field {
-        Some(field) => patch.spread(&field.wear_depth),
+        Some(field) => patch.scatter(&field.wear_depth),
         None => vec![0.0; patch.grid.len()],
     }
 }
@@ -136,7 +136,7 @@ pub fn contact_of(recipe: &Recipe) -> &Contact {
 
 /// Returns the shear along the axes of the recipe. Inherited fields may have fewer or more axes. An empty field stays
 /// empty.
-pub fn on_axes(recipe: &Recipe, patch: &Patch, mut shear: ByAxis<Vec<f64>>) -> ByAxis<Vec<f64>> {
+pub fn match_axes(recipe: &Recipe, patch: &Patch, mut shear: ByAxis<Vec<f64>>) -> ByAxis<Vec<f64>> {
     if !shear.is_empty() {
         shear.resize_with(axes(recipe), || vec![0.0; patch.grid.len()]);
     }
@@ -172,7 +172,7 @@ pub fn parameters_of(
 }
 
 /// The fine contact at rest.
-pub struct AtRest {
+pub struct StaticState {
     /// Wear depth \[m\].
     pub wear: Vec<f64>,
     /// Contact under the static load.
@@ -181,14 +181,14 @@ pub struct AtRest {
     pub start: ByAxis<Vec<f64>>,
 }
 
-impl AtRest {
+impl StaticState {
     /// Reads the fine contact of an iteration.
-    pub fn of(reads: &StageInputs, solvers: &mut Solvers) -> Result<AtRest, RunError> {
+    pub fn of(reads: &StageInputs, solvers: &mut Solvers) -> Result<StaticState, RunError> {
         let patch = solvers.joint(reads)?.patch.clone();
         let mut fields = Fields::of(&patch, &reads.table()?);
-        let start = on_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
-        Ok(AtRest {
-            wear: wear_of(&patch, reads.maybe()?),
+        let start = match_axes(&reads.recipe, &patch, std::mem::take(&mut fields.shear));
+        Ok(StaticState {
+            wear: wear_of(&patch, reads.optional_table()?),
             contact: solution_of(&reads.table()?, fields),
             start,
         })

@@ -2,7 +2,7 @@
 //! on half the grid.
 
 use super::RunError;
-use super::computed_motion::{ElementMotion, let_move};
+use super::computed_motion::{ElementMotion, set_motion};
 use super::contact_state::tangential_compliance;
 use super::half_grid::HalfGrid;
 use super::solvers::{Solvers, patch_and_height};
@@ -15,8 +15,8 @@ use crate::wear::cycle::March;
 /// Steps of the stepped cycle: 32 steps would have an error of about 3 %.
 const STEPS: usize = 64;
 /// Relative error of the energy ratio due to half the grid and to the finite number of steps.
-pub const LEFT: f64 = 0.006;
-/// Tolerances of the solves for the pressure and of the closure of the stepped cycle: a tenth of [`LEFT`].
+pub const REMAINING_ERROR: f64 = 0.006;
+/// Tolerances of the solves for the pressure and of the closure of the stepped cycle: a tenth of [`REMAINING_ERROR`].
 const NORMAL_TOLERANCE: f64 = 1e-4;
 const CYCLE_TOLERANCE: f64 = 3e-3;
 
@@ -36,19 +36,19 @@ pub fn stepped_part(
         return Ok(None);
     };
     let tables = Tables::from([(TableName::Surface, surface_of(&half, &height)?)]);
-    let reads = reads.with(&half.recipe, &tables);
+    let reads = reads.with_recipe(&half.recipe, &tables);
     let mut solvers = Solvers::new(threads, Gauge::default());
-    let wear = half.means(wear);
+    let wear = half.coarsen(wear);
     let static_contact: typed::StaticContact = reads.table()?;
     let (load, preload) = (static_contact.normal_load, static_contact.preload);
     solvers.pressed_joint(&reads, preload.unwrap_or(0.0))?;
-    let (contact, _) = solvers.work(&reads, None, |joint| {
-        joint.motion = Motion::none(load);
+    let (contact, _) = solvers.timed(&reads, None, |joint| {
+        joint.motion = Motion::at_rest(load);
         Ok(joint.static_contact(&wear, None)?)
     })?;
     let compliance = tangential_compliance(&static_contact);
     let mut energy = |reads: &StageInputs| -> Result<Option<f64>, RunError> {
-        match let_move(reads, &mut solvers, load, Some(element_motion), compliance) {
+        match set_motion(reads, &mut solvers, load, Some(element_motion), compliance) {
             Ok(_) => {}
             Err(RunError::Cycle(_)) => return Ok(None),
             Err(error) => return Err(error),
@@ -57,7 +57,7 @@ pub fn stepped_part(
         options.extrapolate = false;
         options.normal.tolerance = options.normal.tolerance.max(NORMAL_TOLERANCE);
         options.cycle_tolerance = options.cycle_tolerance.max(CYCLE_TOLERANCE);
-        let cycle = solvers.work(reads, None, |joint| Ok(joint.cycle(&wear, &contact, None)?));
+        let cycle = solvers.timed(reads, None, |joint| Ok(joint.cycle(&wear, &contact, None)?));
         Ok(Some(cycle?.0.dissipation))
     };
     let Some(between_ends) = energy(&reads)? else {
@@ -72,7 +72,7 @@ pub fn stepped_part(
         cycle.asked = Some(March::Stepped);
         cycle.steps = STEPS;
     }
-    let Some(stepped) = energy(&reads.with(&stepped_recipe, &tables))? else {
+    let Some(stepped) = energy(&reads.with_recipe(&stepped_recipe, &tables))? else {
         return Ok(None);
     };
     Ok((between_ends > 0.0 && stepped > 0.0).then(|| stepped / between_ends))
@@ -86,10 +86,10 @@ fn surface_of(half: &HalfGrid, height: &[f64]) -> Result<Table, RunError> {
     let surface = typed::Surface {
         i,
         j,
-        height: half.means(height),
+        height: half.coarsen(height),
         height_first: None,
         height_second: None,
-        kept: patch.kept.clone(),
+        kept: patch.is_in_joint.clone(),
     };
     Ok(surface.to_table()?)
 }

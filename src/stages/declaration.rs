@@ -1,7 +1,7 @@
 //! Declaration of a stage: its inputs, its tables, and the function that computes them.
 
 use super::RunError;
-use super::output_schedule::Moment;
+use super::output_schedule::IterationSchedule;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
 use super::stage_inputs::{DeclaredInputs, Outputs, StageInputs};
@@ -26,7 +26,7 @@ pub struct Declaration {
     /// The stage omits tables of physics that the scene does not have, and tables that are not due.
     pub writes: &'static [TableName],
     /// Returns true if the stage has work to do in an iteration.
-    pub is_due: fn(&Moment) -> bool,
+    pub is_due: fn(&IterationSchedule) -> bool,
     /// True if runs share the tables of this stage.
     pub shared: bool,
     /// Computes the tables. Neither the function nor the solvers keep any state of a run.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use super::RunError;
-use super::agreement::{self, AgreedResponse, agreed, predicted_parameters};
+use super::agreement::{self, AgreedResponse, agree, predicted_parameters};
 use super::computed_motion::ElementMotion;
 use super::contact_elements::{element_table, slider_table};
 use super::contact_state::{coefficients_of, harmonics_of, parameters_of};
@@ -14,16 +14,16 @@ use super::reduced;
 use super::response_notices::{
     note_extensions, warn_jump, warn_missing_harmonics, warn_open, warn_reduction, warn_resonance,
 };
-use super::solvers::{Solvers, given, layout};
+use super::solvers::{Solvers, element_layout, given_parameters};
 use super::stage::{Stage, When};
 use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::cycle::{JointCycle, JointSummary, joint_cycle};
 use crate::dynamics::{
-    ContactElement, Correction, DynamicsError, ElementState, HarmonicBalance, HarmonicCorrection,
-    Harmonics, RangeResponse, Resolved, Resonance, ResonanceKind, Response, Start, Truncation,
-    Vibration,
+    ContactElement, Correction, CorrectionRequest, DynamicsError, ElementState, HarmonicBalance,
+    Harmonics, RangeResponse, ResolvedResonance, Resonance, ResonanceKind, Response, Start,
+    TruncationError, Vibration,
 };
-use crate::model_update::{ElementParameters, is_steady};
+use crate::model_update::{ElementParameters, can_extrapolate};
 use crate::recipe::Layout;
 use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
@@ -79,32 +79,32 @@ const IN_FORCE: [TableName; 6] = [
 
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
-    let Some(update) = reads.maybe::<typed::ModelUpdate>()? else {
+    let Some(update) = reads.optional_table::<typed::ModelUpdate>()? else {
         compute_without_rough_contact(reads, solvers, &mut outputs)?;
         return Ok(outputs);
     };
-    let before = match reads.optional_before::<typed::Response>()? {
+    let before = match reads.optional_previous_table::<typed::Response>()? {
         Some(response) => Some((response, reads.before::<typed::DynamicResponse>()?)),
         None => None,
     };
     if let Some((response, row)) = before.as_ref().filter(|_| !update.updated) {
-        outputs.put(response)?;
-        outputs.put(row)?;
-        outputs.put(&reads.before::<typed::Resonance>()?)?;
-        outputs.put(&reads.before::<typed::JointCycle>()?)?;
-        outputs.put(&reads.before::<typed::ContactElement>()?)?;
-        if let Some(sliders) = reads.optional_before::<typed::ContactSlider>()? {
-            outputs.put(&sliders)?;
+        outputs.add_table(response)?;
+        outputs.add_table(row)?;
+        outputs.add_table(&reads.before::<typed::Resonance>()?)?;
+        outputs.add_table(&reads.before::<typed::JointCycle>()?)?;
+        outputs.add_table(&reads.before::<typed::ContactElement>()?)?;
+        if let Some(sliders) = reads.optional_previous_table::<typed::ContactSlider>()? {
+            outputs.add_table(&sliders)?;
         }
         return Ok(outputs);
     }
-    let mut parameters = parameters_of(&reads.table()?, reads.maybe()?);
-    let cycle_before = reads.optional_before::<typed::FrettingCycle>()?;
+    let mut parameters = parameters_of(&reads.table()?, reads.optional_table()?);
+    let cycle_before = reads.optional_previous_table::<typed::FrettingCycle>()?;
     let stepped_part = cycle_before.and_then(|cycle| cycle.stepped_part);
     let applied_part = stepped_part.filter(|part| (part - 1.0).abs() <= LARGEST_CORRECTION);
     let applied_part = applied_part.unwrap_or(1.0);
     let start = before.as_ref();
-    let start = start.map(|(response, row)| start_of(response, row));
+    let start = start.map(|(response, row)| initial_guess(response, row));
     let mut start = start.transpose()?;
     if let Some(motion) = ElementMotion::before(reads)?.filter(ElementMotion::has_laws) {
         let compliance = update.fine_compliance;
@@ -126,7 +126,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let elements = contact_elements(reads, &parameters, applied_part);
     let tolerance = harmonic_tolerance(&reads.recipe);
     let resolved = resolved_in_force(&vibration, elements, start);
-    let resolved = resolved.map_err(|source| failed(reads, source))?;
+    let resolved = resolved.map_err(|source| dynamics_error(reads, source))?;
     let initial = AgreedResponse {
         resolved,
         parameters,
@@ -136,7 +136,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         resolved,
         parameters,
         ..
-    } = agreed(reads, solvers, &vibration, initial)?;
+    } = agree(reads, solvers, &vibration, initial)?;
     // Computes the peak and the error bars only for the final response, since they cost as much as the response
     // itself.
     let corrects = harmonic_correction(&reads.recipe);
@@ -145,12 +145,13 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         None => None,
     };
     let near = correction_before.as_ref().map(|(_, correction)| correction);
-    let resolved = resolved.completed(tolerance, corrects.then_some(HarmonicCorrection { near }));
-    let resolved = resolved.map_err(|source| failed(reads, source))?;
+    let resolved =
+        resolved.with_peak_and_errors(tolerance, corrects.then_some(CorrectionRequest { near }));
+    let resolved = resolved.map_err(|source| dynamics_error(reads, source))?;
     note_extensions(&mut outputs, &resolved.extensions);
     let solved = SolvedResponse::of(&resolved);
     let resolved = resolved.corrected();
-    let resolved = resolved.map_err(|source| failed(reads, source))?;
+    let resolved = resolved.map_err(|source| dynamics_error(reads, source))?;
     warn_missing_harmonics(&mut outputs, tolerance, &resolved);
     warn_resonance(&mut outputs, &vibration, &resolved.resonance);
     warn_reduction(reads, &mut outputs, &resolved)?;
@@ -167,7 +168,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         &mut outputs,
     )?;
     if let Some(sliders) = slider_table(&parameters) {
-        outputs.put(&sliders)?;
+        outputs.add_table(&sliders)?;
     }
     Ok(outputs)
 }
@@ -177,10 +178,10 @@ pub fn resolved_in_force<'a>(
     vibration: &'a Vibration,
     elements: Vec<ContactElement>,
     start: Option<(&Harmonics, &Start)>,
-) -> Result<Resolved<'a>, DynamicsError> {
-    let resolved = vibration.resolve_in_force(elements, start)?;
+) -> Result<ResolvedResonance<'a>, DynamicsError> {
+    let resolved = vibration.resolve_governing_response(elements, start)?;
     if let (Some((_, start)), None) = (start, vibration.at_omega) {
-        start.require_same_resonance(resolved.resonance.in_force())?;
+        start.require_same_resonance(resolved.resonance.governing())?;
     }
     Ok(resolved)
 }
@@ -192,10 +193,10 @@ fn compute_without_rough_contact(
     solvers: &mut Solvers,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
-    let parameters = given(reads);
+    let parameters = given_parameters(reads);
     let has_contact = reads.recipe.elements().is_some();
     if let Some(sliders) = slider_table(&parameters) {
-        outputs.put(&sliders)?;
+        outputs.add_table(&sliders)?;
     }
     let vibration = solvers.vibration(reads)?;
     let elements = contact_elements(reads, &parameters, 1.0);
@@ -216,11 +217,13 @@ fn compute_without_rough_contact(
             };
             outputs.notice(format!("{key}: {error}"));
             match has_contact {
-                true => outputs.put(&element_table(&layout(reads), &parameters, None)),
+                true => {
+                    outputs.add_table(&element_table(&element_layout(reads), &parameters, None))
+                }
                 false => Ok(()),
             }
         }
-        Err(error) => Err(failed(reads, error)),
+        Err(error) => Err(dynamics_error(reads, error)),
     }
 }
 
@@ -233,7 +236,7 @@ pub fn contact_elements(
 ) -> Vec<ContactElement> {
     let elements = reads.recipe.elements();
     let mut elements = elements.map_or_else(Vec::new, |elements| {
-        elements.with(&layout(reads), parameters)
+        elements.with(&element_layout(reads), parameters)
     });
     let all = elements.iter_mut();
     all.for_each(|element| element.multiply_friction(stepped_part));
@@ -250,7 +253,7 @@ pub fn harmonic_tolerance(recipe: &Recipe) -> Option<f64> {
 }
 
 /// Converts an error into the error of a run without a steady vibration.
-pub fn failed(reads: &StageInputs, source: DynamicsError) -> RunError {
+pub fn dynamics_error(reads: &StageInputs, source: DynamicsError) -> RunError {
     RunError::Dynamics {
         wear_iteration: reads.wear_iteration,
         source,
@@ -258,7 +261,7 @@ pub fn failed(reads: &StageInputs, source: DynamicsError) -> RunError {
 }
 
 /// Returns a response as the initial guess for the next response.
-pub fn start_of(
+pub fn initial_guess(
     response: &typed::Response,
     row: &typed::DynamicResponse,
 ) -> Result<(Harmonics, Start), RunError> {
@@ -277,7 +280,7 @@ pub fn start_of(
         .filter(|order| i64::from(*order) <= highest)
         .collect();
     let solved_harmonics = Harmonics::new(&orders)?;
-    let start = start(solved).transferred(&harmonics, &solved_harmonics);
+    let start = start(solved).in_harmonics(&harmonics, &solved_harmonics);
     Ok((solved_harmonics, start))
 }
 
@@ -285,18 +288,18 @@ pub fn start_of(
 /// previous response in force.
 fn put_in_force(
     reads: &StageInputs,
-    resolved: &Resolved,
+    resolved: &ResolvedResonance,
     parameters: &ElementParameters,
     (solved, stepped_part): (Option<SolvedResponse>, Option<f64>),
     before: Option<&typed::Response>,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
-    let Resolved {
+    let ResolvedResonance {
         balance, resonance, ..
     } = resolved;
     let has_contact = reads.recipe.elements().is_some();
     let layout = match has_contact {
-        true => layout(reads),
+        true => element_layout(reads),
         // Springs alone are no contact. Their centres are set to the origin.
         false => Layout {
             centres: vec![[0.0; 2]; balance.elements().len()],
@@ -305,14 +308,14 @@ fn put_in_force(
     };
     let cycle = joint_cycle(
         balance.elements(),
-        &resonance.in_force().displacement,
+        &resonance.governing().displacement,
         balance.sampling(),
         &layout.centres,
     )?;
     if has_contact && reads.wear_iteration == 0 {
         warn_open(outputs, balance.elements(), &cycle);
     }
-    let summary = balance.joint_summary(resonance.in_force());
+    let summary = balance.joint_summary(resonance.governing());
     let mut response = response_table(&reads.recipe, balance, resonance);
     if let Some(solved) = &solved {
         solved.add_to(&mut response);
@@ -321,11 +324,11 @@ fn put_in_force(
         true => with_change(response, before),
         false => (response, None),
     };
-    outputs.put(&response)?;
-    outputs.put(&resonance_table(balance, resonance))?;
+    outputs.add_table(&response)?;
+    outputs.add_table(&resonance_table(balance, resonance))?;
     let correction = resolved.correction.as_ref().filter(|_| solved.is_some());
     let corrected = |value: fn(&Correction) -> f64| correction.map(value);
-    outputs.put(&typed::DynamicResponse {
+    outputs.add_table(&typed::DynamicResponse {
         is_steady,
         stepped_part,
         solved_harmonic: solved.map(|solved| i64::from(solved.harmonics.highest())),
@@ -337,25 +340,25 @@ fn put_in_force(
         ..row(&layout, resolved, &cycle, &summary)
     })?;
     if has_contact {
-        outputs.put(&cycle_table(&cycle))?;
-        outputs.put(&element_table(&layout, parameters, Some(&summary.states)))?;
+        outputs.add_table(&cycle_table(&cycle))?;
+        outputs.add_table(&element_table(&layout, parameters, Some(&summary.states)))?;
     }
     Ok(())
 }
 
 fn row(
     layout: &Layout,
-    resolved: &Resolved,
+    resolved: &ResolvedResonance,
     cycle: &JointCycle,
     summary: &JointSummary,
 ) -> typed::DynamicResponse {
-    let Resolved {
+    let ResolvedResonance {
         balance,
         resonance,
         truncation,
         ..
     } = resolved;
-    let phase = resonance.in_force();
+    let phase = resonance.governing();
     let count = |state| summary.count(state) as i64;
     let load: f64 = balance
         .elements()
@@ -373,7 +376,7 @@ fn row(
         peak_frequency: resonance.peak_frequency,
         peak_amplitude: resonance.peak_amplitude,
         peak_bound: resolved.peak_bound(),
-        input_energy: energy.input,
+        input_energy: energy.load_work,
         friction_energy: energy.friction,
         viscous_energy: energy.viscous,
         hysteretic_energy: energy.hysteretic,
@@ -381,8 +384,11 @@ fn row(
         highest_harmonic: i64::from(balance.harmonics().highest()),
         error_resonance_frequency: (resonance.peak_kind != ResonanceKind::Forced)
             .then_some(truncation.frequency),
-        expected_resonance_change: (resonance.peak_kind != ResonanceKind::Forced)
-            .then_some(truncation.expected.unwrap_or(UNKNOWN_CHANGE)),
+        expected_resonance_change: (resonance.peak_kind != ResonanceKind::Forced).then_some(
+            truncation
+                .expected_frequency_change
+                .unwrap_or(UNKNOWN_CHANGE),
+        ),
         error_peak_amplitude: truncation.amplitude,
         error_friction_energy: truncation.friction_energy,
         iterations: resonance.iterations as i64,
@@ -408,11 +414,11 @@ struct SolvedResponse {
 }
 
 impl SolvedResponse {
-    fn of(resolved: &Resolved) -> Option<SolvedResponse> {
+    fn of(resolved: &ResolvedResonance) -> Option<SolvedResponse> {
         resolved.correction.as_ref()?;
         Some(SolvedResponse {
             harmonics: resolved.balance.harmonics().clone(),
-            displacement: resolved.resonance.in_force().displacement.clone(),
+            displacement: resolved.resonance.governing().displacement.clone(),
         })
     }
 
@@ -445,7 +451,7 @@ pub fn harmonic_correction(recipe: &Recipe) -> bool {
 pub fn correction_of(
     response: &typed::Response,
     row: &typed::DynamicResponse,
-) -> Result<Option<(Truncation, Correction)>, RunError> {
+) -> Result<Option<(TruncationError, Correction)>, RunError> {
     let (Some(frequency), Some(solved)) = (row.correction_frequency, solved_of(response)) else {
         return Ok(None);
     };
@@ -457,11 +463,11 @@ pub fn correction_of(
         row.correction_viscous_energy,
         row.correction_hysteretic_energy,
     ];
-    let truncation = Truncation {
+    let truncation = TruncationError {
         frequency: row.error_resonance_frequency.unwrap_or(0.0),
         amplitude: row.error_peak_amplitude,
         friction_energy: row.error_friction_energy,
-        expected: row
+        expected_frequency_change: row
             .expected_resonance_change
             .filter(|change| *change != UNKNOWN_CHANGE),
     };
@@ -532,7 +538,7 @@ fn with_change(
         }
     }
     let [last, now, then] = &contact_values;
-    let is_steady = before.is_some() && is_steady(last, now, then);
+    let is_steady = before.is_some() && can_extrapolate(last, now, then);
     let [cosine, sine] = change;
     response.change_cosine = Some(cosine);
     response.change_sine = Some(sine);
@@ -566,7 +572,7 @@ fn resonance_table(
         table.amplitude.push(amplitude);
         let lag = balance.amplitude(response, resonance.port);
         table.phase_lag.push(lag.map_or(0.0, |(_, lag)| lag));
-        table.input_energy.push(response.energy.input);
+        table.input_energy.push(response.energy.load_work);
         table.friction_energy.push(response.energy.friction);
         table.viscous_energy.push(response.energy.viscous);
         table.hysteretic_energy.push(response.energy.hysteretic);
@@ -601,7 +607,7 @@ pub fn response_table(
     balance: &HarmonicBalance<ContactElement>,
     resonance: &Resonance,
 ) -> typed::Response {
-    let phase = resonance.in_force();
+    let phase = resonance.governing();
     let harmonics = balance.harmonics();
     let n = harmonics.coefficients();
     let contact = 3 * balance.elements().len();

@@ -1,7 +1,7 @@
 //! Error bars of a worn state.
 
 use super::RunError;
-use super::contact_state::there;
+use super::contact_state::required_column;
 use super::dynamic_response::UNKNOWN_CHANGE;
 use super::grid_twin::error_of_grid;
 use super::stage_inputs::StageInputs;
@@ -9,11 +9,11 @@ use crate::model_update::PRELOAD_TOLERANCE;
 use crate::recipe::Wear;
 use crate::tables::TableName;
 use crate::tables::typed::{self, Summary};
-use crate::wear::coarse::SPREAD;
+use crate::wear::coarse::ERROR_PER_DIFFERENCE;
 use crate::wear::error_bar::{self, VolumeError};
 
 /// Relative error of a result about which nothing is known, for example of a zero that may be wrong.
-pub(super) const ALL: f64 = 1.0;
+pub(super) const UNKNOWN: f64 = 1.0;
 
 /// Reads a result from a summary.
 type Figure = fn(&Summary) -> Option<f64>;
@@ -56,12 +56,12 @@ pub struct PreviousIteration {
 impl PreviousIteration {
     /// Reads the previous iteration; `None` in the unworn iteration.
     pub fn of(reads: &StageInputs) -> Result<Option<PreviousIteration>, RunError> {
-        let Some(summary) = reads.optional_before::<Summary>()? else {
+        let Some(summary) = reads.optional_previous_table::<Summary>()? else {
             return Ok(None);
         };
         let fields: typed::ContactField = reads.before()?;
         let value_of = |value: Option<f64>, column| -> Result<f64, RunError> {
-            Ok(*there(TableName::Summary, &value, column)?)
+            Ok(*required_column(TableName::Summary, &value, column)?)
         };
         let volume = value_of(summary.wear_volume, "wear_volume")?;
         // A prescribed motion has neither of these errors.
@@ -71,9 +71,10 @@ impl PreviousIteration {
         let whole = value_of(summary.error_wear_volume, "error_wear_volume")?;
         let propagation = summary.error_propagation.unwrap_or(0.0);
         let grid = summary.error_grid.unwrap_or(0.0);
-        let dissipation = there(TableName::ContactField, &fields.dissipation, "dissipation")?;
+        let dissipation =
+            required_column(TableName::ContactField, &fields.dissipation, "dissipation")?;
         Ok(Some(PreviousIteration {
-            cycles: *there(TableName::Summary, &summary.cycles, "cycles")?,
+            cycles: *required_column(TableName::Summary, &summary.cycles, "cycles")?,
             volume,
             energy: value_of(summary.dissipated_energy_total, "dissipated_energy_total")?,
             error: value_of(summary.error_wear, "error_wear")? * volume,
@@ -88,8 +89,11 @@ impl PreviousIteration {
                 grid: 0.0,
             },
             dissipation: dissipation.clone(),
-            in_force: ResponseInForce::of(reads.optional_before()?, reads.optional_before()?),
-            cycle: reads.optional_before()?,
+            in_force: ResponseInForce::of(
+                reads.optional_previous_table()?,
+                reads.optional_previous_table()?,
+            ),
+            cycle: reads.optional_previous_table()?,
             summary,
         }))
     }
@@ -149,7 +153,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     } = sources;
     let relative = |error: f64| match volume {
         volume if volume > 0.0 => error / volume,
-        _ if error > 0.0 => ALL,
+        _ if error > 0.0 => UNKNOWN,
         _ => 0.0,
     };
     let estimate = estimate(wear, sources);
@@ -157,7 +161,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let last = before.and_then(|b| b.in_force.as_ref());
     let response_error =
         |value: fn(&typed::DynamicResponse) -> f64| last.map_or(0.0, |l| value(&l.response));
-    let step_error = error_bar::of_step(estimate, coarse.is_some());
+    let step_error = error_bar::step_error(estimate, coarse.is_some());
     let mut bar = before.map_or(VolumeError::default(), |b| b.bar)
         + VolumeError {
             steps: step_error,
@@ -173,9 +177,11 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         let cycles = before.map_or(0, |before| before.cycles) + step.n_cycles;
         error_of_grid(twin, cycles, volume)
     });
-    let spread = |value: fn(&typed::CoarseStep) -> f64| coarse.map_or(0.0, |c| SPREAD * value(c));
+    let spread = |value: fn(&typed::CoarseStep) -> f64| {
+        coarse.map_or(0.0, |c| ERROR_PER_DIFFERENCE * value(c))
+    };
     let field = spread(|c| c.difference_wear_field).max(bar.total());
-    bar.propagation = (spread(|c| c.difference_wear_volume) - bar.of_contact()).max(0.0);
+    bar.propagation = (spread(|c| c.difference_wear_volume) - bar.contact_error()).max(0.0);
     bar.grid = grid_error.unwrap_or(0.0) * volume;
     let bar = bar;
     // Fraction of a result that wear has changed since the unworn state.
@@ -190,21 +196,23 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         let now = figure(summary).unwrap_or(0.0);
         let earlier = before.and_then(|b| figure(&b.summary));
         let ends = [earlier.unwrap_or(now), now];
-        error_bar::of_figure(ends, wears, bar, meanwhile, volume)
+        error_bar::figure_error(ends, wears, bar, meanwhile, volume)
     };
     let with_own_error =
         |figure: Figure, meanwhile: f64, own: f64| Some(by_wear(figure, 1.0, meanwhile) + own);
     // Error of a contact result: from the coarse trajectory if there is one, otherwise from the wear as above.
     let contact_error =
         |figure: Figure, wears: f64, difference: Option<f64>, own: f64| match difference {
-            Some(difference) => {
-                Some(relative(error_bar::LEAST * wears * bar.of_contact()) + difference + own)
-            }
+            Some(difference) => Some(
+                relative(error_bar::LEAST_FIGURE_ERROR * wears * bar.contact_error())
+                    + difference
+                    + own,
+            ),
             None => Some(by_wear(figure, wears, step.volume) + own),
         };
     let part = |count: f64, total: f64| {
         if total > 0.0 {
-            (count / total).min(ALL)
+            (count / total).min(UNKNOWN)
         } else {
             0.0
         }
@@ -212,11 +220,11 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     // Neither a solve nor the coarse trajectory shows whether one more cell touches.
     let undecided = part(cells.undecided + 1.0, cells.touching);
     let coarse_difference =
-        |value: fn(&typed::CoarseStep) -> f64| coarse.map(|c| SPREAD * value(c));
+        |value: fn(&typed::CoarseStep) -> f64| coarse.map(|c| ERROR_PER_DIFFERENCE * value(c));
     // An omitted stiffness has no error bar.
     let stiffness_error = |figure: Figure, value: fn(&typed::CoarseStep) -> Option<f64>| {
         figure(summary)?;
-        let difference = coarse.map(|c| SPREAD * value(c).unwrap_or(0.0));
+        let difference = coarse.map(|c| ERROR_PER_DIFFERENCE * value(c).unwrap_or(0.0));
         contact_error(figure, changed(figure), difference, undecided)
     };
     // Depths scale with the volume, and single cells may deviate further.
@@ -257,9 +265,9 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         ];
     }
     let energy = |s: &Summary| s.dissipated_energy;
-    let least = relative(error_bar::LEAST_OF_ENERGY * bar.of_contact()) + own;
+    let least = relative(error_bar::LEAST_ENERGY_ERROR * bar.contact_error()) + own;
     let energy_error = match (before.and_then(|b| energy(&b.summary)), energy(summary)) {
-        (Some(before), Some(0.0)) if before > 0.0 => ALL,
+        (Some(before), Some(0.0)) if before > 0.0 => UNKNOWN,
         _ => with_own_error(energy, meanwhile, own)
             .unwrap_or(0.0)
             .max(least)
@@ -319,7 +327,7 @@ fn truncation_of_change(
 ) -> f64 {
     let frequency = |row: &typed::DynamicResponse| row.resonance_frequency.unwrap_or(0.0);
     let at_most = |row: &typed::DynamicResponse| {
-        row.error_resonance_frequency.unwrap_or(ALL) * frequency(row)
+        row.error_resonance_frequency.unwrap_or(UNKNOWN) * frequency(row)
     };
     let Some(unworn) = unworn else {
         return at_most(now);
@@ -331,14 +339,14 @@ fn truncation_of_change(
     let bound = at_most(now) + at_most(unworn);
     match expected(now).zip(expected(unworn)) {
         Some((now_expected, then)) if now.highest_harmonic == unworn.highest_harmonic => {
-            (OF_DIFFERENCE * (now_expected - then).abs()).min(bound)
+            (SAFETY_FACTOR * (now_expected - then).abs()).min(bound)
         }
         _ => bound,
     }
 }
 
 /// Safety factor on the difference of two estimates.
-const OF_DIFFERENCE: f64 = 2.0;
+const SAFETY_FACTOR: f64 = 2.0;
 
 /// Returns the relative error of the energy per cycle, without the error of the earlier wear. It contains the errors
 /// of the solves and samples, of the truncated harmonics of the vibration, and the difference from the friction
@@ -363,7 +371,7 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
         Some(before) if !wear.scheme.estimates_error() => {
             let energies = [&before.dissipation[..], sources.dissipation];
             let cycles = step.n_cycles as u64;
-            error_bar::of_constant_rate(energies, wear.law(), cycles, sources.cell_area)
+            error_bar::constant_rate_error(energies, wear.law(), cycles, sources.cell_area)
         }
         _ => step.error,
     }
@@ -469,6 +477,6 @@ fn relative_energy_error(error: f64, energy: f64) -> f64 {
     } else if energy > 0.0 {
         error / energy
     } else {
-        ALL
+        UNKNOWN
     }
 }

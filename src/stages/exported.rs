@@ -4,10 +4,10 @@ use super::RunError;
 use super::backbone::at_iteration;
 use super::contact_state::harmonics_of;
 use super::contact_state::parameters_of;
-use super::dynamic_response::{contact_elements, failed};
+use super::dynamic_response::{contact_elements, dynamics_error};
 use super::observer::Observer;
 use super::recompute::require_own;
-use super::solvers::{Solvers, given, layout};
+use super::solvers::{Solvers, element_layout, given_parameters};
 use super::stage_inputs::StageInputs;
 use crate::dynamics::{ContactElement, DynamicsError, Slider};
 use crate::linalg::Matrix;
@@ -15,7 +15,7 @@ use crate::recipe::Inputs;
 use crate::recipe::element_table::ElementTable;
 use crate::store::RunReader;
 use crate::structure::reduction::ContactPorts;
-use crate::structure::superelement::of_model;
+use crate::structure::superelement::model_matrices;
 use crate::tables::typed;
 
 /// Exported vibrating joint, in SI units. Rows are ordered as follows: the ports x, y, n of each contact element (n
@@ -30,14 +30,14 @@ pub struct ExportedContact {
     /// Stiffness, mass, viscous damping and hysteretic damping, including all contributions of the scene.
     pub matrices: [Matrix; 4],
     /// Points and axes of the ports after the contact ports.
-    pub beside: Vec<(String, usize)>,
+    pub points: Vec<(String, usize)>,
     /// Loads: row, harmonic, cosine and sine coefficient \[N\].
     pub loads: Vec<(usize, u32, f64, f64)>,
     /// Row of the response.
     pub response: usize,
     /// Harmonics of the response, and number of samples per cycle at which elements are evaluated.
     pub orders: Vec<u32>,
-    pub instants: usize,
+    pub samples: usize,
     /// Frequency of the response in force \[Hz\].
     pub driven_at: f64,
     /// Range of the search for the response \[Hz\].
@@ -70,17 +70,17 @@ fn export(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact,
     let vibration = solvers.vibration(reads)?;
     let row: typed::DynamicResponse = reads.table()?;
     let response: typed::Response = reads.table()?;
-    let parameters = match reads.maybe::<typed::ContactElement>()? {
-        Some(rows) => parameters_of(&rows, reads.maybe()?),
-        None => given(reads),
+    let parameters = match reads.optional_table::<typed::ContactElement>()? {
+        Some(rows) => parameters_of(&rows, reads.optional_table()?),
+        None => given_parameters(reads),
     };
     let elements = contact_elements(reads, &parameters, row.stepped_part.unwrap_or(1.0));
-    let layout = layout(reads);
+    let layout = element_layout(reads);
     let springs = damping_springs(reads)?;
     let table = ElementTable::of(&elements, &layout, springs);
     let (harmonics, displacement) = harmonics_of(&response)?;
     let model = &vibration.model;
-    let matrices = of_model(
+    let matrices = model_matrices(
         [
             &model.stiffness,
             &model.mass,
@@ -93,7 +93,7 @@ fn export(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact,
     )
     .map_err(|source| {
         let what = "residual flexibility";
-        failed(reads, DynamicsError::Matrix { what, source })
+        dynamics_error(reads, DynamicsError::Matrix { what, source })
     })?;
     let points = reads.recipe.points();
     let contact = 3 * elements.len();
@@ -106,7 +106,7 @@ fn export(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact,
             .as_ref()
             .map_or(ContactPorts::Faces, |structure| structure.contact_ports),
         matrices,
-        beside: points
+        points: points
             .iter()
             .map(|port| (port.at.clone(), port.axis))
             .collect(),
@@ -127,7 +127,7 @@ fn export(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact,
             .collect(),
         response: vibration.response_port,
         orders: harmonics.orders().to_vec(),
-        instants: vibration.settings.samples,
+        samples: vibration.settings.samples,
         driven_at: row.resonance_frequency.unwrap_or(row.peak_frequency),
         range: {
             let (from, to) = vibration.range;
@@ -141,7 +141,7 @@ fn export(reads: &StageInputs, solvers: &mut Solvers) -> Result<ExportedContact,
 
 /// Returns the springs that define the modal damping of the stuck joint.
 fn damping_springs(reads: &StageInputs) -> Result<Vec<[f64; 2]>, RunError> {
-    if let Some(rows) = reads.maybe::<typed::ReferenceElement>()? {
+    if let Some(rows) = reads.optional_table::<typed::ReferenceElement>()? {
         return Ok(rows
             .kn
             .iter()
@@ -150,7 +150,7 @@ fn damping_springs(reads: &StageInputs) -> Result<Vec<[f64; 2]>, RunError> {
             .collect());
     }
     let elements = reads.recipe.elements();
-    let parameters = elements.and_then(crate::recipe::Elements::given_for_damping);
+    let parameters = elements.and_then(crate::recipe::Elements::damping_parameters);
     let parameters = parameters.unwrap_or_default();
     Ok(parameters
         .kn
@@ -176,7 +176,7 @@ impl ExportedContact {
 /// Bisection steps of the search for the stiffness of a single slider, and the largest ratio of this stiffness to the
 /// stiffness of the bank.
 const HALVINGS: usize = 60;
-const FAR: f64 = 1e6;
+const LARGEST_STIFFNESS_RATIO: f64 = 1e6;
 
 impl ExportedContact {
     /// Returns the same elements with a single slider each. The slider has the strength and the normal stiffness of
@@ -214,7 +214,7 @@ impl ExportedContact {
             };
             let energy = |kt: f64| with_stiffness(kt).cycle(&displacement).dissipated_energy;
             let bank_energy = element.cycle(&displacement).dissipated_energy;
-            let (mut low, mut high) = (kt / FAR, kt * FAR);
+            let (mut low, mut high) = (kt / LARGEST_STIFFNESS_RATIO, kt * LARGEST_STIFFNESS_RATIO);
             if bank_energy <= 0.0 || energy(high) < bank_energy || energy(low) > bank_energy {
                 return [load, gap, kn, kt];
             }

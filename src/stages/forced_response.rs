@@ -3,22 +3,23 @@
 
 use super::RunError;
 use super::agreement::predicted_parameters;
-use super::computed_motion::{ElementMotion, let_move};
+use super::computed_motion::{ElementMotion, set_motion};
 use super::contact_elements::parameters;
-use super::contact_state::{AtRest, harmonics_of, parameters_of, tangential_compliance};
+use super::contact_state::{StaticState, harmonics_of, parameters_of, tangential_compliance};
 use super::declaration::{Declaration, joined};
 use super::dynamic_response::{
-    contact_elements, correction_of, failed, harmonic_tolerance, response_table, start_of,
+    contact_elements, correction_of, dynamics_error, harmonic_tolerance, initial_guess,
+    response_table,
 };
 use super::reduced;
 use super::response_notices::warn_missing_harmonics;
-use super::solvers::{Solvers, given};
+use super::solvers::{Solvers, given_parameters};
 use super::stage::{Stage, When};
 use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::forced_response::{ForcedPoint, PointResponse, SolutionMethod};
 use crate::dynamics::{
-    ContactElement, DynamicsError, HarmonicBalance, Harmonics, Resolved, Resonance, Response,
-    Start, Vibration,
+    ContactElement, DynamicsError, HarmonicBalance, Harmonics, ResolvedResonance, Resonance,
+    Response, Start, Vibration,
 };
 use crate::model_update::ElementParameters;
 use crate::recipe::Part;
@@ -70,7 +71,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let mut outputs = Outputs::default();
     let vibration = solvers.vibration(reads)?;
     // Phase resonance of these elements, if it is known.
-    let (balance, resonance) = match reads.maybe::<typed::ModelUpdate>()? {
+    let (balance, resonance) = match reads.optional_table::<typed::ModelUpdate>()? {
         Some(update) => {
             let parameters = worn_elements(reads, solvers, &update)?;
             let is_in_force = update.updated;
@@ -84,17 +85,17 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             )?
         }
         None => {
-            let elements = contact_elements(reads, &given(reads), 1.0);
-            let response = reads.maybe::<typed::Response>()?;
+            let elements = contact_elements(reads, &given_parameters(reads), 1.0);
+            let response = reads.optional_table::<typed::Response>()?;
             let harmonics = match &response {
                 Some(response) => harmonics_of(response)?.0,
                 None => vibration.harmonics.clone(),
             };
             let balance = vibration.balance_of(elements, harmonics);
-            let balance = balance.map_err(|source| failed(reads, source))?;
-            let row = reads.maybe::<typed::DynamicResponse>()?;
+            let balance = balance.map_err(|source| dynamics_error(reads, source))?;
+            let row = reads.optional_table::<typed::DynamicResponse>()?;
             let phase = response.zip(row.filter(|row| row.resonance_frequency.is_some()));
-            let phase = phase.map(|(response, row)| start_of(&response, &row));
+            let phase = phase.map(|(response, row)| initial_guess(&response, &row));
             (balance, phase.transpose()?.map(|(_, start)| start))
         }
     };
@@ -123,7 +124,7 @@ pub fn worn_elements(
     update: &typed::ModelUpdate,
 ) -> Result<ElementParameters, RunError> {
     if update.updated {
-        return Ok(parameters_of(&reads.table()?, reads.maybe()?));
+        return Ok(parameters_of(&reads.table()?, reads.optional_table()?));
     }
     let contact: typed::StaticContact = reads.table()?;
     let (element_parameters, _) = parameters(reads, solvers, &contact, &reads.table()?)?;
@@ -155,15 +156,15 @@ fn worn_joint(
     is_in_force: bool,
     outputs: &mut Outputs,
 ) -> Result<(HarmonicBalance<ContactElement>, Option<Start>), RunError> {
-    let failed = |source| failed(reads, source);
+    let failed = |source| dynamics_error(reads, source);
     let (response, in_force): (typed::Response, typed::DynamicResponse) =
         (reads.table()?, reads.table()?);
-    let (harmonics, start) = start_of(&response, &in_force)?;
+    let (harmonics, start) = initial_guess(&response, &in_force)?;
     let stepped_part = in_force.stepped_part.unwrap_or(1.0);
     let elements = contact_elements(reads, parameters, stepped_part);
     let wears = reads.recipe.wear.is_some();
     if is_in_force {
-        outputs.put(&typed::WornResponse {
+        outputs.add_table(&typed::WornResponse {
             fine_energy: wears.then_some(in_force.friction_energy),
             ..row_in_force(&in_force)
         })?;
@@ -171,12 +172,14 @@ fn worn_joint(
         let is_phase = in_force.resonance_frequency.is_some();
         return Ok((balance, is_phase.then_some(start)));
     }
-    let resolved = vibration.resolve_in_force(elements, Some((&harmonics, &start)));
+    let resolved = vibration.resolve_governing_response(elements, Some((&harmonics, &start)));
     let resolved = resolved.map_err(failed)?;
     let tolerance = harmonic_tolerance(&reads.recipe);
     let resolved = match (correction_of(&response, &in_force)?, tolerance) {
-        (Some((truncation, correction)), _) => resolved.completed_as(truncation, correction),
-        (None, Some(_)) => resolved.completed(tolerance, None),
+        (Some((truncation, correction)), _) => {
+            resolved.with_peak_and_known_errors(truncation, correction)
+        }
+        (None, Some(_)) => resolved.with_peak_and_errors(tolerance, None),
         // No table stores these errors.
         (None, None) => resolved.with_peak(),
     };
@@ -184,13 +187,13 @@ fn worn_joint(
     warn_missing_harmonics(outputs, tolerance, &resolved);
     let same_resonance = match vibration.at_omega {
         Some(_) => Ok(()),
-        None => start.require_same_resonance(resolved.resonance.in_force()),
+        None => start.require_same_resonance(resolved.resonance.governing()),
     };
     match same_resonance {
         Err(lost) => outputs.notice(format!("the worn joint: {lost}")),
         Ok(()) => {
             let corrected = resolved.corrected().map_err(failed)?;
-            let element_energy = corrected.resonance.in_force().energy.friction;
+            let element_energy = corrected.resonance.governing().energy.friction;
             let fine_energy = match wears {
                 true => {
                     let fine = fine_energy(reads, solvers, &corrected, parameters)?;
@@ -198,7 +201,7 @@ fn worn_joint(
                 }
                 false => None,
             };
-            outputs.put(&typed::WornResponse {
+            outputs.add_table(&typed::WornResponse {
                 fine_energy,
                 ..resonance_row(&corrected.resonance)
             })?;
@@ -228,17 +231,17 @@ fn row_in_force(row: &typed::DynamicResponse) -> typed::WornResponse {
 fn fine_energy(
     reads: &StageInputs,
     solvers: &mut Solvers,
-    resolved: &Resolved,
+    resolved: &ResolvedResonance,
     parameters: &ElementParameters,
 ) -> Result<Option<f64>, RunError> {
-    let at_rest = AtRest::of(reads, solvers)?;
+    let at_rest = StaticState::of(reads, solvers)?;
     let response = response_table(&reads.recipe, &resolved.balance, &resolved.resonance);
     let in_force: typed::DynamicResponse = reads.table()?;
     let stepped_part = in_force.stepped_part.unwrap_or(1.0);
     let motion = ElementMotion::new(response, parameters.clone(), stepped_part);
-    match let_move(reads, solvers, at_rest.contact.load, Some(&motion), None) {
+    match set_motion(reads, solvers, at_rest.contact.load, Some(&motion), None) {
         Ok(_) => {
-            let (cycle, _) = solvers.work(reads, None, |joint| {
+            let (cycle, _) = solvers.timed(reads, None, |joint| {
                 Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
             })?;
             Ok(Some(cycle.dissipation))
@@ -249,14 +252,14 @@ fn fine_energy(
 }
 
 fn resonance_row(resonance: &Resonance) -> typed::WornResponse {
-    let phase = resonance.in_force();
+    let phase = resonance.governing();
     let energy = phase.energy;
     typed::WornResponse {
         resonance_frequency: resonance.phase.as_ref().map(Response::frequency),
         resonance_amplitude: resonance.phase.as_ref().map(|_| resonance.amplitude),
         peak_frequency: resonance.peak_frequency,
         peak_amplitude: resonance.peak_amplitude,
-        input_energy: energy.input,
+        input_energy: energy.load_work,
         friction_energy: energy.friction,
         viscous_energy: energy.viscous,
         hysteretic_energy: energy.hysteretic,
@@ -302,7 +305,7 @@ fn forced_response(
             }
         }
     }
-    let points = points.map_err(|source| failed(reads, source))?;
+    let points = points.map_err(|source| dynamics_error(reads, source))?;
     warn_missing_points(&points, outputs);
     put_tables(&points, force, &harmonics, outputs)
 }
@@ -328,7 +331,7 @@ fn put_tables(
     harmonics: &Harmonics,
     outputs: &mut Outputs,
 ) -> Result<(), RunError> {
-    outputs.put(&harmonic_table(points, harmonics))?;
+    outputs.add_table(&harmonic_table(points, harmonics))?;
     let rows = points.iter();
     let column = |value: fn(&PointResponse) -> f64| -> Vec<Option<f64>> {
         let each = points
@@ -340,12 +343,12 @@ fn put_tables(
         let response = point.response.as_ref();
         response.map_or(0, |response| response.solution.active_elements())
     };
-    outputs.put(&typed::Frf {
+    outputs.add_table(&typed::Frf {
         force: vec![force; points.len()],
         frequency: rows.clone().map(|p| p.frequency).collect(),
         amplitude: column(|r| r.amplitude),
         phase_lag: column(|r| r.phase_lag),
-        input_energy: column(|r| r.solution.energy.input),
+        input_energy: column(|r| r.solution.energy.load_work),
         friction_energy: column(|r| r.solution.energy.friction),
         viscous_energy: column(|r| r.solution.energy.viscous),
         hysteretic_energy: column(|r| r.solution.energy.hysteretic),
@@ -376,7 +379,7 @@ fn warn_missing_points(points: &[ForcedPoint], outputs: &mut Outputs) {
             SolutionMethod::Unphysical,
             "without a response: the harmonic balance has too few samples or harmonics there, and the contact would supply energy",
         ),
-        (SolutionMethod::Nothing, "not found"),
+        (SolutionMethod::NotFound, "not found"),
     ] {
         let matching = points.iter().filter(|point| point.found_by == found_by);
         let frequencies: Vec<f64> = matching.map(|point| point.frequency).collect();

@@ -2,12 +2,12 @@
 
 use super::RunError;
 use super::computed_motion::{
-    ComputedMotion, DrivingMotion, ElementFigures, ElementMotion, let_move,
+    ComputedMotion, DrivingMotion, ElementFigures, ElementMotion, set_motion,
 };
-use super::contact_state::{AtRest, Fields, tangential_compliance};
-use super::cycle_check::{LEFT, stepped_part};
+use super::contact_state::{Fields, StaticState, tangential_compliance};
+use super::cycle_check::{REMAINING_ERROR, stepped_part};
 use super::declaration::{Declaration, joined};
-use super::error_bars::ALL;
+use super::error_bars::UNKNOWN;
 use super::reduced;
 use super::solvers::Solvers;
 use super::stage::{Stage, When};
@@ -78,15 +78,15 @@ pub const DECLARATION: Declaration = Declaration {
 
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let patch = solvers.joint(reads)?.patch.clone();
-    let at_rest = AtRest::of(reads, solvers)?;
-    let AtRest { wear, contact, .. } = &at_rest;
+    let at_rest = StaticState::of(reads, solvers)?;
+    let StaticState { wear, contact, .. } = &at_rest;
     let start = at_rest.start();
     let element_motion = ElementMotion::of(reads)?;
     let by_structure = element_motion.is_some();
     let compliance = tangential_compliance(&reads.table()?);
     let load = contact.load;
     let DrivingMotion { left_out, computed } =
-        let_move(reads, solvers, load, element_motion.as_ref(), compliance)?;
+        set_motion(reads, solvers, load, element_motion.as_ref(), compliance)?;
     let elements = match &computed {
         Some(computed) => Some(element_figures(reads, computed, compliance)?),
         None => None,
@@ -107,7 +107,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     };
     // The stored cycle at the end of a wear step has no fields.
     let end_cycle = solvers.end.take().filter(|_| selection.is_none());
-    let ((solution, instant_fields, curve), fft_pairs) = solvers.work(reads, None, |joint| {
+    let ((solution, instant_fields, curve), fft_pairs) = solvers.timed(reads, None, |joint| {
         let is_same = |end: &EndCycle| {
             end.motion == joint.motion
                 && end.wear == *wear
@@ -150,10 +150,10 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     };
     let mut outputs = Outputs::default();
     if let Some(Curve { load, displacement }) = curve {
-        outputs.put(&typed::Hysteresis { load, displacement })?;
+        outputs.add_table(&typed::Hysteresis { load, displacement })?;
     }
     let written_instants: Vec<&Instant> = solution.instants.iter().step_by(every).collect();
-    outputs.put(&instants(&written_instants, by_structure))?;
+    outputs.add_table(&instants(&written_instants, by_structure))?;
     if let Some(selection) = &selection {
         let fields = cycle_field(&patch, selection, &instant_fields, &written_instants, every);
         if fields.sample.is_empty() {
@@ -161,11 +161,11 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
                 "output.cycle_fields: none of the chosen cells is in contact in this cycle; the table cycle_field has no rows",
             );
         }
-        outputs.put(&fields)?;
+        outputs.add_table(&fields)?;
     }
     drop(instant_fields);
     let periodic = is_periodic(reads);
-    let band = SlipBand::of(&patch, periodic, &contact.pressure, &solution.energy);
+    let band = SlipBand::measure(&patch, periodic, &contact.pressure, &solution.energy);
     if reads.wear_iteration == 0 {
         warn_band(band, &mut outputs);
     }
@@ -175,7 +175,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         _ => solution.relative_error() + left_out,
     };
     let solve_error = solve_error.min(1.0);
-    outputs.put(&typed::FrettingCycle {
+    outputs.add_table(&typed::FrettingCycle {
         dissipated_energy: solution.dissipation,
         iterations: solution.steps as i64,
         error_tangential: solution.error,
@@ -197,9 +197,9 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         pressure: at_rest.contact.pressure,
         shear: solution.shear,
     };
-    outputs.put(&typed::ContactField {
-        slip_path: Some(patch.gather(&solution.slip_path)),
-        dissipation: Some(patch.gather(&solution.energy)),
+    outputs.add_table(&typed::ContactField {
+        slip_path: Some(patch.joint_values(&solution.slip_path)),
+        dissipation: Some(patch.joint_values(&solution.energy)),
         ..fields.table(&patch)
     })?;
     Ok(outputs)
@@ -225,7 +225,7 @@ impl Check {
         element_motion: &ElementMotion,
         march: March,
     ) -> Result<Check, RunError> {
-        let before = reads.optional_before::<typed::FrettingCycle>()?;
+        let before = reads.optional_previous_table::<typed::FrettingCycle>()?;
         let before = before.unwrap_or_default();
         let has_error = before.error_between_ends.is_some_and(|error| error > 0.0);
         let in_force = element_motion.stepped_part();
@@ -245,7 +245,7 @@ impl Check {
             stepped_part: energy_part,
             volume,
             error: (has_error || correction.is_some())
-                .then(|| (in_force / energy_part - 1.0).abs() + LEFT),
+                .then(|| (in_force / energy_part - 1.0).abs() + REMAINING_ERROR),
         })
     }
 }
@@ -277,12 +277,12 @@ fn element_figures(
 fn update_errors(
     reads: &StageInputs,
     solvers: &mut Solvers,
-    at_rest: &AtRest,
+    at_rest: &StaticState,
     energy: f64,
     element_energy: f64,
 ) -> Result<[f64; 2], RunError> {
     let update: typed::ModelUpdate = reads.table()?;
-    let before = reads.optional_before::<typed::FrettingCycle>()?;
+    let before = reads.optional_previous_table::<typed::FrettingCycle>()?;
     if !update.updated {
         let before = before.unwrap_or_default();
         return Ok([before.update_jump, before.update_gap].map(|value| value.unwrap_or(0.0)));
@@ -301,15 +301,15 @@ fn update_errors(
     };
     let compliance = tangential_compliance(&reads.table()?);
     let load = at_rest.contact.load;
-    let predicted = match let_move(reads, solvers, load, Some(&motion_before), compliance) {
+    let predicted = match set_motion(reads, solvers, load, Some(&motion_before), compliance) {
         Ok(_) => {
-            let result = solvers.work(reads, None, |joint| {
+            let result = solvers.timed(reads, None, |joint| {
                 Ok(joint.cycle(&at_rest.wear, &at_rest.contact, at_rest.start())?)
             })?;
             result.0.dissipation
         }
         // The previous motion would open the joint in its present state.
-        Err(RunError::Cycle(_)) => return Ok([ALL, gap]),
+        Err(RunError::Cycle(_)) => return Ok([UNKNOWN, gap]),
         Err(error) => return Err(error),
     };
     Ok([relative_change(energy, predicted), gap])
@@ -337,10 +337,10 @@ fn warn_band(band: SlipBand, outputs: &mut Outputs) {
 /// same result.
 fn samples_per_instant(reads: &StageInputs, march: March) -> usize {
     let cycle = reads.recipe.cycle().filter(|_| march == March::Stepped);
-    cycle.map_or(1, Cycle::samples_an_instant)
+    cycle.map_or(1, Cycle::samples_per_instant)
 }
 
-/// Returns the fields of the selected cells that touch at any of the instants, one instant after the other. `written`
+/// Returns the fields of the selected cells that touch at any of the instants, one instant after the other. `source_text`
 /// are all instants of the table `cycle`. Each of them spans `every` samples of the march.
 fn cycle_field(
     patch: &Patch,
@@ -350,7 +350,8 @@ fn cycle_field(
     every: usize,
 ) -> typed::CycleField {
     let is_pressed = |cell: &usize| fields.iter().any(|instant| instant.pressure[*cell] > 0.0);
-    let is_chosen = |cell: &usize| patch.kept[*cell] && selection.has_cell(patch.grid.cell(*cell));
+    let is_chosen =
+        |cell: &usize| patch.is_in_joint[*cell] && selection.has_cell(patch.grid.cell(*cell));
     let cells: Vec<usize> = (0..patch.grid.len())
         .filter(|cell| is_chosen(cell) && is_pressed(cell))
         .collect();

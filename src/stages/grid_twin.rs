@@ -27,9 +27,9 @@ const TWIN_SCENE: &str = "half_grid_of = \"the run in the folder above, which ru
 /// Safety factor: the error of the grid is this factor times the change of the volume on half the grid. Rough
 /// contacts have no order of convergence with the number of cells. In the published case, volumes on coarser grids
 /// lie on both sides of the volume on the finest grid.
-const OF_DIFFERENCE: f64 = 3.0;
+const SAFETY_FACTOR: f64 = 3.0;
 /// Lower bound of the relative error of a grid, since two grids may agree by chance.
-const LEAST: f64 = 0.015;
+const LEAST_ERROR: f64 = 0.015;
 
 /// The wear of the twin, once per run.
 pub const DECLARATION: Declaration = Declaration {
@@ -47,7 +47,7 @@ pub const DECLARATION: Declaration = Declaration {
 fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let twin = reads.grid_twin().ok_or(RunError::NoGridTwin)?;
-    outputs.put(&typed::GridTwin {
+    outputs.add_table(&typed::GridTwin {
         cycles: twin.cycles.clone(),
         wear_volume: twin.volume.clone(),
     })?;
@@ -130,7 +130,7 @@ fn half_grid_inputs(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     };
     let measured = PreparedSurface {
         patch: half.patch().clone(),
-        heights: half.means(&heights),
+        heights: half.coarsen(&heights),
         notices: Vec::new(),
         faces: None,
         // The run on the whole grid reports how the map fits the joint.
@@ -178,7 +178,7 @@ pub fn error_of_grid(twin: &typed::GridTwin, cycles: i64, volume: f64) -> f64 {
         true => interpolate(&twin_cycles, &twin.wear_volume, cycles) / volume,
         false => cycles / interpolate(&twin.wear_volume, &twin_cycles, volume),
     };
-    (OF_DIFFERENCE * (ratio - 1.0).abs()).max(LEAST)
+    (SAFETY_FACTOR * (ratio - 1.0).abs()).max(LEAST_ERROR)
 }
 
 /// Interpolates linearly at `x` between points with ascending `xs`, and extrapolates beyond the last point.

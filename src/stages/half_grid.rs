@@ -27,7 +27,7 @@ impl HalfGrid {
         let mut half = recipe.surface()?.patch().ok()?;
         let grid = half.grid;
         for cell in 0..grid.len() {
-            half.kept[cell] &= kept_cells(whole, grid.cell(cell)).next().is_some();
+            half.is_in_joint[cell] &= kept_cells(whole, grid.cell(cell)).next().is_some();
         }
         Some(HalfGrid {
             recipe,
@@ -41,7 +41,7 @@ impl HalfGrid {
     }
 
     /// Returns a field on the half grid: the mean over the kept cells of the whole grid in each cell.
-    pub fn means(&self, field: &[f64]) -> Vec<f64> {
+    pub fn coarsen(&self, field: &[f64]) -> Vec<f64> {
         let [whole, half] = &self.patches;
         let cells = (0..half.grid.len()).map(|cell| {
             let fine_cells = kept_cells(whole, half.grid.cell(cell));
@@ -57,5 +57,5 @@ impl HalfGrid {
 fn kept_cells(whole: &Patch, (i, j): (usize, usize)) -> impl Iterator<Item = usize> {
     let cells = [(0, 0), (0, 1), (1, 0), (1, 1)];
     let cells = cells.map(|(a, b)| whole.grid.index(2 * i + a, 2 * j + b));
-    cells.into_iter().filter(|&c| whole.kept[c])
+    cells.into_iter().filter(|&c| whole.is_in_joint[c])
 }

@@ -1,9 +1,9 @@
 //! The ledger: the same quantities in the fine contact and in the contact elements of the structure.
 
 use super::RunError;
-use super::contact_state::{compliance_of, contact_of, there};
+use super::contact_state::{compliance_of, contact_of, required_column};
 use super::declaration::Declaration;
-use super::solvers::{Solvers, smooth};
+use super::solvers::{Solvers, smooth_compliance};
 use super::stage::{Stage, When};
 use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::cycle::half_range;
@@ -12,12 +12,12 @@ use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 
 /// The run reports a larger relative difference between fine contact and contact elements.
-const TOLD: f64 = 0.1;
+const REPORT_THRESHOLD: f64 = 0.1;
 /// The run reports a larger relative difference directly after an update with new laws, where both should agree.
-const TOLD_AT_UPDATE: f64 = 0.03;
+const REPORT_THRESHOLD_AT_UPDATE: f64 = 0.03;
 
 /// Quantities that are reported.
-const TOLD_OF: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
+const REPORTED_QUANTITIES: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
 
 /// Quantities that can make an update due.
 const ENERGY: &str = "dissipated_energy [J]";
@@ -51,13 +51,14 @@ impl Drift {
         let elements = figures(ledger.dynamic_at_update.as_ref()?)?;
         Some(Drift {
             at_update: figures(ledger.fine_at_update.as_ref()?)?,
-            now: figures(&ledger.fine)?.over(figures(&ledger.dynamic)?.over(elements)),
+            now: figures(&ledger.fine)?
+                .relative_to(figures(&ledger.dynamic)?.relative_to(elements)),
         })
     }
 }
 
 /// Energies that differ by less than this part of the exciter's energy are not reported.
-const WORTH: f64 = 0.01;
+const LEAST_ENERGY: f64 = 0.01;
 
 /// Returns true if two values of a quantity differ by more than the fraction `part` of the larger value.
 fn differ(fine: f64, dynamic: f64, part: f64) -> bool {
@@ -111,11 +112,11 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             .sum::<f64>()
     };
     let half_range = |values: &[f64]| half_range(values.iter().copied());
-    let force_along = there(TableName::Cycle, &cycle.force_along, "force_along")?;
+    let force_along = required_column(TableName::Cycle, &cycle.force_along, "force_along")?;
     // Combines both half ranges; exact for a straight motion.
     let total = |x: &[f64], y: &[f64]| half_range(x).hypot(half_range(y));
     let of_elements = |value: &Option<f64>, column: &str| -> Result<f64, RunError> {
-        Ok(*there(TableName::FrettingCycle, value, column)?)
+        Ok(*required_column(TableName::FrettingCycle, value, column)?)
     };
     let energy = of_elements(&fretting_cycle.elements_energy, "elements_energy")?;
     let rows = [
@@ -159,24 +160,25 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let mut outputs = Outputs::default();
     // Between updates, a difference is reported when it first exceeds the threshold, not in every iteration.
     let before = reads
-        .optional_before::<typed::Ledger>()?
+        .optional_previous_table::<typed::Ledger>()?
         .filter(|_| !update.updated);
     let was_open = |quantity: &str| {
         before.as_ref().is_some_and(|ledger| {
             let row = ledger.quantity.iter().position(|q| q == quantity);
-            row.is_some_and(|row| differ(ledger.fine[row], ledger.dynamic[row], TOLD))
+            row.is_some_and(|row| differ(ledger.fine[row], ledger.dynamic[row], REPORT_THRESHOLD))
         })
     };
     let has_laws = update.law_remainder.is_some();
     let threshold = match update.updated && has_laws {
-        true => TOLD_AT_UPDATE,
-        false => TOLD,
+        true => REPORT_THRESHOLD_AT_UPDATE,
+        false => REPORT_THRESHOLD,
     };
     for (quantity, fine, dynamic) in &rows {
         // If the joint almost sticks, the friction energy is negligible and not reported.
-        let matters = *quantity != ENERGY || (fine - dynamic).abs() > WORTH * response.input_energy;
+        let matters =
+            *quantity != ENERGY || (fine - dynamic).abs() > LEAST_ENERGY * response.input_energy;
         let opens = differ(*fine, *dynamic, threshold) && !was_open(quantity);
-        if TOLD_OF.contains(quantity) && opens && matters {
+        if REPORTED_QUANTITIES.contains(quantity) && opens && matters {
             let coverage = match *quantity == ENERGY {
                 true => "error_closure includes its effect on the wear that follows",
                 false => "no error bar covers it, except through the energy",
@@ -191,7 +193,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let dynamic: Vec<f64> = rows.iter().map(|r| r.2).collect();
     let at_update = before.map(|ledger| (ledger.fine_at_update, ledger.dynamic_at_update));
     let (fine_at_update, dynamic_at_update) = at_update.unwrap_or_default();
-    outputs.put(&typed::Ledger {
+    outputs.add_table(&typed::Ledger {
         quantity: rows.iter().map(|r| r.0.to_owned()).collect(),
         fine_at_update: has_laws.then(|| fine_at_update.unwrap_or_else(|| fine.clone())),
         dynamic_at_update: has_laws.then(|| dynamic_at_update.unwrap_or_else(|| dynamic.clone())),
@@ -212,15 +214,15 @@ fn compliance(
     let of_recipe = contact_of(&reads.recipe);
     if of_recipe.structure_mesh.is_some() {
         let (shear, coupling) = (of_recipe.shear, of_recipe.coupling);
-        let ((kn, kt), _) = solvers.work(reads, None, |joint| {
-            let pressure = joint.patch.spread(&fields.pressure);
+        let ((kn, kt), _) = solvers.timed(reads, None, |joint| {
+            let pressure = joint.patch.scatter(&fields.pressure);
             Ok(joint.stiffness_beyond_mesh(&pressure, shear, coupling)?)
         })?;
-        return Ok(Compliance::of(kn, kt));
+        return Ok(Compliance::from_stiffness(kn, kt));
     }
     let total = compliance_of(contact)?;
-    Ok(match smooth(reads)? {
-        Some(smooth) => total.without(smooth),
+    Ok(match smooth_compliance(reads)? {
+        Some(smooth) => total.subtract_series(smooth),
         None => total,
     })
 }

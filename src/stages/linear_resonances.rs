@@ -2,10 +2,10 @@
 
 use super::RunError;
 use super::backbone::unworn;
-use super::dynamic_response::{contact_elements, failed};
+use super::dynamic_response::{contact_elements, dynamics_error};
 use super::forced_response;
 use super::observer::Observer;
-use super::solvers::{given, layout};
+use super::solvers::{element_layout, given_parameters};
 use crate::dynamics::LinearResonances;
 use crate::recipe::Inputs;
 use crate::store::Cache;
@@ -27,17 +27,17 @@ pub fn linear_resonances(
 ) -> Result<Result<LinearResonances, Vec<f64>>, RunError> {
     unworn(inputs, cache, threads, observer, false, |reads, solvers| {
         let vibration = solvers.vibration(reads)?;
-        let parameters = match reads.maybe::<typed::ModelUpdate>()? {
+        let parameters = match reads.optional_table::<typed::ModelUpdate>()? {
             Some(update) => forced_response::worn_elements(reads, solvers, &update)?,
-            None => given(reads),
+            None => given_parameters(reads),
         };
         let elements = contact_elements(reads, &parameters, 1.0);
         let has_contact = reads.recipe.elements().is_some();
         let centres = match has_contact {
-            true => layout(reads).centres,
+            true => element_layout(reads).centres,
             false => Vec::new(),
         };
         let resonances = vibration.linear_resonances(&elements, &centres);
-        resonances.map_err(|source| failed(reads, source))
+        resonances.map_err(|source| dynamics_error(reads, source))
     })
 }

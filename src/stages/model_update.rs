@@ -7,7 +7,7 @@ use super::contact_state::compliance_of;
 use super::declaration::Declaration;
 use super::error::NumericsError;
 use super::ledger::Drift;
-use super::solvers::{Solvers, layout, smooth};
+use super::solvers::{Solvers, element_layout, smooth_compliance};
 use super::stage::{Stage, When};
 use super::stage_inputs::{Outputs, StageInputs};
 use crate::model_update::{Compliance, CycleFigures, UpdateCause, UpdateCriterion, UpdateState};
@@ -54,11 +54,13 @@ pub const DECLARATION: Declaration = Declaration {
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let contact: typed::StaticContact = reads.table()?;
     let summary = reads
-        .optional_before::<typed::Summary>()?
+        .optional_previous_table::<typed::Summary>()?
         .unwrap_or_default();
     let volume_before = summary.wear_volume;
-    let step = reads.maybe::<typed::WearStep>()?.unwrap_or_default();
-    let smooth = smooth(reads)?;
+    let step = reads
+        .optional_table::<typed::WearStep>()?
+        .unwrap_or_default();
+    let smooth = smooth_compliance(reads)?;
     let now = UpdateState {
         iteration: reads.wear_iteration,
         compliance: without_smooth(compliance_of(&contact)?, smooth),
@@ -68,8 +70,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     };
     let drift = drift(reads)?;
     let mut outputs = Outputs::default();
-    let before = reads.optional_before::<typed::ModelUpdate>()?;
-    let elements_before = reads.optional_before::<typed::ContactElement>()?;
+    let before = reads.optional_previous_table::<typed::ModelUpdate>()?;
+    let elements_before = reads.optional_previous_table::<typed::ContactElement>()?;
     let before = before.zip(elements_before);
     let due = before
         .as_ref()
@@ -77,17 +79,17 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let reason = match due {
         Some(None) => {
             let (row, elements) = before.expect("due is none without it");
-            outputs.put(&typed::ModelUpdate {
+            outputs.add_table(&typed::ModelUpdate {
                 updated: false,
                 reason: String::new(),
                 ..row
             })?;
-            outputs.put(&typed::ContactElement {
+            outputs.add_table(&typed::ContactElement {
                 state: None,
                 ..elements
             })?;
-            if let Some(sliders) = reads.optional_before::<typed::ContactSlider>()? {
-                outputs.put(&sliders)?;
+            if let Some(sliders) = reads.optional_previous_table::<typed::ContactSlider>()? {
+                outputs.add_table(&sliders)?;
             }
             return Ok(outputs);
         }
@@ -108,7 +110,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     };
     let (element_parameters, law_remainder) =
         parameters(reads, solvers, &contact, &reads.table()?)?;
-    outputs.put(&typed::ModelUpdate {
+    outputs.add_table(&typed::ModelUpdate {
         updated: true,
         reason: reason.to_owned(),
         updates: before.as_ref().map_or(0, |(row, _)| row.updates + 1),
@@ -123,9 +125,13 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             .or(fine)
             .filter(|_| extrapolates(reads)),
     })?;
-    outputs.put(&element_table(&layout(reads), &element_parameters, None))?;
+    outputs.add_table(&element_table(
+        &element_layout(reads),
+        &element_parameters,
+        None,
+    ))?;
     if let Some(sliders) = slider_table(&element_parameters) {
-        outputs.put(&sliders)?;
+        outputs.add_table(&sliders)?;
     }
     Ok(outputs)
 }
@@ -133,7 +139,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
 /// Reads the cycles of the fine contact at the last update and in the previous iteration; `None` if updates do not
 /// depend on cycles.
 fn drift(reads: &StageInputs) -> Result<Option<Drift>, RunError> {
-    let ledger = reads.optional_before::<typed::Ledger>()?;
+    let ledger = reads.optional_previous_table::<typed::Ledger>()?;
     Ok(ledger.as_ref().and_then(Drift::of))
 }
 
@@ -194,7 +200,7 @@ fn criterion(reads: &StageInputs) -> UpdateCriterion {
 /// patch.
 fn without_smooth(total: Compliance, smooth: Option<Compliance>) -> Compliance {
     match smooth {
-        Some(smooth) => total.without(smooth),
+        Some(smooth) => total.subtract_series(smooth),
         None => total,
     }
 }
@@ -209,7 +215,7 @@ pub fn figures_of(
         force: middle.force,
         energy: middle.dissipation,
     };
-    fine.over(moved(middle.compliance))
+    fine.relative_to(moved(middle.compliance))
 }
 
 /// The next update, as predicted at the beginning of a wear step.
@@ -230,7 +236,7 @@ impl NextUpdate {
     /// Predicts the update after the previous iteration; `None` if the length of a step does not affect updates.
     pub fn of(reads: &StageInputs) -> Result<Option<Self>, RunError> {
         let criterion = criterion(reads);
-        let Some(row) = reads.optional_before::<typed::ModelUpdate>()? else {
+        let Some(row) = reads.optional_previous_table::<typed::ModelUpdate>()? else {
             return Ok(None);
         };
         if matches!(
@@ -242,7 +248,7 @@ impl NextUpdate {
         let summary: typed::Summary = reads.before()?;
         let drift = drift(reads)?;
         let mut next = NextUpdate {
-            smooth: smooth(reads)?,
+            smooth: smooth_compliance(reads)?,
             criterion,
             reference: reference_of(&row, drift),
             running_in: running_in(reads, &summary),
@@ -261,7 +267,7 @@ impl NextUpdate {
     fn progress_at(&self, kn: f64, kt: f64, wear_volume: f64, cycle: Option<CycleFigures>) -> f64 {
         let now = UpdateState {
             iteration: self.reference.iteration,
-            compliance: without_smooth(Compliance::of(kn, kt), self.smooth),
+            compliance: without_smooth(Compliance::from_stiffness(kn, kt), self.smooth),
             wear_volume,
             running_in: self.running_in,
             cycle,
@@ -272,7 +278,7 @@ impl NextUpdate {
     /// Returns the progress towards the update after a step, for the total worn volume `wear_volume`; 1 where the
     /// update is due. `moved` returns force and energy of the elements at a compliance of the fine contact, relative
     /// to the response.
-    pub fn reached(
+    pub fn progress(
         &self,
         joint: &mut FrettingJoint,
         contact: &Contact,

@@ -5,7 +5,7 @@ use crate::recipe::{Recipe, ResonanceOf};
 use crate::tables::{TableName, Tables, TypedTable, typed};
 
 /// Fractions of the run at which reversal cycles are compared with stepped cycles, besides the end of the run.
-const CHECKED: [f64; 2] = [0.25, 0.5];
+const CHECK_FRACTIONS: [f64; 2] = [0.25, 0.5];
 
 /// Outputs that are written in some iterations only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,7 +24,7 @@ pub struct OutputSchedule {
 
 /// Position of an iteration in its run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Moment {
+pub struct IterationSchedule {
     /// The iteration.
     pub wear_iteration: u64,
     /// Cycles up to the previous iteration; `None` in the unworn iteration.
@@ -41,7 +41,7 @@ pub struct Moment {
     pub resonance_due: bool,
 }
 
-impl Moment {
+impl IterationSchedule {
     /// Computes the position from the wear step in the `tables` of the iteration and from the summary of the previous
     /// iteration.
     pub fn of(
@@ -49,7 +49,7 @@ impl Moment {
         wear_iteration: u64,
         tables: &Tables,
         before: &Tables,
-    ) -> Result<Moment, RunError> {
+    ) -> Result<IterationSchedule, RunError> {
         let step = tables.get(&TableName::WearStep);
         let step = step.map(typed::WearStep::of).transpose()?;
         let step = step.unwrap_or_default();
@@ -69,7 +69,9 @@ impl Moment {
         let part = |cycles, volume| wear.map_or(0.0, |wear| wear.part(cycles, volume));
         let part_before = part(cycles_before.unwrap_or(0), volume_before.unwrap_or(0.0));
         let part_now = part(cycles, volume);
-        let is_checked = CHECKED.iter().any(|&at| part_before < at && at <= part_now);
+        let is_checked = CHECK_FRACTIONS
+            .iter()
+            .any(|&at| part_before < at && at <= part_now);
         let output = &recipe.output;
         let fields_every = output
             .cycle_fields
@@ -82,7 +84,7 @@ impl Moment {
                 .any(|&at| before < at && at <= cycles)
         };
         let forced_response = is_last || cycles_before.is_none_or(passes);
-        Ok(Moment {
+        Ok(IterationSchedule {
             wear_iteration,
             cycles_before,
             cycles,

@@ -7,7 +7,7 @@ use crate::store::RunReader;
 use crate::tables::{TableName, typed};
 
 /// Half range of slip over the cell size above which the fixed heights of the cells are questionable.
-const CELL: f64 = 1.0;
+const LARGEST_SLIP: f64 = 1.0;
 /// The slip path per cycle is this many half ranges.
 const HALF_RANGES: f64 = 4.0;
 
@@ -146,7 +146,7 @@ fn slip(reader: &RunReader, recipe: &Recipe, last: u64) -> Result<Option<Check>,
             cell * 1e6
         ),
         warning: None,
-        remark: (part > CELL).then(|| {
+        remark: (part > LARGEST_SLIP).then(|| {
             format!(
                 "the slip of {:.1} µm exceeds the cell of {:.1} µm. The model assumes small slip: cells do not move with it, and wear stays at the places that face each other at rest",
                 half * 1e6,

@@ -6,7 +6,7 @@ use super::RunError;
 use super::declaration::{Declaration, is_in};
 use super::list::STAGES;
 use super::observer::Observer;
-use super::output_schedule::{Moment, OutputSchedule};
+use super::output_schedule::{IterationSchedule, OutputSchedule};
 use super::runner::{Runner, read_optional, stages_in, writer_before};
 use super::stage::{Stage, When};
 use crate::recipe::{Inputs, Recipe};
@@ -70,7 +70,7 @@ pub fn recompute(
                 Some(before) if reader.commit_of(before).is_err() => {
                     return Err(RunError::WithoutTheOneBefore { wear_iteration });
                 }
-                Some(before) => runner.before(reader, before)?,
+                Some(before) => runner.previous_tables(reader, before)?,
                 None => Tables::new(),
             };
             let mut recomputation = Recomputation {
@@ -154,7 +154,7 @@ impl Recomputation<'_> {
             };
             tables.extend(table.map(|table| (name, table)));
         }
-        let moment = Moment::of(self.recipe, k, &tables, &self.before)?;
+        let moment = IterationSchedule::of(self.recipe, k, &tables, &self.before)?;
         self.runner
             .compute(stage, k, moment.due, &tables, &self.before)
     }

@@ -6,7 +6,7 @@ use super::structure::AXES;
 use crate::linalg::Matrix;
 use crate::recipe::Recipe;
 use crate::store::{Damage, DamageKind, Layout, RunReader, StoreError};
-use crate::structure::reduction::{Ports, Reduced};
+use crate::structure::reduction::{Ports, ReducedStructure};
 use crate::tables::{TableName, Tables, TypedTable, typed};
 
 /// The tables of a reduced structure.
@@ -19,8 +19,8 @@ pub const TABLES: [TableName; 5] = [
 ];
 
 /// Returns the reduced structure from its tables; `None` for an oscillator.
-pub fn reduced_of(reads: &StageInputs) -> Result<Option<Reduced>, RunError> {
-    let Some(structure) = reads.maybe::<typed::Structure>()? else {
+pub fn reduced_of(reads: &StageInputs) -> Result<Option<ReducedStructure>, RunError> {
+    let Some(structure) = reads.optional_table::<typed::Structure>()? else {
         return Ok(None);
     };
     let tables = ReducedTables {
@@ -28,7 +28,7 @@ pub fn reduced_of(reads: &StageInputs) -> Result<Option<Reduced>, RunError> {
         port: reads.table()?,
         mode: reads.table()?,
         residual: reads.table()?,
-        damping: reads.maybe()?,
+        damping: reads.optional_table()?,
     };
     Ok(Some(tables.reduced()))
 }
@@ -202,7 +202,7 @@ impl ReducedTables {
     }
 
     /// Builds the reduced structure.
-    pub fn reduced(&self) -> Reduced {
+    pub fn reduced(&self) -> ReducedStructure {
         let ReducedTables {
             structure,
             port,
@@ -225,7 +225,7 @@ impl ReducedTables {
                 values[row * (row + 1) / 2 + column]
             })
         };
-        Reduced {
+        ReducedStructure {
             ports: Ports {
                 // Only the reduction itself needs the combinations of the ports.
                 combinations: vec![Vec::new(); count],
@@ -253,7 +253,7 @@ impl ReducedTables {
             mass: structure.mass,
             mode_residual: structure.error_modes,
             factor_entries: structure.factor_entries as usize,
-            checked: None,
+            reference: None,
         }
     }
 }

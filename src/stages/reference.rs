@@ -40,9 +40,9 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     };
     let mut outputs = Outputs::default();
     let (row, rows) = unworn_reference(reads, solvers, run_error)?;
-    outputs.put(&row)?;
+    outputs.add_table(&row)?;
     if let Some(rows) = rows {
-        outputs.put(&rows)?;
+        outputs.add_table(&rows)?;
     }
     Ok(outputs)
 }

@@ -6,18 +6,24 @@ use std::f64::consts::TAU;
 use super::RunError;
 use super::stage_inputs::{Outputs, StageInputs};
 use crate::dynamics::cycle::JointCycle;
-use crate::dynamics::{ContactElement, Extension, Resolved, Resonance, ResonanceKind, Vibration};
+use crate::dynamics::{
+    ContactElement, Extension, ResolvedResonance, Resonance, ResonanceKind, Vibration,
+};
 use crate::tables::typed;
 
 /// Harmonic with the largest friction after the first harmonic.
-const FRICTION: u32 = 3;
+const FRICTION_HARMONIC: u32 = 3;
 /// The run warns if the error of the reduced structure exceeds this value.
-const MUCH: f64 = 0.02;
+const LARGEST_REDUCTION_ERROR: f64 = 0.02;
 /// The run warns if an update changes the amplitude by more than this factor. Updates are due at changes of a few
 /// percent.
-const LEAP: f64 = 1.25;
+const LARGEST_JUMP: f64 = 1.25;
 /// Warns if the harmonics could not be extended far enough.
-pub fn warn_missing_harmonics(outputs: &mut Outputs, tolerance: Option<f64>, resolved: &Resolved) {
+pub fn warn_missing_harmonics(
+    outputs: &mut Outputs,
+    tolerance: Option<f64>,
+    resolved: &ResolvedResonance,
+) {
     let Some(tolerance) = tolerance.filter(|_| !resolved.resonance.is_still) else {
         return;
     };
@@ -77,19 +83,23 @@ pub fn note_extensions(outputs: &mut Outputs, extensions: &[Extension]) {
 pub fn warn_reduction(
     reads: &StageInputs,
     outputs: &mut Outputs,
-    resolved: &Resolved,
+    resolved: &ResolvedResonance,
 ) -> Result<(), RunError> {
-    let row: Option<typed::Structure> = reads.maybe()?;
+    let row: Option<typed::Structure> = reads.optional_table()?;
     let Some((row, structure)) = row.zip(reads.recipe.structure.as_ref()) else {
         return Ok(());
     };
     let (Some(error), Some(checked)) = (row.error_receptance, row.checked_frequency) else {
         return Ok(());
     };
-    let highest = resolved.balance.harmonics().highest().min(FRICTION);
-    let frequency = f64::from(highest) * resolved.resonance.in_force().frequency();
+    let highest = resolved
+        .balance
+        .harmonics()
+        .highest()
+        .min(FRICTION_HARMONIC);
+    let frequency = f64::from(highest) * resolved.resonance.governing().frequency();
     let local_error = error * (frequency / checked).powi(2);
-    if reads.wear_iteration == 0 && local_error > MUCH {
+    if reads.wear_iteration == 0 && local_error > LARGEST_REDUCTION_ERROR {
         outputs.notice(format!(
             "dynamics.modes = {}: the receptance of the reduced structure has an error of {:.1} % of its largest value at {frequency:.0} Hz \
              (harmonic {highest}); increase dynamics.modes",
@@ -113,7 +123,7 @@ pub fn warn_jump(
     }
     let amplitude = before.resonance_amplitude.unwrap_or(before.peak_amplitude);
     let change = now.amplitude / amplitude;
-    if change.max(1.0 / change) > LEAP {
+    if change.max(1.0 / change) > LARGEST_JUMP {
         outputs.notice(format!(
             "iteration {}: this update of the contact elements changes the amplitude from {amplitude:.3e} to {:.3e} m. Reduce update.stiffness_change. \
              If the step remains, there are two steady responses, and no error bar covers the choice between them",

@@ -59,7 +59,7 @@ impl RunStatus {
     pub fn of(reader: &RunReader, recipe: &Recipe) -> Result<RunStatus, RunError> {
         let latest = reader.latest();
         let next = latest.map_or(0, |k| k + 1);
-        let drafted = reader.drafted(next)?;
+        let drafted = reader.drafted_stages(next)?;
         let next_stages: Vec<Stage> = stages_in(recipe, next).map(|s| s.stage).collect();
         let is_drafted = |stage: &Stage| drafted.iter().any(|name| name == stage.name());
         let draft: Vec<Stage> = next_stages.iter().copied().filter(is_drafted).collect();

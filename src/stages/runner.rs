@@ -10,7 +10,7 @@ use super::clock::Clock;
 use super::declaration::{Declaration, is_in};
 use super::list::{STAGES, stages_of};
 use super::observer::Observer;
-use super::output_schedule::{Moment, OutputSchedule};
+use super::output_schedule::{IterationSchedule, OutputSchedule};
 use super::reduced::ReducedTables;
 use super::run::identity_of;
 use super::solvers::Solvers;
@@ -18,11 +18,11 @@ use super::stage::{Stage, When};
 use super::stage_inputs::StageInputs;
 use crate::journal::INTERVAL;
 use crate::recipe::{Inputs, Part, Recipe};
-use crate::store::{Cache, DraftEntry, Recompute, RunReader, RunStore, StageKey, StoreError};
+use crate::store::{Cache, Recompute, RunReader, RunStore, StageKey, StoreError, StoredResult};
 use crate::tables::{Provenance, Table, TableName, Tables, TypedTable, typed};
 
 /// Stages that balance an inherited wear under another scene, with its own load, friction and motion.
-const OF_BALANCE: [Stage; 4] = [
+const BALANCE_STAGES: [Stage; 4] = [
     Stage::StaticContact,
     Stage::ModelUpdate,
     Stage::DynamicResponse,
@@ -30,7 +30,7 @@ const OF_BALANCE: [Stage; 4] = [
 ];
 
 /// Tables that runs share.
-enum Shared {
+enum CacheLookup {
     /// The cache contains the tables.
     Found(Tables),
     /// The tables must be computed, and then stored in the cache unless the cache has failed.
@@ -169,15 +169,15 @@ impl<'a> Runner<'a> {
         let mut draft = store.draft(store.next())?;
         let tables = match self.stored_once(store, &names, &key)? {
             Some(tables) => {
-                if let DraftEntry::Valid(mut cost) = draft.get(&key)? {
+                if let StoredResult::Valid(mut cost) = draft.get(&key)? {
                     self.add_cost(&mut cost)?;
                 }
                 tables
             }
             None => {
                 let tables = match self.cached(cache, &names, &key) {
-                    Shared::Found(tables) => tables,
-                    Shared::Not { to_be_shared } => {
+                    CacheLookup::Found(tables) => tables,
+                    CacheLookup::Not { to_be_shared } => {
                         let before = self.timing.stage.len();
                         let no_tables = Tables::new();
                         let tables = self.compute(
@@ -218,8 +218,8 @@ impl<'a> Runner<'a> {
             let names: Vec<TableName> = stage.writes_in(recipe).collect();
             let cache = cache.filter(|_| stage.shared);
             let tables = match self.cached(cache, &names, &key) {
-                Shared::Found(tables) => tables,
-                Shared::Not { to_be_shared } => {
+                CacheLookup::Found(tables) => tables,
+                CacheLookup::Not { to_be_shared } => {
                     let tables =
                         self.compute(stage, 0, OutputSchedule::default(), &no_tables, &no_tables)?;
                     let provenance = Provenance {
@@ -265,7 +265,7 @@ impl<'a> Runner<'a> {
     ///
     /// # Errors
     /// Errors of `work`.
-    pub fn reading<T>(
+    pub fn with_inputs<T>(
         &mut self,
         stage: &'static Declaration,
         wear_iteration: u64,
@@ -317,7 +317,7 @@ impl<'a> Runner<'a> {
         let recipe = self.recipe();
         let wear_iteration = store.next();
         let before = match store.latest() {
-            Some(latest) => self.before(store.reader(), latest)?,
+            Some(latest) => self.previous_tables(store.reader(), latest)?,
             None => Tables::new(),
         };
         let parent = store
@@ -329,7 +329,7 @@ impl<'a> Runner<'a> {
         let mut keys = self.keys.clone();
         let mut last = None;
         for stage in stages_in(recipe, wear_iteration) {
-            let moment = Moment::of(recipe, wear_iteration, &tables, &before)?;
+            let moment = IterationSchedule::of(recipe, wear_iteration, &tables, &before)?;
             if !(stage.is_due)(&moment) {
                 continue;
             }
@@ -341,12 +341,12 @@ impl<'a> Runner<'a> {
             let due = moment.due;
             let key = self.key(stage, wear_iteration, &keys, parent.as_ref(), due);
             let written = match draft.get(&key)? {
-                DraftEntry::Valid(mut written) if is_complete(recipe, stage, &written) => {
+                StoredResult::Valid(mut written) if is_complete(recipe, stage, &written) => {
                     self.add_cost(&mut written)?;
                     written
                 }
                 _ => {
-                    let (stored, keep) = draft.parts(&key)?;
+                    let (stored, keep) = draft.partial_results(&key)?;
                     let solved = self.solvers.journal.open(&stored, INTERVAL, keep);
                     if solved > 0 {
                         self.observer.notice(&format!(
@@ -448,7 +448,11 @@ impl<'a> Runner<'a> {
     /// Reads the tables of an iteration that the stages of the next iteration read. They are read from the commit, so
     /// that a continued run computes from exactly the same numbers as an uninterrupted run. An iteration inherited
     /// from a run of another scene is balanced under the own scene first.
-    pub fn before(&mut self, reader: &RunReader, wear_iteration: u64) -> Result<Tables, RunError> {
+    pub fn previous_tables(
+        &mut self,
+        reader: &RunReader,
+        wear_iteration: u64,
+    ) -> Result<Tables, RunError> {
         let recipe = self.recipe();
         self.load_unworn(reader)?;
         let origin = reader.record().origin.as_ref();
@@ -506,7 +510,7 @@ impl<'a> Runner<'a> {
         tables.insert(TableName::WearStep, no_step);
         let summary = inherited[&TableName::Summary].clone();
         let before = Tables::from([(TableName::Summary, summary)]);
-        for stage in stages_of(recipe).filter(|stage| OF_BALANCE.contains(&stage.stage)) {
+        for stage in stages_of(recipe).filter(|stage| BALANCE_STAGES.contains(&stage.stage)) {
             let balanced = self.compute(
                 stage,
                 wear_iteration,
@@ -549,8 +553,8 @@ impl<'a> Runner<'a> {
         let mut stored = Tables::new();
         for &name in names {
             match store.once(name, key)? {
-                DraftEntry::Valid(table) => stored.insert(name, table),
-                DraftEntry::Stale(_) => return Ok(None),
+                StoredResult::Valid(table) => stored.insert(name, table),
+                StoredResult::Stale(_) => return Ok(None),
             };
         }
         match ReducedTables::check_stored(&stored, self.recipe()) {
@@ -566,14 +570,14 @@ impl<'a> Runner<'a> {
 
     /// Looks up the tables of a stage in the cache. A failure of the cache is reported, and the run computes the
     /// tables.
-    fn cached(&self, cache: Option<&Cache>, names: &[TableName], key: &StageKey) -> Shared {
+    fn cached(&self, cache: Option<&Cache>, names: &[TableName], key: &StageKey) -> CacheLookup {
         let Some(cache) = cache else {
-            return Shared::Not {
+            return CacheLookup::Not {
                 to_be_shared: false,
             };
         };
         let reason = match cache.get(names, key) {
-            Ok(DraftEntry::Valid(tables)) => {
+            Ok(StoredResult::Valid(tables)) => {
                 let tables: Tables = names.iter().copied().zip(tables).collect();
                 match ReducedTables::check_stored(&tables, self.recipe()) {
                     Ok(()) => {
@@ -581,20 +585,20 @@ impl<'a> Runner<'a> {
                             "the reduced structure is read from {}",
                             cache.root().display()
                         ));
-                        return Shared::Found(tables);
+                        return CacheLookup::Found(tables);
                     }
                     Err(reason) => Some(reason),
                 }
             }
-            Ok(DraftEntry::Stale(Recompute::NotThere)) => None,
-            Ok(DraftEntry::Stale(why)) => Some(why.to_string()),
+            Ok(StoredResult::Stale(Recompute::Missing)) => None,
+            Ok(StoredResult::Stale(why)) => Some(why.to_string()),
             Err(error @ StoreError::Table { .. }) => Some(error.to_string()),
             Err(error) => {
                 self.observer.notice(&format!(
                     "the cache of structures, {}, cannot be read: {error}",
                     cache.root().display()
                 ));
-                return Shared::Not {
+                return CacheLookup::Not {
                     to_be_shared: false,
                 };
             }
@@ -605,7 +609,7 @@ impl<'a> Runner<'a> {
                 cache.root().display()
             ));
         }
-        Shared::Not { to_be_shared: true }
+        CacheLookup::Not { to_be_shared: true }
     }
 
     fn share(

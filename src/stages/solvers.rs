@@ -76,8 +76,8 @@ impl Solvers {
         self.gauge.begin();
         if let Some(joint) = &mut self.joint {
             joint.half_space.take_pairs();
-            joint.motion = Motion::none(0.0);
-            joint.course = None;
+            joint.motion = Motion::at_rest(0.0);
+            joint.evolving_motion = None;
             joint.march = March::Reversal;
             joint.options.extrapolate = false;
         }
@@ -147,7 +147,7 @@ impl Solvers {
             let reduced = reduced_of(reads)?;
             let reduced = reduced.expect("a structure that presses is reduced");
             let joint = self.joint(reads)?;
-            let kept_cells = (0..joint.height.len()).filter(|&c| joint.patch.kept[c]);
+            let kept_cells = (0..joint.height.len()).filter(|&c| joint.patch.is_in_joint[c]);
             let top = kept_cells
                 .map(|c| joint.height[c])
                 .fold(f64::NEG_INFINITY, f64::max);
@@ -164,7 +164,7 @@ impl Solvers {
 
     /// Runs `work` on the joint and returns its result with the number of transform pairs. A named `part` is reported
     /// separately in the costs.
-    pub fn work<T>(
+    pub fn timed<T>(
         &mut self,
         reads: &StageInputs,
         part: Option<&'static str>,
@@ -173,7 +173,7 @@ impl Solvers {
         let clock = Clock::begin();
         let joint = self.joint(reads)?;
         joint.half_space.take_pairs();
-        let result = work(joint).map_err(|error| reads.failed(error))?;
+        let result = work(joint).map_err(|error| reads.run_error(error))?;
         let fft_pairs = joint.half_space.take_pairs();
         self.costs.push(PartCost {
             part,
@@ -204,7 +204,7 @@ impl Solvers {
             let (Some(structure), Some(response)) = (&recipe.structure, &recipe.response) else {
                 unreachable!("a stage that vibrates declares structure and response");
             };
-            let unworn = match reads.maybe::<typed::ReferenceElement>()? {
+            let unworn = match reads.optional_table::<typed::ReferenceElement>()? {
                 Some(rows) => ElementParameters {
                     normal_load: rows.normal_load,
                     gap: rows.gap,
@@ -213,7 +213,7 @@ impl Solvers {
                     sliders: None,
                 },
                 None => {
-                    let parameters = recipe.elements().and_then(Elements::given_for_damping);
+                    let parameters = recipe.elements().and_then(Elements::damping_parameters);
                     parameters.unwrap_or_default()
                 }
             };
@@ -244,25 +244,31 @@ pub fn patch_and_height(reads: &StageInputs) -> Result<(Patch, Vec<f64>), RunErr
     };
     let typed::Surface { height, kept, .. } = reads.table()?;
     let grid = surface.grid();
-    Ok((Patch { grid, kept }, height))
+    Ok((
+        Patch {
+            grid,
+            is_in_joint: kept,
+        },
+        height,
+    ))
 }
 
 /// Returns the parameters of contact elements whose stiffness the scene prescribes; empty for other scenes.
-pub fn given(reads: &StageInputs) -> ElementParameters {
+pub fn given_parameters(reads: &StageInputs) -> ElementParameters {
     let elements = reads.recipe.elements();
-    let parameters = elements.and_then(Elements::given);
+    let parameters = elements.and_then(Elements::prescribed_parameters);
     parameters.unwrap_or_default()
 }
 
 /// Returns the layout of the contact elements; empty without a structure.
-pub fn layout(reads: &StageInputs) -> Layout {
+pub fn element_layout(reads: &StageInputs) -> Layout {
     let structure = reads.recipe.structure.as_ref();
     structure.map_or_else(Layout::default, |structure| structure.layout())
 }
 
 /// Returns the compliance of the smooth patch, or `None` where neither stiffness nor motion needs it.
-pub fn smooth(reads: &StageInputs) -> Result<Option<Compliance>, RunError> {
-    let Some(reference) = reads.maybe::<typed::Reference>()? else {
+pub fn smooth_compliance(reads: &StageInputs) -> Result<Option<Compliance>, RunError> {
+    let Some(reference) = reads.optional_table::<typed::Reference>()? else {
         return Ok(None);
     };
     let normal = reference.smooth_compliance_normal;

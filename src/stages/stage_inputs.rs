@@ -5,7 +5,7 @@ use super::error::NumericsError;
 use super::output_schedule::OutputSchedule;
 use super::stage::Stage;
 use crate::recipe::{GridTwin, Inputs, Part, Recipe};
-use crate::structure::imported::Imported;
+use crate::structure::imported::ImportedStructure;
 use crate::surface::prepare::PreparedSurface;
 use crate::tables::{TableName, Tables, TypedTable};
 use crate::wear::{Motion, WearError};
@@ -19,7 +19,7 @@ pub struct StageInputs<'a> {
     /// True if this iteration writes the curves behind the stiffnesses.
     pub curves_due: bool,
     /// True if the run ends with this iteration.
-    pub ends: bool,
+    pub is_last: bool,
     /// True if this iteration writes a forced response.
     pub forced_response_due: bool,
     /// True if the cycle of this iteration is compared with a stepped cycle.
@@ -55,7 +55,7 @@ pub struct Outputs {
 
 impl Outputs {
     /// Adds a table.
-    pub fn put<T: TypedTable>(&mut self, values: &T) -> Result<(), RunError> {
+    pub fn add_table<T: TypedTable>(&mut self, values: &T) -> Result<(), RunError> {
         self.tables.insert(T::TABLE, values.to_table()?);
         Ok(())
     }
@@ -88,7 +88,7 @@ impl<'a> StageInputs<'a> {
             recipe,
             wear_iteration,
             curves_due: due.curves && declared.recipe.contains(&Part::Curves),
-            ends: due.end && declared.recipe.contains(&Part::End),
+            is_last: due.end && declared.recipe.contains(&Part::End),
             forced_response_due: due.forced_response
                 && declared.recipe.contains(&Part::ForcedResponse),
             cycle_check_due: due.cycle_check && declared.recipe.contains(&Part::End),
@@ -101,7 +101,7 @@ impl<'a> StageInputs<'a> {
     }
 
     /// Returns the same inputs with another recipe. Lookups search `tables` first.
-    pub fn with<'b>(&'b self, recipe: &Recipe, tables: &'b Tables) -> StageInputs<'b> {
+    pub fn with_recipe<'b>(&'b self, recipe: &Recipe, tables: &'b Tables) -> StageInputs<'b> {
         StageInputs {
             recipe: recipe.clone(),
             tables: [&[tables], &self.tables[..]].concat(),
@@ -111,11 +111,11 @@ impl<'a> StageInputs<'a> {
 
     /// Returns a table of the run or of this iteration.
     pub fn table<T: TypedTable>(&self) -> Result<T, RunError> {
-        self.maybe()?.ok_or_else(|| self.missing(T::TABLE))
+        self.optional_table()?.ok_or_else(|| self.missing(T::TABLE))
     }
 
     /// Returns a table of the run or of this iteration, or `None` if it does not exist.
-    pub fn maybe<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
+    pub fn optional_table<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.reads);
         let table = self.tables.iter().find_map(|tables| tables.get(&T::TABLE));
         Ok(table.map(T::of).transpose()?)
@@ -123,13 +123,13 @@ impl<'a> StageInputs<'a> {
 
     /// Returns a table of the previous iteration.
     pub fn before<T: TypedTable>(&self) -> Result<T, RunError> {
-        self.optional_before()?
+        self.optional_previous_table()?
             .ok_or_else(|| self.missing(T::TABLE))
     }
 
     /// Returns a table of the previous iteration, or `None` if it does not exist. The unworn state has no previous
     /// iteration.
-    pub fn optional_before<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
+    pub fn optional_previous_table<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.before);
         let table = self.before.get(&T::TABLE);
         Ok(table.map(T::of).transpose()?)
@@ -161,13 +161,13 @@ impl<'a> StageInputs<'a> {
     }
 
     /// Returns the matrices of a structure that comes from files; `None` for other structures.
-    pub fn imported(&self) -> Option<&Imported> {
+    pub fn imported(&self) -> Option<&ImportedStructure> {
         self.require_part(Part::Structure);
         self.inputs.imported.as_deref()
     }
 
     /// Converts a numerical error into the error of a run at this stage.
-    pub fn failed(&self, error: NumericsError) -> RunError {
+    pub fn run_error(&self, error: NumericsError) -> RunError {
         let (stage, wear_iteration) = (self.declared.stage, self.wear_iteration);
         match error {
             NumericsError::ModelUpdate(source) => RunError::ModelUpdate(source),

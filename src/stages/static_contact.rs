@@ -68,8 +68,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let contact = contact_of(&reads.recipe);
     let (shear, coupling) = (contact.shear, contact.coupling);
     let patch = solvers.joint(reads)?.patch.clone();
-    let wear = wear_of(&patch, reads.maybe()?);
-    let predicted = reads.maybe::<typed::ContactField>()?;
+    let wear = wear_of(&patch, reads.optional_table()?);
+    let predicted = reads.optional_table::<typed::ContactField>()?;
     let predicted = predicted.map(|table| Fields::of(&patch, &table));
     let start = predicted.as_ref().map(|fields| &fields.pressure[..]);
     let bolt = bolt(reads)?;
@@ -79,7 +79,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         None => None,
     };
     solvers.pressed_joint(reads, preload.unwrap_or(0.0))?;
-    let (pressed_contact, solve_pairs) = solvers.work(reads, None, |joint| {
+    let (pressed_contact, solve_pairs) = solvers.timed(reads, None, |joint| {
         match (coupling.load_steps(), contact.conditions.approach) {
             (Some(load_steps), _) => {
                 let indentation = indent(joint, shear, load, load_steps)?;
@@ -96,7 +96,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
                 Ok(PressedContact::without_friction(load, solution))
             }
             (None, Some(approach)) => {
-                let solution = joint.pressed(&wear, None, Control::Approach(approach), start)?;
+                let solution =
+                    joint.solve_normal_contact(&wear, None, Control::Approach(approach), start)?;
                 Ok(PressedContact::without_friction(solution.load, solution))
             }
         }
@@ -110,7 +111,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let (stiffness, stiffness_pairs) = match contact.stiffness {
         false => (None, 0.0),
         true => {
-            let (stiffness, pairs) = solvers.work(reads, Some("stiffness"), |joint| {
+            let (stiffness, pairs) = solvers.timed(reads, Some("stiffness"), |joint| {
                 Ok(joint.stiffness(&solution.pressure, shear, coupling)?)
             })?;
             (Some(stiffness), pairs)
@@ -120,7 +121,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         (false, _) => (None, 0.0),
         (true, Some(curve)) => (Some(curve), 0.0),
         (true, None) => {
-            let (curve, pairs) = solvers.work(reads, Some("indentation"), |joint| {
+            let (curve, pairs) = solvers.timed(reads, Some("indentation"), |joint| {
                 Ok(curves::indentation(joint, &wear, load, &solution)?)
             })?;
             (Some(curve), pairs)
@@ -128,14 +129,14 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     };
     let mut outputs = Outputs::default();
     if let Some(Curve { load, displacement }) = curve {
-        outputs.put(&typed::Indentation { load, displacement })?;
+        outputs.add_table(&typed::Indentation { load, displacement })?;
     }
     let turns = matches!(contact.conditions.rotation, Rotation::Free { .. });
     let rotation = turns.then_some(solution.rotation);
     let joint = solvers.joint(reads)?;
     let compliance = joint.half_space.self_compliance();
-    let undecided = solution.undecided(&patch, compliance, joint.options.normal.tolerance);
-    outputs.put(&typed::StaticContact {
+    let undecided = solution.undecided_count(&patch, compliance, joint.options.normal.tolerance);
+    outputs.add_table(&typed::StaticContact {
         normal_load: load,
         preload: joint.pressing.as_ref().map(|pressing| pressing.preload),
         approach: solution.approach,
@@ -164,7 +165,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         pressure: solution.pressure,
         shear: pressed_contact.shear.or(predicted).unwrap_or_default(),
     };
-    outputs.put(&fields.table(&patch))?;
+    outputs.add_table(&fields.table(&patch))?;
     Ok(outputs)
 }
 
@@ -186,7 +187,7 @@ fn bolt(reads: &StageInputs) -> Result<Option<Bolt>, RunError> {
 fn load(reads: &StageInputs) -> Result<f64, RunError> {
     let conditions = contact_of(&reads.recipe).conditions;
     let before = match conditions.bolt_stiffness {
-        Some(_) => reads.optional_before::<typed::StaticContact>()?,
+        Some(_) => reads.optional_previous_table::<typed::StaticContact>()?,
         None => None,
     };
     let load_before = before.map(|row| row.preload.unwrap_or(row.normal_load));
@@ -231,7 +232,7 @@ fn contact_under_outer_bolt(
         |force| -> Result<BoltContact, NumericsError> {
             if force == 0.0 {
                 // Without a force nothing bends: the faces touch at their highest point.
-                let worn = joint.height.iter().zip(wear).zip(&joint.patch.kept);
+                let worn = joint.height.iter().zip(wear).zip(&joint.patch.is_in_joint);
                 let heights = worn
                     .filter(|(_, is_kept)| **is_kept)
                     .map(|((h, w), _)| h - w);

@@ -9,7 +9,7 @@ use crate::dynamics::reduced::reduction_error;
 use crate::linalg::Matrix;
 use crate::recipe::{Layout, Part};
 use crate::structure::outline::Outline;
-use crate::structure::reduction::{Checked, Reduced};
+use crate::structure::reduction::{ReducedStructure, ReferenceFlexibility};
 use crate::tables::{TableName, typed};
 
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
@@ -61,7 +61,7 @@ fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     }
 }
 
-fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
+fn tables_of(reduced: &ReducedStructure, layout: &Layout) -> Result<Outputs, RunError> {
     let ports = &reduced.ports;
     let count = ports.combinations.len();
     let contact = ports.contact_ports();
@@ -113,14 +113,17 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
         contact_elements: ports.contacts as i64,
         error_modes: reduced.mode_residual,
         error_receptance: reduction_error(reduced)?,
-        checked_frequency: reduced.checked.as_ref().map(Checked::frequency),
+        checked_frequency: reduced
+            .reference
+            .as_ref()
+            .map(ReferenceFlexibility::frequency),
         factor_entries: reduced.factor_entries as i64,
     };
     let mut outputs = Outputs::default();
-    outputs.put(&structure)?;
-    outputs.put(&port)?;
-    outputs.put(&mode)?;
-    outputs.put(&residual)?;
+    outputs.add_table(&structure)?;
+    outputs.add_table(&port)?;
+    outputs.add_table(&mode)?;
+    outputs.add_table(&residual)?;
     if reduced.damping.is_some() || reduced.hysteretic.is_some() {
         let mut rows = typed::StructureDamping::default();
         let entry = |matrix: &Option<Matrix>, row: usize, column: usize| {
@@ -136,7 +139,7 @@ fn tables_of(reduced: &Reduced, layout: &Layout) -> Result<Outputs, RunError> {
                     .push(entry(&reduced.hysteretic, row, column));
             }
         }
-        outputs.put(&rows)?;
+        outputs.add_table(&rows)?;
         if has_residual(reduced) {
             outputs.notice(format!(
                 "dynamics.modes = {}: the damping matrix of the structure files acts on these modes only; the residual flexibility of the other modes is undamped. \
@@ -173,12 +176,12 @@ fn put_outline(outline: &Outline, outputs: &mut Outputs) -> Result<(), RunError>
             modes.shape_z.push(along[2]);
         }
     }
-    outputs.put(&points)?;
-    outputs.put(&modes)
+    outputs.add_table(&points)?;
+    outputs.add_table(&modes)
 }
 
 /// Returns true if the omitted modes contribute more flexibility than rounding errors.
-fn has_residual(reduced: &Reduced) -> bool {
+fn has_residual(reduced: &ReducedStructure) -> bool {
     const ROUNDING: f64 = 1e-9;
     (0..reduced.ports.len()).any(|port| {
         let mode_flexibility = |r: usize| (reduced.shapes[(port, r)] / reduced.omega[r]).powi(2);

@@ -3,7 +3,8 @@
 use super::RunError;
 use super::declaration::Declaration;
 use super::error_bars::{
-    ALL, Cells, PreviousIteration, ResponseInForce, Sources, error_bars, error_of_energy, friction,
+    Cells, PreviousIteration, ResponseInForce, Sources, UNKNOWN, error_bars, error_of_energy,
+    friction,
 };
 use super::solvers::{Solvers, patch_and_height};
 use super::stage::{Stage, When};
@@ -13,11 +14,11 @@ use crate::contact::area::ContactArea;
 use crate::recipe::Part;
 use crate::surface::statistics::roughness;
 use crate::tables::{TableName, typed};
-use crate::wear::coarse::depth_of;
+use crate::wear::coarse::depth_quantile;
 
 /// A cell counts as loaded if its pressure exceeds this part of the largest pressure. The area with p > 0 alone
 /// depends on cells that carry almost no load.
-pub(super) const LOADED: f64 = 1e-3;
+pub(super) const LOADED_PRESSURE: f64 = 1e-3;
 
 /// The results of an iteration, with the error bars of a worn state.
 pub const DECLARATION: Declaration = Declaration {
@@ -59,20 +60,20 @@ pub const DECLARATION: Declaration = Declaration {
 
 fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
-    let summary = match reads.maybe::<typed::StaticContact>()? {
+    let summary = match reads.optional_table::<typed::StaticContact>()? {
         Some(contact) => contact_summary(reads, &contact)?,
         None => vibration_summary(reads)?,
     };
-    outputs.put(&summary)?;
+    outputs.add_table(&summary)?;
     Ok(outputs)
 }
 
 /// Returns the summary of a vibration without a rough contact.
 fn vibration_summary(reads: &StageInputs) -> Result<typed::Summary, RunError> {
-    let response = reads.maybe::<typed::DynamicResponse>()?;
-    let elements = reads.maybe::<typed::ContactElement>()?;
+    let response = reads.optional_table::<typed::DynamicResponse>()?;
+    let elements = reads.optional_table::<typed::ContactElement>()?;
     let response_value = |value: fn(&typed::DynamicResponse) -> f64| response.as_ref().map(value);
-    let forced = reads.maybe::<typed::Frf>()?;
+    let forced = reads.optional_table::<typed::Frf>()?;
     let total = |value: fn(&typed::ContactElement) -> &Vec<f64>| {
         elements
             .as_ref()
@@ -104,7 +105,7 @@ fn vibration_summary(reads: &StageInputs) -> Result<typed::Summary, RunError> {
 /// bound by damping, or that no bound exists.
 fn error_of_peak(response: &typed::DynamicResponse, forced: Option<&typed::Frf>) -> f64 {
     let error = response.error_peak_amplitude;
-    if error >= ALL {
+    if error >= UNKNOWN {
         return error;
     }
     let rows = forced.iter().flat_map(|frf| frf.amplitude.iter().flatten());
@@ -127,20 +128,22 @@ fn contact_summary(
     let largest = pressure.iter().fold(0.0f64, |m, p| m.max(*p));
     let count = |above: f64| pressure.iter().filter(|&&p| p > above).count() as f64;
     let fraction = |above: f64| count(above) / patch.cells() as f64;
-    let on_grid = patch.spread(pressure);
-    let area = ContactArea::of(&patch, is_periodic(reads), |cell| on_grid[cell] > 0.0);
-    let wear = reads.maybe::<typed::WearField>()?;
+    let on_grid = patch.scatter(pressure);
+    let area = ContactArea::new(&patch, is_periodic(reads), |cell| on_grid[cell] > 0.0);
+    let wear = reads.optional_table::<typed::WearField>()?;
     let wear = super::contact_state::wear_of(&patch, wear);
-    let depths = patch.gather(&wear);
+    let depths = patch.joint_values(&wear);
     let worn: Vec<f64> = height.iter().zip(&wear).map(|(h, w)| h - w).collect();
     let shape = roughness(&patch, &worn)?;
-    let step = reads.maybe::<typed::WearStep>()?.unwrap_or_default();
+    let step = reads
+        .optional_table::<typed::WearStep>()?
+        .unwrap_or_default();
     let mut summary = typed::Summary {
         contact_area: Some(count(0.0) * patch.grid.cell_area()),
         contact_area_fraction: Some(fraction(0.0)),
         corrected_area_fraction: Some(area.corrected / patch.area()),
         error_corrected_area: Some(area.relative_error()),
-        loaded_area_fraction: Some(fraction(LOADED * largest)),
+        loaded_area_fraction: Some(fraction(LOADED_PRESSURE * largest)),
         max_pressure: Some(largest),
         normal_load: Some(contact.normal_load),
         approach: Some(contact.approach),
@@ -161,14 +164,14 @@ fn contact_summary(
         fft_pairs: contact.fft_pairs + step.fft_pairs,
         ..typed::Summary::default()
     };
-    let in_force = ResponseInForce::of(reads.maybe()?, reads.maybe()?);
+    let in_force = ResponseInForce::of(reads.optional_table()?, reads.optional_table()?);
     if let Some(ResponseInForce { response, update }) = &in_force {
         summary.updated = Some(update.updated);
         summary.resonance_frequency = response.resonance_frequency;
         summary.peak_frequency = Some(response.peak_frequency);
         summary.peak_amplitude = Some(response.peak_amplitude);
     }
-    let Some(cycle) = reads.maybe::<typed::FrettingCycle>()? else {
+    let Some(cycle) = reads.optional_table::<typed::FrettingCycle>()? else {
         return Ok(summary);
     };
     summary.fft_pairs += cycle.fft_pairs;
@@ -195,14 +198,14 @@ fn contact_summary(
     summary.cycles = Some(cycles);
     summary.n_cycles = Some(step.n_cycles);
     summary.wear_volume = Some(volume);
-    summary.largest_depth = Some(depth_of(depths.clone(), 1.0));
-    summary.depth_99 = Some(depth_of(depths, 0.99));
+    summary.largest_depth = Some(depth_quantile(depths.clone(), 1.0));
+    summary.depth_99 = Some(depth_quantile(depths, 0.99));
     summary.wear_rate = Some(law.volume(cycle.dissipated_energy));
     summary.dissipated_energy_total = Some(energy);
-    let coarse = reads.maybe::<typed::CoarseStep>()?;
+    let coarse = reads.optional_table::<typed::CoarseStep>()?;
     summary.fft_pairs += coarse.as_ref().map_or(0.0, |coarse| coarse.fft_pairs);
-    let worn = reads.maybe::<typed::WornResponse>()?;
-    let twin = reads.maybe::<typed::GridTwin>()?;
+    let worn = reads.optional_table::<typed::WornResponse>()?;
+    let twin = reads.optional_table::<typed::GridTwin>()?;
     let unworn = reads.unworn::<typed::Summary>()?;
     let falling = reads
         .recipe
@@ -217,7 +220,7 @@ fn contact_summary(
     });
     let unworn_response = reads.unworn::<typed::DynamicResponse>()?;
     let cells = Cells {
-        loaded: count(LOADED * largest),
+        loaded: count(LOADED_PRESSURE * largest),
         touching: count(0.0),
         undecided: contact.undecided_cells as f64,
     };

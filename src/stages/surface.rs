@@ -39,13 +39,13 @@ fn compute(reads: &StageInputs, _: &mut Solvers) -> Result<Outputs, RunError> {
     let grid = surface.grid();
     let cells = (0..grid.len()).map(|cell| grid.cell(cell));
     let (i, j) = cells.map(|(i, j)| (i as i32, j as i32)).unzip();
-    outputs.put(&typed::Surface {
+    outputs.add_table(&typed::Surface {
         i,
         j,
         height,
         height_first,
         height_second,
-        kept: patch.kept,
+        kept: patch.is_in_joint,
     })?;
     Ok(outputs)
 }

@@ -1,8 +1,10 @@
 //! The wear step from one committed iteration to the next.
 
 use super::RunError;
-use super::computed_motion::{ElementMotion, let_move};
-use super::contact_state::{Fields, contact_of, tangential_compliance, there, worn_state};
+use super::computed_motion::{ElementMotion, set_motion};
+use super::contact_state::{
+    Fields, contact_of, required_column, tangential_compliance, worn_state,
+};
 use super::declaration::{Declaration, joined};
 use super::error::NumericsError;
 use super::ledger::Drift;
@@ -119,7 +121,7 @@ impl PreviousState {
         let step: typed::WearStep = reads.before()?;
         let cycle: typed::FrettingCycle = reads.before()?;
         let summary_value = |value: Option<f64>, column| {
-            let value = there(TableName::Summary, &value, column);
+            let value = required_column(TableName::Summary, &value, column);
             Ok::<f64, RunError>(*value?)
         };
         let cycles = summary.cycles.map(|cycles| cycles as f64);
@@ -130,7 +132,7 @@ impl PreviousState {
             state: worn_state(
                 &reads.recipe,
                 patch,
-                reads.optional_before()?,
+                reads.optional_previous_table()?,
                 &fields,
                 &cycle,
             )?,
@@ -149,7 +151,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let element_motion = ElementMotion::before(reads)?;
     let compliance = tangential_compliance(&static_contact);
     let load = static_contact.normal_load;
-    let computed = let_move(reads, solvers, load, element_motion.as_ref(), compliance)?.computed;
+    let computed = set_motion(reads, solvers, load, element_motion.as_ref(), compliance)?.computed;
     let motion_figures = |compliance: Option<f64>| {
         let computed = computed.as_ref();
         let figures = computed.and_then(|computed| computed.figures_at(compliance).ok());
@@ -193,12 +195,12 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         };
         let reached = |joint: &mut FrettingJoint, step: &Step| {
             let volume = joint.volume(&step.wear);
-            next.reached(joint, contact, step, volume, &motion_figures)
+            next.progress(joint, contact, step, volume, &motion_figures)
         };
         let search = EventSearch::new(next.begin, wear.tolerance);
         search.advance(joint, state, law, proposal, limits, reached)
     };
-    let (step, fft_pairs) = solvers.work(reads, None, |joint| {
+    let (step, fft_pairs) = solvers.timed(reads, None, |joint| {
         wear.scheme.advance(joint, state, law, limits, implicit)
     })?;
     solvers.end = step.end;
@@ -209,7 +211,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
             .notices
             .extend(instability(joint, law, state, step.cycles));
     }
-    let drift = reads.optional_before::<typed::Ledger>()?;
+    let drift = reads.optional_previous_table::<typed::Ledger>()?;
     let drift = drift.as_ref().and_then(Drift::of);
     let end = drift.map(|Drift { now, .. }| match step.middle {
         Some(middle) => now.at_end(figures_of(&middle, &motion_figures)),
@@ -236,7 +238,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         pressure: step.pressure,
         shear: step.shear,
     };
-    outputs.put(&predicted.table(&patch))?;
+    outputs.add_table(&predicted.table(&patch))?;
     Ok(outputs)
 }
 
@@ -257,7 +259,7 @@ fn instability(
     before: &WornState,
     cycles: u64,
 ) -> Option<String> {
-    let beyond = explicit::beyond_stability(
+    let beyond = explicit::stability_ratio(
         &before.cycle.slip_path,
         &before.pressure,
         joint.friction_coefficient,
@@ -281,7 +283,7 @@ fn put_step(
     step: &typed::WearStep,
 ) -> Result<(), RunError> {
     let (i, j) = patch.indices();
-    let wear_depth = patch.gather(wear);
-    outputs.put(&typed::WearField { i, j, wear_depth })?;
-    outputs.put(step)
+    let wear_depth = patch.joint_values(wear);
+    outputs.add_table(&typed::WearField { i, j, wear_depth })?;
+    outputs.add_table(step)
 }

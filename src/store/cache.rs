@@ -1,6 +1,6 @@
 //! Cache of results that runs share, addressed by the stage keys of the results.
 
-use super::draft::{DraftEntry, KeyedEntry, encode, read_keyed};
+use super::draft::{KeyedEntry, StoredResult, encode, read_keyed};
 use super::error::StoreError;
 use super::file_system::FileSystem;
 use super::files::Files;
@@ -41,17 +41,17 @@ impl Cache {
         &self,
         tables: &[TableName],
         key: &StageKey,
-    ) -> Result<DraftEntry<Vec<Table>>, StoreError> {
+    ) -> Result<StoredResult<Vec<Table>>, StoreError> {
         let folder = self.root.join(key.hash());
         let mut values_by_table = Vec::with_capacity(tables.len());
         for &table in tables {
             let key_path = folder.join(format!("{table}.json"));
             match read_keyed(&self.files, &folder, &key_path, table, key)?.0 {
-                DraftEntry::Valid(table_values) => values_by_table.push(table_values),
-                DraftEntry::Stale(why) => return Ok(DraftEntry::Stale(why)),
+                StoredResult::Valid(table_values) => values_by_table.push(table_values),
+                StoredResult::Stale(why) => return Ok(StoredResult::Stale(why)),
             }
         }
-        Ok(DraftEntry::Valid(values_by_table))
+        Ok(StoredResult::Valid(values_by_table))
     }
 
     /// Stores a result, and replaces one that does not verify.

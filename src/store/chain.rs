@@ -64,7 +64,7 @@ impl VerifyReport {
 
 /// Iterations that the chain skips.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Past {
+pub(super) struct PrunedIterations {
     /// The pruned iterations.
     pub pruned: BTreeMap<u64, Pruned>,
     /// True if the list of pruned iterations is lost. Then no gap breaks the chain, and a commit after a gap is checked
@@ -98,7 +98,11 @@ pub(super) fn folders(files: &Files, layout: &Layout) -> Result<BTreeSet<u64>, S
 /// A pruned iteration is a link of the chain by the hashes in the history. An absent iteration that was not pruned
 /// breaks the chain. Of several absent ones in a row only the first gets a report, since a stray folder may have any
 /// number.
-pub(super) fn walk(files: &Files, layout: &Layout, past: &Past) -> Result<Chain, StoreError> {
+pub(super) fn verify_chain(
+    files: &Files,
+    layout: &Layout,
+    past: &PrunedIterations,
+) -> Result<Chain, StoreError> {
     let pruned = &past.pruned;
     let mut present = folders(files, layout)?;
     present.retain(|wear_iteration| !pruned.contains_key(wear_iteration));

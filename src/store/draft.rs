@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// Lookup of a stored result: a table, or all tables of a stage.
 #[derive(Debug, Clone, PartialEq)]
-pub enum DraftEntry<T = Table> {
+pub enum StoredResult<T = Table> {
     /// The result has the same inputs and verifies.
     Valid(T),
     /// The result has to be computed, with the reason.
@@ -27,7 +27,7 @@ pub enum DraftEntry<T = Table> {
 pub enum Recompute {
     /// No result is stored.
     #[error("not computed yet")]
-    NotThere,
+    Missing,
     /// The stored result has other inputs.
     #[error("computed from other inputs: {changes}")]
     KeyChanged {
@@ -126,18 +126,18 @@ impl Draft {
     ///
     /// # Errors
     /// [`StoreError::Io`] if a file exists but cannot be read, [`StoreError::Table`] if a file holds another table.
-    pub fn get(&mut self, key: &StageKey) -> Result<DraftEntry<Tables>, StoreError> {
+    pub fn get(&mut self, key: &StageKey) -> Result<StoredResult<Tables>, StoreError> {
         let key_path = self.key_path(key);
         if !self.files.is_there(&key_path)? {
-            return Ok(DraftEntry::Stale(Recompute::NotThere));
+            return Ok(StoredResult::Stale(Recompute::Missing));
         }
-        let damaged = |damage| Ok(DraftEntry::Stale(Recompute::Damaged(damage)));
+        let damaged = |damage| Ok(StoredResult::Stale(Recompute::Damaged(damage)));
         let stage_entry: StageEntry = match read_sealed(&self.files, &key_path)? {
             Ok(stage_entry) => stage_entry,
             Err(damage) => return damaged(damage),
         };
         if stage_entry.key.hash() != key.hash() {
-            return Ok(DraftEntry::Stale(Recompute::KeyChanged {
+            return Ok(StoredResult::Stale(Recompute::KeyChanged {
                 changes: key.changes_from(&stage_entry.key),
             }));
         }
@@ -172,7 +172,7 @@ impl Draft {
         for (table, entry) in entries {
             self.include(table, entry.clone());
         }
-        Ok(DraftEntry::Valid(tables))
+        Ok(StoredResult::Valid(tables))
     }
 
     /// Returns the partial results that an earlier start stored for an unfinished stage under the same key, and the
@@ -180,7 +180,10 @@ impl Draft {
     ///
     /// # Errors
     /// [`StoreError::Io`].
-    pub fn parts(&self, key: &StageKey) -> Result<(Vec<u8>, parts::Keep), StoreError> {
+    pub fn partial_results(
+        &self,
+        key: &StageKey,
+    ) -> Result<(Vec<u8>, parts::PartWriter), StoreError> {
         parts::open(&self.files, &self.keys, key)
     }
 
@@ -291,10 +294,10 @@ pub(super) fn read_keyed(
     key_path: &Path,
     table: TableName,
     key: &StageKey,
-) -> Result<(DraftEntry, Option<TableEntry>), StoreError> {
-    let stale = |why| Ok((DraftEntry::Stale(why), None));
+) -> Result<(StoredResult, Option<TableEntry>), StoreError> {
+    let stale = |why| Ok((StoredResult::Stale(why), None));
     if !files.is_there(key_path)? {
-        return stale(Recompute::NotThere);
+        return stale(Recompute::Missing);
     }
     let keyed: KeyedEntry = match read_sealed(files, key_path)? {
         Ok(keyed) => keyed,
@@ -306,7 +309,7 @@ pub(super) fn read_keyed(
         });
     }
     match read_entry(files, folder, table, &keyed.entry)? {
-        Ok(values) => Ok((DraftEntry::Valid(values), Some(keyed.entry))),
+        Ok(values) => Ok((StoredResult::Valid(values), Some(keyed.entry))),
         Err(damage) => stale(Recompute::Damaged(damage)),
     }
 }

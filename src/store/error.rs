@@ -66,7 +66,7 @@ pub enum StoreError {
         "{} is {}, but must be {}: a run follows no link in its folder, so that it changes nothing outside; remove it, or replace it by a copy of its target (to keep a run on another disk, link its whole folder)",
         path.display(), kind(*found), kind(*expected)
     )]
-    NotPlain {
+    UnexpectedEntryKind {
         /// The path.
         path: PathBuf,
         /// The kind of entry at the path.
@@ -82,7 +82,7 @@ pub enum StoreError {
     },
     /// A file where the folder of a run should be.
     #[error("{} is a file, but a run is a folder: `fretwear run NAME.toml` writes runs/NAME, and `fretwear status` lists the runs", path.display())]
-    NoFolder {
+    FileInsteadOfFolder {
         /// The file.
         path: PathBuf,
     },
@@ -218,7 +218,7 @@ impl StoreError {
             StoreError::SceneChanged { .. }
             | StoreError::NotInherited { .. }
             | StoreError::NotARun { .. }
-            | StoreError::NotPlain { .. }
+            | StoreError::UnexpectedEntryKind { .. }
             | StoreError::Damaged(_)
             | StoreError::OtherLayout { .. }
             | StoreError::Plan { .. }

@@ -368,6 +368,6 @@ fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
 }
 
 /// True if the system could not read an existing file. That is not damage, because it says nothing about the content.
-pub fn is_unread(source: &io::Error) -> bool {
+pub fn is_read_failure(source: &io::Error) -> bool {
     source.raw_os_error().is_some() && source.kind() != io::ErrorKind::NotFound
 }

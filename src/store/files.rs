@@ -145,7 +145,7 @@ impl Files {
             Some(metadata) if metadata.kind == EntryKind::Folder => {
                 self.0.list(path).map_err(io_error("list", path))
             }
-            Some(metadata) => Err(StoreError::NotPlain {
+            Some(metadata) => Err(StoreError::UnexpectedEntryKind {
                 path: path.to_owned(),
                 found: metadata.kind,
                 expected: EntryKind::Folder,

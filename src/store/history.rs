@@ -13,8 +13,9 @@ use super::files::{Files, LONGEST_TABLE, hash};
 use super::layout::Layout;
 use super::record::Pruned;
 use crate::tables::{
-    ColumnSchema, ColumnType, Described, Nullable, Place, Table, TableBuilder, TableError,
-    TableName, TypedTable, entry_of, nullable_from_parquet, nullable_to_parquet, typed,
+    ColumnSchema, ColumnType, DescribedColumn, Nullable, Table, TableBuilder, TableError,
+    TableLocation, TableName, TypedTable, metadata_entry, nullable_from_parquet,
+    nullable_to_parquet, typed,
 };
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -81,9 +82,9 @@ struct HistoryColumn {
 }
 
 /// All columns of one-row tables in the order of the file.
-static KNOWN: LazyLock<Vec<HistoryColumn>> = LazyLock::new(|| {
+static HISTORY_COLUMNS: LazyLock<Vec<HistoryColumn>> = LazyLock::new(|| {
     let one_row = |table: &TableName| {
-        table.schema().place == Place::Iteration && table.schema().rows == Some(1)
+        table.schema().place == TableLocation::Iteration && table.schema().rows == Some(1)
     };
     let mut tables: Vec<TableName> = TableName::ALL.into_iter().filter(one_row).collect();
     tables.sort_by_key(|table| *table != TableName::Summary);
@@ -110,7 +111,7 @@ fn history_name(table: TableName, column: &str) -> String {
 
 /// True for a table whose rows are part of a history.
 pub fn is_in_history(table: TableName) -> bool {
-    KNOWN
+    HISTORY_COLUMNS
         .iter()
         .any(|history_column| history_column.table == table)
 }
@@ -144,8 +145,8 @@ impl History {
 
     /// The columns of a one-row table over all iterations, by the names of its schema. Columns without any value are
     /// skipped.
-    pub fn columns_of(&self, table: TableName) -> impl Iterator<Item = Described<'_>> {
-        KNOWN
+    pub fn columns_of(&self, table: TableName) -> impl Iterator<Item = DescribedColumn<'_>> {
+        HISTORY_COLUMNS
             .iter()
             .filter(move |history_column| history_column.table == table)
             .filter_map(|history_column| {
@@ -355,8 +356,8 @@ impl History {
             Nullable::Bool(links.clone().map(|link| Some(link.pruned)).collect()),
             Nullable::I64(links.map(|link| link.bytes).collect()),
         ];
-        let mut columns: Vec<Described> = own.iter().zip(&own_values).collect();
-        for HistoryColumn { name, .. } in KNOWN.iter() {
+        let mut columns: Vec<DescribedColumn> = own.iter().zip(&own_values).collect();
+        for HistoryColumn { name, .. } in HISTORY_COLUMNS.iter() {
             columns.extend(self.columns.get(name).map(|values| (in_file(name), values)));
         }
         let timing = self.columns.iter().filter(|(name, _)| is_timing(name));
@@ -393,7 +394,7 @@ impl History {
 
     /// Reads the content key of the campaign row from the bytes of a file, `None` if it has none.
     pub fn row_in(bytes: &[u8]) -> Option<String> {
-        let entry = entry_of(bytes, NAME).ok().flatten()?;
+        let entry = metadata_entry(bytes, NAME).ok().flatten()?;
         let entry: serde_json::Value = serde_json::from_str(&entry).ok()?;
         entry[ROW].as_str().map(str::to_owned)
     }
@@ -433,7 +434,7 @@ impl History {
             });
         }
         for (name, values) in &columns {
-            let history_column = KNOWN
+            let history_column = HISTORY_COLUMNS
                 .iter()
                 .find(|history_column| history_column.name == *name);
             let kind = history_column.map(|history_column| history_column.column.kind);
@@ -476,7 +477,7 @@ fn timing_column(name: &str) -> ColumnSchema {
 /// Returns a column of a one-row table, under its name in the file.
 fn in_file(name: &str) -> &'static ColumnSchema {
     static IN_FILE: LazyLock<BTreeMap<String, ColumnSchema>> = LazyLock::new(|| {
-        let columns = KNOWN.iter().map(|column_of_table| {
+        let columns = HISTORY_COLUMNS.iter().map(|column_of_table| {
             let name = column_of_table.name.clone();
             let column = ColumnSchema {
                 name: name.clone(),
@@ -513,22 +514,22 @@ fn check_seal(bytes: &[u8]) -> Result<(), DamageKind> {
 }
 
 /// State of the history file on disk.
-pub(super) enum Found {
+pub(super) enum HistoryFile {
     Sound(History),
     Absent,
     Damaged(Damage),
 }
 
 /// Reads the history of a run.
-pub(super) fn read(files: &Files, layout: &Layout) -> Result<Found, StoreError> {
+pub(super) fn read(files: &Files, layout: &Layout) -> Result<HistoryFile, StoreError> {
     let path = layout.history();
     Ok(match files.read_bounded(&path, LONGEST_TABLE)? {
         Ok(bytes) => match History::of_bytes(&bytes) {
-            Ok(history) => Found::Sound(history),
-            Err(kind) => Found::Damaged(Damage { path, kind }),
+            Ok(history) => HistoryFile::Sound(history),
+            Err(kind) => HistoryFile::Damaged(Damage { path, kind }),
         },
-        Err(damage) if damage.kind == DamageKind::Missing => Found::Absent,
-        Err(damage) => Found::Damaged(damage),
+        Err(damage) if damage.kind == DamageKind::Missing => HistoryFile::Absent,
+        Err(damage) => HistoryFile::Damaged(damage),
     })
 }
 

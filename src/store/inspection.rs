@@ -1,53 +1,53 @@
 //! Consistent read of a run on disk, also while another process writes it.
 
-use super::chain::{self, Chain, Past};
+use super::chain::{self, Chain, PrunedIterations};
 use super::error::{Damage, DamageKind, StoreError};
 use super::files::Files;
-use super::history::{self, Found, History};
+use super::history::{self, History, HistoryFile};
 use super::layout::Layout;
 use super::record::RunRecord;
 use super::record_file::read_record;
 
 /// Most attempts to read a run while its writer prunes.
-const LOOKS: usize = 8;
+const MOST_READS: usize = 8;
 
 /// Record, history and chain of a run, read at one time.
-pub(super) struct Looked {
+pub(super) struct RunSnapshot {
     pub record: RunRecord,
-    pub past: ReadPast,
+    pub past: PastAndHistory,
     pub chain: Chain,
 }
 
 /// Pruned iterations of a run, and the state of its history file.
-pub(super) struct ReadPast {
-    pub past: Past,
-    pub found: Found,
+pub(super) struct PastAndHistory {
+    pub past: PrunedIterations,
+    pub found: HistoryFile,
 }
 
-impl ReadPast {
+impl PastAndHistory {
     /// Reads the history file and derives the pruned iterations.
     pub fn read(files: &Files, layout: &Layout) -> Result<Self, StoreError> {
         let found = history::read(files, layout)?;
-        let mut past = Past::default();
+        let mut past = PrunedIterations::default();
         match &found {
-            Found::Sound(history) => past.pruned = history.pruned(),
+            HistoryFile::Sound(history) => past.pruned = history.pruned(),
             // The history may also be absent because the run ended before its first row was written.
-            Found::Absent | Found::Damaged(_) => past.lost = true,
+            HistoryFile::Absent | HistoryFile::Damaged(_) => past.lost = true,
         }
-        Ok(ReadPast { past, found })
+        Ok(PastAndHistory { past, found })
     }
 
     /// Number of rows in the file.
     pub fn rows(&self) -> usize {
         match &self.found {
-            Found::Sound(history) => history.len(),
-            Found::Absent | Found::Damaged(_) => 0,
+            HistoryFile::Sound(history) => history.len(),
+            HistoryFile::Absent | HistoryFile::Damaged(_) => 0,
         }
     }
 
     /// Returns the leading rows that agree with the commits.
     pub fn matching_rows(self, chain: &Chain) -> History {
-        let Found::Sound(mut history) = self.found else {
+        let HistoryFile::Sound(mut history) = self.found else {
             return History::default();
         };
         let rows = agreeing_rows(&history, &self.past, chain);
@@ -59,13 +59,13 @@ impl ReadPast {
     pub fn damage(&self, layout: &Layout, chain: &Chain) -> Option<Damage> {
         let path = layout.history();
         match &self.found {
-            Found::Damaged(damage) => Some(damage.clone()),
+            HistoryFile::Damaged(damage) => Some(damage.clone()),
             // Without a gap the folders have all content of the history.
-            Found::Absent => has_gap(chain, &self.past).then_some(Damage {
+            HistoryFile::Absent => has_gap(chain, &self.past).then_some(Damage {
                 path,
                 kind: DamageKind::Missing,
             }),
-            Found::Sound(history) => {
+            HistoryFile::Sound(history) => {
                 let rows = agreeing_rows(history, &self.past, chain) as u64;
                 let commit = chain.sound.get(&rows)?;
                 let found = history.commit_of(rows)?;
@@ -82,7 +82,7 @@ impl ReadPast {
 }
 
 /// True if an iteration below the latest is neither committed nor recorded as pruned.
-pub(super) fn has_gap(chain: &Chain, past: &Past) -> bool {
+pub(super) fn has_gap(chain: &Chain, past: &PrunedIterations) -> bool {
     let Some(&latest) = chain.sound.keys().next_back() else {
         return false;
     };
@@ -91,7 +91,7 @@ pub(super) fn has_gap(chain: &Chain, past: &Past) -> bool {
 }
 
 /// Counts the leading rows of a history whose commit hashes match the run.
-fn agreeing_rows(history: &History, past: &Past, chain: &Chain) -> usize {
+fn agreeing_rows(history: &History, past: &PrunedIterations, chain: &Chain) -> usize {
     let latest = chain.sound.keys().next_back().copied();
     let rows = latest
         .map_or(0, |latest| latest as usize + 1)
@@ -107,21 +107,24 @@ fn agreeing_rows(history: &History, past: &Past, chain: &Chain) -> usize {
 
 /// Verifies the iterations. Reads the run again when the history has changed meanwhile: an iteration that a writer has
 /// just pruned looks like damage.
-pub(super) fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<Looked, StoreError> {
+pub(super) fn verify_consistently(
+    files: &Files,
+    layout: &Layout,
+) -> Result<RunSnapshot, StoreError> {
     let read = || {
         let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
             path: layout.root.clone(),
         })?;
-        let past = ReadPast::read(files, layout)?;
+        let past = PastAndHistory::read(files, layout)?;
         Ok::<_, StoreError>((found.record, past))
     };
     let (mut record, mut past) = read()?;
     let mut looks = 1;
     loop {
-        let chain = chain::walk(files, layout, &past.past)?;
+        let chain = chain::verify_chain(files, layout, &past.past)?;
         let sound = chain.reports.iter().all(|report| report.damage.is_empty());
-        if sound || looks == LOOKS {
-            return Ok(Looked {
+        if sound || looks == MOST_READS {
+            return Ok(RunSnapshot {
                 record,
                 past,
                 chain,
@@ -129,7 +132,7 @@ pub(super) fn walk_beside_a_writer(files: &Files, layout: &Layout) -> Result<Loo
         }
         let reread = read()?;
         if reread.1.past == past.past {
-            return Ok(Looked {
+            return Ok(RunSnapshot {
                 record,
                 past,
                 chain,

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use crate::tables::{Place, TableName};
+use crate::tables::{TableLocation, TableName};
 
 const ONCE: &str = "once";
 const ITERATIONS: &str = "iterations";
@@ -25,7 +25,7 @@ pub(super) const FILES: [&str; 11] = [
 ];
 pub(super) const FOLDERS: [&str; 4] = [ONCE, ITERATIONS, "staging", "damaged"];
 /// Entries that exist only after `run.json` was written.
-pub(super) const AFTER_THE_RECORD: [&str; 2] = ["failure.json", "damaged"];
+pub(super) const ENTRIES_AFTER_RECORD: [&str; 2] = ["failure.json", "damaged"];
 
 /// Paths of a run.
 #[derive(Debug, Clone)]
@@ -132,9 +132,11 @@ impl Layout {
 pub fn table_file(table: TableName, wear_iteration: impl Display) -> String {
     let file = table.file_name();
     match table.schema().place {
-        Place::Once => format!("{ONCE}/{file}"),
-        Place::Iteration => format!("{ITERATIONS}/{ITERATION_PREFIX}{wear_iteration}/{file}"),
-        Place::Beside => file,
+        TableLocation::Once => format!("{ONCE}/{file}"),
+        TableLocation::Iteration => {
+            format!("{ITERATIONS}/{ITERATION_PREFIX}{wear_iteration}/{file}")
+        }
+        TableLocation::Beside => file,
     }
 }
 

@@ -52,11 +52,11 @@ mod unsynced;
 pub use cache::Cache;
 pub use chain::{CommitReport, OnceReport, VerifyReport};
 pub use commit::{Commit, TableEntry};
-pub use draft::{Draft, DraftEntry, Recompute};
+pub use draft::{Draft, Recompute, StoredResult};
 pub use error::{Damage, DamageKind, StoreError};
 pub use file_system::{
     Entry, EntryKind, FileSystem, LockAttempt, LockGuard, LockHolder, Metadata, RealFileSystem,
-    is_unread,
+    is_read_failure,
 };
 pub use history::{History, StageCost, is_in_history};
 pub use key::StageKey;

@@ -8,16 +8,16 @@ use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockGuard};
 use super::files::{Files, hash, json};
 use super::history;
-use super::inspection::{ReadPast, has_gap};
-use super::layout::{AFTER_THE_RECORD, FILES, FOLDERS, Layout, iteration_name};
+use super::inspection::{PastAndHistory, has_gap};
+use super::layout::{ENTRIES_AFTER_RECORD, FILES, FOLDERS, Layout, iteration_name};
 use super::reader::RunReader;
 use super::record::{Continuation, Machine, Origin, RunIdentity, RunRecord};
-use super::record_file::{FoundRecord, read_record, written_scene};
+use super::record_file::{RecordRead, read_record, written_scene};
 use super::sealed::sealed;
-use super::survey::survey;
+use super::survey::check_folder;
 use crate::COMMIT;
-use crate::json::{KeyChange, as_read, differences, made, matches};
-use crate::tables::{Place, TableName};
+use crate::json::{KeyChange, as_read, differences, matches, user_changes};
+use crate::tables::{TableLocation, TableName};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ pub struct Opening {
     pub set_aside: Vec<DamagedIteration>,
     /// Repaired damage that affects no result. `run.json` was restored from its copy. A table that the run does not
     /// need was moved to `damaged/` and removed from its commit.
-    pub mended: Vec<Damage>,
+    pub repaired: Vec<Damage>,
     /// Damage of `history.parquet`, if the rows of pruned iterations are lost by it.
     pub history_lost: Option<Damage>,
     /// Completed stages of an unfinished iteration, by name. Their tables are reused if their inputs are the same.
@@ -73,7 +73,7 @@ impl Opening {
                 damaged.moved_to.display()
             ));
         }
-        for damage in &self.mended {
+        for damage in &self.repaired {
             notices.push(format!("repaired damage that affects no result: {damage}"));
         }
         if let Some(damage) = &self.history_lost {
@@ -114,21 +114,21 @@ fn describe(machine: &Machine) -> String {
 }
 
 /// A locked run folder.
-pub(super) struct Locked {
+pub(super) struct LockedRun {
     pub files: Files,
     pub layout: Layout,
     pub guard: Box<dyn LockGuard>,
     /// `None` if the folder is new, or its creation was not completed.
-    pub record: Option<FoundRecord>,
+    pub record: Option<RecordRead>,
     /// The origin of a sibling whose copy was not completed.
     pub unfinished: Option<Origin>,
 }
 
 /// Creates the folder if needed and takes its lock.
-pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, StoreError> {
+pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<LockedRun, StoreError> {
     let files = Files(fs);
     let layout = Layout::at(root);
-    survey(&files, &layout)?;
+    check_folder(&files, &layout)?;
     if !files.is_there(&layout.record())? && !files.is_there(&layout.record_copy())? {
         refuse_foreign(&files, &layout)?;
     }
@@ -149,7 +149,7 @@ pub(super) fn lock(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Locked, Store
             }));
         }
     }
-    Ok(Locked {
+    Ok(LockedRun {
         files,
         layout,
         guard,
@@ -163,7 +163,7 @@ fn refuse_foreign(files: &Files, layout: &Layout) -> Result<(), StoreError> {
     for entry in files.list_root(layout)? {
         let name = entry.name.strip_suffix(".new").unwrap_or(&entry.name);
         let is_of_run = FILES.contains(&name) || FOLDERS.contains(&name);
-        if !is_of_run || AFTER_THE_RECORD.contains(&name) {
+        if !is_of_run || ENTRIES_AFTER_RECORD.contains(&name) {
             return Err(StoreError::NotARun {
                 path: layout.root.clone(),
                 found: entry.name,
@@ -214,7 +214,7 @@ fn write_identity(
     files.replace_if_different(&plan, &bytes)?;
     let schemas = layout.schemas();
     let run_schemas = TableName::ALL.iter().map(|table| table.schema());
-    let run_schemas = run_schemas.filter(|schema| schema.place != Place::Beside);
+    let run_schemas = run_schemas.filter(|schema| schema.place != TableLocation::Beside);
     let bytes = json(&schemas, &run_schemas.collect::<Vec<_>>())?;
     record.schemas_hash = hash(&bytes);
     files.replace_if_different(&schemas, &bytes)
@@ -234,15 +234,15 @@ pub(super) fn write_record(
 
 /// Checks an existing run against its identity and repairs it: sets damaged iterations aside, completes interrupted
 /// pruning and cleans `staging/`.
-pub(super) fn resume(
+pub(super) fn check_and_repair(
     files: Files,
     layout: Layout,
-    found: FoundRecord,
+    found: RecordRead,
     identity: &RunIdentity,
 ) -> Result<(RunReader, Opening), StoreError> {
     let mut record = found.record;
     let mut opening = Opening {
-        mended: found.damage.into_iter().collect(),
+        repaired: found.damage.into_iter().collect(),
         ..Opening::default()
     };
     let (changed, forbidden): (Vec<_>, Vec<_>) =
@@ -259,7 +259,7 @@ pub(super) fn resume(
             let current_text = written_scene(&files, &layout)?.ok();
             return Err(StoreError::SceneChanged {
                 path: layout.root,
-                keys: made(forbidden, &identity.following_keys),
+                keys: user_changes(forbidden, &identity.following_keys),
                 edited: current_text.is_some_and(|current_text| current_text != record.scene_toml),
             });
         }
@@ -276,10 +276,10 @@ pub(super) fn resume(
     for folder in [layout.once(), layout.iterations(), layout.staging()] {
         files.make_dir(&folder)?;
     }
-    let past = ReadPast::read(&files, &layout)?;
+    let past = PastAndHistory::read(&files, &layout)?;
     discard(&files, &layout, past.past.pruned.keys().copied())?;
 
-    let mut chain = chain::walk(&files, &layout, &past.past)?;
+    let mut chain = chain::verify_chain(&files, &layout, &past.past)?;
     opening.latest = chain.sound.keys().next_back().copied();
     let mut reports = std::mem::take(&mut chain.reports);
     for report in &mut reports {
@@ -287,7 +287,7 @@ pub(super) fn resume(
             && !report.unchained_damage.is_empty()
         {
             drop_damaged(&files, &layout, commit, &report.unchained_damage)?;
-            opening.mended.append(&mut report.unchained_damage);
+            opening.repaired.append(&mut report.unchained_damage);
         }
     }
     // Move the highest iteration first. After a crash in between, the lower ones are found damaged again.

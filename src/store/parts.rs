@@ -17,7 +17,7 @@ const LONGEST: u64 = 1 << 28;
 const HASH: usize = 32;
 
 /// Writer of the next part. Returns false if the part cannot be written or would leave too little space.
-pub type Keep = Box<dyn FnMut(&[u8]) -> bool + Send>;
+pub type PartWriter = Box<dyn FnMut(&[u8]) -> bool + Send>;
 
 /// True for the file name of a part.
 pub(super) fn is_part(name: &str) -> bool {
@@ -46,7 +46,7 @@ pub(super) fn open(
     files: &Files,
     folder: &Path,
     key: &StageKey,
-) -> Result<(Vec<u8>, Keep), StoreError> {
+) -> Result<(Vec<u8>, PartWriter), StoreError> {
     let mut content = Vec::new();
     let mut index = 0;
     loop {

@@ -7,12 +7,12 @@ use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::{FileSystem, LockHolder, RealFileSystem};
 use super::files::Files;
 use super::history::{History, is_in_history};
-use super::inspection::{Looked, walk_beside_a_writer};
+use super::inspection::{RunSnapshot, verify_consistently};
 use super::layout::Layout;
 use super::record::{Failure, RunRecord};
 use super::record_file::{check_metadata, check_text, read_plan};
 use super::sealed::read_sealed;
-use super::survey::survey;
+use super::survey::check_folder;
 use crate::json::{as_read, differences, matches};
 use crate::tables::{Table, TableName, TypedTable, provenance_of, typed};
 use serde_json::Value;
@@ -36,24 +36,24 @@ impl RunReader {
     /// Opens a run and verifies its iterations. Iterations after the first damaged one do not count.
     ///
     /// # Errors
-    /// [`StoreError::NoRun`], [`StoreError::NotPlain`] for a folder with links in it, [`StoreError::Damaged`] if
+    /// [`StoreError::NoRun`], [`StoreError::UnexpectedEntryKind`] for a folder with links in it, [`StoreError::Damaged`] if
     /// neither `run.json` nor its copy is readable, [`StoreError::OtherLayout`], [`StoreError::Io`].
     pub fn open(fs: Arc<dyn FileSystem>, root: &Path) -> Result<RunReader, StoreError> {
         let files = Files(fs);
         let layout = Layout::at(root);
-        survey(&files, &layout).map_err(|error| match error {
+        check_folder(&files, &layout).map_err(|error| match error {
             StoreError::Io { source, .. } if source.kind() == ErrorKind::NotADirectory => {
-                StoreError::NoFolder {
+                StoreError::FileInsteadOfFolder {
                     path: root.to_owned(),
                 }
             }
             error => error,
         })?;
-        let Looked {
+        let RunSnapshot {
             record,
             past,
             chain,
-        } = walk_beside_a_writer(&files, &layout)?;
+        } = verify_consistently(&files, &layout)?;
         Ok(RunReader {
             files,
             layout,
@@ -275,7 +275,7 @@ impl RunReader {
     ///
     /// # Errors
     /// [`StoreError::Io`]. A draft that is committed meanwhile is not an error.
-    pub fn drafted(&self, wear_iteration: u64) -> Result<Vec<String>, StoreError> {
+    pub fn drafted_stages(&self, wear_iteration: u64) -> Result<Vec<String>, StoreError> {
         match self.files.list(&self.layout.draft_keys(wear_iteration)) {
             Ok(entries) => Ok(entries
                 .iter()
@@ -358,11 +358,11 @@ impl RunReader {
     /// # Errors
     /// [`StoreError::Io`] if an existing file cannot be read.
     pub fn verify(&self) -> Result<VerifyReport, StoreError> {
-        let Looked {
+        let RunSnapshot {
             record,
             past,
             chain,
-        } = walk_beside_a_writer(&self.files, &self.layout)?;
+        } = verify_consistently(&self.files, &self.layout)?;
         let mut metadata = check_metadata(&self.files, &self.layout, &record)?;
         metadata.extend(past.damage(&self.layout, &chain));
         Ok(VerifyReport {

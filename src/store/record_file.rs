@@ -5,14 +5,14 @@ use super::file_system::FileSystem;
 use super::files::{Files, hash};
 use super::layout::Layout;
 use super::record::{LAYOUT, RunRecord};
-use super::sealed::read_to_judge;
-use super::survey::survey;
+use super::sealed::read_optionally_sealed;
+use super::survey::check_folder;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Content of `run.json`, read from the file or from its copy.
-pub(super) struct FoundRecord {
+pub(super) struct RecordRead {
     pub record: RunRecord,
     /// Damage of `run.json`, if the record was read from the copy.
     pub damage: Option<Damage>,
@@ -22,18 +22,18 @@ pub(super) struct FoundRecord {
 pub(super) fn read_record(
     files: &Files,
     layout: &Layout,
-) -> Result<Option<FoundRecord>, StoreError> {
+) -> Result<Option<RecordRead>, StoreError> {
     let damage = match read_one_record(files, layout, &layout.record())? {
         Ok(record) => {
             let damage = None;
-            return Ok(Some(FoundRecord { record, damage }));
+            return Ok(Some(RecordRead { record, damage }));
         }
         Err(damage) => damage,
     };
     match read_one_record(files, layout, &layout.record_copy())? {
         Ok(record) => {
             let damage = Some(damage);
-            Ok(Some(FoundRecord { record, damage }))
+            Ok(Some(RecordRead { record, damage }))
         }
         Err(copy) => {
             let kinds = [&damage.kind, &copy.kind];
@@ -54,7 +54,7 @@ fn read_one_record(
     let layout_number = |value: &Value| value["format"].as_u64();
     let this_layout = Some(u64::from(LAYOUT));
     let value: Value =
-        match read_to_judge(files, path, |value| layout_number(value) == this_layout)? {
+        match read_optionally_sealed(files, path, |value| layout_number(value) == this_layout)? {
             Ok(value) => value,
             Err(damage) => return Ok(Err(damage)),
         };
@@ -170,9 +170,9 @@ pub fn check_plan<P>(
 ) -> Result<(), StoreError> {
     let files = Files(fs);
     let layout = Layout::at(root);
-    survey(&files, &layout)?;
+    check_folder(&files, &layout)?;
     match read_record(&files, &layout)? {
-        Some(FoundRecord { record, .. })
+        Some(RecordRead { record, .. })
             if check_hash(&files, layout.plan(), &record.plan_hash)?.is_none() =>
         {
             read_plan(&files, &layout, &record, read).map(|_| ())
@@ -198,7 +198,7 @@ impl SceneOfRun {
     pub fn read(fs: Arc<dyn FileSystem>, root: &Path) -> Result<Option<SceneOfRun>, StoreError> {
         let files = Files(fs);
         let layout = Layout::at(root);
-        survey(&files, &layout)?;
+        check_folder(&files, &layout)?;
         let found = read_record(&files, &layout)?;
         let recorded_text = found.map(|found| found.record.scene_toml);
         match written_scene(&files, &layout)? {

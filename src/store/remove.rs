@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use super::error::StoreError;
-use super::file_system::{EntryKind, FileSystem, LockAttempt, is_unread};
+use super::file_system::{EntryKind, FileSystem, LockAttempt, is_read_failure};
 use super::files::{LONGEST_METADATA, io_error};
 use super::layout::Layout;
 use crate::json::hash;
@@ -29,7 +29,7 @@ pub fn remove_run(files: &dyn FileSystem, run: &Path, scene_hash: &str) -> Resul
     let records = [layout.record_copy(), layout.record()];
     for path in &records {
         let bytes = match files.read(path, LONGEST_METADATA) {
-            Err(error) if is_unread(&error) => return Err(io_error("read", path)(error)),
+            Err(error) if is_read_failure(&error) => return Err(io_error("read", path)(error)),
             bytes => bytes.unwrap_or_default(),
         };
         let record: Option<serde_json::Value> = serde_json::from_slice(&bytes).ok();

@@ -4,7 +4,7 @@ use super::chain::VerifyReport;
 use super::commit::Commit;
 use super::date;
 use super::draft::{
-    Draft, DraftEntry, KeyedEntry, Recompute, check_cells, clean_staging, encode, read_keyed,
+    Draft, KeyedEntry, Recompute, StoredResult, check_cells, clean_staging, encode, read_keyed,
 };
 use super::error::StoreError;
 use super::file_system::{FileSystem, LockGuard};
@@ -12,10 +12,10 @@ use super::files::Files;
 use super::history;
 use super::key::StageKey;
 use super::layout::{COMMIT_FILE, Layout};
-use super::open::{self, Locked, Opening};
+use super::open::{self, LockedRun, Opening};
 use super::reader::RunReader;
 use super::record::{Failure, RunIdentity};
-use super::record_file::FoundRecord;
+use super::record_file::RecordRead;
 use super::sealed::sealed;
 use crate::tables::{Provenance, Table, TableName, TypedTable};
 use std::collections::{BTreeMap, BTreeSet};
@@ -65,7 +65,7 @@ impl RunStore {
                 wear_iteration: origin.wear_iteration,
             });
         }
-        RunStore::over(locked, identity)
+        RunStore::from_locked(locked, identity)
     }
 
     /// Opens a run for reading, without the lock. Errors as for [`RunReader::open`].
@@ -73,11 +73,11 @@ impl RunStore {
         RunReader::open(fs, root)
     }
 
-    pub(super) fn over(
-        locked: Locked,
+    pub(super) fn from_locked(
+        locked: LockedRun,
         identity: &RunIdentity,
     ) -> Result<(RunStore, Opening), StoreError> {
-        let Locked {
+        let LockedRun {
             files,
             layout,
             guard,
@@ -87,12 +87,12 @@ impl RunStore {
         let created = record.is_none();
         let record = match record {
             Some(record) => record,
-            None => FoundRecord {
+            None => RecordRead {
                 record: open::create(&files, &layout, identity, None)?,
                 damage: None,
             },
         };
-        let (reader, mut opening) = open::resume(files, layout, record, identity)?;
+        let (reader, mut opening) = open::check_and_repair(files, layout, record, identity)?;
         opening.created = created;
         let provenance = Provenance {
             scene_hash: identity.scene_hash(),
@@ -161,14 +161,14 @@ impl RunStore {
     /// # Errors
     /// [`StoreError::Io`] if the table exists but cannot be read, [`StoreError::Table`] if the file holds another
     /// table.
-    pub fn once(&self, table: TableName, key: &StageKey) -> Result<DraftEntry, StoreError> {
+    pub fn once(&self, table: TableName, key: &StageKey) -> Result<StoredResult, StoreError> {
         let folder = self.layout().once();
         let key_path = folder.join(format!("{table}.json"));
         let stored = read_keyed(self.files(), &folder, &key_path, table, key)?.0;
-        if let DraftEntry::Valid(values) = &stored
+        if let StoredResult::Valid(values) = &stored
             && let Err(damage) = check_cells(self.reader.cells(), &key_path, values)
         {
-            return Ok(DraftEntry::Stale(Recompute::Damaged(damage)));
+            return Ok(StoredResult::Stale(Recompute::Damaged(damage)));
         }
         Ok(stored)
     }

@@ -32,12 +32,12 @@ pub(super) fn read_sealed<T: DeserializeOwned>(
     files: &Files,
     path: &Path,
 ) -> Result<Result<T, Damage>, StoreError> {
-    read_to_judge(files, path, |_| true)
+    read_optionally_sealed(files, path, |_| true)
 }
 
 /// As [`read_sealed`], but `must_have_hash` decides from the content whether a hash is required. A file of another
 /// layout may have none.
-pub(super) fn read_to_judge<T: DeserializeOwned>(
+pub(super) fn read_optionally_sealed<T: DeserializeOwned>(
     files: &Files,
     path: &Path,
     must_have_hash: impl FnOnce(&T) -> bool,

@@ -10,7 +10,7 @@ use super::layout::{COMMIT_FILE, Layout};
 use super::open::{self, Opening};
 use super::reader::RunReader;
 use super::record::{Origin, RunIdentity};
-use super::record_file::FoundRecord;
+use super::record_file::RecordRead;
 use super::run::RunStore;
 use super::sealed::{read_sealed, sealed};
 use crate::json::{as_read, differences, matches};
@@ -41,7 +41,7 @@ impl RunStore {
             Some(open_source(fs.clone(), identity, source, wear_iteration)?)
         };
         let mut locked = open::lock(fs, root)?;
-        if let Some(FoundRecord { record, .. }) = &locked.record {
+        if let Some(RecordRead { record, .. }) = &locked.record {
             let has_same_origin = record
                 .origin
                 .as_ref()
@@ -58,7 +58,7 @@ impl RunStore {
                     expected: format!("{run}@{wear_iteration}"),
                 });
             }
-            return RunStore::over(locked, identity);
+            return RunStore::from_locked(locked, identity);
         }
         let Some(source) = source else {
             return Err(StoreError::Damaged(Damage {
@@ -81,11 +81,11 @@ impl RunStore {
         let mut inherited_history = source.history()?;
         inherited_history.truncate(wear_iteration as usize + 1);
         history::write(files, layout, &inherited_history)?;
-        locked.record = Some(FoundRecord {
+        locked.record = Some(RecordRead {
             record: open::create(files, layout, identity, Some(origin))?,
             damage: None,
         });
-        let (store, mut opening) = RunStore::over(locked, identity)?;
+        let (store, mut opening) = RunStore::from_locked(locked, identity)?;
         opening.created = true;
         Ok((store, opening))
     }

@@ -11,7 +11,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 /// Rejects a run folder with a link or a special file where the store would read or write.
-pub(super) fn survey(files: &Files, layout: &Layout) -> Result<(), StoreError> {
+pub(super) fn check_folder(files: &Files, layout: &Layout) -> Result<(), StoreError> {
     for entry in files.list_root(layout)? {
         let name = entry.name.as_str();
         if FILES.contains(&name) {
@@ -57,7 +57,7 @@ fn require(folder: &Path, entry: &Entry, expected: EntryKind) -> Result<(), Stor
     if entry.kind == expected {
         return Ok(());
     }
-    Err(StoreError::NotPlain {
+    Err(StoreError::UnexpectedEntryKind {
         path: folder.join(&entry.name),
         found: entry.kind,
         expected,

@@ -66,7 +66,7 @@ impl FileSystem for UnsyncedFileSystem {
 }
 
 /// Number of parent folders that a start may have created, as `runs` of `runs/NAME`. They are synced too.
-const ABOVE: usize = 2;
+const PARENT_FOLDERS: usize = 2;
 
 /// Syncs a run folder with its content, each file before the folder that lists it.
 ///
@@ -74,7 +74,7 @@ const ABOVE: usize = 2;
 /// [`StoreError::Io`]
 pub fn sync_all(files: &dyn FileSystem, root: &Path) -> Result<(), StoreError> {
     sync_below(files, root)?;
-    for folder in root.ancestors().skip(1).take(ABOVE) {
+    for folder in root.ancestors().skip(1).take(PARENT_FOLDERS) {
         let folder = match folder.as_os_str().is_empty() {
             true => Path::new("."),
             false => folder,

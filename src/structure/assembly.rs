@@ -49,7 +49,7 @@ impl System {
             let mut nodes = Vec::new();
             for &(dof, _) in &spring.on {
                 if dof >= 3 * count {
-                    return Err(StructureError::NoSuch {
+                    return Err(StructureError::DoesNotExist {
                         what: "degree of freedom",
                         index: dof,
                         count: 3 * count,

@@ -44,7 +44,7 @@ impl ContactArray {
 
     /// Converts grid coordinates, counted in rectangles from the corner, to a position (x, y) from the centre of the
     /// joint \[m\].
-    pub fn place(&self, [i, j]: [f64; 2]) -> [f64; 2] {
+    pub fn position_at(&self, [i, j]: [f64; 2]) -> [f64; 2] {
         let sides = self.sides();
         [
             (i - 0.5 * self.counts[0] as f64) * sides[0],
@@ -54,7 +54,7 @@ impl ContactArray {
 
     /// Returns the centre \[m\] and the area \[m²\] of each of [`Self::cells`].
     pub fn faces(&self) -> Vec<([f64; 2], f64)> {
-        let centre = |cell: [usize; 2]| self.place(cell.map(|k| k as f64 + 0.5));
+        let centre = |cell: [usize; 2]| self.position_at(cell.map(|k| k as f64 + 0.5));
         let cells = self.cells().into_iter();
         cells.map(|cell| (centre(cell), self.cell_area())).collect()
     }
@@ -68,7 +68,7 @@ impl ContactArray {
             *faces.entry(corner).or_default() += 1.0;
         }
         let nodes = faces.into_iter().map(|(node, faces)| {
-            let place = self.place(node.map(|k| k as f64));
+            let place = self.position_at(node.map(|k| k as f64));
             (place, 0.25 * faces * self.cell_area())
         });
         nodes.collect()

@@ -60,7 +60,7 @@ impl<'a> Deck<'a> {
         modes: usize,
     ) -> Result<Self, StructureError> {
         if springs.len() != resonator.contacts.len() {
-            return Err(StructureError::DoNotFit {
+            return Err(StructureError::Contradiction {
                 name: "the number of contact springs",
                 value: springs.len() as f64,
                 other: "the number of contact elements",

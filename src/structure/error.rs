@@ -20,7 +20,7 @@ pub enum StructureError {
         "nothing balances {}: {share:.1e} of its work is in a rigid motion that the pressure at the joint does not resist; support the structure, or balance the load",
         if *load == 0 { "the preload" } else { "the constant forces of dynamics.force" }
     )]
-    Unborne {
+    UnbalancedLoad {
         /// Number of the load: 0 for the preload, 1 for the constant forces.
         load: usize,
         /// Largest work of the load in such motions, as a share of its largest work in a rigid mode.
@@ -38,7 +38,7 @@ pub enum StructureError {
     #[error(
         "the structure does not match [material] and its mesh: between neighbouring nodes of the joint its flexibility is {ratio:.3} times that of a half space of [material] with the same mesh, and must be {least} to {most} times. A modulus or a unit differs from [material], the elements under the joint are no boxes, or the meshes of the two faces differ in size. Give structure.layer if it was not found, mesh both faces alike, or use contact.pressing = \"punch\""
     )]
-    OtherMesh {
+    MeshMismatch {
         /// Flexibility of the structure divided by that of the mesh on a half space.
         ratio: f64,
         /// Smallest valid ratio.
@@ -48,7 +48,7 @@ pub enum StructureError {
     },
     /// Two numbers contradict each other.
     #[error("{name} is {value:e}, but {other} is {other_value:e}; {expected}")]
-    DoNotFit {
+    Contradiction {
         /// Name of the number.
         name: &'static str,
         /// Its value.
@@ -80,7 +80,7 @@ pub enum StructureError {
     },
     /// A node, degree of freedom or material does not exist.
     #[error("{what} {index} does not exist; there are {count}, counted from 0")]
-    NoSuch {
+    DoesNotExist {
         /// `"node"`, `"degree of freedom"` or `"material"`.
         what: &'static str,
         /// Its number, from 0.

@@ -12,7 +12,7 @@ use crate::structure::modes::{ModeOptions, lowest_of};
 use crate::structure::order::elimination_order;
 
 /// A larger diagonal of the stiffness is a penalty that fixes the row. Abaqus writes 1e36.
-const HELD: f64 = 1e30;
+const PENALTY: f64 = 1e30;
 /// Up to this number of rows all eigenvalues are computed by a dense method, in some seconds.
 pub(super) const DENSE: usize = 450;
 /// The first shift is this share of the smallest ratio of the diagonals of K and M, an upper bound of the lowest ω².
@@ -35,7 +35,7 @@ const RIGID: f64 = 20.0;
 const NEARLY_RIGID: f64 = 1e-10;
 const GAP: f64 = 1e3;
 /// Average precision of entries that a program has summed in double precision.
-pub(super) const SUMMED: f64 = 5e-16;
+pub(super) const SUMMED_PRECISION: f64 = 5e-16;
 /// Number of modes computed in addition to the requested ones: the rigid modes of a body.
 const BODY: usize = 6;
 /// An eigenvalue of (K + sM)⁻¹M below this share of the largest belongs to a motion without mass.
@@ -57,22 +57,22 @@ pub struct Frequencies {
     /// Number of rows fixed by the user.
     pub fixed: usize,
     /// Number of rows fixed by a penalty on the diagonal in the file.
-    pub held: usize,
+    pub penalty_fixed: usize,
     /// Number of rows left out because they have no nonzero entry.
     pub empty: usize,
     /// Number of rows left out because their body has no mass.
     pub massless: usize,
     /// True if stiffness was added to massless rows that had none.
-    pub is_steadied: bool,
+    pub is_stabilized: bool,
     /// True if some motion has no stiffness.
     pub is_singular: bool,
 }
 
 /// Returns for each row whether the stiffness fixes it by a penalty.
-pub fn held(matrices: &Matrices) -> Vec<bool> {
+pub fn penalty_fixed_rows(matrices: &Matrices) -> Vec<bool> {
     let diagonal = matrices.stiffness.as_ref().map(|k| k.diagonal());
     (diagonal.unwrap_or_default().iter())
-        .map(|v| v.abs() >= HELD)
+        .map(|v| v.abs() >= PENALTY)
         .collect()
 }
 
@@ -89,7 +89,7 @@ pub fn lowest_frequencies(
     let (Some(stiffness), Some(mass)) = (&matrices.stiffness, &matrices.mass) else {
         return Ok(None);
     };
-    let is_held = held(matrices);
+    let is_held = penalty_fixed_rows(matrices);
     let mut has_entry = vec![false; matrices.size];
     for &(i, j, v) in stiffness.entries.iter().chain(&mass.entries) {
         if v != 0.0 {
@@ -103,7 +103,7 @@ pub fn lowest_frequencies(
         if is_fixed.get(row).copied().unwrap_or(false) {
             frequencies.fixed += 1;
         } else if is_held[row] {
-            frequencies.held += 1;
+            frequencies.penalty_fixed += 1;
         } else if !has_entry[row] {
             frequencies.empty += 1;
         } else {
@@ -114,18 +114,18 @@ pub fn lowest_frequencies(
     if count == 0 {
         return Ok(Some(frequencies));
     }
-    let precision = stiffness.precision.max(SUMMED);
+    let precision = stiffness.precision.max(SUMMED_PRECISION);
     let (k, m) = (stiffness.lower(&place), mass.lower(&place));
     let places = matrices.places(&place);
-    let whole = Whole {
+    let whole = UnsplitPencil {
         rows: frequencies.rows,
         k: &k,
         m: &m,
         precision,
         places: places.as_deref(),
     };
-    let whole = whole.spectrum(count)?;
-    (frequencies.massless, frequencies.is_steadied) = (whole.massless, whole.is_steadied);
+    let whole = whole.lowest_modes(count)?;
+    (frequencies.massless, frequencies.is_stabilized) = (whole.massless, whole.is_stabilized);
     if frequencies.massless == frequencies.rows {
         return Err(StructureError::TooManyModes {
             wanted: count,
@@ -143,21 +143,21 @@ pub fn lowest_frequencies(
         }
     }
     frequencies.is_singular =
-        frequencies.empty > 0 || !frequencies.rigid.is_empty() || frequencies.is_steadied;
+        frequencies.empty > 0 || !frequencies.rigid.is_empty() || frequencies.is_stabilized;
     Ok(Some(frequencies))
 }
 
 /// Lowest modes of all bodies.
-pub(super) struct Lowest {
+pub(super) struct LowestModes {
     /// Modes in ascending order of ω².
     modes: Vec<Mode>,
     /// Number of rows of bodies without mass.
     pub massless: usize,
     /// True if stiffness was added to massless rows that had none.
-    pub is_steadied: bool,
+    pub is_stabilized: bool,
 }
 
-impl Lowest {
+impl LowestModes {
     /// Returns the number of rigid modes.
     pub fn rigid(&self) -> usize {
         self.modes.iter().filter(|mode| mode.is_rigid).count()
@@ -171,7 +171,7 @@ impl Lowest {
 }
 
 /// Stiffness and mass of all bodies as sorted lower triangles.
-pub(super) struct Whole<'a> {
+pub(super) struct UnsplitPencil<'a> {
     pub rows: usize,
     pub k: &'a [(u32, u32, f64)],
     pub m: &'a [(u32, u32, f64)],
@@ -181,20 +181,20 @@ pub(super) struct Whole<'a> {
     pub places: Option<&'a [[f64; 3]]>,
 }
 
-impl Whole<'_> {
+impl UnsplitPencil<'_> {
     /// Computes the lowest modes, with at least `count` elastic modes of each body.
-    pub(super) fn spectrum(&self, count: usize) -> Result<Lowest, StructureError> {
-        let mut lowest = Lowest {
+    pub(super) fn lowest_modes(&self, count: usize) -> Result<LowestModes, StructureError> {
+        let mut lowest = LowestModes {
             modes: Vec::new(),
             massless: 0,
-            is_steadied: false,
+            is_stabilized: false,
         };
         for pencil in self.pencils() {
             let Some(spectrum) = pencil.lowest(count)? else {
                 lowest.massless += pencil.k.size();
                 continue;
             };
-            lowest.is_steadied |= spectrum.is_steadied;
+            lowest.is_stabilized |= spectrum.is_steadied;
             lowest.modes.extend(spectrum.modes);
         }
         let by_square = |a: &Mode, b: &Mode| a.square.total_cmp(&b.square);
@@ -417,7 +417,7 @@ impl Pencil {
         wanted: usize,
     ) -> Result<Spectrum, StructureError> {
         let (omega_squared, shapes) = if self.k.size() <= DENSE {
-            dense(&self.m, shifted, shift, wanted)?
+            dense_modes(&self.m, shifted, shift, wanted)?
         } else {
             self.sparse(shifted, shift, wanted)?
         };
@@ -482,7 +482,7 @@ impl Pencil {
 }
 
 /// Computes ω² and the shapes of the lowest modes by a dense method, with φᵀ(K + shift·M)φ = 1.
-pub(super) fn dense(
+pub(super) fn dense_modes(
     mass: &SparseSymmetric,
     shifted: &SparseSymmetric,
     shift: f64,

@@ -50,7 +50,7 @@ impl FaceCompliance {
     ///
     /// # Errors
     /// [`StructureError::OutOfRange`] for a length that is not positive and finite.
-    pub fn new(
+    pub fn of_layered_half_space(
         elastic: Elastic,
         sides: [f64; 2],
         layers: &[f64],

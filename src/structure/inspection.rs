@@ -15,12 +15,12 @@ const MODAL: f64 = 1e-6;
 const MOVED: f64 = 1e-2;
 
 /// A body is free if a translation strains it by less than this share of its stiffness.
-const FREE: f64 = 1e-6;
+const FREE_STRAIN: f64 = 1e-6;
 /// A free body gives a warning if it resists a rotation by more than this share of its stiffness, and by more than
-/// [`STRAINED`] times its resistance to translations.
-const TURNED: f64 = 1e-7;
+/// [`ROTATION_RATIO`] times its resistance to translations.
+const ROTATION_RESISTANCE: f64 = 1e-7;
 /// Factor above the resistance to translations, which is rounding, for a warning.
-const STRAINED: f64 = 1e3;
+const ROTATION_RATIO: f64 = 1e3;
 
 /// Error in the rows that the user fixes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -88,7 +88,10 @@ pub enum FixedError {
 /// # Errors
 /// [`FixedError`] for a set, node, direction or row that does not exist. A set whose nodes have no rows gives a note
 /// instead, because the other program has removed these rows.
-pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>), FixedError> {
+pub fn parse_fixed_rows(
+    matrices: &Matrices,
+    text: &str,
+) -> Result<(Vec<bool>, Vec<String>), FixedError> {
     let mut is_fixed = vec![false; matrices.size];
     let mut notes = Vec::new();
     for item in text
@@ -176,7 +179,7 @@ pub fn fixed(matrices: &Matrices, text: &str) -> Result<(Vec<bool>, Vec<String>)
 fn unknown(matrices: &Matrices, item: &str) -> FixedError {
     FixedError::Unknown {
         text: item.to_owned(),
-        known: matrices.known_sets("there are none"),
+        known: matrices.set_names("there are none"),
     }
 }
 
@@ -244,7 +247,7 @@ pub fn inner_nodes_note(matrices: &Matrices) -> Option<String> {
 
 /// Returns warnings about matrices that are probably no valid structure: nodes with stiffness but no mass or vice
 /// versa, bodies that resist a rotation, and a mass that hardly resists a translation.
-pub fn suspicions(matrices: &Matrices) -> Vec<String> {
+pub fn model_warnings(matrices: &Matrices) -> Vec<String> {
     let mut warnings = Vec::new();
     let (Some(dofs), Some(stiffness), Some(mass)) =
         (&matrices.dofs, &matrices.stiffness, &matrices.mass)
@@ -410,7 +413,7 @@ fn rotation_warning(matrices: &Matrices) -> Option<String> {
         if unknown_bodies.contains(&body_number) {
             continue;
         }
-        let multiplicity = if stiffness.is_half && i != j {
+        let multiplicity = if stiffness.is_triangle && i != j {
             2.0
         } else {
             1.0
@@ -428,7 +431,8 @@ fn rotation_warning(matrices: &Matrices) -> Option<String> {
     let worst = bodies.filter_map(|[x, y, z, turns @ ..]| {
         let strain = x.max(y).max(z);
         let turned = turns.into_iter().fold(0.0, f64::max);
-        (strain < FREE && turned > TURNED.max(STRAINED * strain)).then_some(turned)
+        (strain < FREE_STRAIN && turned > ROTATION_RESISTANCE.max(ROTATION_RATIO * strain))
+            .then_some(turned)
     });
     let worst = worst.max_by(f64::total_cmp)?;
     Some(format!(
@@ -466,7 +470,7 @@ pub fn bodies(matrices: &Matrices) -> Vec<Body> {
             if !is_along(i) || !is_along(j) {
                 continue;
             }
-            let ends = if matrix.is_half && i != j {
+            let ends = if matrix.is_triangle && i != j {
                 &[i, j][..]
             } else {
                 &[i]

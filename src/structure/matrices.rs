@@ -53,7 +53,7 @@ impl Role {
     pub const ALL: [Role; 4] = [Role::Stiffness, Role::Mass, Role::Damping, Role::Hysteretic];
 
     /// Roles of matrices without names, in the order of the files.
-    pub const BY_PLACE: [Role; 3] = [Role::Stiffness, Role::Mass, Role::Damping];
+    pub const IN_FILE_ORDER: [Role; 3] = [Role::Stiffness, Role::Mass, Role::Damping];
 
     /// Returns the name of the role.
     pub fn name(self) -> &'static str {
@@ -74,7 +74,7 @@ pub struct Triplets {
     /// Row, column (from 0) and value of each entry. Entries at the same place are summed.
     pub entries: Vec<(u32, u32, f64)>,
     /// True if the file has one triangle, so that each off-diagonal entry also counts as its mirror image.
-    pub is_half: bool,
+    pub is_triangle: bool,
     /// Relative precision of the numbers in the file: half a unit of the last digit.
     pub precision: f64,
 }
@@ -96,8 +96,8 @@ impl Triplets {
         Triplets {
             size,
             entries: Vec::new(),
-            is_half: false,
-            precision: DOUBLE,
+            is_triangle: false,
+            precision: DOUBLE_PRECISION,
         }
     }
 
@@ -138,7 +138,7 @@ impl Triplets {
             return false;
         };
         let is_lower = first.0 > first.1;
-        !self.is_half && off_diagonal.all(|e| (e.0 > e.1) == is_lower)
+        !self.is_triangle && off_diagonal.all(|e| (e.0 > e.1) == is_lower)
     }
 
     /// Returns the deviation from symmetry. It is zero for a matrix stored as one triangle.
@@ -149,7 +149,7 @@ impl Triplets {
             values: (0.0, 0.0),
         };
         let largest = self.largest();
-        if self.is_half || largest == 0.0 {
+        if self.is_triangle || largest == 0.0 {
             return worst;
         }
         let sorted = self.sorted();
@@ -170,13 +170,13 @@ impl Triplets {
 
     /// Marks the matrix as one triangle if no off-diagonal entry is stored together with its mirror image. Used for
     /// formats that do not say whether the file has one triangle or the whole matrix.
-    pub fn find_half(&mut self) {
+    pub fn detect_triangle(&mut self) {
         let mut places: Vec<(u32, u32)> = (self.entries.iter())
             .filter(|e| e.0 != e.1)
             .map(|e| (e.0, e.1))
             .collect();
         places.sort_unstable();
-        self.is_half = !places
+        self.is_triangle = !places
             .iter()
             .any(|&(i, j)| i < j && places.binary_search(&(j, i)).is_ok());
     }
@@ -191,7 +191,11 @@ impl Triplets {
         let mut sum = 0.0;
         for &(i, j, v) in &self.entries {
             if chosen(i as usize) && chosen(j as usize) {
-                sum += if self.is_half && i != j { 2.0 * v } else { v };
+                sum += if self.is_triangle && i != j {
+                    2.0 * v
+                } else {
+                    v
+                };
             }
         }
         sum
@@ -205,7 +209,7 @@ impl Triplets {
             let (Some(a), Some(b)) = (place[i as usize], place[j as usize]) else {
                 continue;
             };
-            let mut share = if i == j || self.is_half { 1.0 } else { 0.5 };
+            let mut share = if i == j || self.is_triangle { 1.0 } else { 0.5 };
             // Two rows may be merged into one.
             if i != j && a == b {
                 share *= 2.0;
@@ -227,7 +231,7 @@ impl Triplets {
 }
 
 /// Half a unit of the last place of a double, relative.
-pub const DOUBLE: f64 = f64::EPSILON / 2.0;
+pub const DOUBLE_PRECISION: f64 = f64::EPSILON / 2.0;
 
 /// Units of a structure, as in `structure.unit` of a scene.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -289,18 +293,18 @@ impl Matrices {
     }
 
     /// Returns the names of the sets, or the text `none`, followed by the reasons why files were not read.
-    pub(super) fn known_sets(&self, none: &str) -> String {
+    pub(super) fn set_names(&self, none: &str) -> String {
         let mut names: Vec<&str> = self.sets.keys().map(String::as_str).collect();
         names.sort_unstable();
         let names = match names.is_empty() {
             true => none.to_owned(),
             false => names.join(", "),
         };
-        names + &self.told_unread()
+        names + &self.unread_reasons()
     }
 
     /// Returns the reasons of `unread`, for the end of a message about a missing set or position.
-    pub(super) fn told_unread(&self) -> String {
+    pub(super) fn unread_reasons(&self) -> String {
         let each = self.unread.iter().map(|reason| format!("; {reason}"));
         each.collect()
     }

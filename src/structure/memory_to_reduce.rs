@@ -2,7 +2,7 @@
 
 use super::StructureError;
 use super::assembly::adjacency;
-use super::imported::{ImportError, Imported};
+use super::imported::{ImportError, ImportedStructure};
 use super::order::nested_dissection;
 use super::reduction::ContactPorts;
 use super::resonator::Resonator;
@@ -68,8 +68,8 @@ impl Resonator {
     }
 }
 
-impl Imported {
-    /// Estimates the peak memory of [`Imported::reduce`] for this number of modes \[B\].
+impl ImportedStructure {
+    /// Estimates the peak memory of [`ImportedStructure::reduce`] for this number of modes \[B\].
     ///
     /// The sum has the matrices as read and as factorized, the factor, and the larger of the flexibility of the ports
     /// and the Lanczos basis.

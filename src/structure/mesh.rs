@@ -113,7 +113,7 @@ impl Mesh {
         for element in &self.elements {
             for &index in &element.nodes {
                 if index >= self.nodes.len() {
-                    return Err(StructureError::NoSuch {
+                    return Err(StructureError::DoesNotExist {
                         what: "node",
                         index,
                         count: self.nodes.len(),
@@ -121,7 +121,7 @@ impl Mesh {
                 }
             }
             if element.material >= self.materials.len() {
-                return Err(StructureError::NoSuch {
+                return Err(StructureError::DoesNotExist {
                     what: "material",
                     index: element.material,
                     count: self.materials.len(),

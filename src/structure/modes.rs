@@ -100,7 +100,7 @@ pub fn rigid_modes(system: &System, shift: f64) -> Result<Matrix, LinalgError> {
     let energy = basis.transpose_times(&system.stiffness.times(&basis));
     let (values, vectors) = energy.symmetric_eigen()?;
     let free = values.iter().filter(|&&v| v < RIGID_SHARE * shift).count();
-    Ok(basis.times(&vectors.columns_of(0..free)))
+    Ok(basis.times(&vectors.column_range(0..free)))
 }
 
 /// Makes the columns of `block` orthonormal in M to the basis and to each other, and appends those that are
@@ -132,7 +132,7 @@ fn well_conditioned(factor: &Matrix) -> bool {
 /// are independent.
 fn append_one_by_one(mass: &SparseSymmetric, block: &Matrix, basis: &mut Matrix) {
     for c in 0..block.columns() {
-        let mut column = block.columns_of(c..c + 1);
+        let mut column = block.column_range(c..c + 1);
         let initial_length = norm(mass, &column);
         let mut length = initial_length;
         for _ in 0..2 {
@@ -227,7 +227,7 @@ pub fn lowest_of(
     let mut projected = Matrix::zeros(0, 0);
     let mut expanded = rigid_count;
     loop {
-        let current = basis.columns_of(expanded..basis.columns());
+        let current = basis.column_range(expanded..basis.columns());
         let mut image = mass.times(&current);
         factor.solve(&mut image);
         let coefficients = basis.transpose_times(&mass.times(&image));
@@ -272,7 +272,7 @@ pub fn lowest_of(
             let ritz = Matrix::from_fn(total, options.count, |i, mode| {
                 vectors[(i, total - 1 - mode)]
             });
-            let mut shapes = basis.columns_of(rigid_count..expanded).times(&ritz);
+            let mut shapes = basis.column_range(rigid_count..expanded).times(&ritz);
             for mode in 0..options.count {
                 make_largest_positive(shapes.column_mut(mode));
             }

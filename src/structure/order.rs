@@ -6,7 +6,7 @@ use super::StructureError;
 use crate::linalg::{SparseSymmetric, minimum_degree};
 
 /// A piece of at most this many nodes is not divided further. It becomes about one dense block of the factor.
-const LEAF: usize = 40;
+const LEAF_SIZE: usize = 40;
 /// Positions of trial cuts along an axis, as shares of the piece's nodes. An off-centre cut pays where the body is
 /// thinner.
 const SHARES: [f64; 5] = [0.35, 0.42, 0.5, 0.58, 0.65];
@@ -141,7 +141,7 @@ impl Dissection<'_> {
     }
 
     fn cut(&mut self, mut piece: Vec<usize>) {
-        if piece.len() <= LEAF {
+        if piece.len() <= LEAF_SIZE {
             let axis = self.longest_axis(&piece);
             self.sort(&mut piece, axis);
             self.order.extend(piece);

@@ -34,10 +34,10 @@ const SLOPE_SHARE: f64 = 0.01;
 
 /// Frequency at which the reduced model is compared with the whole structure, as a share of the highest kept
 /// frequency. Relevant harmonics are below it.
-const CHECKED: f64 = 0.5;
+const CHECK_FREQUENCY_RATIO: f64 = 0.5;
 
 /// A spring constrains a rigid mode if it lengthens by more than this share of a motion of unit mass.
-const HELD: f64 = 1e-6;
+const CONSTRAINED: f64 = 1e-6;
 
 /// Kind of contact element of a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -133,11 +133,13 @@ impl Ports {
         nodes.sort_unstable();
         nodes.dedup();
         match nodes.last() {
-            Some(&index) if index >= system.coordinates.len() => Err(StructureError::NoSuch {
-                what: "node",
-                index,
-                count: system.coordinates.len(),
-            }),
+            Some(&index) if index >= system.coordinates.len() => {
+                Err(StructureError::DoesNotExist {
+                    what: "node",
+                    index,
+                    count: system.coordinates.len(),
+                })
+            }
             _ => Ok(nodes),
         }
     }
@@ -154,7 +156,7 @@ impl Ports {
 
 /// A structure reduced to its ports.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Reduced {
+pub struct ReducedStructure {
     /// The ports, in the order of the rows below.
     pub ports: Ports,
     /// Rigid modes at the ports \[kg^-1/2\], one column each. Contact ports of connected bodies have zeros.
@@ -179,20 +181,20 @@ pub struct Reduced {
     /// Number of entries of the sparse factor, eight bytes each.
     pub factor_entries: usize,
     /// Flexibility of the whole structure at another shift. `None` for a reduced structure that is read from a file.
-    pub checked: Option<Checked>,
+    pub reference: Option<ReferenceFlexibility>,
 }
 
 /// Flexibility of the whole structure at a shift that the reduction does not use. It shows the error of the
 /// reduction.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Checked {
+pub struct ReferenceFlexibility {
     /// The shift s \[rad²/s²\].
     pub shift: f64,
     /// Bᵀ(K + sM)⁻¹B \[m/N\], symmetric, port by port.
     pub flexibility: Matrix,
 }
 
-impl Checked {
+impl ReferenceFlexibility {
     /// Returns the imaginary frequency that corresponds to the shift \[Hz\].
     pub fn frequency(&self) -> f64 {
         self.shift.sqrt() / std::f64::consts::TAU
@@ -208,7 +210,7 @@ pub fn reduce(
     system: &System,
     ports: Ports,
     options: &ModeOptions,
-) -> Result<Reduced, StructureError> {
+) -> Result<ReducedStructure, StructureError> {
     reduce_with_shapes(system, ports, &[], options).map(|(reduced, _)| reduced)
 }
 
@@ -225,7 +227,7 @@ pub fn reduce_with_shapes(
     ports: Ports,
     nodes: &[usize],
     options: &ModeOptions,
-) -> Result<(Reduced, Matrix), StructureError> {
+) -> Result<(ReducedStructure, Matrix), StructureError> {
     let shown_nodes = nodes;
     let nodes = ports.checked_nodes(system)?;
     let order = system.elimination_order(&nodes);
@@ -259,7 +261,7 @@ pub fn reduce_with_shapes(
         residual: modes.residuals.iter().copied().fold(0.0, f64::max),
     };
     let count = 3 * nodes.len();
-    let reduced = complete(
+    let reduced = reduce_with_modes(
         ports,
         modes_at_ports,
         system.total_mass(),
@@ -288,13 +290,13 @@ pub(super) struct ModesAtPorts {
 ///
 /// The first factor is the factor of K + shift·M, and its last `count` rows are the rows of the ports. `refactor`
 /// returns the factor for another shift.
-pub(super) fn complete(
+pub(super) fn reduce_with_modes(
     ports: Ports,
     modes: ModesAtPorts,
     mass: f64,
     (factor, small, count): (SparseCholesky, f64, usize),
     refactor: impl Fn(f64) -> Result<SparseCholesky, StructureError>,
-) -> Result<Reduced, StructureError> {
+) -> Result<ReducedStructure, StructureError> {
     let ModesAtPorts {
         rigid,
         rigid_squares,
@@ -304,10 +306,10 @@ pub(super) fn complete(
     } = modes;
     let flexibility_above = |factor: &SparseCholesky, shift: f64| {
         let mut flexibility = port_flexibility(factor, &ports, count);
-        remove(&mut flexibility, &rigid, |r| {
+        subtract_modes(&mut flexibility, &rigid, |r| {
             1.0 / (rigid_squares[r] + shift)
         });
-        remove(&mut flexibility, &shapes, |r| {
+        subtract_modes(&mut flexibility, &shapes, |r| {
             1.0 / (omega[r].powi(2) + shift)
         });
         flexibility
@@ -333,12 +335,12 @@ pub(super) fn complete(
     residual_slope.add(-1.0 / (large - small), &far);
     let mut residual = near;
     residual.add(small, &residual_slope);
-    let shift = (CHECKED * highest).powi(2);
-    let checked = Checked {
+    let shift = (CHECK_FREQUENCY_RATIO * highest).powi(2);
+    let checked = ReferenceFlexibility {
         shift,
         flexibility: port_flexibility(&refactor(shift)?, &ports, count),
     };
-    Ok(Reduced {
+    Ok(ReducedStructure {
         rigid,
         omega,
         shapes,
@@ -349,7 +351,7 @@ pub(super) fn complete(
         mass,
         mode_residual,
         factor_entries,
-        checked: Some(checked),
+        reference: Some(checked),
         ports,
     })
 }
@@ -382,14 +384,14 @@ fn port_flexibility(factor: &SparseCholesky, ports: &Ports, count: usize) -> Mat
 }
 
 /// Subtracts Σ weight·φφᵀ over the columns of `shapes` from a flexibility.
-pub fn remove(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) -> f64) {
+pub fn subtract_modes(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn(usize) -> f64) {
     let weighted = Matrix::from_fn(shapes.columns(), shapes.rows(), |r, port| {
         weight(r) * shapes[(port, r)]
     });
     flexibility.add_product(-1.0, shapes, &weighted);
 }
 
-impl Reduced {
+impl ReducedStructure {
     /// Returns the residual R₀ + ω²R₁ \[m/N\] at an angular frequency. It is nearly constant over a narrow band.
     pub fn residual_at(&self, omega: f64) -> Matrix {
         let mut residual = self.residual.clone();
@@ -405,16 +407,16 @@ impl Reduced {
         let squared = omega * omega;
         let mut real = self.residual_at(omega);
         let mut imaginary = Matrix::zeros(self.ports.len(), self.ports.len());
-        remove(&mut real, &self.rigid, |_| 1.0 / squared);
+        subtract_modes(&mut real, &self.rigid, |_| 1.0 / squared);
         let denominator = |r: usize| {
             let stiff = self.omega[r].powi(2) - squared;
             let damped = 2.0 * damping_ratio * self.omega[r] * omega;
             let size = stiff * stiff + damped * damped;
             (stiff / size, damped / size)
         };
-        remove(&mut real, &self.shapes, |r| -denominator(r).0);
+        subtract_modes(&mut real, &self.shapes, |r| -denominator(r).0);
         if damping_ratio != 0.0 {
-            remove(&mut imaginary, &self.shapes, |r| denominator(r).1);
+            subtract_modes(&mut imaginary, &self.shapes, |r| denominator(r).1);
         }
         (real, imaginary)
     }
@@ -434,7 +436,7 @@ impl Reduced {
     ) -> Result<SprungModes, StructureError> {
         let contact = self.ports.contact_ports();
         if stiffness.len() != contact {
-            return Err(StructureError::DoNotFit {
+            return Err(StructureError::Contradiction {
                 name: "the number of spring stiffnesses",
                 value: stiffness.len() as f64,
                 other: "the number of contact ports",
@@ -487,7 +489,7 @@ impl Reduced {
     }
 }
 
-impl Reduced {
+impl ReducedStructure {
     /// Adds a spring of a `stiffness` \[N/m\] to the reduced structure.
     ///
     /// `forces` are the parts of the spring's force on ports, positive where the port's displacement lengthens the
@@ -500,7 +502,7 @@ impl Reduced {
         &self,
         forces: &[(usize, f64)],
         stiffness: f64,
-    ) -> Result<Reduced, StructureError> {
+    ) -> Result<ReducedStructure, StructureError> {
         let (ports, rigid_count) = (self.ports.len(), self.rigid.columns());
         let modes = rigid_count + self.omega.len();
         let shape = |port: usize, r: usize| match r.checked_sub(rigid_count) {
@@ -534,7 +536,7 @@ impl Reduced {
         let shapes = corrected_shapes.times(&vectors);
         let constrains_rigid = elongations[..rigid_count]
             .iter()
-            .any(|l| l.abs() > HELD / self.mass.sqrt());
+            .any(|l| l.abs() > CONSTRAINED / self.mass.sqrt());
         let rigid_count = rigid_count - usize::from(constrains_rigid);
         // The slope is (1 − s R₀ d dᵀ) R₁ (1 − s d dᵀ R₀), where d are the parts of the force and s is `force`.
         let slope: Vec<f64> = (0..ports)
@@ -545,13 +547,13 @@ impl Reduced {
             self.residual_slope[(a, b)] - force * (residual[a] * slope[b] + slope[a] * residual[b])
                 + quadratic * residual[a] * residual[b]
         });
-        Ok(Reduced {
-            rigid: shapes.columns_of(0..rigid_count),
+        Ok(ReducedStructure {
+            rigid: shapes.column_range(0..rigid_count),
             omega: values[rigid_count..]
                 .iter()
                 .map(|v| v.max(0.0).sqrt())
                 .collect(),
-            shapes: shapes.columns_of(rigid_count..modes),
+            shapes: shapes.column_range(rigid_count..modes),
             residual: Matrix::from_fn(ports, ports, |a, b| {
                 self.residual[(a, b)] - force * residual[a] * residual[b]
             }),
@@ -560,7 +562,7 @@ impl Reduced {
                 .map(|damping| vectors.transpose_times(&damping.times(&vectors))),
             hysteretic: (self.hysteretic.as_ref())
                 .map(|damping| vectors.transpose_times(&damping.times(&vectors))),
-            checked: None,
+            reference: None,
             ..self.clone()
         })
     }

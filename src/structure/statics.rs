@@ -10,12 +10,12 @@
 //! G⁻¹ V)⁻¹, and Q is positive and not soft along V.
 
 use super::StructureError;
-use super::reduction::Reduced;
+use super::reduction::ReducedStructure;
 use crate::linalg::Matrix;
 
 /// The faces of the joint move against each other in a rigid mode if they move by more than this share of a motion of
 /// unit mass. A load is unbalanced if more than this share of its work is in a motion that nothing resists.
-const MOVES: f64 = 1e-6;
+const MOTION_TOLERANCE: f64 = 1e-6;
 
 /// A flexibility below this share of the largest flexibility of a contact element is rounding.
 const ROUNDING: f64 = 1e-10;
@@ -31,14 +31,14 @@ pub struct Statics {
     pub flexibility: Matrix,
     /// Free motions of the bodies, linearly independent: the approach δ \[m\] and the rotations θ_x, θ_y \[rad\]. The
     /// faces approach by δ + θ_x y − θ_y x. If the load is a given pressure, its motion counts as free.
-    pub motions: Vec<[f64; 3]>,
+    pub free_motions: Vec<[f64; 3]>,
     /// Motions that the structure supports softly. All three motions if no motion is free.
-    pub held: Vec<[f64; 3]>,
+    pub supported_motions: Vec<[f64; 3]>,
     /// Compliance C of the held motions, row by row: the opening under the resultants of the pressure along them
     /// \[m/N\].
-    pub held_compliance: Vec<f64>,
+    pub supported_compliance: Vec<f64>,
     /// Flexibility Q without the share of the held motions \[m/N\].
-    pub stiff: Matrix,
+    pub remaining_flexibility: Matrix,
     /// Response to each load.
     pub loads: Vec<StaticLoad>,
 }
@@ -54,7 +54,7 @@ pub struct StaticLoad {
     pub work: Vec<f64>,
 }
 
-impl Reduced {
+impl ReducedStructure {
     /// Returns the static flexibility between two ports \[m/N\].
     pub fn flexibility(&self, port: usize, other: usize) -> f64 {
         let modes = self.omega.iter().enumerate();
@@ -69,7 +69,7 @@ impl Reduced {
     /// free to approach, and only the loads on their faces count along this motion.
     ///
     /// # Errors
-    /// [`StructureError::Unborne`] for a load along a rigid motion that the pressure does not resist;
+    /// [`StructureError::UnbalancedLoad`] for a load along a rigid motion that the pressure does not resist;
     /// [`StructureError::NotTwoBodies`] if a face does not move as one rigid body.
     pub fn statics(
         &self,
@@ -110,10 +110,10 @@ impl Reduced {
         let loads = responses.collect::<Result<Vec<_>, _>>()?;
         let (held_compliance, stiff) = planes.split(centres, &flexibility)?;
         Ok(Statics {
-            motions: planes.motions(&planes.free),
-            held: planes.motions(&planes.held),
-            held_compliance,
-            stiff,
+            free_motions: planes.motions(&planes.free),
+            supported_motions: planes.motions(&planes.held),
+            supported_compliance: held_compliance,
+            remaining_flexibility: stiff,
             flexibility,
             loads,
         })
@@ -148,8 +148,8 @@ impl Reduced {
         });
         let along: Vec<f64> = along.collect();
         let unbalanced = work.iter().fold(0.0, |m: f64, w| m.max(w.abs()));
-        if unbalanced > MOVES * size {
-            return Err(StructureError::Unborne {
+        if unbalanced > MOTION_TOLERANCE * size {
+            return Err(StructureError::UnbalancedLoad {
                 load: number,
                 share: unbalanced / size,
             });
@@ -185,7 +185,7 @@ impl Reduced {
             let size = motion.column(r).iter().fold(unit, |m, v| m.max(v.abs()));
             for (e, &at) in centres.iter().enumerate() {
                 let approach: f64 = (0..3).map(|a| field(at)[a] * motion[(a, r)]).sum();
-                if (approach + self.rigid[(3 * e + 2, r)]).abs() > MOVES * size {
+                if (approach + self.rigid[(3 * e + 2, r)]).abs() > MOTION_TOLERANCE * size {
                     return Err(StructureError::NotTwoBodies { element: e });
                 }
             }
@@ -200,7 +200,7 @@ impl Reduced {
         for (k, value) in values.iter().enumerate() {
             let direction = [0, 1, 2].map(|a| vectors[(a, k)]);
             let parts = (0..modes).map(|r| (0..3).map(|a| direction[a] * motion[(a, r)]).sum());
-            match *value > (MOVES * unit).powi(2) {
+            match *value > (MOTION_TOLERANCE * unit).powi(2) {
                 true => planes.free.push(PlaneMotion {
                     direction: clean(direction),
                     parts: parts.collect(),
@@ -232,7 +232,7 @@ fn fields(lever: f64, [x, y]: [f64; 2]) -> [f64; 3] {
 
 /// Removes the rounding errors from a unit vector along the approach or in the plane of the rotations.
 fn clean(direction: [f64; 3]) -> [f64; 3] {
-    match direction.map(|v| if v.abs() > MOVES { v } else { 0.0 }) {
+    match direction.map(|v| if v.abs() > MOTION_TOLERANCE { v } else { 0.0 }) {
         [_, 0.0, 0.0] => [1.0, 0.0, 0.0],
         other => other,
     }
@@ -269,7 +269,7 @@ impl PlaneMotions {
             (0..3).for_each(|a| direction[a] += plane.direction[0] * plane.direction[a]);
         }
         let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
-        if length <= MOVES {
+        if length <= MOTION_TOLERANCE {
             return;
         }
         let freed = clean(direction.map(|d| d / length));
@@ -282,7 +282,7 @@ impl PlaneMotions {
                 (0..3).for_each(|a| rest[a] -= along * other[a]);
             }
             let length = rest.iter().map(|d| d * d).sum::<f64>().sqrt();
-            if length > MOVES.sqrt() {
+            if length > MOTION_TOLERANCE.sqrt() {
                 remaining.push(rest.map(|d| d / length));
             }
         }

@@ -9,7 +9,7 @@
 //! flexibility couples them to the modes, without mass.
 
 use crate::linalg::{LinalgError, Matrix, RowMatrix};
-use crate::structure::reduction::Reduced;
+use crate::structure::reduction::ReducedStructure;
 
 /// A flexibility of a combination of ports below this share of the largest is rounding. Rigid modes leave about 1e-6.
 const LEAST: f64 = 1e-5;
@@ -32,7 +32,7 @@ impl Superelement {
     ///
     /// # Errors
     /// [`LinalgError`] if the residual flexibility is not finite.
-    pub fn new(reduced: &Reduced) -> Result<Superelement, LinalgError> {
+    pub fn new(reduced: &ReducedStructure) -> Result<Superelement, LinalgError> {
         let ports = reduced.ports.len();
         let mut shapes = reduced.rigid.clone();
         shapes.append(&reduced.shapes);
@@ -83,7 +83,7 @@ impl Superelement {
 ///
 /// # Errors
 /// [`LinalgError`] if the residual flexibility is not finite.
-pub fn of_model(
+pub fn model_matrices(
     matrices: [&RowMatrix; 4],
     basis: &RowMatrix,
     residual: Option<&RowMatrix>,

@@ -3,10 +3,10 @@
 pub mod claims;
 
 /// Name and text of a scene, as shipped in `pipelines/study`.
-pub type Shipped = (&'static str, &'static str);
+pub type ShippedScene = (&'static str, &'static str);
 
 /// Base scene of all joints of the study. Its file is in the parent folder of theirs.
-pub const BASE: Shipped = ("lap_joint", include_str!("../../pipelines/lap_joint.toml"));
+pub const BASE: ShippedScene = ("lap_joint", include_str!("../../pipelines/lap_joint.toml"));
 
 /// Law of the contact elements of a study. It selects the scene `joint` that the joints of the study are based on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +36,7 @@ impl Law {
 }
 
 /// Scenes that are computed per law: roughness, plasticity, updates, the explicit algorithm, harmonics.
-pub const JOINTS: [Shipped; 11] = [
+pub const JOINT_SCENES: [ShippedScene; 11] = [
     ("rq05", include_str!("../../pipelines/study/rq05.toml")),
     ("rq1", include_str!("../../pipelines/study/rq1.toml")),
     ("rq5", include_str!("../../pipelines/study/rq5.toml")),
@@ -73,7 +73,7 @@ pub const JOINTS: [Shipped; 11] = [
 
 /// Scenes that do not depend on the law: elements with individual stiffness, and spheres with and without a hardness
 /// limit.
-pub const OTHERS: [Shipped; 5] = [
+pub const LAW_INDEPENDENT_SCENES: [ShippedScene; 5] = [
     (
         "tangent",
         include_str!("../../pipelines/study/tangent.toml"),

@@ -81,7 +81,7 @@ pub fn autocorrelation(patch: &Patch, heights: &[f64]) -> Result<Autocorrelation
         padded
     };
     let sums = products(&|index| about.values[index]);
-    let pairs = products(&|index| f64::from(patch.kept[index]));
+    let pairs = products(&|index| f64::from(patch.is_in_joint[index]));
     let scale = (px * py) as f64;
     let square = about.rq * about.rq;
     let values = sums
@@ -182,7 +182,7 @@ fn deviations(patch: &Patch, heights: &[f64]) -> Result<Deviations, SurfaceError
     }
     let about = |(&h, &kept): (&f64, &bool)| if kept { h - statistics.mean } else { 0.0 };
     Ok(Deviations {
-        values: heights.iter().zip(&patch.kept).map(about).collect(),
+        values: heights.iter().zip(&patch.is_in_joint).map(about).collect(),
         rq: statistics.rq,
     })
 }

@@ -203,7 +203,7 @@ pub fn sphere(patch: &Patch, radius: f64) -> Result<Vec<f64>, SurfaceError> {
     let grid = patch.grid;
     Ok((0..grid.len())
         .map(|index| {
-            if !patch.kept[index] {
+            if !patch.is_in_joint[index] {
                 return 0.0;
             }
             let (i, j) = grid.cell(index);
@@ -250,13 +250,16 @@ fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex64> {
 fn normalise(patch: &Patch, heights: &mut [f64], rq: f64) -> bool {
     let n = patch.cells() as f64;
     let mean = |values: &[f64]| {
-        let kept = values.iter().zip(&patch.kept).filter(|(_, kept)| **kept);
+        let kept = values
+            .iter()
+            .zip(&patch.is_in_joint)
+            .filter(|(_, kept)| **kept);
         kept.map(|(h, _)| h).sum::<f64>() / n
     };
     // The first pass subtracts the mean, the second its rounding error.
     for _ in 0..2 {
         let shift = mean(heights);
-        for (h, &kept) in heights.iter_mut().zip(&patch.kept) {
+        for (h, &kept) in heights.iter_mut().zip(&patch.is_in_joint) {
             *h = if kept { *h - shift } else { 0.0 };
         }
     }

@@ -28,7 +28,10 @@ pub struct Roughness {
 /// (no kept cell).
 pub fn roughness(patch: &Patch, heights: &[f64]) -> Result<Roughness, SurfaceError> {
     check(patch, heights)?;
-    let kept = heights.iter().zip(&patch.kept).filter(|(_, kept)| **kept);
+    let kept = heights
+        .iter()
+        .zip(&patch.is_in_joint)
+        .filter(|(_, kept)| **kept);
     moments(kept.map(|(&h, _)| h)).ok_or(SurfaceError::TooFewCells {
         kept: 0,
         needed: 1,
@@ -61,7 +64,7 @@ pub fn histogram(patch: &Patch, heights: &[f64], bins: usize) -> Result<Histogra
     }
     let kept: Vec<f64> = heights
         .iter()
-        .zip(&patch.kept)
+        .zip(&patch.is_in_joint)
         .filter_map(|(&h, &kept)| kept.then_some(h))
         .collect();
     let low = kept.iter().copied().fold(f64::INFINITY, f64::min);
@@ -128,7 +131,7 @@ pub(super) fn check(patch: &Patch, heights: &[f64]) -> Result<(), SurfaceError> 
     }
     let bad = heights
         .iter()
-        .zip(&patch.kept)
+        .zip(&patch.is_in_joint)
         .position(|(h, &kept)| kept && !h.is_finite());
     match bad {
         Some(index) => {

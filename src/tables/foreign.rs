@@ -46,7 +46,7 @@ pub fn declared_rows(metadata: &ParquetMetaData) -> i64 {
 ///
 /// # Errors
 /// [`ParquetError::General`] with the text of the panic.
-pub fn decoded<T>(decode: impl FnOnce() -> T) -> Result<T, ParquetError> {
+pub fn catching_panics<T>(decode: impl FnOnce() -> T) -> Result<T, ParquetError> {
     // After a panic, no state of `decode` is used.
     panic::catch_unwind(AssertUnwindSafe(decode))
         .map_err(|reason| ParquetError::General(format!("damaged: {}", words(&*reason))))

@@ -17,13 +17,13 @@ mod table;
 pub mod typed;
 
 pub use error::TableError;
-pub use foreign::{codecs, declared_rows, decoded, unread_codec};
-pub use nullable::{Described, Nullable};
+pub use foreign::{catching_panics, codecs, declared_rows, unread_codec};
+pub use nullable::{DescribedColumn, Nullable};
 pub use parquet_file::{
-    METADATA_KEY, Provenance, columns_from_parquet, entry_of, from_parquet, nullable_from_parquet,
-    nullable_to_parquet, provenance_of, to_parquet,
+    METADATA_KEY, Provenance, columns_from_parquet, from_parquet, metadata_entry,
+    nullable_from_parquet, nullable_to_parquet, provenance_of, to_parquet,
 };
-pub use schema::{ColumnSchema, ColumnType, Place, Schema};
+pub use schema::{ColumnSchema, ColumnType, Schema, TableLocation};
 pub use table::{Column, Table, TableBuilder};
 pub use typed::{TableName, TypedTable};
 

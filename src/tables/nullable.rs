@@ -105,4 +105,4 @@ impl Nullable {
 }
 
 /// Column with its schema.
-pub type Described<'a> = (&'a ColumnSchema, &'a Nullable);
+pub type DescribedColumn<'a> = (&'a ColumnSchema, &'a Nullable);

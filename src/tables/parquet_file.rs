@@ -1,8 +1,10 @@
 //! Reading and writing of tables as Parquet files.
 
-use super::foreign::{codecs, declared_rows, decoded, unread_codec};
-use super::nullable::{Described, Nullable};
-use super::{Column, ColumnSchema, ColumnType, Place, Schema, Table, TableBuilder, TableError};
+use super::foreign::{catching_panics, codecs, declared_rows, unread_codec};
+use super::nullable::{DescribedColumn, Nullable};
+use super::{
+    Column, ColumnSchema, ColumnType, Schema, Table, TableBuilder, TableError, TableLocation,
+};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, Int64Type};
 use arrow_array::{
@@ -63,8 +65,8 @@ struct ColumnEntry {
 }
 
 impl ColumnEntry {
-    fn of(column: &ColumnSchema, place: Place) -> Self {
-        let beside = |text: &String| (place == Place::Beside).then(|| text.clone());
+    fn of(column: &ColumnSchema, place: TableLocation) -> Self {
+        let beside = |text: &String| (place == TableLocation::Beside).then(|| text.clone());
         ColumnEntry {
             unit: column.unit.clone(),
             dimension: beside(&column.dimension),
@@ -97,7 +99,7 @@ pub fn to_parquet(table: &Table, provenance: &Provenance) -> Result<Vec<u8>, Tab
 /// As for [`to_parquet`].
 pub fn nullable_to_parquet(
     table: &str,
-    columns: &[Described],
+    columns: &[DescribedColumn],
     entry: String,
 ) -> Result<Vec<u8>, TableError> {
     let properties = begin_properties(env!("CARGO_PKG_VERSION"), entry)
@@ -129,7 +131,7 @@ pub fn nullable_from_parquet(
     table: &str,
     most_rows: i64,
 ) -> Result<Vec<(String, Nullable)>, TableError> {
-    decoded(|| decode_nullable(bytes, table, most_rows, &|_| true))
+    catching_panics(|| decode_nullable(bytes, table, most_rows, &|_| true))
         .map_err(|source| parquet_error(table, source))?
 }
 
@@ -143,7 +145,7 @@ pub fn columns_from_parquet(
     most_rows: i64,
     wanted: &dyn Fn(&str) -> bool,
 ) -> Result<Vec<(String, Nullable)>, TableError> {
-    decoded(|| decode_nullable(bytes, table, most_rows, wanted))
+    catching_panics(|| decode_nullable(bytes, table, most_rows, wanted))
         .map_err(|source| parquet_error(table, source))?
 }
 
@@ -151,9 +153,9 @@ pub fn columns_from_parquet(
 ///
 /// # Errors
 /// [`TableError::Parquet`] for bytes that are not Parquet.
-pub fn entry_of(bytes: &[u8], table: &str) -> Result<Option<String>, TableError> {
+pub fn metadata_entry(bytes: &[u8], table: &str) -> Result<Option<String>, TableError> {
     let reader =
-        decoded(|| ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)))
+        catching_panics(|| ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)))
             .flatten()
             .map_err(|source| parquet_error(table, source))?;
     let entries = reader.metadata().file_metadata().key_value_metadata();
@@ -171,7 +173,7 @@ fn decode_nullable(
     let failed = |source| parquet_error(table, source);
     let reader =
         ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).map_err(failed)?;
-    few_rows(table, declared_rows(reader.metadata()), most_rows)?;
+    check_row_count(table, declared_rows(reader.metadata()), most_rows)?;
     let mut columns = Vec::new();
     let mut roots = Vec::new();
     for (root, field) in reader.schema().fields().iter().enumerate() {
@@ -207,7 +209,7 @@ fn decode_nullable(
         })?;
         // The file may contain more rows than it declares.
         rows += batch.num_rows() as i64;
-        few_rows(table, rows, most_rows)?;
+        check_row_count(table, rows, most_rows)?;
         for ((_, column), array) in columns.iter_mut().zip(batch.columns()) {
             match column {
                 Nullable::F64(values) => values.extend(array.as_primitive::<Float64Type>()),
@@ -256,7 +258,7 @@ fn parquet_error(table: &str, source: ParquetError) -> TableError {
 /// A [`TableError`] for bytes that are not Parquet, a file of another program or table, and a table that does not match
 /// the schema.
 pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
-    decoded(|| decode(bytes, expected)).map_err(|source| TableError::Parquet {
+    catching_panics(|| decode(bytes, expected)).map_err(|source| TableError::Parquet {
         table: expected.name.clone(),
         source,
     })?
@@ -278,7 +280,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
         });
     }
     // Check before decompression: a few bytes may declare any number of rows.
-    few_rows(&expected.name, declared_rows(reader.metadata()), MOST_ROWS)?;
+    check_row_count(&expected.name, declared_rows(reader.metadata()), MOST_ROWS)?;
     if let Some(codec) = unread_codec(reader.metadata()) {
         return Err(TableError::Codec {
             table: expected.name.clone(),
@@ -290,7 +292,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
     let mut columns: Vec<(&ColumnSchema, Column)> = Vec::new();
     for field in arrow_schema.fields() {
         let described = expected.require(field.name())?;
-        same_unit(&expected.name, described, &entry)?;
+        check_unit(&expected.name, described, &entry)?;
         if columns
             .iter()
             .any(|(other, _)| other.name == described.name)
@@ -314,7 +316,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
         })?;
         // The file may contain more rows than it declares.
         rows += batch.num_rows() as i64;
-        few_rows(&expected.name, rows, MOST_ROWS)?;
+        check_row_count(&expected.name, rows, MOST_ROWS)?;
         for ((described, column), array) in columns.iter_mut().zip(batch.columns()) {
             append(&expected.name, described, column, array)?;
         }
@@ -333,7 +335,7 @@ fn decode(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> 
 /// [`TableError::Parquet`] for bytes that are not Parquet, [`TableError::NotOurs`] for a file of another program.
 pub fn provenance_of(bytes: &[u8], expected: &Schema) -> Result<Provenance, TableError> {
     let reader =
-        decoded(|| ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)))
+        catching_panics(|| ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)))
             .flatten()
             .map_err(|source| TableError::Parquet {
                 table: expected.name.clone(),
@@ -349,7 +351,7 @@ pub fn provenance_of(bytes: &[u8], expected: &Schema) -> Result<Provenance, Tabl
     })
 }
 
-fn few_rows(table: &str, rows: i64, most: i64) -> Result<(), TableError> {
+fn check_row_count(table: &str, rows: i64, most: i64) -> Result<(), TableError> {
     if rows <= most {
         return Ok(());
     }
@@ -449,7 +451,7 @@ fn file_entry(metadata: Option<&Vec<KeyValue>>, expected: &str) -> Result<FileEn
     serde_json::from_str(text).map_err(|error| not_ours(error.to_string()))
 }
 
-fn same_unit(table: &str, column: &ColumnSchema, entry: &FileEntry) -> Result<(), TableError> {
+fn check_unit(table: &str, column: &ColumnSchema, entry: &FileEntry) -> Result<(), TableError> {
     let found = entry
         .columns
         .get(&column.name)

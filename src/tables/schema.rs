@@ -40,7 +40,7 @@ impl fmt::Display for ColumnType {
 /// Location of a table's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Place {
+pub enum TableLocation {
     /// In `once/` of a run.
     Once,
     /// In the folder of an iteration.
@@ -101,7 +101,7 @@ pub struct Schema {
     /// The meaning of a row.
     pub description: String,
     /// The location of the file.
-    pub place: Place,
+    pub place: TableLocation,
     /// When the table is written, and when it is absent.
     pub written: String,
     /// Number of rows, if it is always the same.

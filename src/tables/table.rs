@@ -212,7 +212,7 @@ impl TableBuilder {
     }
 
     /// Adds an optional column, if it is given.
-    pub fn maybe(self, name: &str, values: Option<impl Into<Column>>) -> Self {
+    pub fn optional_column(self, name: &str, values: Option<impl Into<Column>>) -> Self {
         match values {
             Some(values) => self.column(name, values),
             None => self,

@@ -104,9 +104,9 @@ impl Scale {
         }
     }
 
-    fn of_unit(name: &str, expected: Dimension) -> Result<Self, UnitProblem> {
+    fn parse_unit(name: &str, expected: Dimension) -> Result<Self, UnitProblem> {
         let customary = CUSTOMARY.iter().find(|entry| entry.0 == name);
-        Self::known(name).ok_or_else(|| match customary {
+        Self::of_known_unit(name).ok_or_else(|| match customary {
             Some(&(unit, worth)) => UnitProblem::Customary { unit, worth },
             None => UnitProblem::UnknownUnit {
                 unit: name.to_owned(),
@@ -115,7 +115,7 @@ impl Scale {
         })
     }
 
-    fn known(name: &str) -> Option<Self> {
+    fn of_known_unit(name: &str) -> Option<Self> {
         if let Some(&(_, dimension, power, factor)) = PLAIN.iter().find(|unit| unit.0 == name) {
             return Some(Scale {
                 dimension,
@@ -155,7 +155,7 @@ fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
     let folded = name.to_lowercase();
     // Suggesting a unit of time for a quantity without time would only confuse.
     let is_plausible = |unit: &String| {
-        expected.s != 0 || Scale::known(unit).is_none_or(|scale| scale.dimension.s == 0)
+        expected.s != 0 || Scale::of_known_unit(unit).is_none_or(|scale| scale.dimension.s == 0)
     };
     prefixed
         .chain(plain)
@@ -163,7 +163,7 @@ fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
         .map(|unit| {
             let edits = strsim::damerau_levenshtein(&folded, &unit.to_lowercase());
             let has_other_dimension =
-                Scale::known(&unit).is_none_or(|scale| scale.dimension != expected);
+                Scale::of_known_unit(&unit).is_none_or(|scale| scale.dimension != expected);
             let length = unit.chars().count().abs_diff(name.chars().count());
             let capitals = strsim::damerau_levenshtein(name, &unit);
             (edits, has_other_dimension, length, capitals, unit)
@@ -240,7 +240,7 @@ impl UnitReader<'_> {
             return Err(self.malformed());
         }
         let (name, rest) = self.rest.split_at(end);
-        let unit = Scale::of_unit(name, self.expected)?;
+        let unit = Scale::parse_unit(name, self.expected)?;
         self.rest = rest;
         let exponent = self.exponent()?;
         self.rest = self.rest.trim_start();

@@ -18,7 +18,7 @@
 //! Twice the subtraction would make the differences of other joints two and a half times as large.
 
 use super::WearLaw;
-use super::cycle::FEWEST;
+use super::cycle::FEWEST_SAMPLES;
 use super::cycle::March;
 use super::implicit;
 use super::joint::{FrettingJoint, WearError, WornState};
@@ -27,7 +27,7 @@ use crate::grid::Patch;
 /// Factor on the error that is subtracted from a coarse step. The coarse step then errs half as far again as
 /// the plain one, to the other side of the run. With 2, a line contact in partial slip followed the run,
 /// which was 22 % off.
-const OPPOSITE: f64 = 2.5;
+const ERROR_REFLECTION: f64 = 2.5;
 
 /// Factor on the tolerance of a tangential solve for the coarse trajectory. The trajectory serves for
 /// differences of a hundredth of the run. With 10 they changed by up to a sixth of themselves, with 3 by up
@@ -57,15 +57,15 @@ pub fn advance(
     cycles: u64,
 ) -> Result<WornState, WearError> {
     let samples = joint.motion.samples();
-    let halves = samples.is_multiple_of(2) && samples >= 2 * FEWEST;
+    let halves = samples.is_multiple_of(2) && samples >= 2 * FEWEST_SAMPLES;
     let every = match joint.march == March::Stepped && halves {
         true => 2,
         false => 1,
     };
-    let thinned = joint.motion.every(every);
+    let thinned = joint.motion.thinned(every);
     let whole = std::mem::replace(&mut joint.motion, thinned);
     let exact = joint.options;
-    joint.options.normal.tolerance = implicit::looser(exact.normal.tolerance);
+    joint.options.normal.tolerance = implicit::relaxed_tolerance(exact.normal.tolerance);
     joint.options.tangential.tolerance *= LOOSER_TANGENTIAL;
     let worn = step(joint, state, own, law, cycles);
     joint.options = exact;
@@ -91,7 +91,7 @@ fn step(
     };
     let cells = step.wear.iter_mut().zip(&state.wear);
     for ((wear, before), (coarse, own)) in cells.zip(along_own.iter().zip(own.end)) {
-        let opposite = *wear - OPPOSITE * (coarse - own);
+        let opposite = *wear - ERROR_REFLECTION * (coarse - own);
         // NaN passes through, and the contact rejects it.
         *wear = if opposite < *before {
             *before
@@ -134,12 +134,12 @@ pub struct TrajectoryDifference {
 /// Factor on the difference of the trajectories that bounds the error of a figure. With short steps the
 /// difference is four and a half times the run's error. With long steps, or if a cell takes another course on
 /// one trajectory, it is about as large as the error.
-pub const SPREAD: f64 = 1.5;
+pub const ERROR_PER_DIFFERENCE: f64 = 1.5;
 
 impl TrajectoryDifference {
     /// Compares the run's state `own` with the `coarse` state. A cell is loaded if its pressure exceeds
     /// `threshold` times the largest pressure.
-    pub fn of(
+    pub fn between(
         own: &WornState,
         coarse: &WornState,
         patch: &Patch,
@@ -154,7 +154,7 @@ impl TrajectoryDifference {
         let loaded = own.pressure.iter().filter(|p| **p > limit).count();
         let pressures = own.pressure.iter().zip(&coarse.pressure);
         let uncertain = pressures.filter(|(own, coarse)| {
-            let spread = SPREAD * (*own - *coarse).abs();
+            let spread = ERROR_PER_DIFFERENCE * (*own - *coarse).abs();
             spread > 0.0 && (*own - limit).abs() <= spread
         });
         let worn = own.wear.iter().filter(|depth| **depth > 0.0).count();
@@ -169,7 +169,7 @@ impl TrajectoryDifference {
         };
         let deepest = |share| {
             let [own, coarse] =
-                [own, coarse].map(|state| depth_of(patch.gather(&state.wear), share));
+                [own, coarse].map(|state| depth_quantile(patch.joint_values(&state.wear), share));
             relative(own, coarse)
         };
         TrajectoryDifference {
@@ -187,7 +187,7 @@ impl TrajectoryDifference {
 
 /// Returns the depth that this share of the cells does not exceed \[m\]: the largest depth for 1. Returns 0
 /// without cells.
-pub fn depth_of(mut depths: Vec<f64>, share: f64) -> f64 {
+pub fn depth_quantile(mut depths: Vec<f64>, share: f64) -> f64 {
     let Some(last) = depths.len().checked_sub(1) else {
         return 0.0;
     };

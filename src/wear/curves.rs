@@ -60,13 +60,13 @@ pub fn indentation(
         joint
             .pressing
             .iter_mut()
-            .for_each(|pressing| pressing.part = part);
+            .for_each(|pressing| pressing.load_fraction = part);
         let contact = joint.contact(wear, None, part * load, Some(start));
         joint.pressing = joint.pressing.take().or(own);
         joint
             .pressing
             .iter_mut()
-            .for_each(|pressing| pressing.part = 1.0);
+            .for_each(|pressing| pressing.load_fraction = 1.0);
         match contact {
             Ok(contact) => {
                 let is_free = joint.pressing.is_none();
@@ -139,7 +139,7 @@ pub fn hysteresis(
         } else {
             (inner, &start)
         };
-        let step = joint.step_within(options, &limit, None, [&zero, &place], Some(from))?;
+        let step = joint.step_with_options(options, &limit, None, [&zero, &place], Some(from))?;
         first.push((step.force[0], step.displacement[0]));
         start = beyond(&step.shear, last.as_ref(), 1.0);
         last = Some(step.shear);

@@ -9,7 +9,7 @@
 use super::fields::{InstantFields, InstantShear};
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{Channel, Step, StraightMotion};
-use super::sequence::{Closed, Sequence};
+use super::sequence::{ClosedCycle, SteadyStateMarch};
 
 use crate::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
@@ -35,7 +35,7 @@ pub enum March {
 /// Error of the energy after `CycleAccumulator::scale`, as a fraction of the correction by the total work. In
 /// lap joints of bars, compared with stepped cycles, the error was mostly smaller than this; it was larger
 /// where corners open.
-const MOVED: f64 = 0.4;
+const REDISTRIBUTION_ERROR: f64 = 0.4;
 
 /// One instant of the cycle.
 #[derive(Debug, Clone, PartialEq)]
@@ -157,7 +157,7 @@ impl CycleAccumulator {
     /// Adds a step in which the cells moved by `moved` \[m\], with the friction limits at both ends \[Pa\]
     /// and the fraction of the step in which each cell is in contact. Stick cells do not slip: their `moved`
     /// is an artefact of the second-order step after a slip that has just ended.
-    pub(super) fn add_moved(
+    pub(super) fn add_displaced_step(
         &mut self,
         step: &TangentialSolution,
         moved: &ByAxis<Vec<f64>>,
@@ -177,7 +177,7 @@ impl CycleAccumulator {
     }
 
     /// Adds the sums of another accumulator.
-    pub(super) fn join(&mut self, other: &CycleAccumulator) {
+    pub(super) fn add_accumulator(&mut self, other: &CycleAccumulator) {
         for (all, new) in [
             (&mut self.slip_path, &other.slip_path),
             (&mut self.energy, &other.energy),
@@ -218,7 +218,8 @@ impl CycleAccumulator {
             let pairs = values.iter_mut().zip(parts);
             pairs.for_each(|(value, part)| *value *= cell_factor(part));
         }
-        self.dissipation_error += MOVED * (total_part * before - weighted).abs() * cell_area;
+        self.dissipation_error +=
+            REDISTRIBUTION_ERROR * (total_part * before - weighted).abs() * cell_area;
     }
 
     pub(super) fn finish(
@@ -278,17 +279,17 @@ impl FrettingJoint {
     ) -> Result<(CycleSolution, Vec<InstantFields>), WearError> {
         match (self.march, self.motion.straight()) {
             (March::Reversal | March::Superposition, Some(motion)) => {
-                self.by_reversals(&motion, contact, start, wanted)
+                self.cycle_from_reversals(&motion, contact, start, wanted)
             }
             (March::Reversal | March::Superposition, None) => Err(WearError::NotStraight),
-            (March::Stepped, _) => self.by_samples(wear, contact, start, wanted),
+            (March::Stepped, _) => self.cycle_from_samples(wear, contact, start, wanted),
         }
     }
 
     /// The steady cycle of a straight motion is antisymmetric, q(T/2) = −q(0). A branch changes the shear by
     /// −2q(0) while the bodies move by −2δ. Half of that change is the first loading from zero shear to the
     /// displacement δ.
-    fn by_reversals(
+    fn cycle_from_reversals(
         &mut self,
         motion: &StraightMotion,
         contact: &NormalSolution,
@@ -299,16 +300,16 @@ impl FrettingJoint {
         let zero = vec![0.0; motion.end.len()];
         let superposed = self.march == March::Superposition;
         let half = if superposed {
-            self.superposed(contact, &motion.end, start)?
+            self.superposed_shear(contact, &motion.end, start)?
         } else {
             self.step(&limit, None, [&zero, &motion.end], start)?
         };
         let mut tally = CycleAccumulator::new(limit.len());
         tally.add(&half, 4.0);
-        if let Some(own) = &self.motion.own
+        if let Some(own) = &self.motion.nodal_motion
             && let Some(work) = own.work_of_cells()
         {
-            tally.scale(&work, own.work_part, self.patch.grid.cell_area());
+            tally.scale(&work, own.total_work_ratio, self.patch.grid.cell_area());
         }
         let load = self.motion.mean_load;
         let torsion = |place: &[f64], step: &TangentialSolution, sign: f64| {
@@ -317,9 +318,13 @@ impl FrettingJoint {
                 .as_ref()
                 .map(|_| [place[step.displacement.len()], sign * step.moment])
         };
-        let reached = found(&half);
+        let reached = step_displacements(&half);
         let cell_area = self.patch.grid.cell_area();
-        let force_part = self.motion.own.as_ref().map_or(1.0, |own| own.force_part);
+        let force_part = self
+            .motion
+            .nodal_motion
+            .as_ref()
+            .map_or(1.0, |own| own.force_ratio);
         let force_along = force_part * self.motion.force_along(&half.shear, cell_area);
         let instant = |time: f64, sign: f64| {
             let place: Vec<f64> = reached.iter().map(|d| sign * d).collect();
@@ -366,12 +371,12 @@ impl FrettingJoint {
             instant(1.0, 1.0),
         ];
         let before = times(&half.shear, sign);
-        let now = self.motion.at(0);
+        let now = self.motion.state_at(0);
         let ahead: Vec<f64> = motion.end.iter().map(|end| sign * end).collect();
         let first = if superposed {
             // From an end on, shear and motion change by twice the first loading to half the displacement.
             let change: Vec<f64> = now.iter().zip(&ahead).map(|(n, a)| 0.5 * (n - a)).collect();
-            let branch = self.superposed(contact, &change, None)?;
+            let branch = self.superposed_shear(contact, &change, None)?;
             twice(branch, &before, self.patch.grid)
         } else {
             self.step(&limit, Some(&before), [&ahead, &now], None)?
@@ -381,7 +386,7 @@ impl FrettingJoint {
             .motion
             .channels()
             .zip(&now)
-            .zip(reached.iter().zip(found(&first)))
+            .zip(reached.iter().zip(step_displacements(&first)))
             .map(|((channel, now), (end, change))| match channel {
                 Channel::Displacement(_) => *now,
                 Channel::Force(_) => sign * end + change,
@@ -437,11 +442,11 @@ impl FrettingJoint {
             March::Stepped => self.options.tangential_in_sequence(),
             March::Reversal | March::Superposition => self.options.tangential,
         };
-        self.step_within(options, limit, previous, [from, to], start)
+        self.step_with_options(options, limit, previous, [from, to], start)
     }
 
     /// Solves a tangential step with options other than the cycle's.
-    pub fn step_within(
+    pub fn step_with_options(
         &mut self,
         options: TangentialOptions,
         limit: &[f64],
@@ -450,11 +455,11 @@ impl FrettingJoint {
         start: Option<&ByAxis<Vec<f64>>>,
     ) -> Result<TangentialSolution, WearError> {
         let driven = self.motion.between(from, to);
-        self.driven(options, limit, previous, &driven, start)
+        self.solve_driven_step(options, limit, previous, &driven, start)
     }
 
     /// Solves a tangential step with a given drive.
-    pub(super) fn driven(
+    pub(super) fn solve_driven_step(
         &mut self,
         options: TangentialOptions,
         limit: &[f64],
@@ -480,7 +485,7 @@ impl FrettingJoint {
 }
 
 /// Returns the displacements of a step along the axes, then the rotation about z.
-pub(super) fn found(step: &TangentialSolution) -> Vec<f64> {
+pub(super) fn step_displacements(step: &TangentialSolution) -> Vec<f64> {
     let axes = step.displacement.iter().copied();
     axes.chain([step.rotation]).collect()
 }
@@ -516,11 +521,11 @@ fn twice(
 /// Error of the energy after extrapolation, as a fraction of the change due to halving the steps, summed over
 /// all cells. Measured on 70 random rough joints, it is mostly 0.1. It reaches 0.8 where the motion turns
 /// between samples.
-const LEFT: f64 = 0.8;
+const EXTRAPOLATION_ERROR: f64 = 0.8;
 
 /// The same error if the motion is a history: its corners make the steps of first order. Measured, it is at
 /// most 1.33.
-const LEFT_OF_HISTORY: f64 = 1.6;
+const EXTRAPOLATION_ERROR_OF_HISTORY: f64 = 1.6;
 
 /// Smallest change that the error estimate assumes per cell, as a fraction of the cell's energy, times the
 /// square of the number of samples. On a single cell, halving the steps may change nothing by chance.
@@ -531,7 +536,7 @@ const LEAST_CHANGE: f64 = 16.0;
 const LEAST_EXTRAPOLATED: f64 = 0.5;
 
 /// Smallest number of samples that can be halved.
-pub(super) const FEWEST: usize = 8;
+pub(super) const FEWEST_SAMPLES: usize = 8;
 
 impl FrettingJoint {
     /// Computes the cycle sample by sample until it closes. The cycle is computed once, without
@@ -539,7 +544,7 @@ impl FrettingJoint {
     /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate).
     ///
     /// The fields come from the cycle over all samples: only slip path and energy are extrapolated.
-    pub(super) fn by_samples(
+    pub(super) fn cycle_from_samples(
         &mut self,
         wear: &[f64],
         contact: &NormalSolution,
@@ -550,29 +555,30 @@ impl FrettingJoint {
         // The last instant equals the first.
         let instants: Vec<usize> = (0..=samples).filter(|k| wanted(*k)).collect();
         let limits = self.limits_over_cycle(wear, contact, !instants.is_empty())?;
-        let halved = self.options.extrapolate && samples.is_multiple_of(2) && samples >= FEWEST;
+        let halved =
+            self.options.extrapolate && samples.is_multiple_of(2) && samples >= FEWEST_SAMPLES;
         let cell_area = self.patch.grid.cell_area();
         let coarse = match halved {
-            true => Some(Sequence::new(self, &limits, 2, start)?.close()?),
+            true => Some(SteadyStateMarch::new(self, &limits, 2, start)?.close()?),
             false => None,
         };
         let start = coarse.as_ref().map_or(start, |coarse| Some(&coarse.shear));
-        let Closed {
+        let ClosedCycle {
             mut tally,
             shear,
             instants: mut marched,
             mut kept,
-        } = Sequence::new(self, &limits, 1, start)?
-            .keeping(&instants)
+        } = SteadyStateMarch::new(self, &limits, 1, start)?
+            .storing_shear_at(&instants)
             .close()?;
         let error_part = match self.motion.by_order {
-            true => LEFT_OF_HISTORY,
-            false => LEFT,
+            true => EXTRAPOLATION_ERROR_OF_HISTORY,
+            false => EXTRAPOLATION_ERROR,
         };
         match &coarse {
             Some(coarse) => extrapolate(&mut tally, &coarse.tally, samples, error_part, cell_area),
             // So few samples give no estimate of their own error.
-            None if self.options.extrapolate && samples < FEWEST => {
+            None if self.options.extrapolate && samples < FEWEST_SAMPLES => {
                 let part = LEAST_CHANGE / (samples * samples) as f64;
                 tally.dissipation_error += part * tally.energy.iter().sum::<f64>() * cell_area;
             }
@@ -677,7 +683,7 @@ impl FrettingJoint {
     /// # Errors
     /// [`WearError::NotSuperposed`] unless all moving axes have a prescribed displacement, or all a
     /// prescribed force, and the motion has no rotation.
-    pub(super) fn superposed(
+    pub(super) fn superposed_shear(
         &mut self,
         contact: &NormalSolution,
         end: &[f64],
@@ -745,7 +751,7 @@ impl FrettingJoint {
         };
         let patch = Patch {
             grid: self.patch.grid,
-            kept: pressure.iter().map(|p| *p > 0.0).collect(),
+            is_in_joint: pressure.iter().map(|p| *p > 0.0).collect(),
         };
         let first: Vec<f64> = match start {
             Some(shear) => (0..pressure.len())
@@ -805,12 +811,12 @@ impl FrettingJoint {
 impl FrettingJoint {
     /// Computes the contacts at all samples in order, and passes each to `each`. Returns false, without any
     /// contact, if every place keeps the load of the static contact.
-    pub(super) fn contacts_by_place(
+    pub(super) fn local_contacts(
         &mut self,
         contact: &NormalSolution,
         mut each: impl FnMut(&Self, &NormalSolution),
     ) -> Result<bool, WearError> {
-        let own = self.motion.own.as_ref();
+        let own = self.motion.nodal_motion.as_ref();
         let Some(own) = own.filter(|own| !own.approach.is_empty()) else {
             return Ok(false);
         };
@@ -825,7 +831,7 @@ impl FrettingJoint {
     ///
     /// # Errors
     /// [`WearError::Contact`].
-    pub fn pressures_by_place(
+    pub fn local_pressures(
         &mut self,
         contact: &NormalSolution,
         approaches: Vec<Vec<f64>>,
@@ -881,7 +887,7 @@ impl FrettingJoint {
     ///
     /// # Errors
     /// [`WearError::NotStraight`], and [`WearError::Contact`].
-    pub fn loading(
+    pub fn first_loading_shear(
         &mut self,
         contact: &NormalSolution,
         parts: &[f64],
@@ -896,7 +902,8 @@ impl FrettingJoint {
         let mut shears: Vec<ByAxis<Vec<f64>>> = Vec::with_capacity(parts.len());
         for part in parts {
             let place: Vec<f64> = motion.end.iter().map(|d| part * d).collect();
-            let step = self.step_within(options, &limit, None, [&rest, &place], shears.last())?;
+            let step =
+                self.step_with_options(options, &limit, None, [&rest, &place], shears.last())?;
             shears.push(step.shear);
         }
         Ok(shears)

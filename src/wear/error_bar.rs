@@ -37,13 +37,13 @@ pub struct VolumeError {
 
 impl VolumeError {
     /// Returns the error by the contact alone: wear steps and cycles.
-    pub fn of_contact(self) -> f64 {
+    pub fn contact_error(self) -> f64 {
         self.steps + self.cycles
     }
 
     /// Returns the sum of all errors, because they need not cancel.
     pub fn total(self) -> f64 {
-        self.of_contact() + self.propagation + self.harmonics + self.closure + self.grid
+        self.contact_error() + self.propagation + self.harmonics + self.closure + self.grid
     }
 }
 
@@ -73,15 +73,15 @@ const SAFETY_BESIDE_COARSE: f64 = 2.0;
 
 /// Smallest relative error of every figure, of itself or of its change since the unworn state, as a fraction
 /// of the volume's relative error. A figure that happens not to change in a step need not be exact.
-pub const LEAST: f64 = 0.125;
+pub const LEAST_FIGURE_ERROR: f64 = 0.125;
 
 /// Smallest relative error of the energy per cycle, as a fraction of the volume's relative error. If the
 /// force is prescribed, the errors of the energy are nearly as large as the volume's.
-pub const LEAST_OF_ENERGY: f64 = 0.4;
+pub const LEAST_ENERGY_ERROR: f64 = 0.4;
 
 /// Returns the error of the volume worn in a step, from the step's own `estimate`, with or without a coarse
 /// trajectory \[m³\].
-pub fn of_step(estimate: f64, beside_coarse: bool) -> f64 {
+pub fn step_error(estimate: f64, beside_coarse: bool) -> f64 {
     let safety = match beside_coarse {
         true => SAFETY_BESIDE_COARSE,
         false => SAFETY,
@@ -92,7 +92,7 @@ pub fn of_step(estimate: f64, beside_coarse: bool) -> f64 {
 /// Returns the relative error of a figure that changed from `before` to `after` while `volume` was worn.
 /// `error` is the error of the volume `all` worn in all steps (all three \[m³\]). `wears` is the fraction of
 /// the figure that wear has changed. Returns 0 if nothing wears.
-pub fn of_figure(
+pub fn figure_error(
     [before, after]: [f64; 2],
     wears: f64,
     error: VolumeError,
@@ -102,11 +102,11 @@ pub fn of_figure(
     if volume <= 0.0 || all <= 0.0 {
         return 0.0;
     }
-    let least = LEAST * wears * error.of_contact() / all;
+    let least = LEAST_FIGURE_ERROR * wears * error.contact_error() / all;
     let change = ((after - before) / after).abs();
     if change.is_finite() {
         let by_vibration = change * (error.harmonics + error.closure) / volume;
-        least.max(change * error.of_contact() / volume) + by_vibration
+        least.max(change * error.contact_error() / volume) + by_vibration
     } else {
         least
     }
@@ -115,7 +115,7 @@ pub fn of_figure(
 /// Returns the error of an explicit step of `cycles`, which assumes its initial rate throughout, as a volume
 /// \[m³\]. It is half the change of the energy per area over the step \[J/m²\], summed over cells of area
 /// `cell_area` \[m²\].
-pub fn of_constant_rate(
+pub fn constant_rate_error(
     [begin, end]: [&[f64]; 2],
     law: WearLaw,
     cycles: u64,

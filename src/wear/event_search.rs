@@ -8,15 +8,15 @@ use super::implicit::{self, Limits, Step};
 use super::joint::{FrettingJoint, WearError, WornState};
 
 /// Largest number of lengths tried for one event. Then the shortest length beyond it is used.
-const MOST: usize = 8;
+const MOST_TRIES: usize = 8;
 
 /// A step that would pass this many such events is not shortened. The events are then finer than the
 /// resolution of the wear, and every step ends beyond one.
-const MANY: f64 = 30.0;
+const EVENTS_BEYOND_RESOLUTION: f64 = 30.0;
 
 /// Largest overshoot of a step beyond the event, as a fraction of the tolerance. Late in a run the stiffness
 /// hardly rises, so that a small overshoot is many cycles.
-const LANDED: f64 = 0.1;
+const OVERSHOOT: f64 = 0.1;
 
 /// Initial exponent of the progress as a power of the cycles, until two lengths give one. The stiffness rises
 /// fast at first.
@@ -26,12 +26,12 @@ const EXPONENT: f64 = 0.7;
 const EXPONENTS: (f64, f64) = (0.02, 5.0);
 
 /// Smallest ratio of one length to the length tried before.
-const SHORTEST: f64 = 0.1;
+const SHORTEST_RATIO: f64 = 0.1;
 
 /// Search for the length of one step. The progress towards the event is a number that reaches 1 at the event.
 #[derive(Debug, Clone)]
 pub struct EventSearch {
-    begin: f64,
+    begin_progress: f64,
     tolerance: f64,
     /// Longest step that ends before the event, the shortest beyond it, and the last one tried with its
     /// progress.
@@ -46,7 +46,7 @@ impl EventSearch {
     /// by a fraction of `tolerance`. If the progress jumps, the length is found within `tolerance` of itself.
     pub fn new(begin: f64, tolerance: f64) -> EventSearch {
         EventSearch {
-            begin,
+            begin_progress: begin,
             tolerance,
             below: 0,
             above: None,
@@ -84,7 +84,7 @@ impl EventSearch {
         // Cycles that accuracy would allow for the next step, had this one not been shortened.
         let uncut = step.proposal.min(step.cycles as f64);
         let (mut rejected, mut beyond) = (step.rejected, None);
-        while let Some(cycles) = self.next(step.cycles, far) {
+        while let Some(cycles) = self.next_length(step.cycles, far) {
             if self.above == Some(step.cycles) {
                 beyond = Some(step);
             }
@@ -111,12 +111,14 @@ impl EventSearch {
 
     /// Returns the length to try after a step of `cycles` with the progress `reached`. Returns `None` to
     /// accept that step: it ends at the event, or before it while no longer step is known to pass it.
-    pub fn next(&mut self, cycles: u64, reached: f64) -> Option<u64> {
+    pub fn next_length(&mut self, cycles: u64, reached: f64) -> Option<u64> {
         self.tried += 1;
-        if self.begin >= 1.0 || self.above.is_none() && reached - self.begin > MANY {
+        if self.begin_progress >= 1.0
+            || self.above.is_none() && reached - self.begin_progress > EVENTS_BEYOND_RESOLUTION
+        {
             return None;
         }
-        let band = LANDED * self.tolerance;
+        let band = OVERSHOOT * self.tolerance;
         if reached > 1.0 + band {
             self.above = Some(cycles);
         } else if reached >= 1.0 {
@@ -127,14 +129,14 @@ impl EventSearch {
         let above = self.above?;
         let between = above - self.below;
         let narrow = (self.tolerance * above as f64).max(1.0);
-        if between as f64 <= narrow || self.tried >= MOST {
+        if between as f64 <= narrow || self.tried >= MOST_TRIES {
             return (cycles != above).then_some(above);
         }
-        let target = 1.0 + 0.5 * band - self.begin;
-        let progress = reached - self.begin;
+        let target = 1.0 + 0.5 * band - self.begin_progress;
+        let progress = reached - self.begin_progress;
         let exponent = self.exponent(cycles, progress).unwrap_or(EXPONENT);
         self.last = Some((cycles, progress));
-        let guess = cycles as f64 * (target / progress).powf(1.0 / exponent).max(SHORTEST);
+        let guess = cycles as f64 * (target / progress).powf(1.0 / exponent).max(SHORTEST_RATIO);
         let (least, most) = (self.below as f64 + 1.0, above as f64 - 1.0);
         if guess >= least && guess <= most {
             Some(guess as u64)

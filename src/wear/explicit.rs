@@ -21,7 +21,7 @@ pub fn advance(wear: &[f64], energy: &[f64], law: WearLaw, cycles: u64) -> Vec<f
 
 /// Smallest eigenvalue of the half spaces' compliance on a grid, over a cell's own compliance. It belongs to
 /// pressures that alternate from cell to cell.
-const ALTERNATING: f64 = 0.5;
+const SMALLEST_EIGENVALUE: f64 = 0.5;
 
 /// Returns how far a step exceeds the stability limit of the explicit scheme: N α µ·(slip path) of the
 /// fastest cell in contact, over twice the smallest eigenvalue of the compliance. Above 1, cells overshoot,
@@ -29,7 +29,7 @@ const ALTERNATING: f64 = 0.5;
 ///
 /// `slip_path` \[m\] and `pressure` \[Pa\] have one value per cell; `self_compliance` is a cell's own
 /// \[m/Pa\].
-pub fn beyond_stability(
+pub fn stability_ratio(
     slip_path: &[f64],
     pressure: &[f64],
     friction_coefficient: f64,
@@ -43,11 +43,11 @@ pub fn beyond_stability(
         .filter(|(_, pressure)| **pressure > 0.0)
         .fold(0.0f64, |longest, (path, _)| longest.max(*path));
     let compliance = law.over(cycles) * friction_coefficient * longest;
-    compliance / (2.0 * ALTERNATING * self_compliance)
+    compliance / (2.0 * SMALLEST_EIGENVALUE * self_compliance)
 }
 
 /// Returns the largest depth of a stable step for the fastest-wearing cell under this pressure \[m\]. A step
 /// of depth d makes N α µ·(slip path) = d/p, so that it is stable up to d = 2 λ_min p.
 pub fn largest_stable_depth(pressure: f64, self_compliance: f64) -> f64 {
-    2.0 * ALTERNATING * self_compliance * pressure
+    2.0 * SMALLEST_EIGENVALUE * self_compliance * pressure
 }

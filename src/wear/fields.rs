@@ -87,7 +87,7 @@ impl FrettingJoint {
             ([x, y], [ux, uy]) => self.half_space.shear([x, y], [ux, uy]),
             _ => unreachable!("a cycle has one axis or two"),
         }
-        let own = self.motion.own.as_ref().map(|own| {
+        let own = self.motion.nodal_motion.as_ref().map(|own| {
             let place = &own.displacement[sample];
             own.between(&vec![0.0; place.len()], place)
         });
@@ -100,7 +100,7 @@ impl FrettingJoint {
             for (axis, field) in unslipped.iter_mut().enumerate() {
                 let own = own.as_ref().map_or(0.0, |own| own[axis][c]);
                 let bodies = instant.displacement[axis] + turned[axis] + own;
-                field[c] = match self.patch.kept[c] {
+                field[c] = match self.patch.is_in_joint[c] {
                     true => bodies - field[c],
                     false => 0.0,
                 };

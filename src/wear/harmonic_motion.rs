@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::motion::{Channel, Motion, SAME, with_middles};
+use super::motion::{Channel, EQUALITY_TOLERANCE, Motion, with_middles};
 
 /// Harmonic channel, `amplitude · cos(2πt/T + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -38,7 +38,7 @@ impl HarmonicMotion {
             .map(|channel| channel.phase / TAU);
         let first = moving.next()?;
         moving
-            .all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= SAME)
+            .all(|phase| (2.0 * (phase - first)).rem_euclid(1.0) <= EQUALITY_TOLERANCE)
             .then_some(first)
     }
 
@@ -56,7 +56,9 @@ impl HarmonicMotion {
         if let Some(first) = self.turns_together() {
             for end in [-first, 0.5 - first] {
                 let end = end.rem_euclid(1.0);
-                if end < 1.0 - SAME && time.iter().all(|t| (t - end).abs() > SAME) {
+                if end < 1.0 - EQUALITY_TOLERANCE
+                    && time.iter().all(|t| (t - end).abs() > EQUALITY_TOLERANCE)
+                {
                     time.push(end);
                 }
             }
@@ -82,7 +84,7 @@ impl HarmonicMotion {
                 .map(|t| load + self.normal_load_amplitude * (TAU * t).cos())
                 .collect(),
             mean_load: load,
-            own: None,
+            nodal_motion: None,
             time,
             by_order: false,
         }

@@ -27,7 +27,7 @@ use super::WearLaw;
 use super::cycle::{CycleSolution, March};
 use super::joint::{FrettingJoint, WearError, WornState};
 use super::motion::Motion;
-use super::scheme::check_cycle;
+use super::scheme::check_wear_per_cycle;
 use crate::contact::normal::NormalSolution;
 use crate::grid::ByAxis;
 
@@ -44,30 +44,30 @@ const SAFETY: f64 = 0.85;
 /// Fraction of the volume worn before the step that is added to the step's volume in the error test. Where
 /// wear dies out, the step's own volume falls below the errors of the solves, and no step would be short
 /// enough.
-const SETTLED: f64 = 0.005;
+const PRIOR_VOLUME_FRACTION: f64 = 0.005;
 
 /// Bounds on the ratio of the next step length to this one.
-const CHANGE: (f64, f64) = (0.2, 3.0);
+const STEP_CHANGE_BOUNDS: (f64, f64) = (0.2, 3.0);
 
-/// Factor on the normal solve's tolerance for the half step and the first stage, up to [`LOOSEST`]. These
+/// Factor on the normal solve's tolerance for the half step and the first stage, up to [`LARGEST_TOLERANCE`]. These
 /// solves enter the wear only by the slip of the middle and by a part of the pressure: 100 changed the worn
 /// volume by 10⁻⁵.
-const LOOSER: f64 = 100.0;
-const LOOSEST: f64 = 1e-4;
+const TOLERANCE_FACTOR: f64 = 100.0;
+const LARGEST_TOLERANCE: f64 = 1e-4;
 
 /// Returns the tolerance of a normal solve that may be less exact than the contact of a state.
-pub(super) fn looser(tolerance: f64) -> f64 {
-    tolerance.max((LOOSER * tolerance).min(LOOSEST))
+pub(super) fn relaxed_tolerance(tolerance: f64) -> f64 {
+    tolerance.max((TOLERANCE_FACTOR * tolerance).min(LARGEST_TOLERANCE))
 }
 
 /// Wear per cycle over α, split for the step: energy = c·p + f.
 pub(super) struct Rate {
     pub(super) proportion: Vec<f64>,
-    pub(super) rest: Vec<f64>,
+    pub(super) explicit_rate: Vec<f64>,
 }
 
 /// State at the beginning of a step.
-pub(super) struct Begin {
+pub(super) struct StepBegin {
     pub(super) rate: Rate,
     /// Pressure under the largest load of the cycle \[Pa\].
     pub(super) pressure: Vec<f64>,
@@ -153,8 +153,8 @@ pub fn advance(
     proposal: f64,
     limits: Limits,
 ) -> Result<Step, WearError> {
-    check_cycle(proposal)?;
-    joint.follow_from_begin();
+    check_wear_per_cycle(proposal)?;
+    joint.reset_motion();
     let begin = begin(joint, state)?;
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let by_depth = limits.depth_step.map_or(f64::INFINITY, |d| d / deepest);
@@ -163,7 +163,7 @@ pub fn advance(
     loop {
         let mut step = attempt(joint, state, &begin, law, cycles)?;
         let before = joint.volume(&state.wear);
-        let volume = joint.volume(&step.wear) - before + SETTLED * before;
+        let volume = joint.volume(&step.wear) - before + PRIOR_VOLUME_FRACTION * before;
         let mut end = None;
         if joint.march == March::Stepped && step.error <= limits.tolerance * volume {
             let final_cycle = end_cycle(joint, &step)?;
@@ -179,7 +179,7 @@ pub fn advance(
         };
         // The relative error of a step is of second order in its length.
         let factor = SAFETY * (limits.tolerance / relative).sqrt();
-        step.proposal = cycles as f64 * factor.clamp(CHANGE.0, CHANGE.1);
+        step.proposal = cycles as f64 * factor.clamp(STEP_CHANGE_BOUNDS.0, STEP_CHANGE_BOUNDS.1);
         if relative <= limits.tolerance {
             step.rejected = rejected;
             step.end = end;
@@ -219,15 +219,15 @@ fn whole_cycles(wanted: f64, remaining: u64) -> u64 {
 pub(super) fn attempt(
     joint: &mut FrettingJoint,
     state: &WornState,
-    begin: &Begin,
+    begin: &StepBegin,
     law: WearLaw,
     cycles: u64,
 ) -> Result<Step, WearError> {
-    let Begin {
+    let StepBegin {
         rate: begin,
         pressure,
     } = begin;
-    joint.follow_from_begin();
+    joint.reset_motion();
     let load = joint.motion.largest_load();
     let reach = law.over(cycles);
     let add = |wear: &[f64], parts: &[(f64, &[f64])]| -> Vec<f64> {
@@ -251,9 +251,9 @@ pub(super) fn attempt(
             .collect()
     };
 
-    let base = add(&state.wear, &[(0.5 * reach, &begin.rest)]);
+    let base = add(&state.wear, &[(0.5 * reach, &begin.explicit_rate)]);
     let wear_compliance = scaled(0.5 * reach, &begin.proportion);
-    let half = joint.contact_to(looser, &base, &wear_compliance, load, pressure)?;
+    let half = joint.contact_to(relaxed_tolerance, &base, &wear_compliance, load, pressure)?;
     let half_wear = add(&base, &[(0.5 * reach, &wear_rate(begin, &half.pressure))]);
     let shear = Some(&state.cycle.shear);
     let at_rest = match joint.motion.constant_load() {
@@ -261,12 +261,12 @@ pub(super) fn attempt(
         false => Some(joint.static_contact(&half_wear, Some(&half.pressure))?),
     };
     let at_rest = at_rest.as_ref().unwrap_or(&half);
-    let compliance = joint.follow(&at_rest.pressure)?;
+    let compliance = joint.update_motion(&at_rest.pressure)?;
     let cycle = joint.cycle(&half_wear, at_rest, shear)?;
     let middle = split(joint, &half.pressure, &cycle.slip_path, &cycle.energy);
 
     let wear_compliance = scaled(GAMMA * reach, &middle.proportion);
-    let base = add(&state.wear, &[(GAMMA * reach, &middle.rest)]);
+    let base = add(&state.wear, &[(GAMMA * reach, &middle.explicit_rate)]);
     // Extrapolates the pressures of the beginning and the middle linearly to a fraction of the step.
     let on_line = |part: f64| -> Vec<f64> {
         let cells = pressure.iter().zip(&half.pressure);
@@ -274,11 +274,20 @@ pub(super) fn attempt(
             .map(|(begin, half)| (begin + 2.0 * part * (half - begin)).max(0.0))
             .collect()
     };
-    let first = joint.contact_to(looser, &base, &wear_compliance, load, &on_line(GAMMA))?;
+    let first = joint.contact_to(
+        relaxed_tolerance,
+        &base,
+        &wear_compliance,
+        load,
+        &on_line(GAMMA),
+    )?;
     let first_rate = wear_rate(&middle, &first.pressure);
     let base = add(
         &state.wear,
-        &[((1.0 - GAMMA) * reach, &first_rate), (reach, &middle.rest)],
+        &[
+            ((1.0 - GAMMA) * reach, &first_rate),
+            (reach, &middle.explicit_rate),
+        ],
     );
     let second = joint.contact(&base, Some(&wear_compliance), load, Some(&on_line(1.0)))?;
     let second_rate = wear_rate(&middle, &second.pressure);
@@ -315,7 +324,7 @@ pub(super) fn attempt(
 /// Computes the cycle at the end of a step.
 fn end_cycle(joint: &mut FrettingJoint, step: &Step) -> Result<EndCycle, WearError> {
     let contact = joint.static_contact(&step.wear, Some(&step.contact.pressure))?;
-    joint.follow(&contact.pressure)?;
+    joint.update_motion(&contact.pressure)?;
     let before = joint.half_space.take_pairs();
     let cycle = joint.cycle(&step.wear, &contact, Some(&step.shear))?;
     let fft_pairs = joint.half_space.take_pairs();
@@ -355,7 +364,7 @@ fn simpson_difference(
 }
 
 /// Computes the wear rate at the beginning of a step, and the pressure to which it is proportional.
-pub(super) fn begin(joint: &mut FrettingJoint, state: &WornState) -> Result<Begin, WearError> {
+pub(super) fn begin(joint: &mut FrettingJoint, state: &WornState) -> Result<StepBegin, WearError> {
     let pressure = if joint.motion.constant_load() {
         state.pressure.clone()
     } else {
@@ -367,7 +376,7 @@ pub(super) fn begin(joint: &mut FrettingJoint, state: &WornState) -> Result<Begi
     let CycleSolution {
         slip_path, energy, ..
     } = &state.cycle;
-    Ok(Begin {
+    Ok(StepBegin {
         rate: split(joint, &pressure, slip_path, energy),
         pressure,
     })
@@ -379,7 +388,7 @@ fn split(joint: &FrettingJoint, pressure: &[f64], slip_path: &[f64], energy: &[f
     let constant = joint.motion.constant_load();
     let mut rate = Rate {
         proportion: vec![0.0; pressure.len()],
-        rest: vec![0.0; pressure.len()],
+        explicit_rate: vec![0.0; pressure.len()],
     };
     for c in 0..pressure.len() {
         let path = joint.friction_coefficient * slip_path[c];
@@ -389,7 +398,7 @@ fn split(joint: &FrettingJoint, pressure: &[f64], slip_path: &[f64], energy: &[f
             rate.proportion[c] = (energy[c] / pressure[c]).min(LARGEST_RATIO * path);
         }
         if !constant {
-            rate.rest[c] = (energy[c] - rate.proportion[c] * pressure[c]).max(0.0);
+            rate.explicit_rate[c] = (energy[c] - rate.proportion[c] * pressure[c]).max(0.0);
         }
     }
     rate

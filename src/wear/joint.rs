@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use super::cycle::{CycleSolution, March};
 use super::motion::Motion;
-use super::pressing::Pressing;
+use super::pressing::PressedBodies;
 
 use crate::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
@@ -129,7 +129,7 @@ pub struct FrettingJoint {
     pub height: Vec<f64>,
     /// Bodies that press each other under loads of their own. `None`: a load or an approach presses half
     /// spaces together.
-    pub pressing: Option<Pressing>,
+    pub pressing: Option<PressedBodies>,
     /// Rotation about x and y, or the moments under which the bodies rotate.
     pub rotation: Rotation,
     /// Pressure cap \[Pa\].
@@ -139,7 +139,7 @@ pub struct FrettingJoint {
     /// Motion.
     pub motion: Motion,
     /// Evolution of the motion as the joint wears; `None` if the motion does not change.
-    pub course: Option<EvolvingMotion>,
+    pub evolving_motion: Option<EvolvingMotion>,
     /// Method that computes a cycle.
     pub march: March,
     /// Tolerances.
@@ -167,7 +167,7 @@ impl FrettingJoint {
         load: f64,
         start: Option<&[f64]>,
     ) -> Result<NormalSolution, WearError> {
-        self.pressed(wear, compliance, Control::Load(load), start)
+        self.solve_normal_contact(wear, compliance, Control::Load(load), start)
     }
 
     /// Solves the normal contact with a diagonal compliance. `tolerance` maps the joint's own tolerance to
@@ -190,7 +190,7 @@ impl FrettingJoint {
     /// Solves the normal contact of the surface worn by `wear` under a load or at an approach, with an
     /// optional diagonal compliance. Bodies of a structure have loads of their own, so that `control` is
     /// ignored.
-    pub fn pressed(
+    pub fn solve_normal_contact(
         &mut self,
         wear: &[f64],
         compliance: Option<&[f64]>,
@@ -237,16 +237,16 @@ impl FrettingJoint {
     }
 
     /// Resets the motion to the beginning of a step.
-    pub(super) fn follow_from_begin(&mut self) {
-        if let Some(course) = &self.course {
+    pub(super) fn reset_motion(&mut self) {
+        if let Some(course) = &self.evolving_motion {
             self.motion = (course.motion)(course.begin);
         }
     }
 
     /// Updates the motion to these pressures, and returns the tangential compliance of the contact \[m/N\].
     /// Returns `None` if the motion does not change.
-    pub(super) fn follow(&mut self, pressure: &[f64]) -> Result<Option<f64>, WearError> {
-        let Some(course) = self.course.clone() else {
+    pub(super) fn update_motion(&mut self, pressure: &[f64]) -> Result<Option<f64>, WearError> {
+        let Some(course) = self.evolving_motion.clone() else {
             return Ok(None);
         };
         let (_, kt) = self.stiffness(pressure, course.shear, course.coupling)?;
@@ -276,7 +276,7 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let solve = self.linearised(pressure, shear, coupling, stiffness::FIGURE_TOLERANCE);
+        let solve = self.stiffness_solve(pressure, shear, coupling, stiffness::FIGURE_TOLERANCE);
         Ok(self.half_space.without_nodal(solve)?)
     }
 
@@ -292,12 +292,13 @@ impl FrettingJoint {
         shear: Shear,
         coupling: Coupling,
     ) -> Result<(f64, f64), WearError> {
-        let solve = self.linearised(pressure, shear, coupling, stiffness::COMPARED_TOLERANCE);
+        let solve =
+            self.stiffness_solve(pressure, shear, coupling, stiffness::COMPARISON_TOLERANCE);
         Ok(solve(&mut self.half_space)?)
     }
 
     /// Returns a function that computes both stiffnesses on a half space.
-    fn linearised<'a>(
+    fn stiffness_solve<'a>(
         &self,
         pressure: &'a [f64],
         shear: Shear,
@@ -329,7 +330,7 @@ fn linearised_stiffness(
             stiffness::normal_to(half_space, &elastic, tolerance)?
         }
         (Coupling::None | Coupling::Frictionless, Rotation::Free { .. }) => {
-            stiffness::turning(half_space, &elastic)?
+            stiffness::normal_with_rotation(half_space, &elastic)?
         }
         _ => stiffness::coupled(
             half_space,

@@ -1,7 +1,7 @@
 //! Friction limits over a cycle, and the fraction of a step in which a closing or opening cell is in contact.
 
 use super::joint::{FrettingJoint, WearError};
-use super::motion::{Motion, SAME, Step};
+use super::motion::{EQUALITY_TOLERANCE, Motion, Step};
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::Drive;
 
@@ -13,8 +13,8 @@ const MIDDLE: f64 = 0.5;
 /// solve needs a tighter tolerance, and the smallest factor on that tolerance. Without these, an orbit with a
 /// reserve of 3e-3 had an error of 0.3 % in the energy per cycle, and one with 3e-4 had an error of 1.4 to 10
 /// %.
-const RESERVE: f64 = 1.0 / 30.0;
-const MOST_EXACT: f64 = 1e-3;
+const FULL_TOLERANCE_RESERVE: f64 = 1.0 / 30.0;
+const SMALLEST_TOLERANCE_FACTOR: f64 = 1e-3;
 
 /// Friction limits at the samples of a cycle.
 pub(super) struct FrictionLimits {
@@ -26,7 +26,7 @@ pub(super) struct FrictionLimits {
     /// Pressure \[Pa\] and gap \[m\] of the same contacts, if fields of the cycle are wanted.
     contacts: Option<Vec<[Vec<f64>; 2]>>,
     /// Index of the field of each sample.
-    of_sample: Vec<usize>,
+    field_of_sample: Vec<usize>,
 }
 
 /// Cell that closes or opens within a step.
@@ -45,7 +45,7 @@ impl FrictionLimits {
             fields: vec![limit],
             gaps: Vec::new(),
             contacts: None,
-            of_sample: vec![0; samples],
+            field_of_sample: vec![0; samples],
         }
     }
 
@@ -60,12 +60,12 @@ impl FrictionLimits {
 
     /// Returns the limits at a sample, counted periodically \[Pa\].
     pub(super) fn at(&self, sample: usize) -> &[f64] {
-        &self.fields[self.of_sample[sample % self.of_sample.len()]]
+        &self.fields[self.field_of_sample[sample % self.field_of_sample.len()]]
     }
 
     /// Returns pressure and gap at a sample, if they are stored and change over the cycle.
     pub(super) fn contact_at(&self, sample: usize) -> Option<(&[f64], &[f64])> {
-        let [pressure, gap] = &self.contacts.as_ref()?[self.of_sample[sample]];
+        let [pressure, gap] = &self.contacts.as_ref()?[self.field_of_sample[sample]];
         Some((pressure, gap))
     }
 
@@ -80,8 +80,8 @@ impl FrictionLimits {
         if !self.vary() {
             return Vec::new();
         }
-        let samples = self.of_sample.len();
-        let gap = |sample: usize| &self.gaps[self.of_sample[sample % samples]];
+        let samples = self.field_of_sample.len();
+        let gap = |sample: usize| &self.gaps[self.field_of_sample[sample % samples]];
         let [before, from, to] = [k + samples - stride, k, k + stride];
         let [earlier, step, later] =
             [before, from, to].map(|sample| motion.load_change(sample, stride));
@@ -119,7 +119,7 @@ impl FrictionLimits {
 /// Returns the factor on the tolerance of a step under the friction limits at its end \[Pa\]. Near the
 /// friction capacity a force leaves the displacement to the few cells that stick, which amplifies errors of
 /// the solve. Returns 1 without a prescribed force.
-pub(super) fn exactness(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
+pub(super) fn tolerance_factor(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
     let forces = driven.drive.iter().map(|drive| match drive {
         Drive::Force(force) => force * force,
         Drive::Displacement(_) => 0.0,
@@ -129,7 +129,7 @@ pub(super) fn exactness(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
         return 1.0;
     }
     let reserve = 1.0 - force / (limit.iter().sum::<f64>() * cell_area);
-    (reserve / RESERVE).clamp(MOST_EXACT, 1.0)
+    (reserve / FULL_TOLERANCE_RESERVE).clamp(SMALLEST_TOLERANCE_FACTOR, 1.0)
 }
 
 impl FrettingJoint {
@@ -147,9 +147,9 @@ impl FrettingJoint {
             fields: Vec::new(),
             gaps: Vec::new(),
             contacts: store_contacts.then(Vec::new),
-            of_sample: (0..samples).collect(),
+            field_of_sample: (0..samples).collect(),
         };
-        if self.contacts_by_place(contact, |joint, solution| limits.add(joint, solution))? {
+        if self.local_contacts(contact, |joint, solution| limits.add(joint, solution))? {
             return Ok(limits);
         }
         if self.motion.constant_load() {
@@ -159,8 +159,8 @@ impl FrettingJoint {
         let mut loads: Vec<f64> = Vec::new();
         let mut pressure = contact.pressure.clone();
         for (k, &load) in self.motion.normal_load.clone().iter().enumerate() {
-            let same = |before: &f64| (before - load).abs() <= SAME * load.abs();
-            limits.of_sample[k] = match loads.iter().position(same) {
+            let same = |before: &f64| (before - load).abs() <= EQUALITY_TOLERANCE * load.abs();
+            limits.field_of_sample[k] = match loads.iter().position(same) {
                 Some(field) => field,
                 None => {
                     let solution = self.contact(wear, None, load, Some(&pressure))?;

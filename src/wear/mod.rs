@@ -28,5 +28,5 @@ pub use law::WearLaw;
 pub(crate) use motion::mean_of;
 pub use motion::{Channel, Motion};
 pub use nodal_motion::NodalMotion;
-pub use pressing::{Bodies, NodalLoad, Pressing};
+pub use pressing::{BodyMotions, NodalLoad, PressedBodies};
 pub use scheme::{Scheme, StepOutcome};

@@ -6,7 +6,7 @@ use crate::grid::ByAxis;
 
 /// Relative tolerance at which two loads or displacements count as equal, to allow for the rounding of
 /// cosines.
-pub(super) const SAME: f64 = 1e-12;
+pub(super) const EQUALITY_TOLERANCE: f64 = 1e-12;
 
 /// One closed cycle in samples. Sample 0 is at t = 0, and the cycle returns to it at t = T.
 ///
@@ -31,7 +31,7 @@ pub struct Motion {
     pub mean_load: f64,
     /// Motion of the cells along the axes in addition to the rigid drive. `None` (all cells move alike) takes
     /// no storage.
-    pub own: Option<NodalMotion>,
+    pub nodal_motion: Option<NodalMotion>,
 }
 
 /// Prescribed component of a rigid motion, at every sample.
@@ -110,7 +110,7 @@ impl Step {
 /// Motion along a straight line about zero that turns only at its two ends, under constant load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StraightMotion {
-    /// State of the motion at the end reached at sample `top`, as in [`Motion::at`]. The other end is its
+    /// State of the motion at the end reached at sample `top`, as in [`Motion::state_at`]. The other end is its
     /// negative.
     pub end: Vec<f64>,
     /// Sample of that end.
@@ -127,7 +127,7 @@ pub(crate) fn mean_of(samples: &[f64]) -> f64 {
 
 impl Motion {
     /// Returns the motion of a joint that only bears a load.
-    pub fn none(load: f64) -> Self {
+    pub fn at_rest(load: f64) -> Self {
         Motion {
             time: vec![0.0],
             by_order: false,
@@ -135,7 +135,7 @@ impl Motion {
             rotation: None,
             normal_load: vec![load],
             mean_load: load,
-            own: None,
+            nodal_motion: None,
         }
     }
 
@@ -148,7 +148,7 @@ impl Motion {
     }
 
     /// Returns this motion with a linearly interpolated sample in the middle between any two samples.
-    pub fn halved(&self) -> Motion {
+    pub fn with_midpoints(&self) -> Motion {
         let halve = |series: &Vec<f64>| with_middles(series, series[0]);
         Motion {
             time: with_middles(&self.time, 1.0),
@@ -157,7 +157,7 @@ impl Motion {
             rotation: self.rotation.as_ref().map(|c| c.map(halve)),
             normal_load: halve(&self.normal_load),
             mean_load: self.mean_load,
-            own: self.own.as_ref().map(NodalMotion::halved),
+            nodal_motion: self.nodal_motion.as_ref().map(NodalMotion::halved),
         }
     }
 
@@ -165,13 +165,13 @@ impl Motion {
     pub fn refined(self, samples: usize) -> Motion {
         let mut motion = self;
         while motion.samples() < samples {
-            motion = motion.halved();
+            motion = motion.with_midpoints();
         }
         motion
     }
 
     /// Returns every `step`-th sample, starting with the first.
-    pub fn every(&self, step: usize) -> Motion {
+    pub fn thinned(&self, step: usize) -> Motion {
         let thin = |series: &Vec<f64>| series.iter().copied().step_by(step).collect();
         Motion {
             time: thin(&self.time),
@@ -180,7 +180,7 @@ impl Motion {
             rotation: self.rotation.as_ref().map(|channel| channel.map(thin)),
             normal_load: thin(&self.normal_load),
             mean_load: self.mean_load,
-            own: self.own.as_ref().map(|own| own.every(step)),
+            nodal_motion: self.nodal_motion.as_ref().map(|own| own.every(step)),
         }
     }
 
@@ -193,7 +193,10 @@ impl Motion {
             let middle = 0.5 * (least + most);
             series.iter_mut().for_each(|d| *d -= middle);
         }
-        self.own = self.own.as_ref().map(NodalMotion::about_its_middle);
+        self.nodal_motion = self
+            .nodal_motion
+            .as_ref()
+            .map(NodalMotion::about_its_middle);
         self
     }
 
@@ -226,7 +229,12 @@ impl Motion {
         if reach > 0.0 {
             let mut along = Vec::with_capacity(n);
             for k in 0..n {
-                let from: Vec<f64> = self.at(k).iter().zip(&middle).map(|(d, m)| d - m).collect();
+                let from: Vec<f64> = self
+                    .state_at(k)
+                    .iter()
+                    .zip(&middle)
+                    .map(|(d, m)| d - m)
+                    .collect();
                 let a = from.iter().zip(&end).map(|(d, e)| d * e).sum::<f64>() / reach;
                 let across = from
                     .iter()
@@ -270,7 +278,7 @@ impl Motion {
             rotation: None,
             normal_load: vec![self.mean_load; 2],
             mean_load: self.mean_load,
-            own: self.own.as_ref().map(|own| own.ends(top, bottom)),
+            nodal_motion: self.nodal_motion.as_ref().map(|own| own.ends(top, bottom)),
         }
     }
 
@@ -295,7 +303,7 @@ impl Motion {
     /// `cell_area` \[m²\], in newtons. If nodes move individually, it sums the forces along each node's
     /// direction. Otherwise the force is along the line between the ends of the motion.
     pub fn force_along(&self, shear: &ByAxis<Vec<f64>>, cell_area: f64) -> f64 {
-        if let Some(own) = &self.own {
+        if let Some(own) = &self.nodal_motion {
             return own.force_along(shear, cell_area);
         }
         let end = self.widest_ends().map(|ends| self.end(ends));
@@ -346,10 +354,13 @@ impl Motion {
 
     /// Returns the state of the motion at a sample: values of the channels, then the individual motion of the
     /// nodes. Sample n is sample 0.
-    pub fn at(&self, sample: usize) -> Vec<f64> {
+    pub fn state_at(&self, sample: usize) -> Vec<f64> {
         let k = sample % self.samples();
         let channels = self.channels().map(|channel| channel.values()[k]);
-        let own = self.own.iter().flat_map(|own| &own.displacement[k]);
+        let own = self
+            .nodal_motion
+            .iter()
+            .flat_map(|own| &own.displacement[k]);
         channels.chain(own.copied()).collect()
     }
 
@@ -359,7 +370,7 @@ impl Motion {
         let axes = self.drive.len();
         let drive = |(k, channel): (usize, &Channel)| channel.between(from[k], to[k]);
         let channels = self.channels().count();
-        let own = self.own.as_ref();
+        let own = self.nodal_motion.as_ref();
         Step {
             drive: self.drive.iter().enumerate().map(drive).collect(),
             rotation: self.rotation.as_ref().map(|channel| drive((axes, channel))),
@@ -371,10 +382,13 @@ impl Motion {
     /// first half, under constant load.
     pub fn is_antiperiodic(&self, stride: usize) -> bool {
         let n = self.samples();
-        let constant =
-            self.constant_load() && self.own.as_ref().is_none_or(NodalMotion::has_constant_load);
-        let whole = self.at(0).len();
-        let reach = (0..n).map(|k| self.at(k));
+        let constant = self.constant_load()
+            && self
+                .nodal_motion
+                .as_ref()
+                .is_none_or(NodalMotion::has_constant_load);
+        let whole = self.state_at(0).len();
+        let reach = (0..n).map(|k| self.state_at(k));
         let reach = reach.fold(vec![0.0f64; whole], |reach, at| {
             let both = reach.iter().zip(&at);
             both.map(|(r, v)| r.max(v.abs())).collect()
@@ -382,10 +396,10 @@ impl Motion {
         constant
             && n.is_multiple_of(2 * stride)
             && (0..n / 2).all(|k| {
-                let [now, then] = [k, k + n / 2].map(|k| self.at(k));
+                let [now, then] = [k, k + n / 2].map(|k| self.state_at(k));
                 let mut opposite = now.iter().zip(&then).zip(&reach);
-                (self.time[k + n / 2] - self.time[k] - 0.5).abs() <= SAME
-                    && opposite.all(|((a, b), reach)| (a + b).abs() <= SAME * reach)
+                (self.time[k + n / 2] - self.time[k] - 0.5).abs() <= EQUALITY_TOLERANCE
+                    && opposite.all(|((a, b), reach)| (a + b).abs() <= EQUALITY_TOLERANCE * reach)
             })
     }
 
@@ -402,18 +416,23 @@ impl Motion {
         let mean = self.mean_load;
         self.normal_load
             .iter()
-            .all(|n| (n - mean).abs() <= SAME * mean.abs())
+            .all(|n| (n - mean).abs() <= EQUALITY_TOLERANCE * mean.abs())
     }
 
     /// Returns the ends of a straight motion: about zero, turning only at its ends, under constant load.
     /// Otherwise `None`.
     pub fn straight(&self) -> Option<StraightMotion> {
-        if !self.constant_load() || self.own.as_ref().is_some_and(|own| !own.is_straight()) {
+        if !self.constant_load()
+            || self
+                .nodal_motion
+                .as_ref()
+                .is_some_and(|own| !own.is_straight())
+        {
             return None;
         }
         let scales = self.scales();
         let scaled = |k: usize| -> Vec<f64> {
-            let values = self.at(k).into_iter().zip(&scales);
+            let values = self.state_at(k).into_iter().zip(&scales);
             values.map(|(value, scale)| value * scale).collect()
         };
         let size = |k: usize| scaled(k).iter().map(|d| d * d).sum::<f64>().sqrt();
@@ -423,7 +442,7 @@ impl Motion {
         let reach = size(top);
         if reach == 0.0 {
             return Some(StraightMotion {
-                end: self.at(top),
+                end: self.state_at(top),
                 top: 0,
                 bottom: self.samples() / 2,
             });
@@ -435,20 +454,22 @@ impl Motion {
                 .zip(&end)
                 .map(|(d, e)| (d - along(k) * e / reach).powi(2))
                 .sum();
-            across.sqrt() <= SAME * reach
+            across.sqrt() <= EQUALITY_TOLERANCE * reach
         });
         let bottom =
             (0..self.samples()).fold(top, |best, k| if along(k) < along(best) { k } else { best });
-        let centred = (along(bottom) + reach).abs() <= SAME * reach;
+        let centred = (along(bottom) + reach).abs() <= EQUALITY_TOLERANCE * reach;
         let n = self.samples();
         let is_monotonic = |from: usize, to: usize, sign: f64| {
             let steps = (to + n - from) % n;
-            (0..steps)
-                .all(|s| sign * (along((from + s + 1) % n) - along((from + s) % n)) <= SAME * reach)
+            (0..steps).all(|s| {
+                sign * (along((from + s + 1) % n) - along((from + s) % n))
+                    <= EQUALITY_TOLERANCE * reach
+            })
         };
         let turns_at_ends = is_monotonic(top, bottom, 1.0) && is_monotonic(bottom, top, -1.0);
         (straight && centred && turns_at_ends).then(|| StraightMotion {
-            end: self.at(top),
+            end: self.state_at(top),
             top,
             bottom,
         })

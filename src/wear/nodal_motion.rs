@@ -20,12 +20,12 @@ pub struct NodalMotion {
     /// Ratio of each node's work of friction in the cycle to its work between the two ends of the motion
     /// under the load of the static contact. Empty: the ratio is 1. It accounts for the path between the ends
     /// and for the variation of the load.
-    pub work: Vec<f64>,
+    pub work_ratio: Vec<f64>,
     /// The same ratio for the work of friction of all nodes together.
-    pub work_part: f64,
+    pub total_work_ratio: f64,
     /// Ratio of the force along the motion in the cycle to the force between its two ends under the load of
     /// the static contact.
-    pub force_part: f64,
+    pub force_ratio: f64,
     /// Displacement of each node at the end of the line that the motion nearly follows, along x, then along y
     /// if the motion has that axis. It includes the mean motion and is divided by its root mean square over
     /// the area of the joint. The force along it does the work of all nodes.
@@ -90,14 +90,14 @@ impl NodalMotion {
         self.interpolate(&self.approach[sample])
     }
 
-    /// Interpolates [`NodalMotion::work`] to the cells. Returns `None` if the ratio is 1.
+    /// Interpolates [`NodalMotion::work_ratio`] to the cells. Returns `None` if the ratio is 1.
     pub(super) fn work_of_cells(&self) -> Option<Vec<f64>> {
-        (!self.work.is_empty()).then(|| self.interpolate(&self.work))
+        (!self.work_ratio.is_empty()).then(|| self.interpolate(&self.work_ratio))
     }
 
     fn interpolate(&self, nodes: &[f64]) -> Vec<f64> {
         let mut field = vec![0.0; self.interpolation.grid().len()];
-        self.interpolation.add(1.0, nodes, &mut field);
+        self.interpolation.add_interpolated(1.0, nodes, &mut field);
         field
     }
 
@@ -106,17 +106,17 @@ impl NodalMotion {
     pub(super) fn force_along(&self, shear: &ByAxis<Vec<f64>>, cell_area: f64) -> f64 {
         let axes = self.direction.chunks_exact(self.interpolation.nodes());
         let along = axes.zip(shear).map(|(nodes, shear)| {
-            let sums = self.interpolation.sums(shear);
+            let sums = self.interpolation.apply_transpose(shear);
             nodes.iter().zip(sums).map(|(d, q)| d * q).sum::<f64>()
         });
         along.sum::<f64>() * cell_area
     }
 
     /// Resets all ratios of work and force to 1, for a motion under the load of the static contact.
-    pub fn under_loads_at_rest(&mut self) {
-        self.work.clear();
-        self.work_part = 1.0;
-        self.force_part = 1.0;
+    pub fn reset_ratios(&mut self) {
+        self.work_ratio.clear();
+        self.total_work_ratio = 1.0;
+        self.force_ratio = 1.0;
     }
 
     /// Returns true if every place keeps the load of the static contact.
@@ -137,9 +137,9 @@ impl NodalMotion {
             interpolation: self.interpolation.clone(),
             displacement,
             approach,
-            work: self.work.clone(),
-            work_part: self.work_part,
-            force_part: self.force_part,
+            work_ratio: self.work_ratio.clone(),
+            total_work_ratio: self.total_work_ratio,
+            force_ratio: self.force_ratio,
             direction: self.direction.clone(),
         }
     }

@@ -4,7 +4,7 @@ use super::motion::{Motion, extent};
 
 /// Largest ratio of a step's path to the path of the step before. After equal steps (β = 1/3) the next β is
 /// at most 3, which BDF2 reaches at a ratio of 6.5.
-const LARGEST_PACE: f64 = 6.0;
+const LARGEST_STEP_RATIO: f64 = 6.0;
 
 impl Motion {
     /// Returns the duration of the step from one sample to the sample `stride` later, as a fraction of the
@@ -17,14 +17,14 @@ impl Motion {
     /// Returns the ratio of the step from sample `k` to the step before it, between samples `stride` apart.
     /// If the motion is smooth in time, it is the ratio of the durations. Otherwise it is the ratio of the
     /// paths, up to a bound. After a step at rest it is 0.
-    pub(super) fn pace(&self, k: usize, stride: usize) -> f64 {
+    pub(super) fn step_ratio(&self, k: usize, stride: usize) -> f64 {
         if !self.by_order {
             let before = k + self.samples() - stride;
             return self.duration(k, stride) / self.duration(before, stride);
         }
         let [_, before, after] = self.turn(k, stride);
         if before > 0.0 {
-            (after / before).sqrt().min(LARGEST_PACE)
+            (after / before).sqrt().min(LARGEST_STEP_RATIO)
         } else {
             0.0
         }
@@ -43,7 +43,7 @@ impl Motion {
     /// Returns the cosine of the angle between the steps before and after sample `k`, between samples
     /// `stride` apart. It is 1 along a line, negative where the motion turns back, and 0 at rest.
     /// Displacements and forces are divided by the largest of their ranges, a rotation by its own.
-    pub fn ahead(&self, k: usize, stride: usize) -> f64 {
+    pub fn turn_cosine(&self, k: usize, stride: usize) -> f64 {
         let [along, before, after] = self.turn(k, stride);
         if before * after > 0.0 {
             along / (before * after).sqrt()

@@ -40,29 +40,29 @@ pub struct NodalLoad {
 
 /// Rigid motions between the bodies of a structure.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Bodies {
+pub struct BodyMotions {
     /// Motions along which the bodies are free: approach and rotations.
     pub free: Vec<[f64; 3]>,
     /// Other motions, which the structure holds softly.
-    pub held: Vec<[f64; 3]>,
+    pub restrained: Vec<[f64; 3]>,
     /// Compliance between the held motions, row by row \[m/N\].
     pub compliance: Vec<f64>,
 }
 
 /// Bodies of a structure, pressed together by a preload and other static loads.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pressing {
+pub struct PressedBodies {
     added: Arc<NodalCompliance>,
-    bodies: Bodies,
+    bodies: BodyMotions,
     /// Opening of the cells by a preload of 1 N and by the other loads, and the resultants of both.
     opening: [Vec<f64>; 2],
     resultants: [Vec<f64>; 2],
     /// Opening of all cells at first touch \[m\].
-    touch: f64,
+    first_touch_opening: f64,
     /// Preload \[N\].
     pub preload: f64,
     /// Fraction of all loads that acts.
-    pub part: f64,
+    pub load_fraction: f64,
     /// Approach of the preload's ends towards each other in the last contact \[m\].
     pub shortening: f64,
     /// Work of a preload of 1 N under itself and under the other loads.
@@ -72,20 +72,20 @@ pub struct Pressing {
     pub mesh_ratio: Option<f64>,
 }
 
-impl Pressing {
+impl PressedBodies {
     /// Creates bodies whose normal compliance is `added` to the compliance of the half spaces, Q − M \[m/N\].
     /// The `loads` are a preload of 1 N, and the other loads. If the bodies are not free to approach, they
     /// start where a surface with the highest point `top` \[m\] first touches. The preload starts at 0.
     pub fn new(
         added: Arc<NodalCompliance>,
-        bodies: Bodies,
+        bodies: BodyMotions,
         loads: [NodalLoad; 2],
         top: f64,
     ) -> Self {
         let interpolation = &added.interpolation;
         let cells = |nodes: &[f64]| {
             let mut cells = vec![0.0; interpolation.grid().len()];
-            interpolation.add(1.0, nodes, &mut cells);
+            interpolation.add_interpolated(1.0, nodes, &mut cells);
             cells
         };
         let opening = [0, 1].map(|k| cells(&loads[k].opening));
@@ -93,14 +93,14 @@ impl Pressing {
         let resultants = loads.map(|load| load.resultants);
         let closes = |[_, x, y]: &[f64; 3]| *x == 0.0 && *y == 0.0;
         let is_held = !bodies.free.iter().any(closes);
-        Pressing {
+        PressedBodies {
             added,
             bodies,
             opening,
             resultants,
-            touch: if is_held { top } else { 0.0 },
+            first_touch_opening: if is_held { top } else { 0.0 },
             preload: 0.0,
-            part: 1.0,
+            load_fraction: 1.0,
             shortening: 0.0,
             work,
             mesh_ratio: None,
@@ -111,8 +111,10 @@ impl Pressing {
     pub(super) fn opening(&self) -> Vec<f64> {
         let [preload, others] = &self.opening;
         let both = preload.iter().zip(others);
-        both.map(|(by_preload, other)| self.touch + self.part * (self.preload * by_preload + other))
-            .collect()
+        both.map(|(by_preload, other)| {
+            self.first_touch_opening + self.load_fraction * (self.preload * by_preload + other)
+        })
+        .collect()
     }
 
     /// Returns the free motions with the loads along them, and the held motions with their resultants.
@@ -121,9 +123,12 @@ impl Pressing {
         let [preload, others] = &self.resultants;
         for (motion, (by_preload, other)) in self.bodies.free.iter().zip(preload.iter().zip(others))
         {
-            freedom.add(*motion, self.part * (self.preload * by_preload + other));
+            freedom.add(
+                *motion,
+                self.load_fraction * (self.preload * by_preload + other),
+            );
         }
-        for (motion, resultant) in self.bodies.held.iter().zip(held_resultants) {
+        for (motion, resultant) in self.bodies.restrained.iter().zip(held_resultants) {
             freedom.add(*motion, *resultant);
         }
         Control::Free(freedom)
@@ -143,12 +148,14 @@ impl Pressing {
         options: NormalOptions,
     ) -> Result<NormalSolution, WearError> {
         let added = Some(self.added.clone());
-        let solved = half_space.with_nodal(added, |half_space| match self.bodies.held.is_empty() {
-            true => {
-                let problem = self.with_resultants(problem, &[]);
-                normal::solve(half_space, &problem, start, options)
+        let solved = half_space.with_nodal(added, |half_space| {
+            match self.bodies.restrained.is_empty() {
+                true => {
+                    let problem = self.with_resultants(problem, &[]);
+                    normal::solve(half_space, &problem, start, options)
+                }
+                false => self.solve_held(half_space, problem, start, options),
             }
-            false => self.solve_held(half_space, problem, start, options),
         });
         Ok(solved??)
     }
@@ -172,13 +179,15 @@ impl Pressing {
         start: Option<&[f64]>,
         options: NormalOptions,
     ) -> Result<NormalSolution, ContactError> {
-        let Bodies {
-            held, compliance, ..
+        let BodyMotions {
+            restrained: held,
+            compliance,
+            ..
         } = &self.bodies;
         let count = held.len();
         let patch = problem.patch;
         let grid = patch.grid;
-        let kept_cells: Vec<usize> = (0..grid.len()).filter(|&c| patch.kept[c]).collect();
+        let kept_cells: Vec<usize> = (0..grid.len()).filter(|&c| patch.is_in_joint[c]).collect();
         let fields: Vec<Vec<f64>> = held
             .iter()
             .map(|motion| approach_field(patch, &kept_cells, motion))
@@ -383,14 +392,18 @@ impl Pressing {
             solution.rotation[0],
             solution.rotation[1],
         ];
-        let Bodies { free, held, .. } = &self.bodies;
+        let BodyMotions {
+            free,
+            restrained: held,
+            ..
+        } = &self.bodies;
         let all: Vec<[f64; 3]> = free.iter().chain(held).copied().collect();
         let by_motion: f64 = parts_along(&all, patch, displacement)
             .iter()
             .zip(&self.resultants[0])
             .map(|(m, r)| m * r)
             .sum();
-        let by_loads = self.part * (self.work[0] * self.preload + self.work[1]);
+        let by_loads = self.load_fraction * (self.work[0] * self.preload + self.work[1]);
         patch.grid.cell_area() * by_pressure + by_loads + by_motion
     }
 
@@ -400,7 +413,7 @@ impl Pressing {
         let mut opening = self.opening();
         self.added.add_normal(&solution.pressure, &mut opening);
         let grid = patch.grid;
-        let kept_cells = (0..grid.len()).filter(|&c| patch.kept[c]);
+        let kept_cells = (0..grid.len()).filter(|&c| patch.is_in_joint[c]);
         let [x, y] = solution.rotation;
         let closer = kept_cells.map(|c| {
             let (i, j) = grid.cell(c);
@@ -452,9 +465,9 @@ const FIRST_PART: f64 = 0.5;
 
 /// Limits of the search for the bolt force: the largest number of contact solutions, the relative error of
 /// the load at convergence, and the error that is accepted if the secant method stalls.
-const MOST_TIGHTENINGS: usize = 30;
-const TIGHTENED: f64 = 1e-7;
-const ALL_BUT_TIGHTENED: f64 = 1e-6;
+const MOST_SECANT_STEPS: usize = 30;
+const TIGHTENING_TOLERANCE: f64 = 1e-7;
+const STALLED_TIGHTENING_TOLERANCE: f64 = 1e-6;
 
 impl FrettingJoint {
     /// Finds the preload at which the unworn contact carries `load` \[N\], and returns that contact. Use this
@@ -470,19 +483,19 @@ impl FrettingJoint {
         let mut pressure: Option<Vec<f64>> = None;
         // Secant method, starting from no preload and a preload of the whole load.
         let (mut before, mut preload) = ([0.0, 0.0], load);
-        for _ in 0..MOST_TIGHTENINGS {
+        for _ in 0..MOST_SECANT_STEPS {
             let pressing = self.pressing.as_mut();
             pressing
                 .expect("a structure that presses the joint")
                 .preload = preload;
             let solution = self.contact(&wear, None, load, pressure.as_deref())?;
-            if (solution.load - load).abs() <= TIGHTENED * load {
+            if (solution.load - load).abs() <= TIGHTENING_TOLERANCE * load {
                 return Ok(solution);
             }
             let slope = (solution.load - before[1]) / (preload - before[0]);
             before = [preload, solution.load];
             if !(slope > 0.0 && slope.is_finite()) {
-                if (solution.load - load).abs() <= ALL_BUT_TIGHTENED * load {
+                if (solution.load - load).abs() <= STALLED_TIGHTENING_TOLERANCE * load {
                     return Ok(solution);
                 }
                 break;

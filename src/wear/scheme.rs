@@ -145,7 +145,7 @@ impl Scheme {
 const LARGEST_CYCLE: f64 = 10.0;
 
 /// Rejects a cycle that wears far more than a step of `proposal` cycles, with `proposal` below 1.
-pub(super) fn check_cycle(proposal: f64) -> Result<(), WearError> {
+pub(super) fn check_wear_per_cycle(proposal: f64) -> Result<(), WearError> {
     let times = 1.0 / proposal;
     match times > LARGEST_CYCLE {
         true => Err(WearError::CycleWearsTooMuch { times }),
@@ -163,7 +163,7 @@ fn by_depth(
 ) -> Result<u64, WearError> {
     let deepest = law.depth(state.cycle.energy.iter().fold(0.0f64, |m, e| m.max(*e)));
     let depth_step = limits.depth_step.unwrap_or(f64::INFINITY);
-    check_cycle(first_proposal(joint, state, law))?;
+    check_wear_per_cycle(first_proposal(joint, state, law))?;
     // Without wear the step would be infinite.
     Ok(match deepest > 0.0 {
         true => explicit::cycles(depth_step, deepest).min(limits.remaining),

@@ -5,7 +5,7 @@
 //! serves for comparison.
 
 use super::WearLaw;
-use super::implicit::{Begin, begin};
+use super::implicit::{StepBegin, begin};
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::contact::normal::NormalSolution;
 
@@ -16,12 +16,12 @@ pub fn advance(
     law: WearLaw,
     cycles: u64,
 ) -> Result<(Vec<f64>, NormalSolution), WearError> {
-    let Begin { rate, pressure } = begin(joint, state)?;
+    let StepBegin { rate, pressure } = begin(joint, state)?;
     let reach = law.over(cycles);
     let mut wear: Vec<f64> = state.wear.clone();
     let compliance: Vec<f64> = rate.proportion.iter().map(|c| reach * c).collect();
     wear.iter_mut()
-        .zip(&rate.rest)
+        .zip(&rate.explicit_rate)
         .for_each(|(w, f)| *w += reach * f);
     let load = joint.motion.largest_load();
     let contact = joint.contact(&wear, Some(&compliance), load, Some(&pressure))?;

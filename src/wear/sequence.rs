@@ -15,9 +15,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::cycle::{CycleAccumulator, Instant, found};
+use super::cycle::{CycleAccumulator, Instant, step_displacements};
 use super::joint::{FrettingJoint, WearError};
-use super::limits::{FrictionLimits, exactness};
+use super::limits::{FrictionLimits, tolerance_factor};
 use super::motion::Channel;
 use crate::contact::tangential::CellState;
 use crate::grid::ByAxis;
@@ -26,24 +26,24 @@ use crate::grid::ByAxis;
 const MAX_CYCLES: usize = 60;
 
 /// Number of closure checks per span.
-const CHECKS: usize = 4;
+const CHECKS_PER_SPAN: usize = 4;
 
 /// Bounds on the ratio of the changes of shear in successive spans, for the estimate of the remaining change.
 /// A cycle may converge more slowly than two spans show, and errors of the solves keep changing it.
-const RATIOS: [f64; 2] = [0.5, 0.9];
+const CONVERGENCE_RATIO_BOUNDS: [f64; 2] = [0.5, 0.9];
 
 /// Ratios of a cell's changes of shear in successive spans at which the march extrapolates. Shear that is
-/// locked in over half a cycle has the ratio −1 (`ALTERNATING`). Slowly converging cells have positive ratios
-/// (`SLOW`); the largest of these are too inaccurate, and so are all before the span `FIRST`.
-const ALTERNATING: [f64; 2] = [-1.05, -0.6];
-const SLOW: [f64; 2] = [0.6, 0.9];
-const FIRST: usize = 4;
+/// locked in over half a cycle has the ratio −1 (`ALTERNATING_RATIOS`). Slowly converging cells have positive ratios
+/// (`SLOW_RATIOS`); the largest of these are too inaccurate, and so are all before the span `FIRST_EXTRAPOLATED_SPAN`.
+const ALTERNATING_RATIOS: [f64; 2] = [-1.05, -0.6];
+const SLOW_RATIOS: [f64; 2] = [0.6, 0.9];
+const FIRST_EXTRAPOLATED_SPAN: usize = 4;
 
 /// Fraction of the friction limit from which on a shear counts as being at its limit.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
 /// Closed cycle.
-pub(super) struct Closed {
+pub(super) struct ClosedCycle {
     pub(super) tally: CycleAccumulator,
     /// Shear at t = 0 \[Pa\].
     pub(super) shear: ByAxis<Vec<f64>>,
@@ -54,7 +54,7 @@ pub(super) struct Closed {
 }
 
 /// State of the march.
-pub(super) struct Sequence<'a> {
+pub(super) struct SteadyStateMarch<'a> {
     joint: &'a mut FrettingJoint,
     limits: &'a FrictionLimits,
     /// Samples from one step to the next.
@@ -69,7 +69,7 @@ pub(super) struct Sequence<'a> {
     /// Current shear, and the shear at the ends of the two steps before \[Pa\].
     shear: ByAxis<Vec<f64>>,
     earlier: Vec<ByAxis<Vec<f64>>>,
-    last: Option<Last>,
+    last: Option<LastStep>,
     /// Current displacements and rotation. Under a prescribed force or moment they are sums of the computed
     /// steps.
     place: Vec<f64>,
@@ -78,12 +78,12 @@ pub(super) struct Sequence<'a> {
 }
 
 /// Results of the last step that the next one needs.
-struct Last {
+struct LastStep {
     /// Motion of the cells in the step \[m\].
     moved: ByAxis<Vec<f64>>,
     state: Vec<CellState>,
     /// β of the step.
-    memory: f64,
+    beta: f64,
 }
 
 /// Part of a span.
@@ -102,7 +102,7 @@ struct Segment {
     unsteady: Option<f64>,
 }
 
-impl<'a> Sequence<'a> {
+impl<'a> SteadyStateMarch<'a> {
     /// Starts at sample 0 with the shear `start`, cut back to the limits, or with the shear of a first
     /// loading from rest.
     pub(super) fn new(
@@ -114,7 +114,7 @@ impl<'a> Sequence<'a> {
         let shear = match start {
             Some(shear) => cut_to_limits(shear, limits.at(0)),
             None => {
-                let first = joint.motion.at(0);
+                let first = joint.motion.state_at(0);
                 let zero = vec![0.0; first.len()];
                 joint.step(limits.at(0), None, [&zero, &first], None)?.shear
             }
@@ -122,8 +122,8 @@ impl<'a> Sequence<'a> {
         let steps = joint.motion.samples() / stride;
         let second_order = joint.options.extrapolate;
         let halves = second_order && joint.motion.is_antiperiodic(stride);
-        let channels = joint.motion.channels().zip(joint.motion.at(0));
-        Ok(Sequence {
+        let channels = joint.motion.channels().zip(joint.motion.state_at(0));
+        Ok(SteadyStateMarch {
             limits,
             stride,
             steps,
@@ -142,7 +142,7 @@ impl<'a> Sequence<'a> {
     }
 
     /// Stores the shear at these instants, given as sample numbers.
-    pub(super) fn keeping(mut self, instants: &[usize]) -> Self {
+    pub(super) fn storing_shear_at(mut self, instants: &[usize]) -> Self {
         let samples = self.joint.motion.samples();
         self.keeps = instants.iter().map(|instant| instant % samples).collect();
         self
@@ -156,8 +156,8 @@ impl<'a> Sequence<'a> {
 
     /// Marches until the remaining change of the shear would dissipate no more than the tolerance of the
     /// cycle. The remaining change is extrapolated as a geometric series.
-    pub(super) fn close(mut self) -> Result<Closed, WearError> {
-        let checks = CHECKS.min(self.span);
+    pub(super) fn close(mut self) -> Result<ClosedCycle, WearError> {
+        let checks = CHECKS_PER_SPAN.min(self.span);
         let mut segments: Vec<Option<Segment>> = (0..checks).map(|_| None).collect();
         let tolerance = self.joint.options.cycle_tolerance;
         let mut drift = None;
@@ -175,7 +175,7 @@ impl<'a> Sequence<'a> {
                 segments
                     .iter()
                     .flatten()
-                    .for_each(|segment| tally.join(&segment.tally));
+                    .for_each(|segment| tally.add_accumulator(&segment.tally));
                 let limit = self.limits.at(to % self.steps * self.stride);
                 let changed = change([&self.shear, &old.shear], self.sign, limit);
                 let unsteady: f64 = changed
@@ -184,7 +184,7 @@ impl<'a> Sequence<'a> {
                     .map(|(q, s)| q * s)
                     .sum();
                 let ratio = old.unsteady.map_or(0.0, |before| unsteady / before);
-                let ratio = ratio.clamp(RATIOS[0], RATIOS[1]);
+                let ratio = ratio.clamp(CONVERGENCE_RATIO_BOUNDS[0], CONVERGENCE_RATIO_BOUNDS[1]);
                 let remaining = unsteady * ratio / (1.0 - ratio);
                 if remaining <= tolerance * tally.energy.iter().sum::<f64>() {
                     tally.dissipation_error += remaining * self.joint.patch.grid.cell_area();
@@ -236,8 +236,8 @@ impl<'a> Sequence<'a> {
         let (joint, stride) = (&mut *self.joint, self.stride);
         let next = k + stride;
         let samples = joint.motion.samples();
-        let ratio = joint.motion.pace(k, stride);
-        let (from, to) = (joint.motion.at(k), joint.motion.at(next));
+        let ratio = joint.motion.step_ratio(k, stride);
+        let (from, to) = (joint.motion.state_at(k), joint.motion.state_at(next));
         let limits = [k, next].map(|sample| self.limits.at(sample));
         let mut part_in_contact = vec![1.0; limits[0].len()];
         let mut offset: Option<ByAxis<Vec<f64>>> = None;
@@ -251,12 +251,12 @@ impl<'a> Sequence<'a> {
                 // Along one axis the slip has a sign but no direction, so the motion of a cell is exact.
                 let bend = match last.moved.len() {
                     1 => 0.0,
-                    _ => joint.motion.ahead(k, stride).max(0.0),
+                    _ => joint.motion.turn_cosine(k, stride).max(0.0),
                 };
                 // The product of two successive β must not exceed 1, or errors would grow. For equal steps it
                 // is 1/9.
                 let memory = bend * ratio * ratio / (1.0 + 2.0 * ratio);
-                let memory = memory.min(1.0 / last.memory);
+                let memory = memory.min(1.0 / last.beta);
                 beta = memory;
                 let slid = last.state.iter().map(|state| match state {
                     CellState::Slip => memory,
@@ -279,8 +279,8 @@ impl<'a> Sequence<'a> {
             driven.displace(offset.clone());
         }
         let mut options = joint.options.tangential_in_sequence();
-        options.tolerance *= exactness(&driven, limits[1], joint.patch.grid.cell_area());
-        let solution = joint.driven(
+        options.tolerance *= tolerance_factor(&driven, limits[1], joint.patch.grid.cell_area());
+        let solution = joint.solve_driven_step(
             options,
             limits[1],
             Some(&self.shear),
@@ -291,8 +291,11 @@ impl<'a> Sequence<'a> {
         for (moved, offset) in moved.iter_mut().zip(offset.iter().flatten()) {
             moved.iter_mut().zip(offset).for_each(|(m, o)| *m -= o);
         }
-        tally.add_moved(&solution, &moved, limits, &part_in_contact);
-        let moves = to.iter().zip(found(&solution)).zip(joint.motion.channels());
+        tally.add_displaced_step(&solution, &moved, limits, &part_in_contact);
+        let moves = to
+            .iter()
+            .zip(step_displacements(&solution))
+            .zip(joint.motion.channels());
         for (place, ((to, change), channel)) in self.place.iter_mut().zip(moves) {
             *place = match channel {
                 Channel::Displacement(_) => *to,
@@ -310,10 +313,10 @@ impl<'a> Sequence<'a> {
             force_along: joint.motion.force_along(&solution.shear, cell_area),
             force: solution.force,
         };
-        self.last = Some(Last {
+        self.last = Some(LastStep {
             moved,
             state: solution.state,
-            memory: beta,
+            beta,
         });
         self.earlier
             .insert(0, std::mem::replace(&mut self.shear, solution.shear));
@@ -363,7 +366,8 @@ impl<'a> Sequence<'a> {
             });
             let ratio = sign * along / size;
             let within = |[least, most]: [f64; 2]| (least..=most).contains(&ratio);
-            if within(ALTERNATING) || span >= FIRST && within(SLOW) {
+            if within(ALTERNATING_RATIOS) || span >= FIRST_EXTRAPOLATED_SPAN && within(SLOW_RATIOS)
+            {
                 for (q, now) in self.shear.iter_mut().zip(&now) {
                     q[c] += now[c] * ratio / (1.0 - ratio);
                 }
@@ -423,7 +427,7 @@ impl<'a> Sequence<'a> {
         mut tally: CycleAccumulator,
         old: &[f64],
         segments: Vec<Option<Segment>>,
-    ) -> Closed {
+    ) -> ClosedCycle {
         let mut shear = std::mem::take(&mut self.shear);
         let mut instants = Vec::with_capacity(self.steps + 1);
         let mut kept = BTreeMap::new();
@@ -462,7 +466,7 @@ impl<'a> Sequence<'a> {
         instants.sort_by(|a, b| a.time.total_cmp(&b.time));
         let last = instants.last().cloned();
         instants.splice(0..0, last.map(|last| Instant { time: 0.0, ..last }));
-        Closed {
+        ClosedCycle {
             tally,
             shear,
             instants,

@@ -9,19 +9,19 @@ use crate::grid::Patch;
 
 /// Smallest relative error that is reported. A smaller one is an ordinary grid error, which no error bar
 /// includes.
-const LEAST: f64 = 0.2;
+const LEAST_REPORTED_ERROR: f64 = 0.2;
 
 /// Relative error of the energy of one of several spots, for bands narrower than each width in cells. The
 /// errors of the spots are independent. Of 96 energies of rough faces, 2 differed from finer grids by more
 /// than this error over the root of the number of spots, plus 1 %. The finer grids had 2 to 8 times as many
 /// cells along a side.
-const OF_SEVERAL: [(f64, f64); 2] = [(0.4, 1.2), (1.5, 0.25)];
+const ERRORS_OF_SEVERAL_SPOTS: [(f64, f64); 2] = [(0.4, 1.2), (1.5, 0.25)];
 /// The same for a single spot, whose cells may lie alike on all sides. 416 round spots of 3 to 20 cells were
 /// compared with Mindlin's energy: they were off by up to 470 % below 0.15 cells, and by 41 to 70 % up to
 /// 0.6.
-const OF_ONE: [(f64, f64); 4] = [(0.15, 5.0), (0.4, 1.5), (0.8, 0.75), (1.5, 0.25)];
+const ERRORS_OF_ONE_SPOT: [(f64, f64); 4] = [(0.15, 5.0), (0.4, 1.5), (0.8, 0.75), (1.5, 0.25)];
 /// Smallest spread at which the contact counts as one spot.
-const ALONE: f64 = 0.9;
+const SINGLE_SPOT_SPREAD: f64 = 0.9;
 
 /// Slip bands of the contact spots that partly stick throughout the cycle. A spot that slips as a whole has
 /// no band that its energy depends on.
@@ -47,7 +47,7 @@ struct Spot {
 impl SlipBand {
     /// Measures the slip band from the pressures \[Pa\] and the energies per area and cycle \[J/m²\] on the
     /// grid. If no spot partly sticks, all spots count and the spread is 0.
-    pub fn of(patch: &Patch, wraps: bool, pressure: &[f64], energy: &[f64]) -> SlipBand {
+    pub fn measure(patch: &Patch, wraps: bool, pressure: &[f64], energy: &[f64]) -> SlipBand {
         let spots = spots(patch, wraps, pressure, energy);
         let sticks = |spot: &Spot| spot.slipping < spot.cells;
         let is_partial = spots.iter().any(sticks);
@@ -73,14 +73,14 @@ impl SlipBand {
 
     /// Returns the relative error of the energy per cycle due to the grid; 0 if the band is resolved.
     pub fn relative_error(&self) -> f64 {
-        let table = match self.spread > ALONE {
-            true => &OF_ONE[..],
-            false => &OF_SEVERAL[..],
+        let table = match self.spread > SINGLE_SPOT_SPREAD {
+            true => &ERRORS_OF_ONE_SPOT[..],
+            false => &ERRORS_OF_SEVERAL_SPOTS[..],
         };
         let entry = table.iter().find(|(below, _)| self.cells < *below);
         entry
             .map(|(_, error)| error * self.spread)
-            .filter(|error| *error > LEAST)
+            .filter(|error| *error > LEAST_REPORTED_ERROR)
             .unwrap_or(0.0)
     }
 }

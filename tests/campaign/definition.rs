@@ -20,8 +20,8 @@ fn rows(campaign: &str) -> Vec<Vec<String>> {
 /// The number that a row sets a key to.
 fn number(row: &[Setting], key: &str) -> f64 {
     let setting = row.iter().find(|setting| setting.key == key).expect("set");
-    match setting.given() {
-        fretwear::campaign::Resolved::Text(text) => {
+    match setting.as_written() {
+        fretwear::campaign::ResolvedValue::Text(text) => {
             let number = text.split(' ').next().expect("a number");
             number.parse().expect("a number")
         }

@@ -6,10 +6,10 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::campaign::{CampaignError, Folder};
+use fretwear::campaign::{CampaignError, CampaignFolder};
 use fretwear::store::{Entry, FileSystem, LockAttempt, Metadata, RealFileSystem, remove_run};
 use fretwear::tables::{
-    ColumnSchema, ColumnType, Nullable, entry_of, nullable_from_parquet, nullable_to_parquet,
+    ColumnSchema, ColumnType, Nullable, metadata_entry, nullable_from_parquet, nullable_to_parquet,
 };
 use serde_json::Value;
 
@@ -254,7 +254,7 @@ fn a_read_error_is_not_damage() {
     };
     for (k, errno) in again.into_iter().chain([libc::EACCES]).enumerate() {
         let name = "000001.parquet";
-        let folder = Folder::at(Arc::new(Unreadable { name, errno }), &bench.path("c"));
+        let folder = CampaignFolder::at(Arc::new(Unreadable { name, errno }), &bench.path("c"));
         let (_, campaign) = folder.open().expect("a campaign");
         let collected = folder.collect(&campaign).expect("the others are collected");
         assert_eq!(collected.runs, if k == 0 { 5 } else { 0 });
@@ -262,7 +262,7 @@ fn a_read_error_is_not_damage() {
         check(&collected.unread[0], name, errno);
 
         let name = "shard-00000.parquet";
-        let folder = Folder::at(Arc::new(Unreadable { name, errno }), &bench.path("c"));
+        let folder = CampaignFolder::at(Arc::new(Unreadable { name, errno }), &bench.path("c"));
         check(
             &folder.collected(&campaign).expect_err("unreadable"),
             name,
@@ -290,7 +290,7 @@ fn a_read_error_is_not_damage() {
 /// Writes a table of a campaign again with another column.
 fn forge(bench: &Bench, name: &str, change: impl Fn(&str, Nullable) -> Nullable) {
     let bytes = fs::read(bench.path(name)).expect("a file");
-    let entry = entry_of(&bytes, "campaign")
+    let entry = metadata_entry(&bytes, "campaign")
         .expect("an entry")
         .expect("an entry");
     let found = nullable_from_parquet(&bytes, "campaign", 1 << 20).expect("a table");
@@ -358,7 +358,7 @@ fn ranges_of_a_shard_ascend_and_do_not_overlap() {
         vec![[3, 5], [0, 2]],
         vec![[0, 3], [3, 5]],
     ] {
-        let entry = entry_of(&whole, "collected")
+        let entry = metadata_entry(&whole, "collected")
             .expect("an entry")
             .expect("an entry");
         let mut entry: Value = serde_json::from_str(&entry).expect("JSON");

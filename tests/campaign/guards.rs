@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use fretwear::campaign::{Folder, State};
+use fretwear::campaign::{CampaignFolder, State};
 use fretwear::store::{LAYOUT, LockAttempt, RealFileSystem, remove_run};
 
 use super::rows::{fails, status};
@@ -31,22 +31,22 @@ fn a_row_is_computed_by_one_alone() {
     let root = folder.path().join("c");
     let computed: Vec<AtomicUsize> = (0..ROWS).map(|_| AtomicUsize::new(0)).collect();
     let start = || {
-        let folder = Folder::at(Arc::new(RealFileSystem), &root);
+        let folder = CampaignFolder::at(Arc::new(RealFileSystem), &root);
         for index in 0..ROWS {
-            let LockAttempt::Taken(claim) = folder.claim(index).expect("looked at") else {
+            let LockAttempt::Taken(claim) = folder.lock_row(index).expect("looked at") else {
                 continue;
             };
-            if folder.state(index).expect("looked at") != State::Done {
+            if folder.state(index).expect("looked at") != State::Complete {
                 computed[index].fetch_add(1, Ordering::Relaxed);
                 let run = folder.run(index);
                 fs::create_dir_all(&run).expect("a folder");
                 let part = run.join("part");
                 fs::write(&part, b"half").expect("nobody else writes there");
                 assert_eq!(fs::read(&part).expect("it is there"), b"half");
-                folder.end(index, b"whole").expect("ended");
+                folder.complete(index, b"whole").expect("ended");
                 remove_run(&RealFileSystem, &run, "").expect("removed");
             }
-            folder.release(index, claim).expect("released");
+            folder.unlock_row(index, claim).expect("released");
         }
     };
     thread::scope(|scope| {

@@ -2,15 +2,15 @@
 
 use std::fs;
 
-use fretwear::campaign::survival::{Life, Survival};
+use fretwear::campaign::survival::{Lifetime, Survival};
 
 use super::planned;
 
 const ROUNDING: f64 = 1e-12;
 
-fn lives(passed: &[f64], left: &[f64]) -> Vec<Life> {
+fn lives(passed: &[f64], left: &[f64]) -> Vec<Lifetime> {
     let of = |passed| {
-        move |cycles: &f64| Life {
+        move |cycles: &f64| Lifetime {
             cycles: *cycles,
             passed,
         }
@@ -31,7 +31,7 @@ fn near(found: f64, worked: f64) {
 
 #[test]
 fn the_product_limit_of_six_runs_is_the_one_by_hand() {
-    let survival = Survival::of(&lives(&[1.0, 3.0, 5.0, 6.0], &[2.0, 4.0]));
+    let survival = Survival::estimate(&lives(&[1.0, 3.0, 5.0, 6.0], &[2.0, 4.0]));
     // 1/6; of the 5 left one is left at 2; 1 - 5/6 3/4; 1 - 5/8 1/2; none is left.
     for (cycles, passed) in [
         (0.5, 0.0),
@@ -41,27 +41,30 @@ fn the_product_limit_of_six_runs_is_the_one_by_hand() {
         (5.5, 0.6875),
         (6.0, 1.0),
     ] {
-        near(survival.passed(cycles), passed);
+        near(survival.share_passed(cycles), passed);
     }
     assert_eq!(survival.quantile(0.5).cycles, Some(5.0));
     assert_eq!(survival.quantile(0.25).cycles, Some(3.0));
     // Without those that were left the median would be another.
-    let dropped = Survival::of(&lives(&[1.0, 3.0, 5.0, 6.0], &[]));
+    let dropped = Survival::estimate(&lives(&[1.0, 3.0, 5.0, 6.0], &[]));
     assert_eq!(dropped.quantile(0.5).cycles, Some(3.0));
     // One that is left at the cycles at which another passes was there to pass.
-    near(Survival::of(&lives(&[2.0], &[2.0])).passed(2.0), 0.5);
+    near(
+        Survival::estimate(&lives(&[2.0], &[2.0])).share_passed(2.0),
+        0.5,
+    );
     // Nothing is known beyond.
-    let few = Survival::of(&lives(&[1.0], &[2.0, 2.0, 3.0]));
-    near(few.passed(1e9), 0.25);
+    let few = Survival::estimate(&lives(&[1.0], &[2.0, 2.0, 3.0]));
+    near(few.share_passed(1e9), 0.25);
     assert_eq!((few.quantile(0.5).cycles, few.end), (None, 3.0));
-    assert_eq!(Survival::of(&[]).quantile(0.5).cycles, None);
+    assert_eq!(Survival::estimate(&[]).quantile(0.5).cycles, None);
 }
 
 /// A hundred runs that pass at 1 to 70 thousand cycles, 30 of them left at 100 to 3000 among them.
 #[test]
 fn quantiles_have_the_bounds_of_order_statistics() {
     let all: Vec<f64> = (1..=100).map(f64::from).collect();
-    let whole = Survival::of(&lives(&all, &[]));
+    let whole = Survival::estimate(&lives(&all, &[]));
     // Of binomial tables: with 100 runs the median of all lies between the 40th and the 61st, the 5 % quantile between the 1st and the 11th.
     let median = whole.quantile(0.5);
     assert_eq!(
@@ -79,7 +82,7 @@ fn quantiles_have_the_bounds_of_order_statistics() {
         (Some(90.0), Some(95.0), Some(100.0))
     );
     // Ten runs do not bound a tail.
-    let ten = Survival::of(&lives(&all[..10], &[]));
+    let ten = Survival::estimate(&lives(&all[..10], &[]));
     let tail = ten.quantile(0.05);
     assert_eq!((tail.low, tail.cycles), (Some(0.0), Some(1.0)));
     assert_eq!(ten.quantile(0.95).high, None);

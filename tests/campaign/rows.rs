@@ -6,7 +6,7 @@ use std::process::Child;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use fretwear::campaign::{CampaignError, Folder, State};
+use fretwear::campaign::{CampaignError, CampaignFolder, State};
 use fretwear::store::{FileSystem, LockAttempt, RealFileSystem};
 use fretwear::tables::{Nullable, nullable_from_parquet};
 use serde_json::Value;
@@ -506,7 +506,7 @@ fn what_ends_is_there_whole_or_not_at_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let root = folder.path().join("c");
     let history = b"the bytes of a history";
-    let end = |files: Arc<FaultyFileSystem>| Folder::at(files, &root).end(7, history);
+    let end = |files: Arc<FaultyFileSystem>| CampaignFolder::at(files, &root).complete(7, history);
     let sound = Arc::new(FaultyFileSystem::sound());
     end(sound.clone()).expect("ended");
     let calls = sound.calls(Fault::Error);
@@ -514,10 +514,10 @@ fn what_ends_is_there_whole_or_not_at_all() {
     for call in 1..=calls {
         fs::remove_dir_all(&root).expect("removed");
         let failed = end(Arc::new(FaultyFileSystem::failing(call, Fault::Error)));
-        let real = Folder::at(Arc::new(RealFileSystem), &root);
+        let real = CampaignFolder::at(Arc::new(RealFileSystem), &root);
         let path = root.join("ended/000007.parquet");
         match real.state(7).expect("looked at") {
-            State::Done => assert_eq!(fs::read(&path).expect("a file"), history),
+            State::Complete => assert_eq!(fs::read(&path).expect("a file"), history),
             state => {
                 assert_eq!(state, State::Waiting);
                 let error = failed.expect_err("a fault");
@@ -525,8 +525,8 @@ fn what_ends_is_there_whole_or_not_at_all() {
             }
         }
         // The next start ends it.
-        real.end(7, history).expect("ended");
-        assert_eq!(real.state(7).expect("looked at"), State::Done);
+        real.complete(7, history).expect("ended");
+        assert_eq!(real.state(7).expect("looked at"), State::Complete);
     }
 }
 

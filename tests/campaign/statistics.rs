@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use fretwear::campaign::statistics::{
-    at, classes, crossed_share, drawn_share, rank_correlation, spread, variance, variance_share,
+    classes, crossed_share, drawn_share, first_order_index, interpolate, rank_correlation,
+    sample_statistics, variance,
 };
 
 use crate::support::Chance;
@@ -17,7 +18,7 @@ fn the_spread_of_a_sample() {
         .map(f64::from)
         .chain([f64::NAN, f64::INFINITY])
         .collect();
-    let found = spread(&values).expect("values");
+    let found = sample_statistics(&values).expect("values");
     assert_eq!((found.count, found.least, found.most), (101, 0.0, 100.0));
     assert!((found.mean - 50.0).abs() < ROUNDING);
     // n(n + 1)/12 of n + 1 equidistant values.
@@ -33,9 +34,9 @@ fn the_spread_of_a_sample() {
             "{part}: {quantile}, not {expected}"
         );
     }
-    let one = spread(&[3.0]).expect("a value");
+    let one = sample_statistics(&[3.0]).expect("a value");
     assert_eq!((one.sd, one.quantiles), (0.0, [3.0; 5]));
-    assert_eq!(spread(&[f64::NAN]), None);
+    assert_eq!(sample_statistics(&[f64::NAN]), None);
 }
 
 #[test]
@@ -65,7 +66,7 @@ fn parts_of_the_variance() {
             y.push(f64::from(3 * i + j));
         }
     }
-    let share = |x: &[f64]| variance_share(&classes(x), &y).expect("a number");
+    let share = |x: &[f64]| first_order_index(&classes(x), &y).expect("a number");
     // Of 144 runs and 12 values, of which chance takes (k - 1)/(n - k) of what is left.
     for (x, part) in [(&a, 0.9), (&b, 0.1)] {
         let expected = 1.0 - (1.0 - part) * 143.0 / 132.0;
@@ -75,8 +76,8 @@ fn parts_of_the_variance() {
             share(x)
         );
     }
-    assert_eq!(variance_share(&classes(&a), &vec![1.0; 144]), None);
-    assert_eq!(variance_share(&[0, 1, 2], &[1.0, 2.0, 3.0]), None);
+    assert_eq!(first_order_index(&classes(&a), &vec![1.0; 144]), None);
+    assert_eq!(first_order_index(&[0, 1, 2], &[1.0, 2.0, 3.0]), None);
 }
 
 /// Ishigami and Homma's function, whose indices are known (a = 7, b = 0.1): the second key has no rank correlation, and the third no
@@ -95,7 +96,7 @@ fn a_function_whose_indices_are_known() {
         .collect();
     for (k, expected) in [0.313_905, 0.442_411, 0.0].into_iter().enumerate() {
         let x: Vec<f64> = points.iter().map(|point| point[k]).collect();
-        let found = variance_share(&classes(&x), &y).expect("a number");
+        let found = first_order_index(&classes(&x), &y).expect("a number");
         assert!(
             (found - expected).abs() < OFF,
             "key {k}: {found}, not {expected}"
@@ -116,7 +117,7 @@ fn chance_explains_nothing() {
     for _ in 0..50 {
         let x: Vec<f64> = (0..200).map(|_| chance.next()).collect();
         let y: Vec<f64> = (0..200).map(|_| chance.next()).collect();
-        shares.push(variance_share(&classes(&x), &y).expect("a number"));
+        shares.push(first_order_index(&classes(&x), &y).expect("a number"));
     }
     let mean = shares.iter().sum::<f64>() / 50.0;
     // 15 classes would explain 7 % by chance; what is below zero is cut, which leaves some 2 %.
@@ -137,12 +138,12 @@ fn equal_values_are_in_one_class() {
 #[test]
 fn a_course_between_its_points() {
     let course = [[0.0, 1.0], [2.0, 5.0], [10.0, 5.5]];
-    assert_eq!(at(&course, 0.0), Some(1.0));
-    assert_eq!(at(&course, 0.5), Some(2.0));
-    assert_eq!(at(&course, 2.0), Some(5.0));
-    assert_eq!(at(&course, 10.0), Some(5.5));
-    assert_eq!(at(&course, 10.1), None);
-    assert_eq!(at(&course, -0.1), None);
+    assert_eq!(interpolate(&course, 0.0), Some(1.0));
+    assert_eq!(interpolate(&course, 0.5), Some(2.0));
+    assert_eq!(interpolate(&course, 2.0), Some(5.0));
+    assert_eq!(interpolate(&course, 10.0), Some(5.5));
+    assert_eq!(interpolate(&course, 10.1), None);
+    assert_eq!(interpolate(&course, -0.1), None);
 }
 
 /// y = 2 g + x + 3 e with draws of x and e that every point of the grid shares: shares by the variances of the parts.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use fretwear::scene::explain::{json_schema, sections};
-use fretwear::tables::{Place, TableName};
+use fretwear::tables::{TableLocation, TableName};
 use serde_json::Value;
 
 use crate::support::{Bench, SMALL, flip, latest, summary, table};
@@ -339,7 +339,7 @@ fn tables_are_where_their_schemas_say() {
     }
     let expected = TableName::ALL
         .into_iter()
-        .filter(|table| table.schema().place != Place::Beside)
+        .filter(|table| table.schema().place != TableLocation::Beside)
         // Of files with a damping matrix alone, and of a run with a twin.
         .filter(|table| !matches!(table, TableName::StructureDamping | TableName::GridTwin));
     assert!(expected.eq(found));

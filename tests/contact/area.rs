@@ -26,21 +26,21 @@ fn edges_of_the_joint_and_of_its_holes_are_no_rim() {
     let cell = patch.grid.cell_area();
     // Two cells in a corner: three edges to others, two on either side of the joint.
     let corner = |cell: usize| cell == 0 || cell == 1;
-    let area = ContactArea::of(&patch, false, corner);
+    let area = ContactArea::new(&patch, false, corner);
     assert!((area.corrected / cell - (2.0 - 3.0 * OF_EDGE)).abs() < 1e-12);
     assert!((area.grid_error / cell - 2.0 * 2f64.sqrt()).abs() < 1e-12);
     // The same cells of a periodic contact have three edges more.
-    let wrapped = ContactArea::of(&patch, true, corner);
+    let wrapped = ContactArea::new(&patch, true, corner);
     assert!((wrapped.corrected / cell - (2.0 - 6.0 * OF_EDGE)).abs() < 1e-12);
     // One that lies in the hole is no edge.
-    patch.kept[2] = false;
-    let holed = ContactArea::of(&patch, false, corner);
+    patch.is_in_joint[2] = false;
+    let holed = ContactArea::new(&patch, false, corner);
     assert!((holed.corrected / cell - (2.0 - 2.0 * OF_EDGE)).abs() < 1e-12);
     // What touches as a whole is as large as the joint.
-    let whole = ContactArea::of(&patch, true, |_| true);
+    let whole = ContactArea::new(&patch, true, |_| true);
     assert!((whole.corrected - patch.area()).abs() < 1e-12 * cell);
     assert_eq!(
-        ContactArea::of(&patch, true, |_| false).relative_error(),
+        ContactArea::new(&patch, true, |_| false).relative_error(),
         0.0
     );
 }
@@ -69,7 +69,7 @@ fn a_sphere_of_few_cells_is_within_its_grid_error() {
             let problem = NormalProblem::new(&patch, &height, exact.load);
             let options = NormalOptions::default();
             let found = normal::solve(&mut half_space(&patch), &problem, None, options).unwrap();
-            let area = ContactArea::of(&patch, false, |cell| found.pressure[cell] > 0.0);
+            let area = ContactArea::new(&patch, false, |cell| found.pressure[cell] > 0.0);
             let off = area.corrected - PI * a * a;
             let said = format!("{cells} x {skew}: {off:e} of {:e}", PI * a * a);
             assert!(off.abs() <= area.grid_error, "{said}, {area:?}");
@@ -102,7 +102,7 @@ fn rough(hurst: f64, cells: [usize; 2], load: f64) -> (f64, ContactArea) {
     let options = NormalOptions::default();
     let found = normal::solve(&mut half_space, &problem, None, options).unwrap();
     let count = found.pressure.iter().filter(|p| **p > 0.0).count();
-    let area = ContactArea::of(&patch, true, |cell| found.pressure[cell] > 0.0);
+    let area = ContactArea::new(&patch, true, |cell| found.pressure[cell] > 0.0);
     (count as f64 * patch.grid.cell_area(), area)
 }
 
@@ -141,13 +141,13 @@ fn a_slip_band_is_counted_spot_by_spot() {
     for ((i, j), dissipated) in [((1, 2), 1.0), ((2, 2), 2.0), ((5, 4), 4.0)] {
         energy[patch.grid.index(i, j)] = dissipated;
     }
-    let band = SlipBand::of(&patch, false, &pressure, &energy);
+    let band = SlipBand::measure(&patch, false, &pressure, &energy);
     // Its rim has 8 edges, but for those of the joint.
     assert!((band.cells - 2.0 / 8.0).abs() < 1e-12, "{band:?}");
     assert!((band.spread - 5.0 / 7.0).abs() < 1e-12, "{band:?}");
     assert!((band.relative_error() - 1.2 * 5.0 / 7.0).abs() < 1e-12);
     // Where no spot sticks there is none.
     let all: Vec<f64> = pressure.iter().map(|p| p * 1e-6).collect();
-    let whole = SlipBand::of(&patch, false, &pressure, &all);
+    let whole = SlipBand::measure(&patch, false, &pressure, &all);
     assert_eq!((whole.cells, whole.relative_error()), (7.0 / 10.0, 0.0));
 }

@@ -121,7 +121,7 @@ pub fn beyond(value: f64, bound: f64) -> bool {
     value.is_nan() || value > bound
 }
 
-/// Fails unless `found` solves `problem`: admissible pressures, gaps of the right sign wherever one is asked for, up to
+/// Fails unless `step_displacements` solves `problem`: admissible pressures, gaps of the right sign wherever one is asked for, up to
 /// `tolerance` of the displacement `own` of one cell under the peak pressure, and the resultants. `displacement` is that of
 /// the pressures found, from elsewhere than the solver.
 pub fn certify(
@@ -138,7 +138,7 @@ pub fn certify(
     let mut size = 0.0f64;
     let mut gaps = Vec::new();
     let (mut load, mut moment) = (0.0, [0.0; 2]);
-    for c in (0..nx * ny).filter(|&c| problem.patch.kept[c]) {
+    for c in (0..nx * ny).filter(|&c| problem.patch.is_in_joint[c]) {
         let (x, y) = problem.patch.grid.centre(c / ny, c % ny);
         let moved = found.approach + tilt_x * y - tilt_y * x;
         let own_compliance = problem.compliance.map_or(0.0, |d| d[c]) * found.pressure[c];
@@ -177,7 +177,7 @@ pub fn certify(
             ));
         }
     }
-    let masked = (0..nx * ny).filter(|&c| !problem.patch.kept[c]);
+    let masked = (0..nx * ny).filter(|&c| !problem.patch.is_in_joint[c]);
     if let Some(c) = masked
         .into_iter()
         .find(|&c| found.pressure[c] != 0.0 || found.gap[c] != 0.0)

@@ -221,7 +221,10 @@ fn a_bonded_flat_punch_has_its_closed_stiffness() {
     let kept = (0..grid.len())
         .map(|c| distance(grid, c, (0.0, 0.0)) < radius)
         .collect();
-    let patch = Patch { grid, kept };
+    let patch = Patch {
+        grid,
+        is_in_joint: kept,
+    };
     let height = vec![0.0; grid.len()];
     for nu in [0.0f64, 0.2, 0.4] {
         let mut half_space = HalfSpace::new(grid, on_rigid(nu), Boundary::Free);
@@ -246,7 +249,7 @@ fn a_bonded_flat_punch_has_its_closed_stiffness() {
         assert!((effect - 1.0).abs() < 0.05, "{found} for {expected}");
 
         // Linear where nothing slips: the secants are the stiffnesses. The punch is symmetric, so that it does not lift.
-        let set = &patch.kept;
+        let set = &patch.is_in_joint;
         let kn = stiffness::coupled(
             &mut half_space,
             Direction::Normal,
@@ -462,7 +465,7 @@ fn caps_periodic_contacts_and_one_axis_hold_the_joint_conditions() {
         let peak = p.iter().fold(0.0f64, |m, p| m.max(*p));
         let tolerance = 1.01e-6 * half_space.self_compliance() * peak;
         let (mut gap_of_duality, mut bound, mut capped) = (0.0, 0.0, 0);
-        for c in (0..grid.len()).filter(|&c| patch.kept[c]) {
+        for c in (0..grid.len()).filter(|&c| patch.is_in_joint[c]) {
             let gap = opening[c] + from_shear[c] - height[c] - found.normal.approach;
             assert!((gap - found.normal.gap[c]).abs() < 0.01 * tolerance);
             let is_capped = cap.is_some_and(|cap| p[c] >= cap);

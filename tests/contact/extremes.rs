@@ -295,7 +295,7 @@ fn a_cap_below_at_and_above_the_mean_pressure() {
         let just = mean * (1.0 + 4.0 * f64::EPSILON);
         let found = certified(&capped(just), PAIR, boundary);
         assert_eq!(touching(&found), patch.cells());
-        let kept = (0..GRID.len()).filter(|&c| patch.kept[c]);
+        let kept = (0..GRID.len()).filter(|&c| patch.is_in_joint[c]);
         assert!(
             kept.map(|c| found.pressure[c])
                 .all(|p| (p / just - 1.0).abs() < EXACT)
@@ -369,14 +369,14 @@ fn masks_that_leave_one_cell_islands_or_nothing() {
         let mut patch = Patch::full(GRID);
         for c in 0..GRID.len() {
             let (i, j) = GRID.cell(c);
-            patch.kept[c] = kept(i, j);
+            patch.is_in_joint[c] = kept(i, j);
         }
         // What is masked is not read.
         let mut height = height.clone();
         for (c, h) in height
             .iter_mut()
             .enumerate()
-            .filter(|(c, _)| !patch.kept[*c])
+            .filter(|(c, _)| !patch.is_in_joint[*c])
         {
             *h = if c % 2 == 0 { 1.0 } else { f64::NAN };
         }
@@ -387,7 +387,7 @@ fn masks_that_leave_one_cell_islands_or_nothing() {
         }
     }
     let mut nothing = Patch::full(GRID);
-    nothing.kept.fill(false);
+    nothing.is_in_joint.fill(false);
     let refused = solve(
         &NormalProblem::new(&nothing, &height, 1.0),
         PAIR,

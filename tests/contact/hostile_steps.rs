@@ -46,7 +46,7 @@ fn limits(seed: u64, sharpness: f64, cut: f64, peak: f64, mask: bool) -> (Patch,
     let limit = (0..GRID.len())
         .map(|c| {
             let (i, j) = GRID.cell(c);
-            if patch.kept[c] {
+            if patch.is_in_joint[c] {
                 peak * (wave(i, j) - sharpness).clamp(0.0, cut)
             } else {
                 0.0

@@ -50,7 +50,7 @@ fn relax(patch: &Patch, height: &[f64], cap: f64, motion: [f64; 3]) -> Vec<f64> 
     let mut pressure = vec![0.0; grid.len()];
     for _ in 0..20_000 {
         let (mut moved, mut peak) = (0.0f64, 0.0f64);
-        for c in (0..grid.len()).filter(|&c| patch.kept[c]) {
+        for c in (0..grid.len()).filter(|&c| patch.is_in_joint[c]) {
             let (i, j) = grid.cell(c);
             let (x, y) = grid.centre(i, j);
             // The matrix is symmetric.
@@ -181,7 +181,7 @@ fn a_flat_punch_turns_as_its_moment_says() {
     let grid = Grid::over([2.2e-3, 2.3e-3], [64, 57]);
     let mut patch = Patch::full(grid);
     for c in 0..grid.len() {
-        patch.kept[c] = distance(grid, c, (0.0, 0.0)) < 1e-3;
+        patch.is_in_joint[c] = distance(grid, c, (0.0, 0.0)) < 1e-3;
     }
     let a = (patch.area() / PI).sqrt();
     let modulus = elastic::effective_modulus(&PAIR);

@@ -50,7 +50,7 @@ pub fn without_mesh(
 ) -> HalfSpace {
     let [lx, ly] = grid.size();
     let sides = [lx / counts[0] as f64, ly / counts[1] as f64];
-    let mesh = FaceCompliance::new(STEEL, sides, thickness, counts, formulation);
+    let mesh = FaceCompliance::of_layered_half_space(STEEL, sides, thickness, counts, formulation);
     let mut mesh = mesh.expect("a mesh");
     mesh.add(&mesh.clone());
     let [normal, xx, yy, xy] = mesh.matrices().map(|m| m.into_iter().map(|c| -c).collect());
@@ -96,7 +96,7 @@ fn interpolation_is_that_of_hats() {
         let grid = Grid::over([6e-3, 5e-3], cells);
         let interpolation = Interpolation::new(grid, counts);
         let field = noise(grid.len(), 0.1);
-        let sums = interpolation.sums(&field);
+        let sums = interpolation.apply_transpose(&field);
         for (node, sum) in sums.iter().enumerate() {
             let terms = field.iter().enumerate();
             let naive: f64 = terms.map(|(c, v)| v * weight(grid, counts, c, node)).sum();
@@ -105,11 +105,11 @@ fn interpolation_is_that_of_hats() {
         // Work of the field on what nodes move is that of its sums on the nodes.
         let moved = noise(interpolation.nodes(), 0.2);
         let mut cells = vec![0.0; grid.len()];
-        interpolation.add(1.0, &moved, &mut cells);
+        interpolation.add_interpolated(1.0, &moved, &mut cells);
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         assert!((dot(&field, &cells) - dot(&sums, &moved)).abs() < ROUNDING * grid.len() as f64);
         for c in 0..grid.len() {
-            let whole: f64 = interpolation.around(c).map(|(_, w)| w).sum();
+            let whole: f64 = interpolation.nodal_weights(c).map(|(_, w)| w).sum();
             assert!((whole - 1.0).abs() < ROUNDING);
         }
     }
@@ -226,7 +226,9 @@ fn cells_at_a_hole_belong_to_the_nodes_that_are_there() {
     let (grid, counts) = (Grid::over([7e-3, 5e-3], [17, 11]), [4, 3]);
     let absent = [7, 8, 19];
     let whole = Interpolation::new(grid, counts);
-    let interpolation = whole.clone().without(|node| !absent.contains(&node));
+    let interpolation = whole
+        .clone()
+        .without_missing_nodes(|node| !absent.contains(&node));
     let width = counts[1] + 1;
     let place = |node: usize| {
         let at = |k: usize, axis: usize| grid.size()[axis] * (k as f64 / counts[axis] as f64 - 0.5);
@@ -234,8 +236,8 @@ fn cells_at_a_hole_belong_to_the_nodes_that_are_there() {
     };
     let mut changed = 0;
     for c in 0..grid.len() {
-        let around: Vec<(usize, f64)> = interpolation.around(c).collect();
-        let before: Vec<(usize, f64)> = whole.around(c).collect();
+        let around: Vec<(usize, f64)> = interpolation.nodal_weights(c).collect();
+        let before: Vec<(usize, f64)> = whole.nodal_weights(c).collect();
         if around.iter().any(|(node, _)| absent.contains(node)) {
             // No cell of a joint: its centre lies next to a node that is not there.
             assert_eq!(around, before);
@@ -256,15 +258,15 @@ fn cells_at_a_hole_belong_to_the_nodes_that_are_there() {
     }
     assert!(changed > 5, "{changed} cells had a part in the hole");
     let field = noise(grid.len(), 0.1);
-    let sums = interpolation.sums(&field);
+    let sums = interpolation.apply_transpose(&field);
     let moved = noise(interpolation.nodes(), 0.2);
     let mut cells = vec![0.0; grid.len()];
-    interpolation.add(1.0, &moved, &mut cells);
+    interpolation.add_interpolated(1.0, &moved, &mut cells);
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     assert!((dot(&field, &cells) - dot(&sums, &moved)).abs() < ROUNDING * grid.len() as f64);
     for (c, value) in cells.iter().enumerate() {
         let expected: f64 = interpolation
-            .around(c)
+            .nodal_weights(c)
             .map(|(node, part)| part * moved[node])
             .sum();
         assert!((value - expected).abs() < ROUNDING, "cell {c}");

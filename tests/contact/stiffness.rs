@@ -24,7 +24,7 @@ fn kn_is_exact_where_the_set_does_not_change() {
         ..NormalOptions::default()
     };
     let solution = normal::solve(&mut half_space, &problem, None, options).expect("normal contact");
-    let kn = stiffness::normal(&mut half_space, &patch.kept)
+    let kn = stiffness::normal(&mut half_space, &patch.is_in_joint)
         .expect("kn")
         .total;
     assert!((kn * solution.approach / 100.0 - 1.0).abs() < 1e-8);
@@ -99,7 +99,7 @@ fn kn_of_turning_bodies_is_that_of_a_dense_solution() {
     let mut set = vec![false; grid.len()];
     cells.iter().for_each(|&c| set[c] = true);
     let expected = dense_kn_of_turning_bodies(grid, &cells);
-    let turning = stiffness::turning(&mut half_space, &set).expect("kn");
+    let turning = stiffness::normal_with_rotation(&mut half_space, &set).expect("kn");
     assert!(
         (turning.total / expected - 1.0).abs() < ENERGY,
         "{:e} for {expected:e}",
@@ -140,7 +140,9 @@ fn kn_of_turning_bodies_is_the_slope_of_the_indentation_curve() {
     let step = 0.03 * load;
     let slope = 2.0 * step / (solve(load + step).approach - solve(load - step).approach);
     let set: Vec<bool> = solve(load).pressure.iter().map(|&p| p > 0.0).collect();
-    let kn = stiffness::turning(&mut half_space, &set).expect("kn").total;
+    let kn = stiffness::normal_with_rotation(&mut half_space, &set)
+        .expect("kn")
+        .total;
     assert!(
         (kn / slope - 1.0).abs() < CHORD,
         "kn {kn:e}, slope {slope:e}"
@@ -153,13 +155,13 @@ fn bodies_on_one_cell_turn_without_resistance() {
     let mut half_space = half_space(&Patch::full(grid));
     let mut set = vec![false; grid.len()];
     set[grid.index(1, 5)] = true;
-    let [turning, held] = [stiffness::turning, stiffness::normal]
+    let [turning, held] = [stiffness::normal_with_rotation, stiffness::normal]
         .map(|kn| kn(&mut half_space, &set).expect("kn").total);
     assert!(turning.abs() < ENERGY * held, "{turning:e} of {held:e}");
     // At the centre there is nothing to turn about.
     set[grid.index(1, 5)] = false;
     set[grid.index(4, 3)] = true;
-    let [turning, held] = [stiffness::turning, stiffness::normal]
+    let [turning, held] = [stiffness::normal_with_rotation, stiffness::normal]
         .map(|kn| kn(&mut half_space, &set).expect("kn").total);
     assert!(
         (turning / held - 1.0).abs() < ENERGY,
@@ -228,7 +230,7 @@ fn ragged(patch: &Patch) -> Vec<bool> {
         .map(|c| {
             let (i, j) = patch.grid.cell(c);
             let on_a_diagonal = (i * ny).abs_diff(j * nx) < nx * ny / 4;
-            patch.kept[c] && (on_a_diagonal || (i < nx / 3 && (i + 2 * j) % 5 < 2))
+            patch.is_in_joint[c] && (on_a_diagonal || (i < nx / 3 && (i + 2 * j) % 5 < 2))
         })
         .collect()
 }

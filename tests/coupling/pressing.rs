@@ -237,7 +237,7 @@ fn elements_off(found: &[f64], truth: &[f64], edge: f64) -> f64 {
     let counts = SIZE.map(|side| (side / edge).round() as usize);
     let interpolation = Interpolation::new(Grid::over(SIZE, CELLS), counts);
     let area = interpolation.grid().cell_area();
-    let [a, b] = [found, truth].map(|pressure| interpolation.sums(pressure));
+    let [a, b] = [found, truth].map(|pressure| interpolation.apply_transpose(pressure));
     let pairs = a.iter().zip(&b);
     pairs.map(|(a, b)| (a - b).abs() * area).sum::<f64>() / LOAD
 }

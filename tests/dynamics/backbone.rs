@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use fretwear::dynamics::oscillator::mass_on_springs;
 use fretwear::dynamics::{
     Backbone, BackboneEnd, ContactElement, DynamicsError, ForcedPoint, FrictionLaw, Harmonics,
-    Load, LoadLevels, Oscillator, Vibration, resonance_over,
+    Load, LoadLevels, Oscillator, Vibration, resonance_over_parameter,
 };
 use fretwear::reference::{Jenkins, JenkinsOscillator};
 
@@ -304,14 +304,14 @@ fn an_error_at_a_later_value_leaves_the_points_before_it() {
         }
         let vibration = vibration(&damped(damping), drive(100.0), 256);
         let balance = vibration.balance(vec![element.clone()])?;
-        Ok(vibration.with_balance(balance))
+        Ok(vibration.driven_structure(balance))
     };
-    let over = |count| resonance_over(levels(100.0, 800.0, count), at);
+    let over = |count| resonance_over_parameter(levels(100.0, 800.0, count), at);
     for count in [Some(5), None] {
         let (backbone, error) = over(count).expect("a resonance at the first value");
         assert!(backbone.points.len() >= 3, "{:?}", backbone.points);
         assert!(backbone.points.iter().all(|point| point.level <= BROKEN));
-        let (BackboneEnd::Broken { level }, Some(DynamicsError::OutOfRange { value, .. })) =
+        let (BackboneEnd::StructureError { level }, Some(DynamicsError::OutOfRange { value, .. })) =
             (&backbone.end, error)
         else {
             panic!("{:?}", backbone.end);

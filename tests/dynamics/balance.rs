@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use fretwear::dynamics::{
-    FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Receptance, Settings,
+    BalanceSettings, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Receptance,
 };
 use fretwear::linalg::RowMatrix as Matrix;
 use num_complex::Complex64;
@@ -21,14 +21,14 @@ fn input_is_pi_force_amplitude_sine_of_the_lag() {
         &oscillator(FrictionLaw::Cone),
         5,
         &drive(250.0),
-        Settings::default(),
+        BalanceSettings::default(),
     );
     let response = balance
         .solve(5700.0, None)
         .unwrap_or_else(|e| panic!("{e}"));
     let (amplitude, lag) = balance.amplitude(&response, 0).expect("port 0");
     let input = PI * 250.0 * amplitude * lag.sin();
-    assert!((input / response.energy.input - 1.0).abs() < 1e-12);
+    assert!((input / response.energy.load_work - 1.0).abs() < 1e-12);
     let lost = response.energy.friction + response.energy.viscous;
     assert!((input / lost - 1.0).abs() < 1e-9, "{input} {lost}");
     // Dissipation from samples and from harmonics is the same to the resolution of both.
@@ -52,7 +52,7 @@ fn small_loads_are_linear_and_stuck() {
         &oscillator(FrictionLaw::Cone),
         3,
         &drive(2.0),
-        Settings::default(),
+        BalanceSettings::default(),
     );
     for omega in sweep() {
         let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
@@ -81,7 +81,7 @@ fn large_loads_slide_with_the_amplitude_of_a_constant_friction_force() {
 fn without_friction_the_contact_is_not_there_along_the_plane() {
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.element.friction_coefficient = 0.0;
-    let balance = balance(&oscillator, 3, &drive(500.0), Settings::default());
+    let balance = balance(&oscillator, 3, &drive(500.0), BalanceSettings::default());
     for omega in sweep() {
         let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
         let expected = linear(500.0, omega, 0, 0.0);
@@ -103,12 +103,12 @@ fn axes_of_the_plane_may_be_exchanged() {
         ] {
             values.swap(0, 1);
         }
-        let x = balance(&along_x, 5, &drive(250.0), Settings::default());
+        let x = balance(&along_x, 5, &drive(250.0), BalanceSettings::default());
         let y = balance(
             &along_y,
             5,
             &[Oscillator::load(1, 250.0, 0.0)],
-            Settings::default(),
+            BalanceSettings::default(),
         );
         let (x, y) = (
             x.solve(5700.0, None).expect("x"),
@@ -154,7 +154,7 @@ fn a_shifted_phase_of_the_load_shifts_the_response() {
 fn matrices_and_receptance_are_the_same_structure() {
     let oscillator = oscillator(FrictionLaw::Cone);
     let model = Receptance {
-        matrix: move |omega: f64| {
+        receptance: move |omega: f64| {
             let entries = [0, 1, 2].map(|d| {
                 let elastic = oscillator.stiffness[d] - omega * omega * oscillator.mass[d];
                 1.0 / Complex64::new(elastic, omega * oscillator.damping[d])
@@ -168,7 +168,7 @@ fn matrices_and_receptance_are_the_same_structure() {
         Oscillator::load(0, 260.0, 0.0),
         Oscillator::load(2, 50.0, 1.0),
     ];
-    let settings = Settings::default();
+    let settings = BalanceSettings::default();
     let by_receptance = HarmonicBalance::new(
         &model,
         vec![oscillator.element.clone()],

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use fretwear::dynamics::aft::Workspace;
 use fretwear::dynamics::{
-    ContactElement, ElementState, FrictionLaw, Harmonics, Sampling, Settings, Slider,
+    BalanceSettings, ContactElement, ElementState, FrictionLaw, Harmonics, Sampling, Slider,
 };
 use proptest::prelude::*;
 
@@ -325,7 +325,7 @@ fn a_bank_softens_from_the_start() {
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.element = bank(&oscillator.element, 8);
     let ratios = [2.0, 8.0, 30.0, 90.0].map(|force| {
-        let balance = balance(&oscillator, 3, &drive(force), Settings::default());
+        let balance = balance(&oscillator, 3, &drive(force), BalanceSettings::default());
         let response = balance.phase_resonance((3000.0, 8000.0), None);
         let response = response.unwrap_or_else(|e| panic!("{force} N: {e}"));
         assert!(response.energy.imbalance() < 1e-6);

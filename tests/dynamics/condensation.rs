@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use fretwear::dynamics::{
-    ContactElement, FrictionLaw, HarmonicBalance, Oscillator, Response, SecondOrder, Settings,
+    BalanceSettings, ContactElement, FrictionLaw, HarmonicBalance, Oscillator, Response,
+    SecondOrder,
 };
 use fretwear::linalg::RowMatrix as Matrix;
 
@@ -142,7 +143,11 @@ impl Joint {
         }
     }
 
-    pub fn balance(&self, force: f64, settings: Settings) -> HarmonicBalance<ContactElement> {
+    pub fn balance(
+        &self,
+        force: f64,
+        settings: BalanceSettings,
+    ) -> HarmonicBalance<ContactElement> {
         let load = Oscillator::load(self.drive, force, 0.0);
         balance_of(&self.model, &self.elements, 3, &[load], settings)
     }
@@ -154,13 +159,13 @@ fn hertz(frequency: f64) -> f64 {
 
 /// Unknowns for the active elements alone, by elimination and by Krylov, give at and beside the resonance what all give.
 pub fn active_elements_are_enough(joint: &Joint, forces: &[f64]) {
-    let usual = Settings::default();
-    let all = Settings {
+    let usual = BalanceSettings::default();
+    let all = BalanceSettings {
         all_active: true,
         dense_unknowns: 10_000,
         ..usual
     };
-    let krylov = Settings {
+    let krylov = BalanceSettings {
         dense_unknowns: 0,
         ..usual
     };
@@ -216,7 +221,13 @@ fn modes_and_residual_are_the_structure_they_come_from() {
         .with_reversed_ports(&normals);
     let load = Oscillator::load(joint.drive, 400.0, 0.0);
     let [a, b] = [&joint.model, &modal].map(|model| {
-        let balance = balance_of(model, &joint.elements, 3, &[load], Settings::default());
+        let balance = balance_of(
+            model,
+            &joint.elements,
+            3,
+            &[load],
+            BalanceSettings::default(),
+        );
         let response = balance.solve(hertz(915.0), None);
         response.unwrap_or_else(|e| panic!("{e}"))
     });

@@ -1,8 +1,8 @@
 //! Branches through turning points.
 
 use fretwear::dynamics::{
-    ContactElement, Continuation, ContinuationSettings, DynamicsError, FrictionLaw,
-    HarmonicBalance, Oscillator, Response, Settings,
+    BalanceSettings, ContactElement, Continuation, ContinuationSettings, DynamicsError,
+    FrictionLaw, HarmonicBalance, Oscillator, Response,
 };
 use fretwear::reference::Duffing;
 
@@ -28,7 +28,13 @@ fn duffing_is_followed_through_both_turning_points() {
     let model = oscillator(FrictionLaw::Cone).model().expect("right");
     let force = duffing.resonant_force(4e-5);
     let hard = springs(vec![cubic(0, 1.2e16)]);
-    let balance = balance_of(&model, &[hard], 1, &drive(force), Settings::default());
+    let balance = balance_of(
+        &model,
+        &[hard],
+        1,
+        &drive(force),
+        BalanceSettings::default(),
+    );
     for (from, to) in [(4500.0, 7500.0), (7500.0, 4500.0)] {
         let branch = collect(&balance, ContinuationSettings::over(from, to, 0));
         let direction = f64::signum(to - from);
@@ -70,7 +76,7 @@ fn friction_branch_is_the_response_at_its_frequencies() {
             Oscillator::load(0, 120.0, 0.0),
             Oscillator::load(2, 60.0, 0.5),
         ];
-        let balance = balance(&oscillator(law), 3, &loads, Settings::default());
+        let balance = balance(&oscillator(law), 3, &loads, BalanceSettings::default());
         let branch = collect(&balance, ContinuationSettings::over(4500.0, 7000.0, 0));
         assert!(branch.len() > 40 && branch.len() < 300, "{}", branch.len());
         assert_eq!(branch.first().map(|r| r.omega), Some(4500.0));
@@ -126,7 +132,7 @@ fn settings_out_of_range_are_named() {
         &oscillator(FrictionLaw::Cone),
         1,
         &drive(1.0),
-        Settings::default(),
+        BalanceSettings::default(),
     );
     for settings in [
         ContinuationSettings::over(5000.0, 5000.0, 0),

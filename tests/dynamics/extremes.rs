@@ -1,8 +1,8 @@
 //! The ends of every parameter: a right answer or a typed refusal.
 
 use fretwear::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator,
-    Response, Settings, Slider,
+    BalanceSettings, ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load,
+    Oscillator, Response, Slider,
 };
 use fretwear::linalg::RowMatrix as Matrix;
 
@@ -10,7 +10,7 @@ use super::{BOTH, balance, balance_of, drive, oscillator, swept};
 
 /// Responses over the resonances of stuck, sliding and open contact: all keep the balance of energy and the law of friction.
 fn respond(oscillator: &Oscillator, loads: &[Load], what: &str) -> Vec<Response> {
-    let balance = balance(oscillator, 5, loads, Settings::default());
+    let balance = balance(oscillator, 5, loads, BalanceSettings::default());
     let omegas: Vec<f64> = (0..25).map(|k| 4500.0 + 140.0 * k as f64).collect();
     let responses = swept(&balance, &omegas);
     for response in &responses {
@@ -76,7 +76,7 @@ fn responses_keep_the_balance_of_energy_and_the_law_of_friction() {
                 // Where nothing opens, samples leave no work of the normal force.
                 let energy = response.energy;
                 assert!(
-                    energy.friction >= -1e-9 * energy.input,
+                    energy.friction >= -1e-9 * energy.load_work,
                     "{what}: {energy:?}"
                 );
             }
@@ -126,7 +126,7 @@ fn an_undamped_stuck_resonance_has_no_linear_response() {
     oscillator.damping = [0.0; 3];
     // 1.5·6000² = 5.4e7 exactly.
     oscillator.stiffness[0] = 5.4e7 - 2.5e7;
-    let balance = balance(&oscillator, 1, &drive(1e-3), Settings::default());
+    let balance = balance(&oscillator, 1, &drive(1e-3), BalanceSettings::default());
     let error = balance.solve(6000.0, None).expect_err("unbounded");
     assert!(matches!(error, DynamicsError::Undamped { .. }), "{error}");
 }
@@ -136,7 +136,7 @@ fn an_undamped_resonance_is_bounded_by_friction() {
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.damping = [0.0; 3];
     // 4µN/π = 68.8 N.
-    let held = balance(&oscillator, 3, &drive(60.0), Settings::default());
+    let held = balance(&oscillator, 3, &drive(60.0), BalanceSettings::default());
     let response = held
         .phase_resonance((4000.0, 7500.0), None)
         .unwrap_or_else(|e| panic!("{e}"));
@@ -151,7 +151,7 @@ fn an_undamped_resonance_is_bounded_by_friction() {
 fn a_structure_without_contact() {
     let mut model = oscillator(FrictionLaw::Cone).model().expect("right");
     model.contact_dofs = 0;
-    let balance = balance_of(&model, &[], 1, &drive(3.0), Settings::default());
+    let balance = balance_of(&model, &[], 1, &drive(3.0), BalanceSettings::default());
     let resonance = balance
         .phase_resonance((4000.0, 6000.0), None)
         .unwrap_or_else(|e| panic!("{e}"));
@@ -165,7 +165,7 @@ fn a_mass_held_by_its_joint_alone() {
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.stiffness = [0.0; 3];
     for force in [1.0, 40.0, 200.0] {
-        let balance = balance(&oscillator, 3, &drive(force), Settings::default());
+        let balance = balance(&oscillator, 3, &drive(force), BalanceSettings::default());
         for omega in [2000.0, 3900.0, 4300.0] {
             let response = balance
                 .solve(omega, None)
@@ -181,7 +181,7 @@ fn a_static_load_that_nothing_holds_is_refused() {
     oscillator.stiffness[0] = 0.0;
     oscillator.element.friction_coefficient = 0.0;
     let mut loads = drive(10.0);
-    let free = balance(&oscillator, 1, &loads, Settings::default());
+    let free = balance(&oscillator, 1, &loads, BalanceSettings::default());
     let response = free.solve(5000.0, None).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(response.displacement[0], 0.0);
     loads.push(Load {
@@ -190,7 +190,7 @@ fn a_static_load_that_nothing_holds_is_refused() {
         cosine: 5.0,
         sine: 0.0,
     });
-    let pushed = balance(&oscillator, 1, &loads, Settings::default());
+    let pushed = balance(&oscillator, 1, &loads, BalanceSettings::default());
     let error = pushed.solve(5000.0, None).expect_err("runs away");
     assert!(
         matches!(error, DynamicsError::Unsupported { .. }),
@@ -213,7 +213,7 @@ fn what_does_not_fit_is_refused() {
         .map(|_| ())
         .expect_err("wrong")
     };
-    let usual = Settings::default();
+    let usual = BalanceSettings::default();
     let load = |port, harmonic, cosine| {
         vec![Load {
             port,
@@ -222,7 +222,7 @@ fn what_does_not_fit_is_refused() {
             sine: 0.0,
         }]
     };
-    let few = Settings {
+    let few = BalanceSettings {
         samples: 4,
         ..usual
     };

@@ -1,8 +1,8 @@
 //! Sweeps, peaks and resonances where several responses exist.
 
 use fretwear::dynamics::{
-    ContactElement, ContinuationSettings, DynamicsError, FrictionLaw, HarmonicBalance, Oscillator,
-    RangeResponse, Response, Settings, Vibration,
+    BalanceSettings, ContactElement, ContinuationSettings, DynamicsError, FrictionLaw,
+    HarmonicBalance, Oscillator, RangeResponse, Response, Vibration,
 };
 
 use super::continuation::collect;
@@ -147,12 +147,12 @@ fn a_resonance_that_nothing_bounds_is_none() {
     for (friction, force) in [(0.6, 100.0), (0.0, 10.0)] {
         oscillator.element.friction_coefficient = friction;
         let load = Oscillator::load(0, force, 0.0);
-        let balance = balance(&oscillator, 3, &[load], Settings::default());
+        let balance = balance(&oscillator, 3, &[load], BalanceSettings::default());
         let error = balance.phase_resonance(range, None).expect_err("unbounded");
         assert!(
             matches!(
                 error,
-                DynamicsError::NoResonance { .. } | DynamicsError::Overloaded { .. }
+                DynamicsError::NoResonance { .. } | DynamicsError::ResonanceNotTracked { .. }
             ),
             "{friction}: {error}"
         );

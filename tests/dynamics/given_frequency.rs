@@ -1,7 +1,7 @@
 //! The response in force at a given frequency, below and above the resonance, against the describing function of one slider.
 
 use fretwear::dynamics::{
-    DynamicsError, FrictionLaw, Harmonics, Resolved, ResonanceKind, Vibration,
+    DynamicsError, FrictionLaw, Harmonics, ResolvedResonance, ResonanceKind, Vibration,
 };
 use fretwear::reference::Jenkins;
 
@@ -41,7 +41,7 @@ fn vibration(omega: f64, force: f64, orders: &[u32]) -> Vibration {
     }
 }
 
-fn resolved<'a>(vibration: &'a Vibration, tolerance: Option<f64>) -> Resolved<'a> {
+fn resolved<'a>(vibration: &'a Vibration, tolerance: Option<f64>) -> ResolvedResonance<'a> {
     let element = oscillator(FrictionLaw::Cone).element;
     let found = vibration.resolve(vec![element], None, tolerance);
     found.unwrap_or_else(|error| panic!("{error}"))
@@ -52,17 +52,17 @@ fn the_response_is_that_of_the_describing_function() {
     for omega in OMEGAS {
         for amplitude in AMPLITUDES {
             let vibration = vibration(omega, force(omega, amplitude), &[0, 1]);
-            let Resolved { resonance, .. } = resolved(&vibration, None);
+            let ResolvedResonance { resonance, .. } = resolved(&vibration, None);
             assert!(resonance.phase.is_none());
             assert_eq!(resonance.peak_kind, ResonanceKind::Forced);
-            let response = resonance.in_force();
+            let response = resonance.governing();
             assert_eq!(response.omega, omega);
             let off = (resonance.amplitude / amplitude - 1.0).abs();
             assert!(off < 1e-4, "{omega} rad/s, {amplitude} m: off by {off:e}");
             let dissipated = JENKINS.dissipated_energy(amplitude);
             let left = (response.energy.friction - dissipated).abs();
             assert!(
-                left <= 1e-3 * dissipated + 1e-9 * response.energy.input,
+                left <= 1e-3 * dissipated + 1e-9 * response.energy.load_work,
                 "{left:e} J"
             );
             assert!(response.energy.imbalance() < 1e-6);
@@ -78,12 +78,12 @@ fn it_is_continued_and_extended() {
         let vibration = vibration(omega, force(omega, 4e-6), &[0, 1]);
         let first = resolved(&vibration, None);
         let stiffer = super::changed(&element, |slider| slider.tangential_stiffness *= 1.1);
-        let start = first.resonance.in_force().start();
+        let start = first.resonance.governing().start();
         let start = Some((first.balance.harmonics(), &start));
         let next = vibration.resolve(vec![stiffer], start, None);
         let next = next.unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(next.resonance.in_force().omega, omega);
-        let again = next.resonance.in_force().start();
+        assert_eq!(next.resonance.governing().omega, omega);
+        let again = next.resonance.governing().start();
         let back = Some((next.balance.harmonics(), &again));
         let back = vibration.resolve(vec![element.clone()], back, None);
         let back = back.unwrap_or_else(|error| panic!("{error}"));
@@ -91,7 +91,7 @@ fn it_is_continued_and_extended() {
         assert!(off < 1e-9, "{off:e}");
 
         let fine = resolved(&vibration, Some(1e-3));
-        assert_eq!(fine.resonance.in_force().omega, omega);
+        assert_eq!(fine.resonance.governing().omega, omega);
         // Far above the resonance inertia leaves higher harmonics nothing to move.
         assert!(fine.balance.harmonics().highest() > 1 || omega > 8e3);
         let off = (first.resonance.amplitude / fine.resonance.amplitude - 1.0).abs();

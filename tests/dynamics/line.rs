@@ -55,7 +55,7 @@ fn a_joint_that_turns_about_its_normal_moves_along_a_line() {
     let square = |e: usize| turning(e).map(|u| u * u).iter().sum::<f64>();
     let size = (0..4).map(|e| SHARES[e] * square(e)).sum::<f64>().sqrt();
     assert!(
-        (found.reach / (1e-6 * size) - 1.0).abs() < BY_SAMPLES,
+        (found.half_length / (1e-6 * size) - 1.0).abs() < BY_SAMPLES,
         "{found:?}"
     );
     let top = TAU * found.ends[0] as f64 / SAMPLES as f64;
@@ -65,7 +65,7 @@ fn a_joint_that_turns_about_its_normal_moves_along_a_line() {
     );
     // The circle lies beside the line by its radius.
     assert!(
-        (found.departure - 1e-2 / size).abs() < 1e-3 * 1e-2,
+        (found.largest_deviation - 1e-2 / size).abs() < 1e-3 * 1e-2,
         "{found:?}"
     );
     let sign = (top - 1.0).cos().signum();
@@ -89,10 +89,16 @@ fn elements_out_of_phase_leave_the_line_by_their_quadrature() {
         let beside = if e == 0 || e == 3 { 0.2e-6 } else { -0.2e-6 };
         [[1e-6, beside, 0.0], [0.0; 3]]
     });
-    assert!((found.departure - 0.2).abs() < BY_SAMPLES, "{found:?}");
+    assert!(
+        (found.largest_deviation - 0.2).abs() < BY_SAMPLES,
+        "{found:?}"
+    );
     // An orbit has no line.
     let found = line(|_| [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0]]);
-    assert!((found.departure - 1.0).abs() < BY_SAMPLES, "{found:?}");
+    assert!(
+        (found.largest_deviation - 1.0).abs() < BY_SAMPLES,
+        "{found:?}"
+    );
 }
 
 #[test]
@@ -104,13 +110,16 @@ fn ways_back_count_as_leaving_the_line() {
     let c = ((3.0 * b - 1.0) / (12.0 * b)).sqrt();
     let value = |c: f64| c + b * (4.0 * c.powi(3) - 3.0 * c);
     let back = (value(-c) - value(c)).abs() / value(1.0);
-    assert!((found.reach / (1e-6 * value(1.0)) - 1.0).abs() < BY_SAMPLES);
-    assert!((found.departure - back).abs() < 1e-3, "{found:?} {back}");
+    assert!((found.half_length / (1e-6 * value(1.0)) - 1.0).abs() < BY_SAMPLES);
+    assert!(
+        (found.largest_deviation - back).abs() < 1e-3,
+        "{found:?} {back}"
+    );
 }
 
 #[test]
 fn a_joint_at_rest_has_no_direction() {
     let found = line(|_| [[0.0; 3]; 2]);
-    assert_eq!((found.reach, found.departure), (0.0, 0.0));
+    assert_eq!((found.half_length, found.largest_deviation), (0.0, 0.0));
     assert!(found.direction.iter().flatten().all(|d| *d == 0.0));
 }

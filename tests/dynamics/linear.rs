@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use fretwear::dynamics::oscillator::mass_on_springs;
 use fretwear::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Load, Oscillator, Rayleigh,
-    SecondOrder, Settings,
+    BalanceSettings, ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Load, Oscillator,
+    Rayleigh, SecondOrder,
 };
 use fretwear::linalg::RowMatrix as Matrix;
 
@@ -47,7 +47,7 @@ fn chain() -> SecondOrder {
 }
 
 fn balance(model: &SecondOrder, loads: &[Load]) -> HarmonicBalance<ContactElement> {
-    balance_of(model, &[], 2, loads, Settings::default())
+    balance_of(model, &[], 2, loads, BalanceSettings::default())
 }
 
 /// Cosine and sine of a linear oscillator's displacement along an axis under a force F cos(ωt).
@@ -136,7 +136,7 @@ fn hysteretic_damping_knows_no_frequency() {
             harmonic,
             ..Oscillator::load(axis, force, 0.0)
         };
-        let balance = balance_of(&model, &[], 4, &[load], Settings::default());
+        let balance = balance_of(&model, &[], 4, &[load], BalanceSettings::default());
         let order = f64::from(harmonic);
         let response = balance.solve(share * natural / order, None).unwrap();
         let slot = 2 * harmonic as usize - 1;
@@ -206,7 +206,7 @@ fn a_ground_that_moves_by_a_given_displacement() {
 fn a_moving_ground_under_a_slipping_contact() {
     let oscillator = oscillator(FrictionLaw::Cone);
     let ground = 2.2e-6;
-    let new = |loads: &[Load]| super::balance(&oscillator, 3, loads, Settings::default());
+    let new = |loads: &[Load]| super::balance(&oscillator, 3, loads, BalanceSettings::default());
     let factor = drive(oscillator.mass[0] * ground);
     let moving = new(&[]).with_inertial_loads(&factor).unwrap();
     let range = (TAU * 800.0, TAU * 1150.0);

@@ -28,8 +28,8 @@ mod unreduced;
 mod work_between_ends;
 
 use fretwear::dynamics::{
-    ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator,
-    Response, SecondOrder, Settings, Slider, Spring, Vibration,
+    BalanceSettings, ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load,
+    Oscillator, Response, SecondOrder, Slider, Spring, Vibration,
 };
 
 pub const BOTH: [FrictionLaw; 2] = [FrictionLaw::Cone, FrictionLaw::Box];
@@ -98,7 +98,7 @@ pub fn balance(
     oscillator: &Oscillator,
     highest: u32,
     loads: &[Load],
-    settings: Settings,
+    settings: BalanceSettings,
 ) -> HarmonicBalance<ContactElement> {
     let model = oscillator.model().expect("a right oscillator");
     let elements = std::slice::from_ref(&oscillator.element);
@@ -111,7 +111,7 @@ pub fn balance_of(
     elements: &[ContactElement],
     highest: u32,
     loads: &[Load],
-    settings: Settings,
+    settings: BalanceSettings,
 ) -> HarmonicBalance<ContactElement> {
     let (elements, loads) = (elements.to_vec(), loads.to_vec());
     HarmonicBalance::new(model, elements, Harmonics::up_to(highest), loads, settings)
@@ -130,7 +130,7 @@ pub fn vibration(
         loads,
         response_port: 0,
         harmonics: Harmonics::up_to(highest),
-        settings: Settings::default(),
+        settings: BalanceSettings::default(),
         at_omega: None,
         range,
         points: None,
@@ -142,10 +142,10 @@ pub fn vibration(
 }
 
 /// So many samples of a cycle, and all else as usual.
-pub fn samples(samples: usize) -> Settings {
-    Settings {
+pub fn samples(samples: usize) -> BalanceSettings {
+    BalanceSettings {
         samples,
-        ..Settings::default()
+        ..BalanceSettings::default()
     }
 }
 

@@ -75,7 +75,7 @@ fn loads_on_a_port_are_one() {
         let resonance = over_range(&vibration, &oscillator.element)
             .resolved
             .resonance;
-        (resonance.peak_amplitude, resonance.in_force().omega)
+        (resonance.peak_amplitude, resonance.governing().omega)
     });
     let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-9;
     assert!(same(peaks[0].0, peaks[1].0), "{peaks:?}");
@@ -145,7 +145,7 @@ fn no_preload_has_a_response() {
     for point in points {
         match point.found_by {
             SolutionMethod::Balance => assert!(point.residual <= 1e-6, "{point:?}"),
-            SolutionMethod::Unphysical | SolutionMethod::Nothing => {
+            SolutionMethod::Unphysical | SolutionMethod::NotFound => {
                 assert!(point.response.is_none())
             }
         }
@@ -195,7 +195,7 @@ fn without_a_phase_resonance_the_peak_stays() {
     assert!(resonance.phase.is_none());
     assert_eq!(resonance.peak_kind, ResonanceKind::End);
     assert!((resonance.peak_frequency / 90.0 - 1.0).abs() < 1e-9);
-    assert_eq!(resonance.in_force(), &resonance.peak);
+    assert_eq!(resonance.governing(), &resonance.peak);
 }
 
 /// A response point that nothing moves has no peak but rounding, which is said.

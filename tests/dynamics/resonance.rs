@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fretwear::dynamics::{DynamicsError, FrictionLaw, Response, Settings, Start};
+use fretwear::dynamics::{BalanceSettings, DynamicsError, FrictionLaw, Response, Start};
 
 use super::{balance, drive, oscillator, samples};
 
@@ -18,7 +18,7 @@ fn phase_resonance_lags_by_a_quarter_at_every_load() {
             &oscillator(FrictionLaw::Cone),
             5,
             &drive(force),
-            Settings::default(),
+            BalanceSettings::default(),
         );
         let cold = balance
             .phase_resonance(RANGE, None)
@@ -53,7 +53,7 @@ fn a_guess_in_other_harmonics_is_refused() {
             &oscillator(FrictionLaw::Cone),
             highest,
             &drive(150.0),
-            Settings::default(),
+            BalanceSettings::default(),
         )
     });
     let found = few.phase_resonance(RANGE, None).expect("a resonance");
@@ -62,7 +62,9 @@ fn a_guess_in_other_harmonics_is_refused() {
         matches!(refused, Err(DynamicsError::Length { .. })),
         "{refused:?}"
     );
-    let start = found.start().transferred(few.harmonics(), many.harmonics());
+    let start = found
+        .start()
+        .in_harmonics(few.harmonics(), many.harmonics());
     assert!(many.phase_resonance(RANGE, Some(&start)).is_ok());
 }
 
@@ -71,7 +73,7 @@ fn warm_tracking_needs_few_iterations() {
     let track = |load: f64, guess: Option<Start>| {
         let mut oscillator = oscillator(FrictionLaw::Cone);
         oscillator.element.sliders[0].normal_load = load;
-        balance(&oscillator, 5, &drive(150.0), Settings::default())
+        balance(&oscillator, 5, &drive(150.0), BalanceSettings::default())
             .phase_resonance(RANGE, guess.as_ref())
             .unwrap_or_else(|e| panic!("{e}"))
     };
@@ -128,7 +130,7 @@ fn a_range_without_resonance_says_so() {
         &oscillator(FrictionLaw::Cone),
         1,
         &drive(1.0),
-        Settings::default(),
+        BalanceSettings::default(),
     );
     let error = balance
         .phase_resonance((1000.0, 1500.0), None)
@@ -145,7 +147,12 @@ fn a_range_without_resonance_says_so() {
         matches!(error, DynamicsError::NoResonance { what: "peak", .. }),
         "{error}"
     );
-    let still = super::balance(&oscillator(FrictionLaw::Cone), 1, &[], Settings::default());
+    let still = super::balance(
+        &oscillator(FrictionLaw::Cone),
+        1,
+        &[],
+        BalanceSettings::default(),
+    );
     let error = still.phase_resonance(RANGE, None).expect_err("no load");
     assert!(matches!(error, DynamicsError::OutOfRange { .. }), "{error}");
 }

@@ -5,14 +5,14 @@ use std::sync::OnceLock;
 
 use fretwear::dynamics::cycle::joint_cycle;
 use fretwear::dynamics::{
-    ContactElement, Damping, DynamicsError, ElementState, FrictionLaw, LinearModel, Load,
-    Oscillator, Response, SecondOrder, Settings, reduced_model, reference_springs,
+    BalanceSettings, ContactElement, Damping, DynamicsError, ElementState, FrictionLaw,
+    LinearModel, Load, Oscillator, Response, SecondOrder, reduced_model, reference_springs,
 };
 use fretwear::linalg::{Matrix, SparseIndefinite};
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::modes::ModeOptions;
-use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
+use fretwear::structure::reduction::{ContactPorts, Ports, ReducedStructure, reduce};
 use fretwear::structure::resonator::{Resonator, ResonatorMesh};
 
 use super::{balance_of, one_slider, swept};
@@ -20,7 +20,7 @@ use super::{balance_of, one_slider, swept};
 /// A meshed resonator and its reduction.
 pub struct Whole {
     pub mesh: ResonatorMesh,
-    pub reduced: Reduced,
+    pub reduced: ReducedStructure,
 }
 
 fn whole(resonator: &Resonator, modes: usize) -> Whole {
@@ -98,7 +98,7 @@ fn a_stuck_joint_moves_as_the_whole_structure_with_springs() {
         (ports.contact_ports(), ports.contact_ports() + 3)
     );
     let load = far_wall(&model, 1.0);
-    let balance = balance_of(&model, &elements, 1, &load, Settings::default());
+    let balance = balance_of(&model, &elements, 1, &load, BalanceSettings::default());
 
     let springs: Vec<Spring> = ports.combinations[..ports.contact_ports()]
         .iter()
@@ -200,7 +200,7 @@ fn a_tied_joint_is_linear() {
     };
     let model = reduced_model(reduced, &ports, damping).unwrap();
     let load = far_wall(&model, 500.0);
-    let balance = balance_of(&model, &[], 3, &load, Settings::default());
+    let balance = balance_of(&model, &[], 3, &load, BalanceSettings::default());
     // The breathing mode and its neighbours in the range.
     let omegas: Vec<f64> = (0..25).map(|k| TAU * (900.0 + 10.0 * k as f64)).collect();
     for response in swept(&balance, &omegas) {
@@ -269,7 +269,7 @@ fn joints_at_their_ends() {
     let model = reduced_model(reduced, &[drive], damping).unwrap();
     let port = model.contact_dofs();
     let positions: Vec<[f64; 2]> = whole.mesh.contacts.iter().map(|c| c.centre).collect();
-    let usual = Settings::default();
+    let usual = BalanceSettings::default();
     let linear = balance_of(&model, &base, 1, &far_wall(&model, 1e-3), usual)
         .phase_resonance((TAU * 850.0, TAU * 1100.0), None)
         .unwrap();

@@ -3,7 +3,7 @@
 use std::slice::from_ref;
 
 use fretwear::dynamics::{
-    ContactElement, FrictionLaw, Harmonics, Oscillator, Truncation, Vibration,
+    ContactElement, FrictionLaw, Harmonics, Oscillator, TruncationError, Vibration,
 };
 
 use super::{BOTH, drive, oscillator, samples};
@@ -28,15 +28,15 @@ fn resolved(
     elements: &[ContactElement],
     vibration: &Vibration,
     tolerance: Option<f64>,
-) -> ([f64; 3], Truncation, u32) {
+) -> ([f64; 3], TruncationError, u32) {
     let resolved = vibration
         .resolve(elements.to_vec(), None, tolerance)
         .unwrap_or_else(|error| panic!("{error}"));
     let resonance = &resolved.resonance;
     let figures = [
-        resonance.in_force().omega,
+        resonance.governing().omega,
         resonance.amplitude,
-        resonance.in_force().energy.friction,
+        resonance.governing().energy.friction,
     ];
     let highest = resolved.balance.harmonics().highest();
     (figures, resolved.truncation, highest)
@@ -86,7 +86,7 @@ fn a_joint_that_sticks_leaves_nothing_out() {
     let oscillator = oscillator(FrictionLaw::Cone);
     let stuck = vibration(&oscillator, 0.5, Harmonics::up_to(1));
     let (_, errors, _) = resolved(from_ref(&oscillator.element), &stuck, None);
-    assert_eq!(errors, Truncation::NONE);
+    assert_eq!(errors, TruncationError::NONE);
 }
 
 #[test]

@@ -6,12 +6,12 @@
 use std::f64::consts::TAU;
 
 use fretwear::dynamics::{
-    Damping, HarmonicBalance, Harmonics, Load, Settings, reduced_model, reference_springs,
+    BalanceSettings, Damping, HarmonicBalance, Harmonics, Load, reduced_model, reference_springs,
 };
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::modes::ModeOptions;
-use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
+use fretwear::structure::reduction::{ContactPorts, Ports, ReducedStructure, reduce};
 use fretwear::structure::resonator::Resonator;
 
 use super::resonator::{coarse, elements};
@@ -33,7 +33,7 @@ struct Off {
 }
 
 /// Where the displacement of the drive is 90° behind it \[rad/s\].
-fn phase_resonance(whole: &Reduced, drive: usize, near: f64) -> f64 {
+fn phase_resonance(whole: &ReducedStructure, drive: usize, near: f64) -> f64 {
     let real = |omega: f64| whole.receptance(omega, RATIO).0[(drive, drive)];
     let (mut low, mut high) = (0.998 * near, 1.002 * near);
     assert!(real(low) > 0.0 && real(high) < 0.0);
@@ -88,7 +88,7 @@ fn off(resonator: &Resonator, range: [f64; 2]) -> Off {
             elements.clone(),
             harmonics,
             loads,
-            Settings::default(),
+            BalanceSettings::default(),
         )
         .unwrap()
     };

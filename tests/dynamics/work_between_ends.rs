@@ -45,8 +45,8 @@ fn a_load_of_twice_the_frequency_takes_a_third_of_it() {
         let expected = 1.0 - share / 3.0;
         assert!((found.part[0] - expected).abs() < SAMPLED, "{found:?}");
         let changed = share / 3.0 / expected;
-        assert!((found.changed - changed).abs() < SAMPLED, "{found:?}");
-        assert!(found.untold < 1e-12, "{found:?}");
+        assert!((found.changed_share - changed).abs() < SAMPLED, "{found:?}");
+        assert!(found.unrepresented_share < 1e-12, "{found:?}");
         let found = work(std::slice::from_ref(&element), &[WAY], [normal, 1.0]);
         assert!((found.part[0] - 1.0).abs() < SAMPLED, "{found:?}");
     }
@@ -61,7 +61,7 @@ fn changes_of_single_elements_add_up() {
     let found = work(&[element, other], &[WAY, WAY], [normal, 2.0]);
     assert!((found.part[0] - 0.9).abs() < SAMPLED, "{found:?}");
     assert!((found.part[1] - 1.1).abs() < SAMPLED, "{found:?}");
-    assert!((found.changed - 0.1).abs() < SAMPLED, "{found:?}");
+    assert!((found.changed_share - 0.1).abs() < SAMPLED, "{found:?}");
 }
 
 /// An element that slips only since its load leaves it has no part of anything, and is said to be untold.
@@ -77,11 +77,11 @@ fn what_slips_by_its_load_alone_is_untold() {
     };
     let found = of(0.9);
     assert_eq!(found.part, [1.0]);
-    assert!((found.untold - 1.0).abs() < 1e-12, "{found:?}");
+    assert!((found.unrepresented_share - 1.0).abs() < 1e-12, "{found:?}");
     // One that hardly slips between the ends has the largest part at most.
     let found = of(1.001);
     assert_eq!(found.part, [LARGEST_PART]);
-    assert!(found.untold > 0.5, "{found:?}");
+    assert!(found.unrepresented_share > 0.5, "{found:?}");
 }
 
 /// Nothing moves, nothing is dissipated.
@@ -89,5 +89,5 @@ fn what_slips_by_its_load_alone_is_untold() {
 fn at_rest_there_is_nothing_to_change() {
     let found = work(&[sliding()], &[0.0], [0.0, 1.0]);
     assert_eq!(found.part, [1.0]);
-    assert_eq!((found.changed, found.untold), (0.0, 0.0));
+    assert_eq!((found.changed_share, found.unrepresented_share), (0.0, 0.0));
 }

@@ -1,6 +1,6 @@
 //! One canonical form of JSON, and what differs between two values.
 
-use fretwear::json::{as_read, canonical, differences, flatten, hash, made, matches};
+use fretwear::json::{as_read, canonical, differences, flatten, hash, matches, user_changes};
 use serde_json::{Value, json};
 
 fn told(before: &Value, after: &Value) -> Vec<String> {
@@ -81,7 +81,7 @@ fn patterns_name_keys_in_full_or_by_section() {
 fn what_follows_from_another_key_is_no_change_of_its_own() {
     let following = ["structure.length".to_owned()];
     let keys = |before: Value, after: Value| -> Vec<String> {
-        let changes = made(differences(&before, &after), &following);
+        let changes = user_changes(differences(&before, &after), &following);
         changes.into_iter().map(|change| change.key).collect()
     };
     let scene = |size: u64, length: u64| json!({ "joint": { "size": size }, "structure": { "length": length } });

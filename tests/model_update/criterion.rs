@@ -12,7 +12,7 @@ fn of_stiffness(change: f64) -> UpdateCriterion {
 fn state(iteration: u64, kn: f64, kt: f64, wear_volume: f64) -> UpdateState {
     UpdateState {
         iteration,
-        compliance: Compliance::of(kn, kt),
+        compliance: Compliance::from_stiffness(kn, kt),
         wear_volume,
         running_in: 0.0,
         cycle: None,

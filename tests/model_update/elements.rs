@@ -26,7 +26,7 @@ fn naive_sums(elements: &ContactElements, counts: [usize; 2], field: &[f64]) -> 
     let array = Grid::over(grid.size(), counts);
     let mut sums = vec![0.0; elements.len()];
     for (c, value) in field.iter().enumerate() {
-        if !elements.patch().kept[c] {
+        if !elements.patch().is_in_joint[c] {
             continue;
         }
         let (i, j) = grid.cell(c);
@@ -74,7 +74,7 @@ fn the_resonators_staircase_is_its_mask() {
         let (i, j) = grid.cell(c);
         let (x, y) = grid.centre(i, j);
         assert_eq!(
-            elements.patch().kept[c],
+            elements.patch().is_in_joint[c],
             x.abs() > half_width(y),
             "({i}, {j})"
         );
@@ -135,7 +135,7 @@ fn elements_at_nodes_share_what_a_cell_bears_by_its_place_between_them() {
     );
     // Force and first moments of any field are those of the cells: the shares are those of a bilinear interpolation.
     let mut field = noise(grid.len());
-    for (value, kept) in field.iter_mut().zip(&elements.patch().kept) {
+    for (value, kept) in field.iter_mut().zip(&elements.patch().is_in_joint) {
         *value *= f64::from(u8::from(*kept));
     }
     let loads = elements.loads(&field);
@@ -228,8 +228,14 @@ fn a_centre_on_a_border_belongs_to_both_sides() {
     // So that a joint and its mirror image keep the same cells.
     let left = ContactElements::new(grid, [2, 1], &[[0, 0]]).expect("elements");
     let right = ContactElements::new(grid, [2, 1], &[[1, 0]]).expect("elements");
-    assert_eq!(left.patch().kept, [true, true, true, true, false, false]);
-    assert_eq!(right.patch().kept, [false, false, true, true, true, true]);
+    assert_eq!(
+        left.patch().is_in_joint,
+        [true, true, true, true, false, false]
+    );
+    assert_eq!(
+        right.patch().is_in_joint,
+        [false, false, true, true, true, true]
+    );
 }
 
 #[test]
@@ -260,7 +266,7 @@ fn elements_that_make_no_joint_are_refused() {
     );
     assert_eq!(
         refused([19, 18], &[[3, 4], [0, 0], [3, 4]]),
-        ModelUpdateError::Twice {
+        ModelUpdateError::DuplicateCell {
             first: 0,
             second: 2,
             cell: [3, 4],
@@ -293,7 +299,7 @@ proptest! {
         let elements = ContactElements::new(grid, counts, &cells).expect("elements");
         let pressure = &pressure[..grid.len()];
         let load: f64 = (0..grid.len())
-            .filter(|&c| elements.patch().kept[c])
+            .filter(|&c| elements.patch().is_in_joint[c])
             .map(|c| pressure[c] * grid.cell_area())
             .sum();
         let loads = elements.loads(pressure);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use fretwear::model_update::{ElementParameters, with_energy_of};
+use fretwear::model_update::{ElementParameters, match_dissipation};
 
 use super::sliders;
 
@@ -66,7 +66,7 @@ fn elements_get_the_stiffness_that_dissipates_what_is_asked() {
         asked[element] = on_the_circle(load, factor * kt);
     }
     assert_eq!(asked[3], 0.0, "it sticks");
-    let found = with_energy_of(&asked, &begin, dissipated);
+    let found = match_dissipation(&asked, &begin, dissipated);
     let factors = factors(&found);
     for (element, expected) in FACTORS.into_iter().chain([1.0]).enumerate() {
         let factor = factors[element];
@@ -89,7 +89,7 @@ fn what_an_element_cannot_dissipate_the_others_do() {
     let begin = laws();
     let mut asked = dissipated(&begin);
     asked[4] *= 2.0;
-    let found = with_energy_of(&asked, &begin, dissipated);
+    let found = match_dissipation(&asked, &begin, dissipated);
     let energies = dissipated(&found);
     let [of_all, expected] = [&energies, &asked].map(|of| of.iter().sum::<f64>());
     assert!(

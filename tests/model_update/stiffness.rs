@@ -27,7 +27,7 @@ fn the_smooth_patch_has_the_known_stiffness() {
 
 /// Loaded cells of a contact that is open here and there.
 fn some_contact(elements: &ContactElements) -> Vec<f64> {
-    let kept = &elements.patch().kept;
+    let kept = &elements.patch().is_in_joint;
     noise(kept.len())
         .iter()
         .zip(kept)
@@ -126,9 +126,9 @@ fn capped_cells_count_in_kt_alone() {
 
 #[test]
 fn roughness_and_the_smooth_patch_in_series_are_the_total() {
-    let total = Compliance::of(3606e6, 2973e6);
-    let smooth = Compliance::of(5009e6, 4126e6);
-    let roughness = total.without(smooth);
+    let total = Compliance::from_stiffness(3606e6, 2973e6);
+    let smooth = Compliance::from_stiffness(5009e6, 4126e6);
+    let roughness = total.subtract_series(smooth);
     // The known difference at Rq 5 µm, of figures with four digits.
     assert_close(roughness.kn(), 12_880e6, 1e-3, "kn");
     let series = |a: f64, b: f64| a * b / (a + b);
@@ -145,16 +145,26 @@ fn roughness_and_the_smooth_patch_in_series_are_the_total() {
         "kt",
     );
     // A contact as stiff as the smooth patch, or by rounding stiffer, has no roughness left.
-    assert_eq!(smooth.without(smooth).kn(), f64::INFINITY);
-    assert_eq!(Compliance::of(5010e6, 4130e6).without(smooth).normal, 0.0);
+    assert_eq!(smooth.subtract_series(smooth).kn(), f64::INFINITY);
+    assert_eq!(
+        Compliance::from_stiffness(5010e6, 4130e6)
+            .subtract_series(smooth)
+            .normal,
+        0.0
+    );
     // One that is open is open.
-    assert_eq!(Compliance::of(0.0, 0.0).without(smooth).kn(), 0.0);
+    assert_eq!(
+        Compliance::from_stiffness(0.0, 0.0)
+            .subtract_series(smooth)
+            .kn(),
+        0.0
+    );
 }
 
 #[test]
 fn a_joint_without_roughness_left_has_a_finite_spring() {
     let elements = small();
-    let smooth = Compliance::of(5009e6, 4126e6);
+    let smooth = Compliance::from_stiffness(5009e6, 4126e6);
     let springs = Springs::Roughness {
         total: smooth,
         smooth,
@@ -172,7 +182,7 @@ fn a_joint_without_roughness_left_has_a_finite_spring() {
 #[test]
 fn a_global_stiffness_is_divided_by_area_or_by_load() {
     let elements = small();
-    let total = Compliance::of(3606e6, 2973e6);
+    let total = Compliance::from_stiffness(3606e6, 2973e6);
     let loads: Vec<f64> = (0..elements.len()).map(|e| e as f64).collect();
     let whole: f64 = loads.iter().sum();
     let divided = |distribution, loads: &[f64]| {
@@ -260,9 +270,9 @@ fn an_element_that_is_drawn_the_other_way_has_no_stiffness() {
 /// What the springs and the bodies give under a stuck joint is what the whole fine contact gives.
 #[test]
 fn the_fine_contact_is_displaced_by_the_bodies_too() {
-    let total = Compliance::of(3606e6, 2973e6);
-    let smooth = Compliance::of(5009e6, 4126e6);
-    let spring = total.without(smooth);
+    let total = Compliance::from_stiffness(3606e6, 2973e6);
+    let smooth = Compliance::from_stiffness(5009e6, 4126e6);
+    let spring = total.subtract_series(smooth);
     let force = vec![vec![0.0, 700.0, -900.0], vec![120.0, 0.0, 50.0]];
     let stretch = |c: f64| -> Vec<Vec<f64>> {
         force

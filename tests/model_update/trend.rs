@@ -1,6 +1,6 @@
 //! The motion that is carried on from one update to the next.
 
-use fretwear::model_update::{Trend, is_steady};
+use fretwear::model_update::{Trend, can_extrapolate};
 
 /// A joint whose motion is linear in the compliance is met at every compliance; no farther than twice the change it is followed.
 #[test]
@@ -18,10 +18,10 @@ fn what_is_linear_in_the_compliance_is_met() {
             assert!((found - expected).abs() < 1e-14, "{c}: {found} {expected}");
         }
     }
-    assert_eq!(trend.times(0.4), 0.0);
+    assert_eq!(trend.multiple(0.4), 0.0);
     assert_eq!(trend.at(&at(last), 0.1), trend.at(&at(last), 0.2));
     // Back to where it came from it does not go.
-    assert_eq!(trend.times(0.45), 0.0);
+    assert_eq!(trend.multiple(0.45), 0.0);
 }
 
 /// Without a change of compliance, and of a rigid or open joint, nothing is known to be carried on.
@@ -32,15 +32,15 @@ fn a_joint_that_has_not_changed_stays() {
             compliance,
             change: vec![1.0],
         };
-        assert_eq!(trend.times(0.3), 0.0, "{compliance:?}");
+        assert_eq!(trend.multiple(0.3), 0.0, "{compliance:?}");
     }
 }
 
 #[test]
 fn a_large_change_or_one_that_turns_back_is_none_to_carry_on() {
     let last = [3.0, 4.0];
-    assert!(is_steady(&last, &[0.7, 1.0], &[0.0, 0.0]));
-    assert!(!is_steady(&last, &[0.8, 1.0], &[0.0, 0.0]));
-    assert!(is_steady(&last, &[0.3, 0.4], &[0.4, -0.3]));
-    assert!(!is_steady(&last, &[0.3, 0.4], &[0.4, -0.31]));
+    assert!(can_extrapolate(&last, &[0.7, 1.0], &[0.0, 0.0]));
+    assert!(!can_extrapolate(&last, &[0.8, 1.0], &[0.0, 0.0]));
+    assert!(can_extrapolate(&last, &[0.3, 0.4], &[0.4, -0.3]));
+    assert!(!can_extrapolate(&last, &[0.3, 0.4], &[0.4, -0.31]));
 }

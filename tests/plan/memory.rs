@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-use fretwear::recipe::Counted;
+use fretwear::recipe::ResourceEstimate;
 use fretwear::scene::{self, Plan};
 
 use crate::support::Bench;
@@ -69,7 +69,7 @@ fn measured(bench: &Bench, arguments: &[String]) -> f64 {
 fn planned(scene: &Path, sets: &[&str], cost: &str) -> f64 {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let scene = scene::load(scene, &sets).expect("a scene");
-    let counted = Counted::of(&Plan::of(&scene).expect("a plan").inputs);
+    let counted = ResourceEstimate::of(&Plan::of(&scene).expect("a plan").inputs);
     match cost {
         "memory" => counted.memory as f64,
         _ => counted.memory_cached.expect("a structure") as f64,

@@ -24,7 +24,7 @@ fn differences_are_those_that_users_made_and_have_units() {
         begin(&folder, "moved", &with_hole(&prescribed()), 1),
     ];
     let runs = roots.map(|root| RunTables::open(&root).unwrap());
-    let html = Report::of(&runs).unwrap().html();
+    let html = Report::new(&runs).unwrap().html();
     let section = between(&html, "<section id=\"differences\">", "</section>");
     let row = |key: &str| {
         section
@@ -62,13 +62,13 @@ fn sections_of_all_runs_are_along_one_line() {
         compute(&folder, "b", &other, None),
     ];
     let runs = roots.map(|root| RunTables::open(&root).unwrap());
-    let html = Report::of(&runs).unwrap().html();
+    let html = Report::new(&runs).unwrap().html();
     assert_eq!(attributes(&html, "section", "data-x").len(), 4);
     let caption = between(&html, "the deepest point of wear of all runs, x ", ": ");
     assert!(caption.contains(" and y "), "{caption}");
     // Each alone is cut where it is deepest itself.
     let alone = runs.map(|run| {
-        let html = Report::of(&[run]).unwrap().html();
+        let html = Report::new(&[run]).unwrap().html();
         between(&html, "the deepest point of wear, x ", ": ").to_owned()
     });
     assert_ne!(alone[0], alone[1]);
@@ -83,7 +83,7 @@ fn a_report_shows_the_scene_as_it_was_written() {
     bench.write("small.toml", format!("# of the rig in hall 2\n{small}"));
     bench.done(&["run", "small.toml", "--run", "a", "--quiet"]);
     let run = RunTables::open(&bench.path("a")).unwrap();
-    let html = Report::of(&[run]).unwrap().html();
+    let html = Report::new(&[run]).unwrap().html();
     let scene = between(&html, "<section id=\"scene\">", "</section>");
     assert!(scene.contains("# of the rig in hall 2"), "{scene}");
     assert!(!scene.contains("Damaged"), "{scene}");
@@ -91,7 +91,7 @@ fn a_report_shows_the_scene_as_it_was_written() {
     let file = bench.path("a/scene.original.toml");
     std::fs::write(&file, "# another joint\n").unwrap();
     let run = RunTables::open(&bench.path("a")).unwrap();
-    let html = Report::of(&[run]).unwrap().html();
+    let html = Report::new(&[run]).unwrap().html();
     let scene = between(&html, "<section id=\"scene\">", "</section>");
     assert!(!scene.contains("# another joint"), "{scene}");
     for kept in ["Damaged: ", "# of the rig in hall 2"] {
@@ -106,7 +106,7 @@ fn a_run_of_a_scene_that_no_user_wrote_shows_the_one_it_keeps() {
     let root = begin(&folder, "made", WORN, 1);
     std::fs::write(root.join("scene.original.toml"), "# of a stranger\n").unwrap();
     let run = RunTables::open(&root).unwrap();
-    let html = Report::of(&[run]).unwrap().html();
+    let html = Report::new(&[run]).unwrap().html();
     let scene = between(&html, "<section id=\"scene\">", "</section>");
     assert!(scene.contains("scene.toml as kept in the run"), "{scene}");
     assert!(!scene.contains("of a stranger"), "{scene}");
@@ -123,7 +123,7 @@ fn a_wear_law_is_told_with_its_coefficient() {
         begin(&folder, law, &scene, 1)
     });
     let runs = roots.map(|root| RunTables::open(&root).unwrap());
-    let html = Report::of(&runs).unwrap().html();
+    let html = Report::new(&runs).unwrap().html();
     let section = between(&html, "<section id=\"differences\">", "</section>");
     let row =
         "<td>wear.coefficient</td><td>2e3 um^3/J, law energy</td><td>2e3 um^3/J, law archard</td>";

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use fretwear::report::{Report, RunTables, Section, numbers};
+use fretwear::report::{Report, RunTables, Section, numeric_column};
 use fretwear::tables::TableName;
 use maud::html;
 use quick_xml::Reader;
@@ -80,7 +80,7 @@ fn each_run_has_the_figures_of_its_physics() {
         ("linear", OSCILLATOR, vec!["forced-response"]),
     ];
     for (name, scene, mut expected) in cases {
-        let report = Report::of(&[open(&compute(&folder, name, scene, None))]).unwrap();
+        let report = Report::new(&[open(&compute(&folder, name, scene, None))]).unwrap();
         let mut found = ids(&report);
         found.sort_unstable();
         expected.sort_unstable();
@@ -110,7 +110,7 @@ const RESIDUAL: f64 = 0.05;
 fn the_shape_of_a_resonance_is_that_of_the_run() {
     let folder = TempDir::new().unwrap();
     let root = compute(&folder, "resonator", RESONATOR, None);
-    let report = Report::of(&[open(&root)]).unwrap();
+    let report = Report::new(&[open(&root)]).unwrap();
     let caption = caption(&report, "resonance-shape");
     let (_, told) = caption.split_once("these modes is ").expect(caption);
     let (own, run) = told.split_once(", and the run has ").expect(caption);
@@ -165,10 +165,10 @@ fn drawings_are_sound(report: &Report, folder: &Path) {
 fn captions_say_what_the_tables_say() {
     let folder = TempDir::new().unwrap();
     let run = open(&compute(&folder, "worn", WORN, None));
-    let report = Report::of(std::slice::from_ref(&run)).unwrap();
+    let report = Report::new(std::slice::from_ref(&run)).unwrap();
     let summary = run.series(TableName::Summary).unwrap().unwrap();
     let ends = |column: &str| {
-        let values = numbers(&summary, column).unwrap();
+        let values = numeric_column(&summary, column).unwrap();
         [values[0], values[values.len() - 1]]
     };
     // Numbers of a text, and whether one of them is a value to the digits that are shown.
@@ -191,8 +191,11 @@ fn captions_say_what_the_tables_say() {
             assert!(has(caption, value / unit), "{column} {value}: {caption}");
         }
     }
-    let field = run.at(run.latest(), TableName::WearField).unwrap().unwrap();
-    let depth = numbers(&field, "wear_depth").unwrap();
+    let field = run
+        .iteration_table(run.latest(), TableName::WearField)
+        .unwrap()
+        .unwrap();
+    let depth = numeric_column(&field, "wear_depth").unwrap();
     let deepest = depth.iter().copied().fold(0.0, f64::max);
     let text = caption(&report, "wear-map");
     assert!(
@@ -217,14 +220,14 @@ fn captions_say_what_the_tables_say() {
 fn the_same_run_gives_the_same_bytes() {
     let folder = TempDir::new().unwrap();
     let root = compute(&folder, "worn", WORN, None);
-    let html = || Report::of(&[open(&root)]).unwrap().html();
+    let html = || Report::new(&[open(&root)]).unwrap().html();
     assert_eq!(html(), html());
 }
 
 #[test]
 fn a_run_that_is_not_at_its_end_says_so_on_top() {
     let folder = TempDir::new().unwrap();
-    let stopped = Report::of(&[open(&begin(&folder, "begun", WORN, 2))]).unwrap();
+    let stopped = Report::new(&[open(&begin(&folder, "begun", WORN, 2))]).unwrap();
     let html = stopped.html();
     let banner = html
         .find("In progress: begun stopped before its end")
@@ -232,9 +235,9 @@ fn a_run_that_is_not_at_its_end_says_so_on_top() {
     assert!(banner < html.find("<nav").unwrap());
     assert!(html.contains("of 400·10³ cycles"));
     let million = WORN.replace("cycles = 400_000", "cycles = 1_000_000");
-    let million = Report::of(&[open(&begin(&folder, "million", &million, 2))]).unwrap();
+    let million = Report::new(&[open(&begin(&folder, "million", &million, 2))]).unwrap();
     assert!(million.html().contains("of 10⁶\u{a0}cycles"));
-    let done = Report::of(&[open(&compute(&folder, "done", WORN, None))]).unwrap();
+    let done = Report::new(&[open(&compute(&folder, "done", WORN, None))]).unwrap();
     assert!(!done.html().contains("In progress"));
 }
 
@@ -249,7 +252,7 @@ fn several_runs_share_their_charts() {
         ("pressed", STATIC),
     ]
     .map(|(name, scene)| open(&compute(&folder, name, scene, None)));
-    let report = Report::of(&runs).unwrap();
+    let report = Report::new(&runs).unwrap();
     let svg = folder.path().join("svg");
     drawings_are_sound(&report, &svg);
     let stiffness = std::fs::read_to_string(svg.join("stiffness.svg")).unwrap();
@@ -269,13 +272,13 @@ fn several_runs_share_their_charts() {
 #[test]
 fn the_page_needs_no_other() {
     let folder = TempDir::new().unwrap();
-    let mut report = Report::of(&[open(&compute(&folder, "worn", WORN, None))]).unwrap();
+    let mut report = Report::new(&[open(&compute(&folder, "worn", WORN, None))]).unwrap();
     let section = Section {
         id: "claims",
         title: "Claims".to_owned(),
         html: html! { p { "judged" } },
     };
-    report.add(section);
+    report.add_section(section);
     let html = report.html();
     for fetched in ["http:", "https:", "<script ", "url(", "@import", "src=\""] {
         let found = html.match_indices(fetched);
@@ -309,7 +312,7 @@ fn the_page_needs_no_other() {
         title: "First".to_owned(),
         html: html! { p { "begun" } },
     };
-    report.begin("A study", first);
+    report.set_title_and_first_section("A study", first);
     let html = report.html();
     assert!(stands(&html, "<p>begun</p>") < stands(&html, figure));
     assert!(html.contains("<h1>A study</h1>") && html.contains("<summary>The runs</summary>"));
@@ -388,7 +391,7 @@ fn foreign_text_is_only_text() {
     let scene = format!("title = \"<script>'\\u001b[2J\\u202e\"\n{STATIC}");
     let name = "<script>\" '|`\u{1b}[2J\u{202e}";
     let runs = [name, "b"].map(|name| open(&compute(&folder, name, &scene, None)));
-    let report = Report::of(&runs).unwrap();
+    let report = Report::new(&runs).unwrap();
     let page = report.html();
     let svgs = folder.path().join("svgs");
     drawings_are_sound(&report, &svgs);

@@ -1,6 +1,6 @@
 //! A run's tables as frames, against the store's own reader.
 
-use fretwear::report::{ReportError, RunTables, WEAR_ITERATION, numbers, scan_runs};
+use fretwear::report::{ReportError, RunTables, WEAR_ITERATION, numeric_column, scan_runs};
 use fretwear::store::StoreError;
 use fretwear::tables::TableName;
 use tempfile::TempDir;
@@ -24,20 +24,23 @@ fn a_series_holds_what_the_store_reads() {
             .iter()
             .map(|k| read(k).f64(name).unwrap()[0])
             .collect();
-        assert_eq!(numbers(&summaries, name).unwrap(), stored, "{name}");
+        assert_eq!(numeric_column(&summaries, name).unwrap(), stored, "{name}");
     }
     // No vibration, no column: neither in the series nor at an iteration.
-    assert_eq!(numbers(&summaries, "resonance_frequency"), None);
-    let last = run.at(run.latest(), TableName::Summary).unwrap().unwrap();
-    assert_eq!(numbers(&last, "resonance_frequency"), None);
+    assert_eq!(numeric_column(&summaries, "resonance_frequency"), None);
+    let last = run
+        .iteration_table(run.latest(), TableName::Summary)
+        .unwrap()
+        .unwrap();
+    assert_eq!(numeric_column(&last, "resonance_frequency"), None);
     assert_eq!(
-        numbers(&last, "kn").unwrap()[..],
-        numbers(&summaries, "kn").unwrap()[run.iterations().len() - 1..]
+        numeric_column(&last, "kn").unwrap()[..],
+        numeric_column(&summaries, "kn").unwrap()[run.iterations().len() - 1..]
     );
 
     // Many rows an iteration, in the order of the file.
     let fields = run.series(TableName::WearField).unwrap().unwrap();
-    let depth = numbers(&fields, "wear_depth").unwrap();
+    let depth = numeric_column(&fields, "wear_depth").unwrap();
     let stored: Vec<f64> = run
         .iterations()
         .iter()
@@ -58,13 +61,16 @@ fn what_a_run_lacks_is_none() {
     let folder = TempDir::new().unwrap();
     let run = RunTables::open(&compute(&folder, "pressed", STATIC, None)).unwrap();
     assert!(run.series(TableName::Frf).unwrap().is_none());
-    assert!(run.at(0, TableName::Frf).unwrap().is_none());
-    assert!(run.once(TableName::Structure).unwrap().is_none());
-    let surface = run.once(TableName::Surface).unwrap().unwrap();
-    assert_eq!(numbers(&surface, "height").unwrap().len(), 24 * 20);
-    assert_eq!(numbers(&surface, "kept").unwrap(), vec![1.0; 24 * 20]);
+    assert!(run.iteration_table(0, TableName::Frf).unwrap().is_none());
+    assert!(run.run_table(TableName::Structure).unwrap().is_none());
+    let surface = run.run_table(TableName::Surface).unwrap().unwrap();
+    assert_eq!(numeric_column(&surface, "height").unwrap().len(), 24 * 20);
+    assert_eq!(
+        numeric_column(&surface, "kept").unwrap(),
+        vec![1.0; 24 * 20]
+    );
     assert!(matches!(
-        run.at(7, TableName::Summary),
+        run.iteration_table(7, TableName::Summary),
         Err(ReportError::Run {
             source: StoreError::NoIteration {
                 wear_iteration: 7,
@@ -84,7 +90,10 @@ fn what_does_not_verify_does_not_count() {
     assert_eq!(run.iterations(), [0, 1]);
     assert!(run.damage()[0].to_string().contains("wear_iteration=2"));
     let summaries = run.series(TableName::Summary).unwrap().unwrap();
-    assert_eq!(numbers(&summaries, WEAR_ITERATION).unwrap(), [0.0, 1.0]);
+    assert_eq!(
+        numeric_column(&summaries, WEAR_ITERATION).unwrap(),
+        [0.0, 1.0]
+    );
 }
 
 /// Also of a table that was sound when the run was opened.
@@ -118,7 +127,7 @@ fn damaged_times_are_passed_over() {
     let run = RunTables::open(&root).unwrap();
     assert!(run.damage().is_empty() && run.latest() > 2);
     let timing = run.series(TableName::Timing).unwrap().unwrap();
-    let iterations = numbers(&timing, WEAR_ITERATION).unwrap();
+    let iterations = numeric_column(&timing, WEAR_ITERATION).unwrap();
     assert!(iterations.contains(&0.0) && iterations.contains(&2.0) && !iterations.contains(&1.0));
 }
 
@@ -134,9 +143,9 @@ fn several_runs_are_one_scan() {
         .collect()
         .unwrap();
     let iterations = runs[0].iterations().len();
-    let order = numbers(&both, "order").unwrap();
+    let order = numeric_column(&both, "order").unwrap();
     assert_eq!(order, [vec![0.0; iterations], vec![1.0]].concat());
-    let volume = numbers(&both, "wear_volume").unwrap();
+    let volume = numeric_column(&both, "wear_volume").unwrap();
     assert!(volume[..iterations].iter().all(|v| v.is_finite()) && volume[iterations].is_nan());
     assert!(scan_runs(&runs, TableName::Frf).unwrap().is_none());
 }

@@ -36,7 +36,7 @@ fn row(name: &str, kind: KnobKind, size: f64, pairs: f64, error: Option<f64>) ->
         iterations: 3,
         pareto: error.is_some() && name != "reference",
         values,
-        worst: error.map(f64::abs),
+        largest_promised_error: error.map(f64::abs),
         errors,
         bars,
         closure: error.filter(|_| knob == "grid").map(|_| 0.0123),
@@ -65,7 +65,7 @@ fn example() -> Trade {
             ("wear_tolerance", "0.01".to_owned(), 100.0),
             ("grid", "64".to_owned(), 64.0),
         ],
-        by: Cost::FftPairs,
+        cost_measure: Cost::FftPairs,
         noise: Some(0.04),
         machine: None,
         scene_hash: String::new(),
@@ -162,7 +162,7 @@ fn it_says_what_buys_most_and_what_is_not_converged() {
 fn noise_is_no_advice() {
     let mut trade = example();
     let pairs = findings(&trade);
-    trade.by = Cost::Seconds;
+    trade.cost_measure = Cost::Seconds;
     trade
         .rows
         .iter_mut()
@@ -192,7 +192,7 @@ fn noise_is_no_advice() {
         (Cost::Seconds, 0.3, "costs no more within the noise"),
         (Cost::FftPairs, 0.3, "costs 2454 FFT pairs more, 245 %"),
     ] {
-        (trade.by, trade.noise) = (by, Some(noise));
+        (trade.cost_measure, trade.noise) = (by, Some(noise));
         trade.rows[5].cost = match by {
             Cost::Seconds => 1.1,
             Cost::FftPairs => 1000.0 * dear,
@@ -389,7 +389,10 @@ fn numbers_in_a_crowd_lie_side_by_side() {
         let mut narrow = trade.clone();
         let costs = [110_000.0, 980_000.0, 300_000.0].into_iter().cycle();
         for (row, cost) in narrow.rows.iter_mut().zip(costs) {
-            (row.cost, row.worst) = (cost, row.worst.map(|_| 0.012 + 1e-8 * cost));
+            (row.cost, row.largest_promised_error) = (
+                cost,
+                row.largest_promised_error.map(|_| 0.012 + 1e-8 * cost),
+            );
         }
         assert_readable(&page(&narrow, &[]).svg());
     }
@@ -417,7 +420,10 @@ fn scenes() -> Vec<Trade> {
     let mut failed = scene("lost | one", orbit, [0.001, 0.02], 0.1);
     failed.rows[2].failure = Some("no\nluck".to_owned());
     failed.rows[2].values = Values::default();
-    failed.rows.iter_mut().for_each(|row| row.worst = None);
+    failed
+        .rows
+        .iter_mut()
+        .for_each(|row| row.largest_promised_error = None);
     vec![
         scene("a", line, [0.001, 0.02], 0.1),
         scene("b", line, [-0.03, 0.04], 0.01),

@@ -1,6 +1,6 @@
 //! What a page says first, in what its runs differ, and that its drawings are whole and share their scales.
 
-use fretwear::report::{Report, RunTables, numbers, percent};
+use fretwear::report::{Report, RunTables, numeric_column, percent};
 use fretwear::tables::TableName;
 use tempfile::TempDir;
 
@@ -68,7 +68,7 @@ fn a_warning_stands_beside_what_it_concerns() {
     let folder = TempDir::new().unwrap();
     let doubtful = WORN.replace("friction_coefficient = 0.6", "friction_coefficient = 60");
     let stopped = begin(&folder, "doubtful", &doubtful, 2);
-    let html = Report::of(&[RunTables::open(&stopped).unwrap()])
+    let html = Report::new(&[RunTables::open(&stopped).unwrap()])
         .unwrap()
         .html();
     let found = warnings(&html);
@@ -96,7 +96,7 @@ fn a_warning_stands_beside_what_it_concerns() {
         open(&folder, "sharp", begin),
         open(&folder, "pressed", STATIC),
     ];
-    let html = Report::of(&runs).unwrap().html();
+    let html = Report::new(&runs).unwrap().html();
     let found = warnings(&html);
     let at = |place: Option<&str>, begin: &str| {
         let fits = |(own, text): &&(Option<&str>, &str)| *own == place && text.starts_with(begin);
@@ -118,8 +118,8 @@ fn a_page_begins_with_what_became_of_the_joint() {
     let folder = TempDir::new().unwrap();
     let run = open(&folder, "worn", WORN);
     let summary = run.series(TableName::Summary).unwrap().unwrap();
-    let last = |column: &str| *numbers(&summary, column).unwrap().last().unwrap();
-    let html = Report::of(std::slice::from_ref(&run)).unwrap().html();
+    let last = |column: &str| *numeric_column(&summary, column).unwrap().last().unwrap();
+    let html = Report::new(std::slice::from_ref(&run)).unwrap().html();
     let headline = between(&html, "<p class=\"headline\">", "</p>");
     assert!(html.find("class=\"headline\"") < html.find("<nav"));
     // The volume with its bar, and the stiffness before and after.
@@ -133,7 +133,7 @@ fn a_page_begins_with_what_became_of_the_joint() {
         headline.starts_with(&lost),
         "{headline} does not begin with {lost}"
     );
-    let kn = numbers(&summary, "kn").unwrap();
+    let kn = numeric_column(&summary, "kn").unwrap();
     let [before, after] = [kn[0], last("kn")].map(|kn| three(kn / 1e6));
     let verb = if last("kn") > kn[0] { "rose" } else { "fell" };
     let stiffness = format!("ormal stiffness {verb} from {before} to {after}\u{a0}N/µm");
@@ -145,7 +145,7 @@ fn a_page_begins_with_what_became_of_the_joint() {
     let at = |id: &str| html.find(&format!("<section id=\"{id}\">")).unwrap();
     assert!(at("figures") < at("scene") && at("scene") < at("results"));
 
-    let pressed = Report::of(&[open(&folder, "pressed", STATIC)])
+    let pressed = Report::new(&[open(&folder, "pressed", STATIC)])
         .unwrap()
         .html();
     let headline = between(&pressed, "<p class=\"headline\">", "</p>");
@@ -158,10 +158,13 @@ fn the_headline_of_a_vibration_is_that_of_the_worn_state() {
     let folder = TempDir::new().unwrap();
     let run = open(&folder, "resonator", RESONATOR);
     let of = |k: u64, column: &str| {
-        let frame = run.at(k, TableName::WornResponse).unwrap().unwrap();
-        numbers(&frame, column).unwrap()[0]
+        let frame = run
+            .iteration_table(k, TableName::WornResponse)
+            .unwrap()
+            .unwrap();
+        numeric_column(&frame, column).unwrap()[0]
     };
-    let report = Report::of(std::slice::from_ref(&run)).unwrap();
+    let report = Report::new(std::slice::from_ref(&run)).unwrap();
     let html = report.html();
     let headline = between(&html, "<p class=\"headline\">", "</p>");
     for k in [0, run.latest()] {
@@ -193,10 +196,13 @@ fn a_joint_in_which_nothing_wore_says_so() {
     let run = open(&folder, "still", &still);
     let summary = run.series(TableName::Summary).unwrap().unwrap();
     assert_eq!(
-        *numbers(&summary, "wear_volume").unwrap().last().unwrap(),
+        *numeric_column(&summary, "wear_volume")
+            .unwrap()
+            .last()
+            .unwrap(),
         0.0
     );
-    let report = Report::of(std::slice::from_ref(&run)).unwrap();
+    let report = Report::new(std::slice::from_ref(&run)).unwrap();
     let html = report.html();
     let headline = between(&html, "<p class=\"headline\">", "</p>");
     let first = "After 400\u{202f}000 cycles nothing has worn. Under 300\u{a0}N ";
@@ -235,12 +241,12 @@ fn runs_side_by_side_have_one_unit() {
         .map(|(name, scene)| open(&folder, name, scene));
     let last = |run: &RunTables, column: &str| {
         let summary = run.series(TableName::Summary).unwrap().unwrap();
-        *numbers(&summary, column).unwrap().last().unwrap()
+        *numeric_column(&summary, column).unwrap().last().unwrap()
     };
     // Alone they would have other units.
     let [most, least] = [0, 1].map(|k| last(&runs[k], "dissipated_energy"));
     assert!(most >= 1e-3 && least < 1e-3, "{most} {least}");
-    let html = Report::of(&runs).unwrap().html();
+    let html = Report::new(&runs).unwrap().html();
     let headlines: Vec<&str> = html.split("<p class=\"headline\">").skip(1).collect();
     for headline in &headlines {
         let volume = between(headline, "has lost ", "±");
@@ -262,13 +268,13 @@ fn noise_is_said_as_what_it_is_below() {
     let round = STATIC.replace(surface, "\nkind = \"sphere\"\nradius = \"1 m\"\n");
     let run = open(&folder, "round", &round);
     let summary = run.series(TableName::Summary).unwrap().unwrap();
-    let moment = numbers(&summary, "moment_x").unwrap()[0];
+    let moment = numeric_column(&summary, "moment_x").unwrap()[0];
     assert!(
         moment != 0.0 && moment.abs() < 1e-9 * 300.0 * 4e-3,
         "{moment}"
     );
     let row = |run: RunTables| {
-        let html = Report::of(&[run]).unwrap().html();
+        let html = Report::new(&[run]).unwrap().html();
         between(&html, "<td>moment x</td>", "</tr>").to_owned()
     };
     let round = row(run);
@@ -287,7 +293,7 @@ fn several_runs_say_in_what_they_differ() {
         ("pressed", STATIC),
     ]
     .map(|(name, scene)| open(&folder, name, scene));
-    let page = |runs: &[RunTables]| Report::of(runs).unwrap().html();
+    let page = |runs: &[RunTables]| Report::new(runs).unwrap().html();
     let html = page(&runs);
     let section = between(&html, "<section id=\"differences\">", "</section>");
     assert!(html.find("id=\"differences\"") < html.find("id=\"figures\""));
@@ -354,8 +360,8 @@ fn drawings_are_whole() {
     let folder = TempDir::new().unwrap();
     let run = open(&folder, "worn", WORN);
     let states = run.iterations().len();
-    let html = Report::of(&[run]).unwrap().html();
-    let vibrating = Report::of(&[open(&folder, "resonator", RESONATOR)]).unwrap();
+    let html = Report::new(&[run]).unwrap().html();
+    let vibrating = Report::new(&[open(&folder, "resonator", RESONATOR)]).unwrap();
     let vibrating = vibrating.html();
     let mut bars = 0;
     for figure in ["wear-rate", "dissipation", "contact-area", "resonance"] {

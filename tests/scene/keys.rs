@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use fretwear::recipe::Part;
-use fretwear::scene::explain::{About, KeyAbout, explain, sections};
+use fretwear::scene::explain::{About, KeyDescription, explain, sections};
 use fretwear::scene::{Motion, Plan, Preset, Scene, SceneError};
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, replaced};
@@ -162,13 +162,13 @@ impl Scenes {
 }
 
 /// Every key but that of a file alone.
-fn keys() -> Vec<KeyAbout> {
+fn keys() -> Vec<KeyDescription> {
     let keys = sections().into_iter().flat_map(|section| section.keys);
     keys.filter(|key| key.key != "base").collect()
 }
 
 /// The example of a key as after `--set`.
-fn example(key: &KeyAbout) -> String {
+fn example(key: &KeyDescription) -> String {
     let value = key.example.split_once(" = ").expect("a line").1;
     format!("{}={value}", key.key)
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use fretwear::recipe::ElementStiffness;
 use fretwear::scene::{
-    Contact, Motion, PressedBy, Resonator, Scene, Stiffness, Structure, Surface, Transverse,
-    Update, Updates, Wear, load,
+    Contact, Motion, Pressing, Resonator, Scene, Stiffness, Structure, Surface, Transverse, Update,
+    Updates, Wear, load,
 };
 
 use super::Sections;
@@ -87,7 +87,7 @@ fn the_published_case() {
         panic!("{:?}", scene.the_contact().elements);
     };
     let of_no_structure = Contact {
-        pressed_by: PressedBy::Punch,
+        pressed_by: Pressing::Punch,
         elements: ElementStiffness::Contact {
             stiffness: Stiffness::Total,
             distribution,

@@ -95,7 +95,7 @@ fn presets_are_without_the_accuracy_of_the_scene() {
 fn knobs_are_those_of_the_scene() {
     let fretting = variants_of(&pipeline("prescribed_fretting.toml"), &[], &[]);
     let left: Vec<&str> = fretting
-        .left_out
+        .skipped
         .iter()
         .map(|left| left.what.as_str())
         .collect();
@@ -212,14 +212,14 @@ fn steps_of_a_history_are_varied_where_they_matter() {
         variants_of(&path, &[&history], &["steps_per_cycle"])
     };
     let few = made(12);
-    assert!(few.left_out.is_empty(), "{:?}", few.left_out);
+    assert!(few.skipped.is_empty(), "{:?}", few.skipped);
     assert!(
         names(&few)
             .iter()
             .any(|name| name.starts_with("steps_per_cycle"))
     );
     let many = made(200);
-    let reason = &many.left_out[0].reason;
+    let reason = &many.skipped[0].reason;
     assert!(reason.contains("more rows"), "{reason}");
 }
 

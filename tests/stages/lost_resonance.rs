@@ -22,7 +22,7 @@ fn a_run_does_not_go_on_at_another_resonance() {
     let (result, _) = Start::new(scene::load(&file, &[]).expect("a scene"), &root).run();
     let Err(RunError::Dynamics {
         wear_iteration,
-        source: DynamicsError::Lost { before, found },
+        source: DynamicsError::ResonanceLost { before, found },
     }) = result
     else {
         panic!("{:?}", result.err());

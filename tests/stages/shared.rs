@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fretwear::stages::Stage;
-use fretwear::store::{Cache, DraftEntry, RealFileSystem, StageKey};
+use fretwear::store::{Cache, RealFileSystem, StageKey, StoredResult};
 use fretwear::tables::{Provenance, Table, TableName, TypedTable, typed};
 
 use super::Start;
@@ -261,7 +261,7 @@ fn tables_that_do_not_fit_to_each_other_are_computed_again() {
     let key: StageKey = serde_json::from_value(keyed["key"].clone()).expect("a key");
     let cache = Cache::new(Arc::new(RealFileSystem), &bench.path("cache"));
     let names = TABLES.map(|name| TableName::from_name(name).expect("a table"));
-    let DraftEntry::Valid(whole) = cache.get(&names, &key).expect("readable") else {
+    let StoredResult::Valid(whole) = cache.get(&names, &key).expect("readable") else {
         panic!("it was put");
     };
     let provenance = Provenance {

@@ -3,7 +3,7 @@
 use super::{StageKey, quick, surface, wear_field};
 use crate::support::faulty::{Fault, FaultyFileSystem};
 use crate::support::flip;
-use fretwear::store::{Cache, DraftEntry, FileSystem};
+use fretwear::store::{Cache, FileSystem, StoredResult};
 use fretwear::tables::{Provenance, Table, TableName};
 use serde_json::json;
 use std::fs;
@@ -40,8 +40,8 @@ fn left(root: &Path) -> usize {
 /// The tables of a result; none where they are to be computed.
 fn found(cache: &Cache, tables: &[TableName], key: &StageKey) -> Option<Vec<Table>> {
     match cache.get(tables, key).expect("readable") {
-        DraftEntry::Valid(tables) => Some(tables),
-        DraftEntry::Stale(_) => None,
+        StoredResult::Valid(tables) => Some(tables),
+        StoredResult::Stale(_) => None,
     }
 }
 
@@ -159,8 +159,8 @@ fn an_entry_without_a_seal_is_a_miss_that_says_why() {
     let (before, _) = text.rsplit_once(",\n  \"seal\"").expect("a seal");
     fs::write(&path, format!("{before}\n}}\n")).expect("written");
     match cache.get(&TABLES, &key(1.0)).expect("readable") {
-        DraftEntry::Stale(why) => assert!(why.to_string().contains("surface.json"), "{why}"),
-        DraftEntry::Valid(_) => panic!("it has no seal"),
+        StoredResult::Stale(why) => assert!(why.to_string().contains("surface.json"), "{why}"),
+        StoredResult::Valid(_) => panic!("it has no seal"),
     }
     put(&cache, 1.0).expect("put");
     assert_eq!(found(&cache, &TABLES, &key(1.0)), Some(tables(1.0)));

@@ -133,7 +133,7 @@ fn damage_to_timing_is_told_and_steps_nowhere() {
     flip(&iteration(&root, 1).join("timing.parquet"), 50);
     let (store, opening) = open(quick(), &root).expect("a run");
     assert_eq!(opening.latest, Some(2));
-    assert_eq!(opening.mended.len(), 1);
+    assert_eq!(opening.repaired.len(), 1);
     assert!(opening.notices()[0].contains("timing.parquet"));
     // It is out of the commit and kept aside, so that the run is sound from then on.
     assert!(store.verify().expect("readable").is_sound());
@@ -143,7 +143,7 @@ fn damage_to_timing_is_told_and_steps_nowhere() {
     assert!(aside.is_file());
     drop(store);
     let (_, opening) = open(quick(), &root).expect("a run");
-    assert_eq!(opening.mended, []);
+    assert_eq!(opening.repaired, []);
     assert!(reader_of(&root).read(2, TableName::Timing).is_ok());
 }
 
@@ -181,7 +181,7 @@ fn a_flipped_bit_of_any_metadata_is_found_and_mended() {
         assert_eq!(hashes(&store), expected);
         assert!(store.verify().expect("readable").is_sound(), "{name}");
         if name == "run.json" {
-            assert_eq!(opening.mended.len(), 1);
+            assert_eq!(opening.repaired.len(), 1);
             assert!(opening.notices()[0].contains("run.json"));
         }
     }

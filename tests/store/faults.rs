@@ -41,7 +41,7 @@ fn sweep(faults: &[Fault], prune: bool, stride: usize) {
 
             let (mut store, opening) = open(quick(), &root).unwrap_or_else(|e| panic!("{at}: {e}"));
             assert_eq!(opening.set_aside, [], "{at}");
-            assert_eq!(opening.mended, [], "{at}");
+            assert_eq!(opening.repaired, [], "{at}");
             assert!(opening.latest >= seen.committed, "{at}: lost a commit");
             let report = store.verify().expect("readable");
             assert!(

@@ -79,14 +79,14 @@ fn why_a_table_is_computed_again_is_told() {
     let after = StageKey::new("surface", &[name], &json!({ "rq": 5e-6, "seed": 2 }), &[]);
     assert_eq!(
         store.once(name, &before).expect("readable"),
-        DraftEntry::Stale(Recompute::NotThere)
+        StoredResult::Stale(Recompute::Missing)
     );
     store.put_once(name, &before, &surface(5e-6)).expect("put");
     assert_eq!(
         store.once(name, &before).expect("readable"),
-        DraftEntry::Valid(surface(5e-6))
+        StoredResult::Valid(surface(5e-6))
     );
-    let DraftEntry::Stale(why) = store.once(name, &after).expect("readable") else {
+    let StoredResult::Stale(why) = store.once(name, &after).expect("readable") else {
         panic!("another key");
     };
     assert_eq!(
@@ -96,7 +96,7 @@ fn why_a_table_is_computed_again_is_told() {
     store.put_once(name, &after, &surface(1e-6)).expect("put");
     assert_eq!(
         store.once(name, &after).expect("readable"),
-        DraftEntry::Valid(surface(1e-6))
+        StoredResult::Valid(surface(1e-6))
     );
     assert_eq!(
         store.reader().read_once(name).expect("readable"),

@@ -320,7 +320,7 @@ fn a_table_that_is_written_again_is_not_lost_before_the_commit() {
     let mut draft = store.draft(0).expect("a draft");
     for (key, amplitude) in [(&first, 1e-6), (&later, 2e-6)] {
         let kept = draft.get(key).expect("readable");
-        assert_eq!(kept, DraftEntry::Valid(of(amplitude)));
+        assert_eq!(kept, StoredResult::Valid(of(amplitude)));
     }
     store.commit(draft).expect("a commit");
     let committed = store.read(0, TableName::Cycle).expect("a cycle");
@@ -351,7 +351,7 @@ fn a_draft_that_names_another_file_is_computed_again() {
     text.as_object_mut().expect("an object").remove("seal");
     fs::write(&path, text.to_string()).expect("written");
     let kept = draft.get(&key).expect("readable");
-    assert!(matches!(kept, DraftEntry::Stale(_)), "{kept:?}");
+    assert!(matches!(kept, StoredResult::Stale(_)), "{kept:?}");
 }
 
 #[test]
@@ -445,7 +445,7 @@ fn the_history_has_a_row_of_every_iteration_also_of_those_that_are_pruned() {
     assert!(reader.verify().expect("readable").is_sound());
     assert_eq!(reader.history().expect("readable").len(), 27);
     let (store, opening) = open(quick(), &root).expect("a run");
-    assert_eq!((opening.mended, opening.history_lost), (vec![], None));
+    assert_eq!((opening.repaired, opening.history_lost), (vec![], None));
     assert_eq!(store.reader().history().expect("whole").len(), 27);
 }
 

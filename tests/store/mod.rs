@@ -11,7 +11,7 @@ mod untrusted;
 
 use crate::support::faulty::FaultyFileSystem;
 use fretwear::store::{
-    DraftEntry, FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError,
+    FileSystem, Keep, Opening, RunIdentity, RunStore, StageKey, StoreError, StoredResult,
 };
 use fretwear::tables::{Table, TableName, Tables, TypedTable, typed};
 use serde_json::{Value, json};
@@ -134,11 +134,11 @@ fn run(
     seen: &mut Seen,
 ) -> Result<(), StoreError> {
     let surface_key = StageKey::new("surface", &[TableName::Surface], &json!({ "rq": rq }), &[]);
-    if let DraftEntry::Stale(_) = store.once(TableName::Surface, &surface_key)? {
+    if let StoredResult::Stale(_) = store.once(TableName::Surface, &surface_key)? {
         seen.computed.push("surface".to_owned());
         store.put_once(TableName::Surface, &surface_key, &surface(rq))?;
     }
-    let DraftEntry::Valid(heights) = store.once(TableName::Surface, &surface_key)? else {
+    let StoredResult::Valid(heights) = store.once(TableName::Surface, &surface_key)? else {
         panic!("the surface was just written");
     };
     let heights = heights.f64("height").expect("a column").to_vec();
@@ -164,10 +164,10 @@ fn run(
         );
         let one = |table: Table, name| Tables::from([(name, table)]);
         let amplitude = match draft.get(&cycle_key)? {
-            DraftEntry::Valid(kept) => kept[&TableName::Cycle]
+            StoredResult::Valid(kept) => kept[&TableName::Cycle]
                 .f64("displacement_x")
                 .expect("a column")[0],
-            DraftEntry::Stale(_) => {
+            StoredResult::Stale(_) => {
                 seen.computed.push(format!("cycle {k}"));
                 let amplitude = 3e-6 + k as f64 * 1e-9;
                 let tables = one(cycle(amplitude), TableName::Cycle);
@@ -177,7 +177,7 @@ fn run(
         };
         let of_wear = [TableName::WearField, TableName::WearStep];
         let wear_key = StageKey::new("wear", &of_wear, &json!({}), &[&cycle_key]);
-        if let DraftEntry::Stale(_) = draft.get(&wear_key)? {
+        if let StoredResult::Stale(_) = draft.get(&wear_key)? {
             seen.computed.push(format!("wear {k}"));
             let worn = wear_field(|c| {
                 let c = c as usize;

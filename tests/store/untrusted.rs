@@ -95,7 +95,7 @@ fn no_link_is_followed() {
             let refused = |error: StoreError| {
                 assert!(error.is_damage_or_mismatch(), "{name}: {error}");
                 assert!(
-                    matches!(&error, StoreError::NotPlain { path, found: EntryKind::Link, .. } if *path == at),
+                    matches!(&error, StoreError::UnexpectedEntryKind { path, found: EntryKind::Link, .. } if *path == at),
                     "{name}: {error}"
                 );
             };
@@ -224,7 +224,7 @@ fn what_is_no_file_is_not_read() {
         assert!(
             matches!(
                 &error,
-                StoreError::NotPlain {
+                StoreError::UnexpectedEntryKind {
                     found: EntryKind::Other,
                     ..
                 }
@@ -268,7 +268,7 @@ fn what_is_no_file_is_not_read() {
     let damage = report.expect("readable").metadata.remove(0);
     assert!(damage.to_string().contains("longer than"), "{damage}");
     let (_, opening) = start(&trap.root()).expect("mended");
-    assert_eq!(opening.mended.len(), 1);
+    assert_eq!(opening.repaired.len(), 1);
 }
 
 /// A lock holds the number of a process; a file with anything else is not emptied.
@@ -341,10 +341,14 @@ fn cells_outside_of_the_grid_are_damage() {
             .put(&key, &Tables::from([(TableName::WearField, field)]), &[])
             .expect("put");
         let again = draft.get(&key).expect("readable");
-        assert_eq!(matches!(again, DraftEntry::Valid(_)), is_sound, "{cell:?}");
+        assert_eq!(
+            matches!(again, StoredResult::Valid(_)),
+            is_sound,
+            "{cell:?}"
+        );
         store.commit(draft).expect("committed");
         let kept = store.once(TableName::Surface, &key).expect("readable");
-        assert_eq!(matches!(kept, DraftEntry::Valid(_)), is_sound, "{cell:?}");
+        assert_eq!(matches!(kept, StoredResult::Valid(_)), is_sound, "{cell:?}");
         let read = store.read(0, TableName::WearField);
         assert_eq!(read.is_ok(), is_sound, "{cell:?}");
         if let Err(error) = read {

@@ -297,7 +297,9 @@ fn what_makes_no_deck_is_refused() {
     let (open, tied) = (coarse(false), coarse(true));
     let springs = vec![[1e7, 1e7, f64::INFINITY]; open.contacts.len()];
     let name = |error: StructureError| match error {
-        StructureError::OutOfRange { name, .. } | StructureError::DoNotFit { name, .. } => name,
+        StructureError::OutOfRange { name, .. } | StructureError::Contradiction { name, .. } => {
+            name
+        }
         other => panic!("{other}"),
     };
     let refused = |mesh, springs, modes| name(Deck::new(mesh, springs, modes).unwrap_err());

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
-use fretwear::structure::matrices::{DOUBLE, Matrices, Triplets};
+use fretwear::structure::matrices::{DOUBLE_PRECISION, Matrices, Triplets};
 
 use super::only_matrices;
 
@@ -17,8 +17,8 @@ fn matrices(size: usize, stiffness: Vec<(u32, u32, f64)>, mass: Vec<(u32, u32, f
     let of = |entries| Triplets {
         size,
         entries,
-        is_half: true,
-        precision: DOUBLE,
+        is_triangle: true,
+        precision: DOUBLE_PRECISION,
     };
     only_matrices(of(stiffness), of(mass))
 }
@@ -122,7 +122,10 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
         matrix.as_mut().expect("both").size += 3;
     }
     let found = lowest(&matrices, &[false; 15], 4);
-    assert_eq!((found.empty, found.rows, found.is_steadied), (3, 12, false));
+    assert_eq!(
+        (found.empty, found.rows, found.is_stabilized),
+        (3, 12, false)
+    );
     // Two of them joined to each other, and to nothing else: a body without mass.
     let stiffness = matrices.stiffness.as_mut().expect("K");
     let before = stiffness.entries.len();
@@ -131,7 +134,7 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
         .extend([(12, 12, K), (13, 13, K), (13, 12, -K)]);
     let found = lowest(&matrices, &[false; 15], 4);
     assert_eq!(
-        (found.empty, found.rows, found.massless, found.is_steadied),
+        (found.empty, found.rows, found.massless, found.is_stabilized),
         (1, 14, 2, false)
     );
     assert_near(&found.elastic, |mode| free(12, mode));

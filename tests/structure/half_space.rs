@@ -21,7 +21,7 @@ fn from_afar_a_mesh_is_a_half_space() {
     /// Part of the displacement at the farthest node that the faces beyond a period may make.
     const BEYOND: f64 = 0.01;
     let reach = [18, 14];
-    let face = FaceCompliance::new(
+    let face = FaceCompliance::of_layered_half_space(
         STEEL,
         [a, b],
         &[1e-3; 4],
@@ -67,7 +67,7 @@ fn lengths_that_are_none_are_refused() {
         ([f64::NAN, 1e-3], vec![]),
         ([1e-3, f64::INFINITY], vec![]),
     ] {
-        let found = FaceCompliance::new(
+        let found = FaceCompliance::of_layered_half_space(
             STEEL,
             sides,
             &layers,
@@ -89,7 +89,7 @@ fn nearby_it_is_the_mesh() {
     let sides = [1.0e-3, 1.2e-3];
     let layer = 1.1e-3;
     let reach = [3, 3];
-    let face = FaceCompliance::new(
+    let face = FaceCompliance::of_layered_half_space(
         STEEL,
         sides,
         &[layer; 14],

@@ -7,13 +7,17 @@ use fretwear::linalg::{Matrix, SparseIndefinite, SparseSymmetric};
 use fretwear::material::{Elastic, Material};
 use fretwear::structure::assembly::System;
 use fretwear::structure::element::Formulation;
-use fretwear::structure::imported::{FacingNodes, ImportError, Imported, Options, UnitSystem};
-use fretwear::structure::inspection::{fixed, inner_nodes_note, mass_by_direction, suspicions};
+use fretwear::structure::imported::{
+    FacingNodes, ImportError, ImportedStructure, Options, UnitSystem,
+};
+use fretwear::structure::inspection::{
+    inner_nodes_note, mass_by_direction, model_warnings, parse_fixed_rows,
+};
 use fretwear::structure::interface::{InterfaceError, JointRequirements};
 use fretwear::structure::matrices::{Dof, Matrices, Triplets};
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::readers;
-use fretwear::structure::reduction::{ContactPorts, Reduced};
+use fretwear::structure::reduction::{ContactPorts, ReducedStructure};
 use fretwear::structure::resonator::Resonator;
 
 use super::only_matrices;
@@ -66,7 +70,7 @@ fn blocks() -> Blocks {
 fn entries(systems: &[&SparseSymmetric], worth: f64) -> Triplets {
     let size = systems.iter().map(|m| m.size()).sum();
     let mut triplets = Triplets::new(size);
-    triplets.is_half = true;
+    triplets.is_triangle = true;
     let mut first = 0;
     for matrix in systems {
         for column in 0..matrix.size() {
@@ -165,7 +169,7 @@ fn on_foot(
     facing: &FacingNodes,
     size: [f64; 2],
     elements: Option<[usize; 2]>,
-) -> Result<Imported, ImportError> {
+) -> Result<ImportedStructure, ImportError> {
     let options = Options {
         unit: UnitSystem::default(),
         fixed: Some("1-30"),
@@ -177,7 +181,7 @@ fn on_foot(
         points: &[],
         preload: None,
     };
-    Imported::new(read, &options)
+    ImportedStructure::new(read, &options)
 }
 
 fn import(
@@ -186,14 +190,14 @@ fn import(
     pairs: &[Pair],
     points: &[&str],
     change: impl FnOnce(&mut JointRequirements, &mut [f64; 2], &mut Option<[usize; 2]>),
-) -> Result<Imported, ImportError> {
+) -> Result<ImportedStructure, ImportError> {
     let layer = (CELLS[0] + 1) * (CELLS[1] + 1);
     let fixed = format!("1-{layer}");
     let facing = FacingNodes::Pairs(pairs.to_vec());
     let points: Vec<String> = points.iter().map(|p| (*p).to_owned()).collect();
     let (mut wanted, mut size, mut elements) = (JointRequirements::default(), SIZE, None);
     change(&mut wanted, &mut size, &mut elements);
-    Imported::new(
+    ImportedStructure::new(
         matrices,
         &Options {
             unit,
@@ -261,7 +265,7 @@ fn close(found: &Matrix, expected: &Matrix, tolerance: f64, what: &str) {
     }
 }
 
-fn receptance(reduced: &Reduced, omega: f64) -> Matrix {
+fn receptance(reduced: &ReducedStructure, omega: f64) -> Matrix {
     reduced.receptance(omega, 0.0).0
 }
 
@@ -527,7 +531,7 @@ fn resonator_from_matrices_is_the_resonator() {
         points: &[wall.join(", ")],
         preload: None,
     };
-    let imported = Imported::new(&matrices, &options).expect("a resonator");
+    let imported = ImportedStructure::new(&matrices, &options).expect("a resonator");
     let interface = imported.interface.as_ref().expect("a joint");
     assert_eq!(interface.array, geometry.contact_array());
     let layers = geometry.layers();
@@ -581,7 +585,7 @@ fn bonded_as_its_own_mesh(
             facing,
             ..options.clone()
         };
-        let imported = Imported::new(matrices, &options).expect("a resonator");
+        let imported = ImportedStructure::new(matrices, &options).expect("a resonator");
         assert!(imported.interface.is_none());
         let (found, _) = imported.reduce(14, ContactPorts::Nodes).expect("a model");
         assert_eq!(found.ports.contacts, 0);
@@ -596,7 +600,7 @@ fn bonded_as_its_own_mesh(
             fixed: Some(&held),
             ..options.clone()
         };
-        let supported = Imported::new(matrices, &supported).expect("a resonator");
+        let supported = ImportedStructure::new(matrices, &supported).expect("a resonator");
         assert_eq!(supported.rows, imported.rows - 3);
         // A node without a displacement is not bonded by halves.
         let mut lacking = matrices.clone();
@@ -604,12 +608,12 @@ fn bonded_as_its_own_mesh(
         let upper = matrices.sets["TOP"][0];
         let row = dofs.iter_mut().find(|dof| dof.node == upper);
         row.expect("a row").node = 999_999;
-        let refused = Imported::new(&lacking, &options);
+        let refused = ImportedStructure::new(&lacking, &options);
         assert!(
             matches!(refused, Err(ImportError::NoRow { .. })),
             "{refused:?}"
         );
-        let refused = Imported::new(&shifted, &options);
+        let refused = ImportedStructure::new(&shifted, &options);
         match facing {
             FacingNodes::Sets { .. } => {
                 assert!(matches!(refused, Err(ImportError::NotNodeForNode { .. })));
@@ -800,11 +804,11 @@ fn faces_that_do_not_meet_are_told() {
 #[test]
 fn suspicions_are_told() {
     let sound = matrices(&blocks(), UnitSystem::default(), STRAIGHT);
-    assert_eq!(suspicions(&sound), Vec::<String>::new());
+    assert_eq!(model_warnings(&sound), Vec::<String>::new());
     let told = |change: &dyn Fn(&mut Matrices)| {
         let mut changed = sound.clone();
         change(&mut changed);
-        suspicions(&changed).join("\n")
+        model_warnings(&changed).join("\n")
     };
     let nodes = sound.positions.len();
     let rows = 3 * (nodes as u32 - 7);
@@ -849,7 +853,7 @@ fn suspicions_are_told() {
         matrix.entries.extend((last - 3..last).map(|k| (k, k, 1.0)));
     }
     assert_eq!(mass_by_direction(&inner), before);
-    assert!(suspicions(&inner).is_empty());
+    assert!(model_warnings(&inner).is_empty());
     // A user may give the places of the first nodes alone, those of the joint: the others have mass all the same.
     let mut partial = sound.clone();
     partial.positions.retain(|node, _| *node <= 42);
@@ -907,7 +911,9 @@ fn what_is_missing_is_told_with_what_was_not_read() {
         set.ends_with("the files have none; job.inp beside it is not read: line 3"),
         "{set}"
     );
-    let fixed = fixed(&read, "CLAMP").expect_err("no set").to_string();
+    let fixed = parse_fixed_rows(&read, "CLAMP")
+        .expect_err("no set")
+        .to_string();
     assert!(
         fixed.ends_with("there are none; job.inp beside it is not read: line 3"),
         "{fixed}"
@@ -957,7 +963,8 @@ fn joints_that_do_not_fit_are_refused() {
     let (_, pairs) = foot_and_pairs(&blocks);
     let si = UnitSystem::default();
     let read = matrices(&blocks, si, STRAIGHT);
-    let told = |found: Result<Imported, ImportError>| found.expect_err("a fault").to_string();
+    let told =
+        |found: Result<ImportedStructure, ImportError>| found.expect_err("a fault").to_string();
     let has = |text: String, parts: &[&str]| {
         for part in parts {
             assert!(text.contains(part), "{text}\nhas no \"{part}\"");

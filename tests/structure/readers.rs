@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fretwear::linalg::Matrix;
 use fretwear::structure::frequencies::lowest_frequencies;
 use fretwear::structure::inspection::{
-    fixed, mass_by_direction, modal_rows, units, zero_diagonals,
+    mass_by_direction, modal_rows, parse_fixed_rows, units, zero_diagonals,
 };
 use fretwear::structure::matrices::{Matrices, Role, Triplets};
 use fretwear::structure::readers::{Input, parse, read};
@@ -48,7 +48,7 @@ fn dense(matrix: &Triplets) -> Matrix {
     let mut full = Matrix::zeros(matrix.size, matrix.size);
     for &(i, j, v) in &matrix.entries {
         full[(i as usize, j as usize)] += v;
-        if matrix.is_half && i != j {
+        if matrix.is_triangle && i != j {
             full[(j as usize, i as usize)] += v;
         }
     }
@@ -219,7 +219,7 @@ fn freedoms_of_the_mass_alone_are_joined_to_those_of_the_stiffness() {
 fn rows_are_held_by_set_node_direction_and_number() {
     let matrices = given(&["truss.sti"]);
     let held = |text: &str| -> Vec<usize> {
-        let (rows, _) = fixed(&matrices, text).unwrap_or_else(|error| panic!("{error}"));
+        let (rows, _) = parse_fixed_rows(&matrices, text).unwrap_or_else(|error| panic!("{error}"));
         rows.iter()
             .enumerate()
             .filter(|r| *r.1)
@@ -239,19 +239,25 @@ fn rows_are_held_by_set_node_direction_and_number() {
         ("7-", "7-"),
         ("boundary", "modal coordinates"),
     ] {
-        let said = fixed(&matrices, text).expect_err(text).to_string();
+        let said = parse_fixed_rows(&matrices, text)
+            .expect_err(text)
+            .to_string();
         assert!(said.contains(part), "{said}");
     }
     let without = given(&["coordinate_K.mtx"]);
     assert!(
-        fixed(&without, "1")
+        parse_fixed_rows(&without, "1")
             .expect_err("no nodes")
             .to_string()
             .contains("row:1-6")
     );
-    let found = lowest_frequencies(&matrices, &fixed(&matrices, "CLAMP").expect("rows").0, 3)
-        .expect("modes")
-        .expect("both");
+    let found = lowest_frequencies(
+        &matrices,
+        &parse_fixed_rows(&matrices, "CLAMP").expect("rows").0,
+        3,
+    )
+    .expect("modes")
+    .expect("both");
     assert_near(
         &found.elastic,
         &numbers(&expected()["clamped"])[..3],
@@ -289,7 +295,7 @@ fn modal_coordinates_and_penalties_are_known() {
     let found = lowest_frequencies(&matrices, &[false; 5], 3)
         .expect("modes")
         .expect("both");
-    assert_eq!((found.held, found.rows), (2, 3));
+    assert_eq!((found.penalty_fixed, found.rows), (2, 3));
     let right = [10.0_f64, 20.0, 30.0].map(|k| k.sqrt() / (2.0 * std::f64::consts::PI));
     assert_near(&found.elastic, &right, SAME, "penalty");
 }
@@ -308,7 +314,7 @@ fn likely_units_follow_from_the_speed_of_waves() {
                 .flat_map(|n| (0..3).map(move |a| (3 * n + a, 3 * n + a, diagonal)))
                 .chain((1..5_u32).map(|n| (3 * n, 3 * n - 3, off)))
                 .collect(),
-            is_half: true,
+            is_triangle: true,
             ..Triplets::new(15)
         };
         matrices.stiffness = Some(chain(2.0 * k, -k));

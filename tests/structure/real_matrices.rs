@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use fretwear::structure::frequencies::{Frequencies, lowest_frequencies};
-use fretwear::structure::inspection::{fixed, mass_by_direction, units};
+use fretwear::structure::inspection::{mass_by_direction, parse_fixed_rows, units};
 use fretwear::structure::matrices::Matrices;
 use fretwear::structure::readers::{Input, read};
 
@@ -28,7 +28,7 @@ fn modes(matrices: &Matrices, held: &str, count: usize) -> Frequencies {
     let is_fixed = if held.is_empty() {
         vec![false; matrices.size]
     } else {
-        fixed(matrices, held).expect(held).0
+        parse_fixed_rows(matrices, held).expect(held).0
     };
     lowest_frequencies(matrices, &is_fixed, count)
         .expect("modes")
@@ -133,7 +133,7 @@ fn calculix_blocks() {
         .for_each(|e| e.2 *= 1e3);
     assert!(units(&heavy).expect("a guess").likely.starts_with("none"));
     // The program has taken the set out: nothing is left to hold.
-    let (rows, notes) = fixed(&clamped, "FIX").expect("a set");
+    let (rows, notes) = parse_fixed_rows(&clamped, "FIX").expect("a set");
     assert!(!rows.contains(&true) && notes.len() == 1);
     assert_eq!((incompatible.size, incompatible.nodes()), (189, 63));
 }

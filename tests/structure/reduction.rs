@@ -8,7 +8,7 @@ use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::modes::ModeOptions;
-use fretwear::structure::reduction::{ContactPorts, Ports, Reduced, reduce};
+use fretwear::structure::reduction::{ContactPorts, Ports, ReducedStructure, reduce};
 use fretwear::structure::resonator::{FacingFaces, Resonator};
 
 /// A resonator of the same proportions with few cells.
@@ -65,7 +65,7 @@ pub fn direct(system: &System, ports: &Ports, omega: f64, columns: &[usize]) -> 
     })
 }
 
-/// ‖found − expected‖ over some rows and some of the named columns, in the Frobenius norm, relative; `found` has all columns,
+/// ‖found − expected‖ over some rows and some of the named columns, in the Frobenius norm, relative; `step_displacements` has all columns,
 /// `expected` those named.
 fn error(
     found: &Matrix,
@@ -85,7 +85,7 @@ fn error(
 }
 
 /// The receptance with only some of its terms.
-fn partly(reduced: &Reduced, omega: f64, residual: bool, slope: bool) -> Matrix {
+fn partly(reduced: &ReducedStructure, omega: f64, residual: bool, slope: bool) -> Matrix {
     let mut receptance = reduced.receptance(omega, 0.0).0;
     if !residual {
         receptance.add(-1.0, &reduced.residual);
@@ -315,7 +315,10 @@ fn a_port_beyond_the_mesh_is_refused() {
     };
     let found = reduce(&system, ports, &ModeOptions::new(3)).err();
     assert!(
-        matches!(found, Some(StructureError::NoSuch { what: "node", .. })),
+        matches!(
+            found,
+            Some(StructureError::DoesNotExist { what: "node", .. })
+        ),
         "{found:?}"
     );
 }

@@ -135,7 +135,8 @@ fn numbers_that_make_no_resonator_are_refused() {
         change(&mut resonator);
         match resonator.mesh().err() {
             Some(
-                StructureError::OutOfRange { name, .. } | StructureError::DoNotFit { name, .. },
+                StructureError::OutOfRange { name, .. }
+                | StructureError::Contradiction { name, .. },
             ) => name,
             other => panic!("{other:?}"),
         }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use fretwear::material::{Elastic, Material};
 use fretwear::structure::frequencies::lowest_frequencies;
-use fretwear::structure::inspection::suspicions;
+use fretwear::structure::inspection::model_warnings;
 use fretwear::structure::matrices::Matrices;
 use fretwear::structure::readers::{self, Input};
 use fretwear::structure::solids::{NAMES, Solid};
@@ -614,7 +614,7 @@ fn a_body_that_does_not_turn_is_doubted() {
     let free = free[0].to_owned();
     let sound = readers::parse("deck.inp".as_ref(), free.as_bytes(), None).expect("a deck");
     let doubts = |matrices: &Matrices| {
-        let all = suspicions(matrices);
+        let all = model_warnings(matrices);
         all.iter()
             .filter(|text| text.contains("resists a rotation"))
             .count()

@@ -2,7 +2,7 @@
 
 use fretwear::linalg::Matrix;
 use fretwear::structure::StructureError;
-use fretwear::structure::reduction::{Ports, Reduced};
+use fretwear::structure::reduction::{Ports, ReducedStructure};
 use fretwear::structure::statics::PortForce;
 
 const COUNTS: [usize; 2] = [5, 4];
@@ -25,7 +25,7 @@ type Motion = fn([f64; 2]) -> [f64; 3];
 
 /// A structure with these rigid motions of its upper body; the lower one stands. Its only point is on the upper body at [`AT`]. Its flexibility along the normal
 /// is that of springs by area and of a plane on softer springs.
-fn structure(motions: &[Motion], soft: f64) -> Reduced {
+fn structure(motions: &[Motion], soft: f64) -> ReducedStructure {
     let centres = centres();
     let ports = 3 * centres.len() + 3;
     let place = |port: usize| centres.get(port / 3).copied().unwrap_or(AT);
@@ -40,7 +40,7 @@ fn structure(motions: &[Motion], soft: f64) -> Reduced {
         let near = 1e-9 * (-((p[0] - q[0]) / 2e-3).powi(2) - ((p[1] - q[1]) / 3e-3).powi(2)).exp();
         near + soft * (1.0 + 4e4 * p[0] * q[0] + 9e4 * p[1] * q[1] + 50.0 * (p[0] + q[0]))
     });
-    Reduced {
+    ReducedStructure {
         ports: Ports {
             combinations: vec![Vec::new(); ports],
             contacts: centres.len(),
@@ -56,7 +56,7 @@ fn structure(motions: &[Motion], soft: f64) -> Reduced {
         mass: MASS,
         mode_residual: 0.0,
         factor_entries: 0,
-        checked: None,
+        reference: None,
     }
 }
 
@@ -69,7 +69,7 @@ const ABOUT_Z: Motion = |[x, y]| [-60.0 * y, 60.0 * x, 0.0];
 const HINGED: Motion = |[x, _]| [0.0, 0.0, 90.0 * (x + 20e-3)];
 
 /// A force on the point that presses the upper body down.
-fn pressing(reduced: &Reduced) -> Vec<PortForce> {
+fn pressing(reduced: &ReducedStructure) -> Vec<PortForce> {
     vec![(reduced.ports.of_point("top", 2).expect("a point"), -LOAD)]
 }
 
@@ -88,10 +88,10 @@ fn a_free_body_leaves_its_load_and_moments_to_the_pressure() {
     let found = reduced.statics(&centres(), &[pressing(&reduced), on_faces()], false);
     let found = found.expect("statics");
     assert_eq!(
-        found.motions,
+        found.free_motions,
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     );
-    assert!(found.held.is_empty());
+    assert!(found.supported_motions.is_empty());
     // Load, Σ p y and −Σ p x.
     let expected = [LOAD, LOAD * AT[1], -LOAD * AT[0]];
     for (r, e) in found.loads[0].resultants.iter().zip(expected) {
@@ -111,16 +111,22 @@ fn a_free_body_leaves_its_load_and_moments_to_the_pressure() {
 fn a_hinged_body_is_free_about_its_hinge_alone() {
     // A stiff hinge is a part of the flexibility; only a soft one is told apart.
     let [stiff, reduced] = [0.0, 1e-3].map(|soft| structure(&[HINGED], soft));
-    let of = |reduced: &Reduced| {
+    let of = |reduced: &ReducedStructure| {
         let loads = [pressing(reduced)];
         reduced.statics(&centres(), &loads, false).expect("statics")
     };
     let found = of(&stiff);
-    assert_eq!((found.motions.len(), found.held.len()), (1, 0));
-    assert_eq!(found.stiff, found.flexibility);
+    assert_eq!(
+        (found.free_motions.len(), found.supported_motions.len()),
+        (1, 0)
+    );
+    assert_eq!(found.remaining_flexibility, found.flexibility);
     let found = of(&reduced);
-    assert_eq!((found.motions.len(), found.held.len()), (1, 2));
-    let [approach, x, y] = found.motions[0];
+    assert_eq!(
+        (found.free_motions.len(), found.supported_motions.len()),
+        (1, 2)
+    );
+    let [approach, x, y] = found.free_motions[0];
     assert!((approach / -y - 20e-3).abs() < 1e-9 && x.abs() < 1e-9);
     // The moment about the hinge, in the measure of the motion.
     let moment = LOAD * (AT[0] + 20e-3) * -y;
@@ -128,10 +134,13 @@ fn a_hinged_body_is_free_about_its_hinge_alone() {
     // With the load that of the pressure, it may come closer too, and its own resultant stays.
     let loads = [on_faces()];
     let found = reduced.statics(&centres(), &loads, true).expect("statics");
-    assert_eq!((found.motions.len(), found.held.len()), (2, 1));
+    assert_eq!(
+        (found.free_motions.len(), found.supported_motions.len()),
+        (2, 1)
+    );
     let all: f64 = on_faces().iter().map(|(_, f)| -f).sum();
     let centres = centres();
-    for (motion, resultant) in found.motions.iter().zip(&found.loads[0].resultants) {
+    for (motion, resultant) in found.free_motions.iter().zip(&found.loads[0].resultants) {
         let moved = |[x, y]: [f64; 2]| motion[0] + motion[1] * y - motion[2] * x;
         let expected: f64 = on_faces()
             .iter()
@@ -153,21 +162,27 @@ fn softness_of_held_bodies_is_told_apart() {
         let found = reduced
             .statics(&centres(), &[pressing(&reduced)], false)
             .expect("statics");
-        assert_eq!((found.motions.len(), found.held.len()), (0, 3));
+        assert_eq!(
+            (found.free_motions.len(), found.supported_motions.len()),
+            (0, 3)
+        );
         let centres = centres();
         let field = |e: usize, k: usize| [1.0, centres[e][1], -centres[e][0]][k];
         for e in 0..centres.len() {
             for f in 0..centres.len() {
                 let pairs = (0..9).map(|n| (n / 3, n % 3));
                 let held: f64 = pairs
-                    .map(|(k, m)| field(e, k) * found.held_compliance[3 * k + m] * field(f, m))
+                    .map(|(k, m)| field(e, k) * found.supported_compliance[3 * k + m] * field(f, m))
                     .sum();
-                let whole = found.stiff[(e, f)] + held;
+                let whole = found.remaining_flexibility[(e, f)] + held;
                 let expected = found.flexibility[(e, f)];
                 assert!((whole - expected).abs() < 1e-12 * (soft + 1e-9), "{e} {f}");
             }
         }
-        let (values, _) = found.stiff.symmetric_eigen().expect("eigenvalues");
+        let (values, _) = found
+            .remaining_flexibility
+            .symmetric_eigen()
+            .expect("eigenvalues");
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         assert!(largest < 2e-8, "{soft}: {largest}");
         assert!(
@@ -175,11 +190,14 @@ fn softness_of_held_bodies_is_told_apart() {
             "{soft}: {values:?}"
         );
         if let Some(before) = &stiff {
-            let pairs = before.as_slice().iter().zip(found.stiff.as_slice());
+            let pairs = before
+                .as_slice()
+                .iter()
+                .zip(found.remaining_flexibility.as_slice());
             let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(off < 1e-3 * 1e-9 + 1e-9 * soft, "{soft}: {off}");
         }
-        stiff = Some(found.stiff);
+        stiff = Some(found.remaining_flexibility);
     }
 }
 
@@ -189,7 +207,7 @@ fn loads_that_nothing_bears_and_faces_of_three_bodies_are_refused() {
     let sideways = vec![(reduced.ports.of_point("top", 0).expect("a point"), 5.0)];
     let found = reduced.statics(&centres(), &[pressing(&reduced), sideways], false);
     assert!(
-        matches!(found, Err(StructureError::Unborne { load: 1, .. })),
+        matches!(found, Err(StructureError::UnbalancedLoad { load: 1, .. })),
         "{found:?}"
     );
     // Half of a face goes its own way.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use fretwear::dynamics::reduced::reduction_error;
 use fretwear::linalg::Matrix;
 use fretwear::structure::modes::ModeOptions;
-use fretwear::structure::reduction::{Reduced, reduce};
+use fretwear::structure::reduction::{ReducedStructure, reduce};
 use fretwear::structure::superelement::Superelement;
 
 use super::reduction::{coarse, direct};
@@ -16,7 +16,7 @@ const OFF: f64 = 1e-3;
 const RIGHT: f64 = 1e-3;
 const AT_REAL: f64 = 10.0;
 
-fn reduced(modes: usize) -> Reduced {
+fn reduced(modes: usize) -> ReducedStructure {
     let (system, ports) = coarse();
     reduce(&system, ports, &ModeOptions::new(modes)).expect("a structure")
 }
@@ -43,7 +43,7 @@ fn a_superelement_answers_at_its_ports_as_the_structure_does() {
     let reduced = reduced(30);
     let ports = reduced.ports.len();
     let superelement = Superelement::new(&reduced).expect("matrices");
-    let checked = reduced.checked.as_ref().expect("a check");
+    let checked = reduced.reference.as_ref().expect("a check");
     let found = flexibility(&superelement, checked.shift, ports);
     let off = off(&found, &checked.flexibility);
     assert!(off < OFF, "{off:e}");
@@ -71,7 +71,7 @@ fn a_reduction_knows_its_error() {
         let error = reduction_error(&reduced)
             .expect("a model")
             .expect("a check");
-        let checked = reduced.checked.as_ref().expect("a check").frequency();
+        let checked = reduced.reference.as_ref().expect("a check").frequency();
         let right = checked * (RIGHT / error).sqrt();
         assert!(
             right > 1.2 * before,

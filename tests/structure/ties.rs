@@ -41,7 +41,7 @@ fn roots(mut read: Matrices, count: usize) -> Vec<f64> {
 
 /// uᵀAu, and the sum of its absolute parts.
 fn form(matrix: &Triplets, u: &[f64]) -> (f64, f64) {
-    assert!(matrix.is_half);
+    assert!(matrix.is_triangle);
     let (mut sum, mut parts) = (0.0, 0.0);
     for &(i, j, value) in &matrix.entries {
         let times = if i == j { 1.0 } else { 2.0 };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use fretwear::recipe::UpdateCriterion;
 use fretwear::scene::{self, Plan};
-use fretwear::study::{JOINTS, Law, OTHERS};
+use fretwear::study::{JOINT_SCENES, LAW_INDEPENDENT_SCENES, Law};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/study")
@@ -23,9 +23,9 @@ fn they_are_all_that_is_in_the_folder() {
         })
         .collect();
     found.sort();
-    let mut shipped: Vec<String> = JOINTS
+    let mut shipped: Vec<String> = JOINT_SCENES
         .iter()
-        .chain(&OTHERS)
+        .chain(&LAW_INDEPENDENT_SCENES)
         .map(|(name, _)| format!("{name}.toml"))
         .collect();
     shipped.extend(["joint.toml", "joint_sliders.toml"].map(str::to_owned));
@@ -48,7 +48,7 @@ fn they_are_in_the_papers_setting() {
                 && text.contains("update = \"never\"")
         );
     }
-    for (name, _) in JOINTS {
+    for (name, _) in JOINT_SCENES {
         let scene = scene::load(&folder().join(format!("{name}.toml")), &[]).expect("a scene");
         let plan = Plan::of(&scene).expect("a plan");
         let elements = plan.inputs.recipe.elements().expect("contact elements");
@@ -60,7 +60,7 @@ fn they_are_in_the_papers_setting() {
         let wear = plan.inputs.recipe.wear.as_ref().expect("wear");
         assert_eq!(wear.scheme.is_explicit(), name == "explicit", "{name}");
     }
-    for (name, _) in OTHERS {
+    for (name, _) in LAW_INDEPENDENT_SCENES {
         let scene = scene::load(&folder().join(format!("{name}.toml")), &[]).expect("a scene");
         let plan = Plan::of(&scene).expect("a plan");
         let heights = &plan.inputs.recipe.surface().expect("a surface").heights;

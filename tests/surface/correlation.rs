@@ -19,7 +19,7 @@ fn the_autocorrelation_is_the_naive_mean_of_products() {
             let (p, q) = (i as isize + a, j as isize + b);
             if (0..13).contains(&p) && (0..10).contains(&q) {
                 let other = grid.index(p as usize, q as usize);
-                if patch.kept[index] && patch.kept[other] {
+                if patch.is_in_joint[index] && patch.is_in_joint[other] {
                     sum += (heights[index] - about.mean) * (heights[other] - about.mean);
                     pairs += 1.0;
                 }

@@ -50,7 +50,7 @@ fn rq_and_mean_are_exact_over_the_kept_cells() {
             let found = roughness(&patch, &heights).unwrap();
             assert!((found.rq / RQ - 1.0).abs() < ROUNDING, "{found:?}");
             assert!((found.mean / RQ).abs() < ROUNDING, "{found:?}");
-            let outside = heights.iter().zip(&patch.kept).filter(|(_, k)| !**k);
+            let outside = heights.iter().zip(&patch.is_in_joint).filter(|(_, k)| !**k);
             assert!(outside.clone().all(|(h, _)| *h == 0.0));
         }
     }
@@ -364,7 +364,7 @@ fn doubtful_lengths_are_warned_of_and_senseless_ones_refused() {
         Err(SurfaceError::OutOfRange { name: "rq", .. })
     ));
     let mut one = patch.clone();
-    one.kept = (0..one.grid.len()).map(|k| k == 5).collect();
+    one.is_in_joint = (0..one.grid.len()).map(|k| k == 5).collect();
     assert!(matches!(
         random(&one, &gaussian(1)),
         Err(SurfaceError::TooFewCells { kept: 1, .. })

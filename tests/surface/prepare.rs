@@ -46,7 +46,7 @@ fn a_map_of_the_same_shape_is_used_as_it_is() {
         let found = onto_joint(&map, &patch, AS_IT_IS).unwrap();
         assert_eq!(found.notices, []);
         assert_eq!(found.patch, patch);
-        for ((h, expected), kept) in found.heights.iter().zip(&heights).zip(&patch.kept) {
+        for ((h, expected), kept) in found.heights.iter().zip(&heights).zip(&patch.is_in_joint) {
             assert_eq!(*h, if *kept { *expected } else { 0.0 }, "bit by bit");
         }
     }
@@ -195,13 +195,16 @@ fn holes_are_masked_out_of_the_joint() {
     )
     .unwrap();
     for (index, h) in heights.iter().enumerate() {
-        assert_eq!(found.patch.kept[index], patch.kept[index] && !h.is_nan());
-        assert!(found.patch.kept[index] || found.heights[index] == 0.0);
+        assert_eq!(
+            found.patch.is_in_joint[index],
+            patch.is_in_joint[index] && !h.is_nan()
+        );
+        assert!(found.patch.is_in_joint[index] || found.heights[index] == 0.0);
     }
     let cells = patch.cells() - found.patch.cells();
     let within = heights
         .iter()
-        .zip(&patch.kept)
+        .zip(&patch.is_in_joint)
         .filter(|(h, k)| **k && h.is_nan())
         .count();
     assert_eq!(
@@ -222,7 +225,7 @@ fn holes_are_masked_out_of_the_joint() {
     let lost = patch.cells() - found.patch.cells();
     assert!(lost.abs_diff(cells) < 15, "{lost} {cells}");
     for (index, expected) in field(&patch.grid, plane).iter().enumerate() {
-        if found.patch.kept[index] {
+        if found.patch.is_in_joint[index] {
             assert!((found.heights[index] - expected).abs() < 1e-10 * 1e-4);
         }
     }
@@ -312,7 +315,7 @@ fn what_cannot_be_prepared() {
     // Measured in the bolt hole only.
     let inside: Vec<f64> = good
         .iter()
-        .zip(&patch.kept)
+        .zip(&patch.is_in_joint)
         .map(|(h, k)| if *k { f64::NAN } else { *h })
         .collect();
     let error = onto_joint(&map(&patch.grid, inside), &patch, AS_IT_IS).unwrap_err();
@@ -478,7 +481,7 @@ fn two_faces_are_added_outwards() {
     let mut holed = second.clone();
     holed.heights[5 * 10 + 4] = f64::NAN;
     let found = place(&first, [0.0; 2]).composite(place(&holed, [0.0; 2]));
-    assert!(!found.patch.kept[patch.grid.index(3, 3)]);
+    assert!(!found.patch.is_in_joint[patch.grid.index(3, 3)]);
     assert_eq!(found.patch.cells(), 12 * 8 - 1);
     assert!(found.notices[0].to_string().starts_with("second face: "));
 }

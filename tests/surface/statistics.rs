@@ -122,7 +122,7 @@ fn a_flat_surface_has_no_shape_and_no_nan() {
 #[test]
 fn cells_outside_the_joint_do_not_count_but_bad_ones_inside_are_named() {
     let patch = bored([16, 10]);
-    let hole = patch.kept.iter().position(|k| !k).unwrap();
+    let hole = patch.is_in_joint.iter().position(|k| !k).unwrap();
     let mut heights = field(&patch.grid, |x, y| x - 2.0 * y);
     let before = roughness(&patch, &heights).unwrap();
     heights[hole] = f64::NAN;
@@ -145,7 +145,7 @@ fn cells_outside_the_joint_do_not_count_but_bad_ones_inside_are_named() {
     );
     let nothing = Patch {
         grid: patch.grid,
-        kept: vec![false; 160],
+        is_in_joint: vec![false; 160],
     };
     assert!(matches!(
         roughness(&nothing, &heights),
@@ -162,7 +162,7 @@ fn the_histogram_counts_every_kept_cell_once() {
     assert_eq!(found.counts.iter().sum::<usize>(), patch.cells());
     let third = heights
         .iter()
-        .zip(&patch.kept)
+        .zip(&patch.is_in_joint)
         .filter(|(h, k)| **k && **h >= found.edges[2] && **h < found.edges[3]);
     assert_eq!(found.counts[2], third.count());
     let flat = histogram(&patch, &vec![1.0; 600], 3).unwrap();

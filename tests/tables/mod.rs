@@ -4,8 +4,8 @@ use arrow_array::{Float64Array, RecordBatch};
 use arrow_schema::{DataType, Field};
 use bytes::Bytes;
 use fretwear::tables::{
-    Column, ColumnType, METADATA_KEY, Place, Provenance, Schema, Table, TableBuilder, TableError,
-    TableName, from_parquet, provenance_of, to_parquet,
+    Column, ColumnType, METADATA_KEY, Provenance, Schema, Table, TableBuilder, TableError,
+    TableLocation, TableName, from_parquet, provenance_of, to_parquet,
 };
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
@@ -126,7 +126,7 @@ fn the_columns_of_a_history_have_names_of_their_own() {
     let mut names = std::collections::BTreeSet::from(own.map(str::to_owned));
     for table in TableName::ALL {
         let schema = table.schema();
-        if schema.place != Place::Iteration || schema.rows != Some(1) {
+        if schema.place != TableLocation::Iteration || schema.rows != Some(1) {
             continue;
         }
         for column in &schema.columns {
@@ -169,7 +169,7 @@ fn every_file_says_its_units_and_one_beside_runs_what_its_columns_mean() {
             let entry = &entry["columns"][&column.name];
             assert_eq!(entry["unit"], column.unit, "{name}");
             // A run says it once, in its `schemas.json`.
-            let beside = table.schema().place == Place::Beside;
+            let beside = table.schema().place == TableLocation::Beside;
             for (key, expected) in [
                 ("dimension", &column.dimension),
                 ("description", &column.description),
@@ -281,8 +281,8 @@ fn optional_columns_may_be_left_out_and_others_may_not() {
         .column("pressure", vec![0.0, 2e6, 0.0])
         .column("i", i)
         .column("j", j)
-        .maybe("shear_x", Some(vec![0.0, 1e5, 0.0]))
-        .maybe("shear_y", None::<Vec<f64>>)
+        .optional_column("shear_x", Some(vec![0.0, 1e5, 0.0]))
+        .optional_column("shear_y", None::<Vec<f64>>)
         .column("gap", vec![1e-6, 0.0, 2e-6])
         .build()
         .expect("required columns are there");

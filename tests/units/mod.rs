@@ -227,8 +227,8 @@ fn faults() {
 fn bare_numbers_are_pure_numbers_only() {
     assert_eq!(from_number(0.6, D::NONE), Ok(0.6));
     let problem = |number, dimension| from_number(number, dimension).map_err(|e| e.problem);
-    assert_eq!(problem(30.0, D::FORCE), Err(UnitProblem::NoUnit));
-    assert_eq!(problem(90.0, D::ANGLE), Err(UnitProblem::NoUnit));
+    assert_eq!(problem(30.0, D::FORCE), Err(UnitProblem::MissingUnit));
+    assert_eq!(problem(90.0, D::ANGLE), Err(UnitProblem::MissingUnit));
     assert_eq!(problem(f64::NAN, D::NONE), Err(UnitProblem::NotFinite));
     assert_eq!(
         problem(f64::INFINITY, D::FORCE),
@@ -250,9 +250,9 @@ fn a_unit_alone() {
     assert_eq!(parse_unit("25.4 mm", D::LENGTH), Ok(0.0254));
     assert_eq!(parse_unit("175.1268 kg", D::MASS), Ok(175.1268));
     for (text, problem) in [
-        ("0 mm", UnitProblem::NoWorth),
-        ("-1 mm", UnitProblem::NoWorth),
-        ("1e-3", UnitProblem::NoUnit),
+        ("0 mm", UnitProblem::NotPositive),
+        ("-1 mm", UnitProblem::NotPositive),
+        ("1e-3", UnitProblem::MissingUnit),
     ] {
         assert_eq!(
             parse_unit(text, D::LENGTH).expect_err("a fault").problem,

@@ -52,7 +52,7 @@ fn the_difference_of_the_coarse_trajectory_is_above_the_error_of_the_own_one() {
     let [own, coarse] = own_and_coarse(&mut joint, steps);
     assert_eq!(joint.motion, motion, "the motion is given back");
     let error = difference_l1(&own.wear, &truth.wear);
-    let of = TrajectoryDifference::of(&own, &coarse, &joint.patch, 1e-3);
+    let of = TrajectoryDifference::between(&own, &coarse, &joint.patch, 1e-3);
     let difference = of.field / joint.volume(&own.wear);
     println!("error {error:.2e}, difference {difference:.2e}: {of:?}");
     assert!(
@@ -85,7 +85,7 @@ fn differences_are_those_of_the_figures() {
     let own = state(&[0.0, 1.0, 4.0, 3.0, 1.0], &[0.0, 10.0, 2.2, 1.9, 0.5], 8.0);
     let coarse = state(&[0.0, 1.5, 1.0, 3.0, 2.5], &[0.0, 9.0, 2.0, 1.7, 0.5], 10.0);
     let patch = Patch::full(Grid::over([2.0, 5.0], [1, 5]));
-    let of = TrajectoryDifference::of(&own, &coarse, &patch, 0.2);
+    let of = TrajectoryDifference::between(&own, &coarse, &patch, 0.2);
     // RunTrajectory less coarse: −0.5, 3, 0, −1.5.
     assert_eq!((of.volume, of.field), (2.0, 10.0));
     // Two are loaded, above 2; one and a half times their difference takes the one of 2.2 below it, and the one of 1.9 above.
@@ -96,13 +96,13 @@ fn differences_are_those_of_the_figures() {
     // The mean depth of what wears is 2.25: only the third cell is off by more and by half.
     assert_eq!(of.undecided, 1);
     assert_eq!(
-        TrajectoryDifference::of(&own, &own, &patch, 0.2),
+        TrajectoryDifference::between(&own, &own, &patch, 0.2),
         TrajectoryDifference::default(),
         "of two that are alike"
     );
     let unworn = state(&[0.0; 5], &[0.0; 5], 0.0);
     assert_eq!(
-        TrajectoryDifference::of(&unworn, &unworn, &patch, 0.2),
+        TrajectoryDifference::between(&unworn, &unworn, &patch, 0.2),
         TrajectoryDifference::default()
     );
 }

@@ -15,7 +15,7 @@ const MOST: usize = 9;
 fn land(begin: f64, cycles: u64, reached: impl Fn(u64) -> f64) -> Vec<u64> {
     let mut landing = EventSearch::new(begin, TOLERANCE);
     let mut lengths = vec![cycles];
-    while let Some(next) = landing.next(
+    while let Some(next) = landing.next_length(
         lengths[lengths.len() - 1],
         reached(lengths[lengths.len() - 1]),
     ) {

@@ -17,7 +17,7 @@ fn motion(share: f64, order: f64) -> Motion {
         normal_load: load.collect(),
         drive: vec![Channel::Displacement(time.iter().map(wave(1.0)).collect())],
         time,
-        ..Motion::none(1.0)
+        ..Motion::at_rest(1.0)
     }
 }
 

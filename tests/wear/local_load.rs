@@ -19,7 +19,7 @@ const REACH: f64 = 4e-7;
 
 /// Nodes of 3 x 2 boxes that move along x by `reach` and more towards +y, and come closer at +x as they move that way, by `approach` at the edge.
 fn motion(approach: f64, samples: usize) -> Motion {
-    let at_rest = joint(Motion::none(LOAD), March::Reversal);
+    let at_rest = joint(Motion::at_rest(LOAD), March::Reversal);
     let counts = [3, 2];
     let interpolation = Arc::new(Interpolation::new(at_rest.patch.grid, counts));
     let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
@@ -41,9 +41,9 @@ fn motion(approach: f64, samples: usize) -> Motion {
             0.0 => Vec::new(),
             _ => nodes(&|x, _| approach * x),
         },
-        work: Vec::new(),
-        work_part: 1.0,
-        force_part: 1.0,
+        work_ratio: Vec::new(),
+        total_work_ratio: 1.0,
+        force_ratio: 1.0,
         direction: nodes(&|_, y| REACH * (1.0 + 0.3 * y)).swap_remove(0),
         interpolation: interpolation.clone(),
     };
@@ -52,9 +52,9 @@ fn motion(approach: f64, samples: usize) -> Motion {
             time.iter().map(|t| REACH * wave(t)).collect(),
         )],
         normal_load: vec![LOAD; samples],
-        own: Some(own),
+        nodal_motion: Some(own),
         time,
-        ..Motion::none(LOAD)
+        ..Motion::at_rest(LOAD)
     }
 }
 
@@ -83,7 +83,7 @@ fn places_that_come_closer_alike_share_the_load_of_the_joint() {
     const APPROACH: f64 = 1e-7;
     let mut by_place = motion(0.0, SAMPLES);
     let wave: Vec<f64> = by_place.time.iter().map(|t| (TAU * t).cos()).collect();
-    let own = by_place.own.as_mut().expect("own motion");
+    let own = by_place.nodal_motion.as_mut().expect("own motion");
     let nodes = own.interpolation.nodes();
     own.approach = wave.iter().map(|w| vec![APPROACH * w; nodes]).collect();
     let mut joint = joint(motion(0.0, SAMPLES), March::Stepped);
@@ -123,21 +123,22 @@ fn parts_of_the_work_count_where_they_are() {
     let ends = || motion(0.0, SAMPLES).reversals(0.01, 0.0).expect("straight");
     let whole = cycle(&mut joint(ends(), March::Reversal));
     let mut in_part = ends();
-    let own = in_part.own.as_mut().expect("own motion");
+    let own = in_part.nodal_motion.as_mut().expect("own motion");
     // Larger towards +x, by the number of the node along it.
     let width = 3;
-    own.work = (0..own.interpolation.nodes())
+    own.work_ratio = (0..own.interpolation.nodes())
         .map(|n| 0.5 + 0.25 * (n / width) as f64)
         .collect();
     let mut of_cells = vec![0.0; whole.slip_path.len()];
-    own.interpolation.add(1.0, &own.work, &mut of_cells);
+    own.interpolation
+        .add_interpolated(1.0, &own.work_ratio, &mut of_cells);
     let work = whole.energy.iter().zip(&of_cells);
     let in_parts = work.map(|(energy, part)| energy * part).sum::<f64>();
     let all = in_parts / whole.energy.iter().sum::<f64>();
     // What all together are said to do is what single places do, and a tenth less.
     for less in [1.0, 0.9] {
-        let own = in_part.own.as_mut().expect("own motion");
-        own.work_part = less * all;
+        let own = in_part.nodal_motion.as_mut().expect("own motion");
+        own.total_work_ratio = less * all;
         let found = cycle(&mut joint(in_part.clone(), March::Reversal));
         assert_eq!(found.shear, whole.shear);
         for (found, whole) in [

@@ -99,7 +99,7 @@ pub fn joint(motion: Motion, march: March) -> FrettingJoint {
         pressure_cap: None,
         friction_coefficient: FRICTION,
         motion,
-        course: None,
+        evolving_motion: None,
         march,
         options: EXACT,
     }

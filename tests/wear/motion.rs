@@ -14,7 +14,7 @@ fn what_is_straight() {
             .collect(),
         drive: vec![Channel::Displacement(values.to_vec())],
         normal_load: vec![1.0; values.len()],
-        ..Motion::none(1.0)
+        ..Motion::at_rest(1.0)
     };
     let varying = waves(&[(5e-6, 0.0)], 1e3);
     assert!(!varying.constant_load());
@@ -56,7 +56,7 @@ fn sampled(samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Motion {
         ],
         normal_load: load,
         time,
-        ..Motion::none(N)
+        ..Motion::at_rest(N)
     }
 }
 
@@ -207,7 +207,7 @@ fn reversals_do_not_depend_on_unit_or_beginning() {
 
 #[test]
 fn a_joint_without_an_axis_has_no_reversals() {
-    assert_eq!(Motion::none(N).reversals(TOLERANCE, TOLERANCE), None);
+    assert_eq!(Motion::at_rest(N).reversals(TOLERANCE, TOLERANCE), None);
 }
 
 #[test]
@@ -236,14 +236,14 @@ fn about_its_middle_and_at_another_load() {
 #[test]
 fn every_so_many_samples() {
     let motion = sampled(12, |t| (t, 2.0 * t, N + t));
-    let thin = motion.every(4);
+    let thin = motion.thinned(4);
     assert_eq!(thin.samples(), 3);
     for k in 0..3 {
         assert_eq!(thin.time_of(k), motion.time_of(4 * k));
-        assert_eq!(thin.at(k), motion.at(4 * k));
+        assert_eq!(thin.state_at(k), motion.state_at(4 * k));
         assert_eq!(thin.normal_load[k], motion.normal_load[4 * k]);
     }
-    assert_eq!(motion.every(1), motion);
+    assert_eq!(motion.thinned(1), motion);
 }
 
 /// A cycle is marched over every other sample too, which has to be a motion of its own, with the ends of this one.
@@ -251,7 +251,7 @@ fn every_so_many_samples() {
 fn every_other_sample_is_half_the_motion() {
     for phase in [0.0, 0.9] {
         let motion = Motion::harmonic(&[(5e-6, phase)], 30e3, 0.0, 32);
-        let half = motion.every(2);
+        let half = motion.thinned(2);
         let ends = half.straight().expect("straight");
         assert_eq!(ends.end, motion.straight().expect("straight").end);
         assert_eq!(half.samples(), if phase == 0.0 { 16 } else { 18 });
@@ -262,14 +262,14 @@ fn every_other_sample_is_half_the_motion() {
 #[test]
 fn a_halved_motion_passes_its_samples_and_their_middles() {
     let motion = sampled(5, |t| (t, 1.0 - t, 100.0 * t));
-    let halved = motion.halved();
-    assert_eq!(halved.every(2), motion);
+    let halved = motion.with_midpoints();
+    assert_eq!(halved.thinned(2), motion);
     let middles = [0.1, 0.3, 0.5, 0.7, 0.9];
     for (k, middle) in middles.into_iter().enumerate() {
         assert!((halved.time[2 * k + 1] - middle).abs() < 1e-15);
         // The last one is on the way back to the first.
         let along = if k == 4 { 0.4 } else { middle };
-        assert!((halved.at(2 * k + 1)[0] - along).abs() < 1e-15);
+        assert!((halved.state_at(2 * k + 1)[0] - along).abs() < 1e-15);
     }
 }
 
@@ -285,22 +285,28 @@ fn a_motion_goes_ahead_along_a_line_and_bends_on_an_orbit() {
     });
     for k in 0..32 {
         let expected = if k % 16 == 0 { -1.0 } else { 1.0 };
-        assert!((line.ahead(k, 1) - expected).abs() < 1e-9, "sample {k}");
+        assert!(
+            (line.turn_cosine(k, 1) - expected).abs() < 1e-9,
+            "sample {k}"
+        );
     }
     // A circle bends by the angle of its steps.
     for stride in [1, 2] {
         let bend = (TAU * stride as f64 / 32.0).cos();
         let circle = along([0.4, 0.4 - FRAC_PI_2]);
         for k in (0..32).step_by(stride) {
-            assert!((circle.ahead(k, stride) - bend).abs() < 1e-9, "sample {k}");
+            assert!(
+                (circle.turn_cosine(k, stride) - bend).abs() < 1e-9,
+                "sample {k}"
+            );
         }
     }
     // A force counts over its own range: with it, the same circle.
     let mut mixed = along([0.4, 0.4 - FRAC_PI_2]);
     let force: Vec<f64> = mixed.drive[1].values().iter().map(|v| 1e9 * v).collect();
     mixed.drive[1] = Channel::Force(force);
-    assert!((mixed.ahead(5, 1) - (TAU / 32.0).cos()).abs() < 1e-9);
-    assert_eq!(Motion::none(30e3).ahead(0, 1), 0.0);
+    assert!((mixed.turn_cosine(5, 1) - (TAU / 32.0).cos()).abs() < 1e-9);
+    assert_eq!(Motion::at_rest(30e3).turn_cosine(0, 1), 0.0);
 }
 
 /// Half of a cycle is enough where the other half is its opposite.

@@ -10,7 +10,7 @@ use fretwear::grid::{Grid, Patch};
 use fretwear::linalg::Matrix;
 use fretwear::wear::cycle::March;
 use fretwear::wear::joint::FrettingOptions;
-use fretwear::wear::{Bodies, FrettingJoint, Motion, NodalLoad, Pressing};
+use fretwear::wear::{BodyMotions, FrettingJoint, Motion, NodalLoad, PressedBodies};
 
 use super::STEEL;
 
@@ -30,8 +30,8 @@ fn joint(height: Vec<f64>, load: f64) -> FrettingJoint {
         rotation: Rotation::FIXED,
         pressure_cap: None,
         friction_coefficient: 0.5,
-        motion: Motion::none(load),
-        course: None,
+        motion: Motion::at_rest(load),
+        evolving_motion: None,
         march: March::Reversal,
         options: FrettingOptions {
             normal: NormalOptions {
@@ -77,7 +77,7 @@ fn closing(by: impl Fn(usize) -> f64, nodes: usize, resultants: Vec<f64>) -> [No
 }
 
 /// The pressure of flat faces that touch everywhere, from the dense matrix of half spaces, nodes and held motions.
-fn dense(added: &NodalCompliance, bodies: &Bodies, opening: &[f64]) -> Vec<f64> {
+fn dense(added: &NodalCompliance, bodies: &BodyMotions, opening: &[f64]) -> Vec<f64> {
     let grid = grid();
     let cells = grid.len();
     let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
@@ -87,10 +87,10 @@ fn dense(added: &NodalCompliance, bodies: &Bodies, opening: &[f64]) -> Vec<f64> 
     let field = |k: usize, c: usize| {
         let (i, j) = grid.cell(c);
         let (x, y) = grid.centre(i, j);
-        let [a, about_x, about_y] = bodies.held[k];
+        let [a, about_x, about_y] = bodies.restrained[k];
         a + about_x * y - about_y * x
     };
-    let held = bodies.held.len();
+    let held = bodies.restrained.len();
     let columns: Vec<Vec<f64>> = (0..cells)
         .map(|c| {
             let (mut unit, mut out) = (vec![0.0; cells], vec![0.0; cells]);
@@ -128,9 +128,9 @@ fn held_bodies_press_as_their_dense_matrix_says() {
     let added = compliance(0.02);
     let nodes = added.interpolation.nodes();
     for softness in [1e-11, 1e-9, 1e-6] {
-        let bodies = Bodies {
+        let bodies = BodyMotions {
             free: Vec::new(),
-            held: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            restrained: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             compliance: [1.0, 20.0, -10.0, 20.0, 2e5, 3e3, -10.0, 3e3, 1e5]
                 .map(|c| c * softness)
                 .to_vec(),
@@ -141,14 +141,14 @@ fn held_bodies_press_as_their_dense_matrix_says() {
         let mut opening = vec![0.0; grid().len()];
         added
             .interpolation
-            .add(1.0, &loads[0].opening, &mut opening);
+            .add_interpolated(1.0, &loads[0].opening, &mut opening);
         let expected = dense(&added, &bodies, &opening);
         assert!(
             expected.iter().all(|p| *p > 0.0),
             "{softness}: contact is everywhere"
         );
         let mut joint = joint(vec![0.0; grid().len()], 1.0);
-        let mut pressing = Pressing::new(added.clone(), bodies, loads, 0.0);
+        let mut pressing = PressedBodies::new(added.clone(), bodies, loads, 0.0);
         pressing.preload = 1.0;
         joint.pressing = Some(pressing);
         let found = joint
@@ -172,7 +172,7 @@ fn bodies_without_a_compliance_of_their_own_are_punches() {
     let nodes = added.interpolation.nodes();
     for turns in [false, true] {
         let mut punch = joint(height.clone(), load);
-        let mut bodies = Bodies::default();
+        let mut bodies = BodyMotions::default();
         bodies.free.push([1.0, 0.0, 0.0]);
         let mut resultants = vec![load];
         if turns {
@@ -184,7 +184,7 @@ fn bodies_without_a_compliance_of_their_own_are_punches() {
         }
         let expected = punch.static_contact(&wear, None).expect("a contact");
         let mut joint = joint(height.clone(), load);
-        let mut pressing = Pressing::new(
+        let mut pressing = PressedBodies::new(
             added.clone(),
             bodies,
             closing(|_| 0.0, nodes, resultants),
@@ -208,9 +208,9 @@ fn bodies_without_a_compliance_of_their_own_are_punches() {
 fn a_bolt_is_tightened_until_the_joint_bears_its_load() {
     let added = compliance(0.02);
     let nodes = added.interpolation.nodes();
-    let bodies = Bodies {
+    let bodies = BodyMotions {
         free: Vec::new(),
-        held: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        restrained: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         compliance: vec![2e-9, 0.0, 0.0, 0.0, 3e-4, 0.0, 0.0, 0.0, 3e-4],
     };
     let height: Vec<f64> = (0..grid().len())
@@ -218,7 +218,7 @@ fn a_bolt_is_tightened_until_the_joint_bears_its_load() {
         .collect();
     let mut joint = joint(height, 0.0);
     let loads = closing(|_| 1e-9, nodes, Vec::new());
-    joint.pressing = Some(Pressing::new(added, bodies, loads, 1e-6));
+    joint.pressing = Some(PressedBodies::new(added, bodies, loads, 1e-6));
     let found = joint.tighten_bolt(500.0).expect("a bolt");
     assert!((found.load / 500.0 - 1.0).abs() < 1e-6, "{}", found.load);
     let preload = joint.pressing.as_ref().expect("a structure").preload;

@@ -29,7 +29,7 @@ fn one_cell(motion: Motion, extrapolate: bool) -> FrettingJoint {
     let mut patch = Patch::full(grid);
     let only = grid.index(1, 1);
     for c in 0..grid.len() {
-        patch.kept[c] = c == only;
+        patch.is_in_joint[c] = c == only;
     }
     let mut joint = joint(motion, March::Stepped);
     let body = Elastic {
@@ -156,7 +156,7 @@ fn an_odd_number_of_samples_is_marched_once() {
             Channel::Displacement(series(&|t| reach * (TAU * t).sin())),
         ],
         normal_load: vec![LOAD; ODD],
-        ..Motion::none(LOAD)
+        ..Motion::at_rest(LOAD)
     };
     let exact = TAU * FRICTION * LOAD * (reach * reach - onset * onset).sqrt();
     let [second, first] = [true, false].map(|order| cycle(motion.clone(), order));
@@ -287,7 +287,7 @@ fn an_orbit_of_a_force_is_about_its_middle() {
         time: (0..32).map(|k| k as f64 / 32.0).collect(),
         drive: vec![force(0.0), force(-FRAC_PI_2)],
         normal_load: vec![LOAD; 32],
-        ..Motion::none(LOAD)
+        ..Motion::at_rest(LOAD)
     };
     let cycle = unworn(&mut joint(motion, March::Stepped)).cycle;
     let [first, last] = [0, 32].map(|k| &cycle.instants[k]);
@@ -338,7 +338,7 @@ fn history(share: f64, time: impl Fn(f64) -> f64) -> Motion {
         drive: vec![along(0.0), along(-FRAC_PI_2)],
         normal_load: vec![LOAD; PLACES],
         by_order: true,
-        ..Motion::none(LOAD)
+        ..Motion::at_rest(LOAD)
     }
 }
 

@@ -323,12 +323,12 @@ fn the_explicit_limit_is_where_alternating_pressures_begin_to_grow() {
     let cycles = 1_000_000;
     let exact = cycles as f64 * COEFFICIENT * 0.6 * 1e-6 / (2.0 * lambda);
     let compliance = joint.half_space.self_compliance();
-    let found = explicit::beyond_stability(&slip, &pressure, 0.6, LAW, cycles, compliance);
+    let found = explicit::stability_ratio(&slip, &pressure, 0.6, LAW, cycles, compliance);
     // The limit is a warning: its scale counts, not its digits (cells are not square, edges soften).
     assert!((found / exact - 1.0).abs() < 0.2, "{found} for {exact}");
     let open = vec![0.0; grid.len()];
     assert_eq!(
-        explicit::beyond_stability(&slip, &open, 0.6, LAW, cycles, compliance),
+        explicit::stability_ratio(&slip, &open, 0.6, LAW, cycles, compliance),
         0.0
     );
 }

@@ -62,8 +62,8 @@ fn a_sphere_frets_as_cattaneo_and_mindlin_have_it() {
             rotation: Rotation::FIXED,
             pressure_cap: None,
             friction_coefficient: FRICTION,
-            motion: Motion::none(exact.load),
-            course: None,
+            motion: Motion::at_rest(exact.load),
+            evolving_motion: None,
             march: March::Superposition,
             options: EXACT,
         };

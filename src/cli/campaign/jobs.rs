@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use fretwear::campaign::{About, Campaign, Failure, Folder, State};
+use fretwear::campaign::{Campaign, CampaignFolder, Failure, State, StoredCampaign};
 
 use super::super::cost;
 use super::run::{RowCounts, RowOutcome};
@@ -33,8 +33,8 @@ struct Running {
 
 pub fn run(
     arguments: &RunArguments,
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     campaign: &Campaign,
     rows: &[usize],
     jobs: usize,
@@ -47,7 +47,7 @@ pub fn run(
     let mut waiting: VecDeque<usize> = VecDeque::new();
     for &index in rows {
         match states[index] {
-            State::Done => {
+            State::Complete => {
                 super::run::tidy(arguments, folder, about, campaign, index);
                 counts.before += 1;
             }
@@ -64,7 +64,7 @@ pub fn run(
     let mut running: Vec<Running> = Vec::new();
     let mut stopping = false;
     loop {
-        let signal = signals.taken();
+        let signal = signals.take();
         if signal || (!stopping && time_left().is_some_and(|time_left| time_left <= 0.0)) {
             if !stopping {
                 progress.say("stopping: running rows end within their iteration or stage");
@@ -139,7 +139,7 @@ pub fn run(
                     progress.say(&error.to_string());
                     progress.ended(&format!("row {}: failed", row.index));
                 }
-                RowOutcome::Done | RowOutcome::Before => {
+                RowOutcome::Done | RowOutcome::AlreadyDone => {
                     progress.ended(&format!("row {}: done", row.index))
                 }
                 RowOutcome::InUse => {
@@ -160,7 +160,7 @@ pub fn run(
 
 /// Returns the failure of a process: the failure that it stored, or else its last line on stderr, or its exit status.
 fn failure_outcome(
-    folder: &Folder,
+    folder: &CampaignFolder,
     index: usize,
     stderr_lines: &[&str],
     code: Option<i32>,
@@ -177,7 +177,7 @@ fn failure_outcome(
     let last = stderr_lines.iter().rfind(|line| !line.trim().is_empty());
     let reason = last.map_or(ending.clone(), |last| format!("{ending}: {last}"));
     // Allow a retry: the system may have killed the process because of another process.
-    drop(folder.fail(index, &Failure::now(reason.clone(), true, 1)));
+    drop(folder.store_failure(index, &Failure::now(reason.clone(), true, 1)));
     Ok(RowOutcome::Failed(CliError::RowFailedNow { index, reason }))
 }
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Args, Subcommand};
-use fretwear::campaign::{About, Folder};
+use fretwear::campaign::{CampaignFolder, StoredCampaign};
 use fretwear::scene::{self, Plan, SceneError};
 use fretwear::store::RealFileSystem;
 
@@ -133,12 +133,16 @@ pub fn campaign(command: &CampaignCommand, out: &mut Results) -> Result<Exit, Cl
     }
 }
 
-fn folder(root: &Path) -> Folder {
-    Folder::at(Arc::new(RealFileSystem), root)
+fn folder(root: &Path) -> CampaignFolder {
+    CampaignFolder::at(Arc::new(RealFileSystem), root)
 }
 
 /// Plans a row from the content of the campaign folder.
-fn plan_of(folder: &Folder, about: &About, settings: &[String]) -> Result<Plan, CliError> {
+fn plan_of(
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
+    settings: &[String],
+) -> Result<Plan, CliError> {
     let path = folder.root.join(&about.scene_name).with_extension("toml");
     let scene: Result<_, SceneError> = scene::load_kept(&path, &about.scene, settings);
     Ok(Plan::of(&scene?)?)

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::thread;
 
 use fretwear::campaign::{
-    About, Campaign, Definition, Folder, KeyColumn, PlannedRun, Resolved, Setting,
+    Campaign, CampaignFolder, Definition, KeyColumn, PlannedRun, ResolvedValue, Setting,
+    StoredCampaign,
 };
 use fretwear::json::flatten;
-use fretwear::recipe::Counted;
+use fretwear::recipe::ResourceEstimate;
 use fretwear::rehearsal;
-use fretwear::report::word;
+use fretwear::report::shell_word;
 use fretwear::scene::{self, Plan};
 use serde_json::{Value, json};
 
@@ -55,7 +56,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
             .map_or(String::new(), |stem| stem.to_string_lossy().into_owned())
     };
     let title = definition.title.clone();
-    let about = About::new(
+    let about = StoredCampaign::new(
         title.unwrap_or_else(|| name(&arguments.campaign)),
         name(&definition.scene),
         scene::text_of(&definition.scene, &fixed)?,
@@ -165,7 +166,7 @@ pub fn plan(arguments: &PlanArguments, out: &mut Results) -> Result<Exit, CliErr
     writeln!(
         out,
         "run them:  fretwear campaign run --dir {} --jobs J",
-        word(&arguments.dir)
+        shell_word(&arguments.dir)
     );
     Ok(Exit::Done)
 }
@@ -181,7 +182,7 @@ impl Cost {
     fn of(plan: &Plan, is_rehearsed: bool) -> Cost {
         let mut cost = Cost {
             seconds: None,
-            memory: Counted::least_memory(&plan.inputs),
+            memory: ResourceEstimate::least_memory(&plan.inputs),
             disk: None,
         };
         if is_rehearsed {
@@ -209,8 +210,8 @@ impl Cost {
 
 /// Resolves all rows, with several threads.
 fn resolutions(
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     definition: &Definition,
     fixed: &[String],
     settings: &[Vec<Setting>],
@@ -256,8 +257,8 @@ fn resolutions(
 }
 
 fn resolution(
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     row: &[Setting],
     settings: Vec<String>,
 ) -> Result<Resolution, CliError> {
@@ -266,10 +267,10 @@ fn resolution(
     let value = |setting: &Setting| {
         let lower_key = setting.key.replace("material.", "material.lower.");
         let resolved = scene.get(&setting.key).or_else(|| scene.get(&lower_key));
-        match resolved.map(Resolved::of) {
-            Some(resolved) if resolved != Resolved::Absent => resolved,
+        match resolved.map(ResolvedValue::of) {
+            Some(resolved) if resolved != ResolvedValue::Absent => resolved,
             // Paths of files, and keys that have another name in the resolved scene.
-            _ => setting.given(),
+            _ => setting.as_written(),
         }
     };
     let like = row
@@ -345,9 +346,9 @@ fn warn_once_per_kind<'a>(warnings_of_rows: impl Iterator<Item = &'a [String]>) 
 }
 
 /// Describes the values of a key.
-fn range<'a>(values: impl Iterator<Item = &'a Resolved> + Clone) -> String {
-    let numbers: Option<Vec<f64>> = values.clone().map(Resolved::number).collect();
-    let mut different: Vec<String> = values.map(Resolved::text).collect();
+fn range<'a>(values: impl Iterator<Item = &'a ResolvedValue> + Clone) -> String {
+    let numbers: Option<Vec<f64>> = values.clone().map(ResolvedValue::number).collect();
+    let mut different: Vec<String> = values.map(ResolvedValue::text).collect();
     different.sort();
     different.dedup();
     let count = different.len();

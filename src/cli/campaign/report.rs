@@ -1,7 +1,7 @@
 //! `fretwear campaign report`.
 
 use fretwear::campaign::Findings;
-use fretwear::report::campaign::{CampaignReport, depends, figure_row, title};
+use fretwear::report::campaign::{CampaignReport, figure_row, sensitivity_text, title};
 use serde_json::{Value, json};
 
 use super::super::report::rows;
@@ -47,8 +47,8 @@ pub fn report(arguments: &ReportArguments, out: &mut Results) -> Result<Exit, Cl
     );
     for figure in &report.findings.figures {
         let [_, _, low, median, high] = figure_row(figure);
-        let movers = report.movers(figure.name).into_iter().take(NAMED);
-        let movers = movers.map(|s| format!("{} ({})", s.key, depends(s)));
+        let movers = report.influential_keys(figure.name).into_iter().take(NAMED);
+        let movers = movers.map(|s| format!("{} ({})", s.key, sensitivity_text(s)));
         let movers = movers.collect::<Vec<_>>().join(", ");
         writeln!(
             out,

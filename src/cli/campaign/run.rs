@@ -4,7 +4,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fretwear::campaign::{About, Campaign, CampaignError, Failure, Folder, KeepRuns, State};
+use fretwear::campaign::{
+    Campaign, CampaignError, CampaignFolder, Failure, KeepRuns, State, StoredCampaign,
+};
 use fretwear::recipe::Durability;
 use fretwear::stages::{self, Ending, Outcome, RunError, RunOptions};
 use fretwear::store::{
@@ -23,7 +25,7 @@ pub enum RowOutcome {
     /// The row was completed now.
     Done,
     /// The row was already complete.
-    Before,
+    AlreadyDone,
     /// The row was stopped and can be continued.
     Stopped,
     /// Another process computes the row.
@@ -48,7 +50,7 @@ impl RowCounts {
     pub fn add(&mut self, index: usize, ended: &RowOutcome) {
         match ended {
             RowOutcome::Done => self.done += 1,
-            RowOutcome::Before => self.before += 1,
+            RowOutcome::AlreadyDone => self.before += 1,
             RowOutcome::Stopped => self.stopped.push(index),
             RowOutcome::InUse => self.in_use.push(index),
             RowOutcome::Failed(_) => self.failed.push(index),
@@ -134,8 +136,8 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
 /// Computes a single row with the progress of a run.
 fn run_single(
     arguments: &RunArguments,
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     campaign: &Campaign,
     index: usize,
 ) -> Result<RowOutcome, CliError> {
@@ -156,8 +158,8 @@ fn run_single(
 
 fn one_by_one(
     arguments: &RunArguments,
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     campaign: &Campaign,
     rows: &[usize],
 ) -> Result<RowCounts, CliError> {
@@ -183,7 +185,7 @@ fn one_by_one(
         counts.add(index, &outcome);
         match &outcome {
             RowOutcome::Done => progress.ended(&format!("row {index}: done")),
-            RowOutcome::Before => progress.ended(&format!("row {index}: done before")),
+            RowOutcome::AlreadyDone => progress.ended(&format!("row {index}: done before")),
             RowOutcome::Failed(error) => {
                 let reason = match error {
                     CliError::RowFailed { .. } => error.to_string(),
@@ -208,7 +210,7 @@ fn one_by_one(
 /// Returns the folder in which a row is computed.
 fn run_folder(
     arguments: &RunArguments,
-    folder: &Folder,
+    folder: &CampaignFolder,
     campaign: &Campaign,
     index: usize,
 ) -> PathBuf {
@@ -224,8 +226,8 @@ fn run_folder(
 /// Removes the files that a completed row does not keep.
 pub fn tidy(
     arguments: &RunArguments,
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     campaign: &Campaign,
     index: usize,
 ) {
@@ -243,15 +245,15 @@ pub fn tidy(
 /// Returns the outcome of a row that need not be computed: a completed row, or a failed row without retry.
 fn previous_outcome(
     arguments: &RunArguments,
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     campaign: &Campaign,
     index: usize,
 ) -> Result<Option<RowOutcome>, CliError> {
     Ok(match folder.state(index)? {
-        State::Done => {
+        State::Complete => {
             tidy(arguments, folder, about, campaign, index);
-            Some(RowOutcome::Before)
+            Some(RowOutcome::AlreadyDone)
         }
         State::Failed => {
             let failure = folder.failure(index)?;
@@ -272,36 +274,40 @@ fn previous_outcome(
 /// Computes a row and stores its outcome. With `rows` (one of many rows), it shows only notices.
 fn compute_and_store(
     arguments: &RunArguments,
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     campaign: &Campaign,
     index: usize,
     stopping: &Stopping,
     rows: Option<&Rows>,
 ) -> Result<RowOutcome, CliError> {
-    let claim = match folder.claim(index) {
+    let claim = match folder.lock_row(index) {
         Ok(LockAttempt::Taken(claim)) => claim,
         Ok(LockAttempt::Held { .. }) => return Ok(RowOutcome::InUse),
         Err(error) => return store_failure(folder, index, error.into()),
     };
     // Another process may have completed the row in the meantime.
     let outcome = match folder.state(index)? {
-        State::Done => Ok(RowOutcome::Before),
+        State::Complete => Ok(RowOutcome::AlreadyDone),
         state => {
             if state == State::Failed {
-                folder.forget(index)?;
+                folder.remove_failure(index)?;
             }
             let computed = compute(arguments, folder, about, campaign, index, stopping, rows);
             computed.or_else(|error| store_failure(folder, index, error))
         }
     };
     // Ignore errors: a leftover lock file blocks nobody, and the outcome is already stored.
-    drop(folder.release(index, claim));
+    drop(folder.unlock_row(index, claim));
     outcome
 }
 
 /// Stores the failure of a row.
-fn store_failure(folder: &Folder, index: usize, error: CliError) -> Result<RowOutcome, CliError> {
+fn store_failure(
+    folder: &CampaignFolder,
+    index: usize,
+    error: CliError,
+) -> Result<RowOutcome, CliError> {
     if let CliError::Run(RunError::Store(StoreError::Locked { .. })) = &error {
         return Ok(RowOutcome::InUse);
     }
@@ -312,7 +318,7 @@ fn store_failure(folder: &Folder, index: usize, error: CliError) -> Result<RowOu
         _ => true,
     };
     let failure = Failure::now(error.to_string(), again, error.exit().code());
-    if let Err(write_error) = folder.fail(index, &failure) {
+    if let Err(write_error) = folder.store_failure(index, &failure) {
         say(&format!(
             "warning: cannot store the failure of row {index}: {write_error}"
         ));
@@ -322,8 +328,8 @@ fn store_failure(folder: &Folder, index: usize, error: CliError) -> Result<RowOu
 
 fn compute(
     arguments: &RunArguments,
-    folder: &Folder,
-    about: &About,
+    folder: &CampaignFolder,
+    about: &StoredCampaign,
     campaign: &Campaign,
     index: usize,
     stopping: &Stopping,
@@ -348,7 +354,7 @@ fn compute(
     let root = run_folder(arguments, folder, campaign, index);
     let quiet = arguments.execution.quiet || rows.is_some();
     let watcher = Watcher::new(&plan.inputs.recipe, &root, quiet);
-    let mut watcher = watcher.stopped_by(stopping, "the same command");
+    let mut watcher = watcher.with_stopping(stopping, "the same command");
     if let Some(rows) = rows {
         watcher = watcher.of_row(index, rows);
     }
@@ -378,7 +384,7 @@ fn compute(
             path: root.clone(),
             source: Box::new(source),
         })?;
-    folder.end(index, &bytes)?;
+    folder.complete(index, &bytes)?;
     if about.keep == KeepRuns::History {
         // Ignore errors: a leftover folder does no harm, and the next start removes it.
         drop(remove_run(&RealFileSystem, &root, &planned.content_key));

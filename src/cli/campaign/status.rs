@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use fretwear::campaign::State;
-use fretwear::report::word;
+use fretwear::report::shell_word;
 use serde_json::json;
 
 use super::{CliError, Exit, folder};
@@ -24,11 +24,14 @@ pub fn status(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cli
             .map(|(index, _)| index)
             .collect()
     };
-    let incomplete = rows_in_state(State::Begun);
+    let incomplete = rows_in_state(State::Incomplete);
     let (running, stopped): (Vec<usize>, Vec<usize>) = incomplete
         .into_iter()
         .partition(|index| folder.holder(*index).is_some());
-    let (done, waiting) = (rows_in_state(State::Done), rows_in_state(State::Waiting));
+    let (done, waiting) = (
+        rows_in_state(State::Complete),
+        rows_in_state(State::Waiting),
+    );
     let failures = folder.failures(&states)?;
     let collected = folder.collected(&campaign)?.len();
     // The remaining time is known only if every open row has an estimate.
@@ -127,7 +130,7 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
     if as_json {
         out.json(&json!({
             "runs": collected.runs,
-            "collected": collected.all,
+            "collected": collected.total,
             "rows": campaign.rows.len(),
             "shards": shards,
             "unread": collected.unread.iter().map(ToString::to_string).collect::<Vec<_>>(),
@@ -142,7 +145,7 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
             "{}: {} runs collected, {} of {} in all",
             root.display(),
             collected.runs,
-            collected.all,
+            collected.total,
             campaign.rows.len()
         );
         for shard in shards {
@@ -159,11 +162,11 @@ pub fn collect(root: &Path, as_json: bool, out: &mut Results) -> Result<Exit, Cl
                 "  {failed} rows failed and are in no shard: fretwear campaign status shows why"
             );
         }
-        if collected.all > 0 {
+        if collected.total > 0 {
             writeln!(
                 out,
                 "look at them:  fretwear campaign report --dir {}",
-                word(root)
+                shell_word(root)
             );
         }
     }

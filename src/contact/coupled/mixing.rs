@@ -18,7 +18,7 @@ impl Mixing {
     /// Replaces `value` by the next iterate. The fixed-point map moves `value` by `residual`. The stored differences
     /// predict the value with the smallest residual on the cells that `counts` selects; the next iterate is this value
     /// plus that residual. A constant part of a residual is ignored.
-    pub(super) fn next(
+    pub(super) fn advance(
         &mut self,
         value: &mut [f64],
         residual: &[f64],

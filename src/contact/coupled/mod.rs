@@ -44,10 +44,10 @@ const FIRST_TOLERANCE: f64 = 1e-3;
 const INNER_REDUCTION: f64 = 0.05;
 
 /// If a round leaves more than this fraction of the joint error, friction was not solved accurately enough.
-const SETTLING: f64 = 0.2;
+const SLOW_REDUCTION: f64 = 0.2;
 
 /// Factor by which the tolerance of the duality gap is then reduced.
-const TIGHTER: f64 = 0.01;
+const TOLERANCE_REDUCTION: f64 = 0.01;
 
 /// Smallest tolerance of the duality gap: the rounding of its sums.
 const LEAST_GAP: f64 = 1e-10;
@@ -56,7 +56,7 @@ const LEAST_GAP: f64 = 1e-10;
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
 /// Bound on the Newton steps towards a tightened gap. The solver converges in a few steps or not at all.
-const FURTHER_STEPS: usize = 20;
+const TIGHTENED_MAX_STEPS: usize = 20;
 
 /// Tractions on the contact plane.
 #[derive(Debug, Clone, Copy)]
@@ -345,8 +345,8 @@ fn alternate(
         }
         let before = error;
         error = joint_error(half_space, problem, &mut normal, &change);
-        if error > SETTLING * before {
-            least_gap = (TIGHTER * least_gap).max(LEAST_GAP);
+        if error > SLOW_REDUCTION * before {
+            least_gap = (TOLERANCE_REDUCTION * least_gap).max(LEAST_GAP);
         }
         let spent = [normal.iterations, tangential.steps, tangential.iterations];
         for (count, spent) in counts.iter_mut().zip(spent) {
@@ -356,7 +356,7 @@ fn alternate(
             [normal.iterations, tangential.steps, tangential.iterations] = counts;
             return Ok(CoupledSolution { normal, tangential });
         }
-        mixing.next(&mut assumed_displacement, &change, |c| {
+        mixing.advance(&mut assumed_displacement, &change, |c| {
             normal.pressure[c] > 0.0
         });
         pressure = Some(normal.pressure);
@@ -406,7 +406,7 @@ fn solve_friction(
     }
     let tighter = TangentialOptions {
         tolerance,
-        max_steps: options.max_steps.min(FURTHER_STEPS),
+        max_steps: options.max_steps.min(TIGHTENED_MAX_STEPS),
         ..options
     };
     // Failing to reach the smaller tolerance is not an error: the first solution meets the requested one.
@@ -433,7 +433,7 @@ fn joint_error(
     let cap = problem.normal.pressure_cap.unwrap_or(f64::INFINITY);
     let (mut worst, mut peak, mut moved) = (0.0f64, 0.0f64, false);
     for (c, p) in normal.pressure.iter().enumerate() {
-        if !problem.normal.patch.kept[c] {
+        if !problem.normal.patch.is_in_joint[c] {
             continue;
         }
         normal.gap[c] += change[c];

@@ -154,17 +154,17 @@ pub struct NormalSolution {
 
 /// Multiple of the tolerance up to which the pressure or gap of a single cell may be wrong, in the measure of
 /// [`NormalSolution::error`].
-const DECIDED: f64 = 10.0;
+const UNDECIDED_FACTOR: f64 = 10.0;
 
 impl NormalSolution {
     /// Counts the cells of `patch` for which a solve to `tolerance` cannot tell whether they touch: their pressure or
     /// gap is within ten times the tolerance. Typically these cells have worn until they bear no load. In a linearised
     /// stiffness they count like any other cell.
-    pub fn undecided(&self, patch: &Patch, self_compliance: f64, tolerance: f64) -> usize {
+    pub fn undecided_count(&self, patch: &Patch, self_compliance: f64, tolerance: f64) -> usize {
         let peak = self.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
-        let pressure = DECIDED * tolerance * peak;
+        let pressure = UNDECIDED_FACTOR * tolerance * peak;
         let gap = pressure * self_compliance;
-        let cells = (0..self.pressure.len()).filter(|&c| patch.kept[c]);
+        let cells = (0..self.pressure.len()).filter(|&c| patch.is_in_joint[c]);
         let undecided = cells.filter(|&c| match self.pressure[c] > 0.0 {
             true => self.pressure[c] <= pressure,
             false => self.gap[c] <= gap,
@@ -200,14 +200,14 @@ fn check(
     let grid = problem.patch.grid;
     let cells = grid.len();
     check_length("half space", half_space.grid().len(), cells)?;
-    check_length("mask", problem.patch.kept.len(), cells)?;
+    check_length("mask", problem.patch.is_in_joint.len(), cells)?;
     let fields = [
         ("height", Some(problem.height)),
         ("compliance", problem.compliance),
         ("starting pressure", start),
     ];
     for (field, values) in fields.into_iter().filter_map(|(name, v)| Some((name, v?))) {
-        check_field(field, values, grid, |c| problem.patch.kept[c])?;
+        check_field(field, values, grid, |c| problem.patch.is_in_joint[c])?;
     }
     match problem.control {
         Control::Load(load) if !(load.is_finite() && load >= 0.0) => {
@@ -287,7 +287,7 @@ fn untouched(problem: &NormalProblem) -> NormalSolution {
         Rotation::Given(rotation) => rotation,
         Rotation::Free { .. } => [0.0; 2],
     };
-    let kept = || (0..grid.len()).filter(|&c| problem.patch.kept[c]);
+    let kept = || (0..grid.len()).filter(|&c| problem.patch.is_in_joint[c]);
     let top = |c: usize| {
         problem.height[c] + rigid::displacement(grid, [0.0, rotation[0], rotation[1]], c)
     };

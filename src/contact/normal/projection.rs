@@ -12,7 +12,7 @@ use crate::contact::sums::{extremes, sums};
 const ROUNDING: f64 = 1e-14;
 
 /// Largest accepted error of the resultants, relative to the load, if rounding of the shift prevents a smaller one.
-const SPENT: f64 = 1e-11;
+const ROUNDED_TOLERANCE: f64 = 1e-11;
 
 /// Number of restarts of the search. A long trial step can need a shift so large that its rounding exceeds the
 /// pressures. The shifted pressures then contain that rounding, and the search restarts from them.
@@ -26,7 +26,7 @@ const MAX_STEPS: usize = 200;
 const MAX_TRIALS: usize = 100;
 
 /// Fraction of the stiffness of all cells that is added if the moving cells do not determine the motions.
-const STIFFENING: f64 = 1e-6;
+const REGULARISATION: f64 = 1e-6;
 
 /// Moves pressures, one per cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`.
 /// Returns false if no such pressures exist; the pressures have then moved as near to the target as their bounds
@@ -38,7 +38,7 @@ pub(super) fn project(
     cap: f64,
     target: &Motions,
 ) -> bool {
-    if motions.none() {
+    if motions.is_empty() {
         pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
         return true;
     }
@@ -49,19 +49,19 @@ pub(super) fn project(
             let shift;
             (shift, error) = rigid_shift(motions, cells, pressure, cap, target, scale);
             for (p, &c) in pressure.iter_mut().zip(cells) {
-                *p += motions.at(&shift, c);
+                *p += motions.displacement_at(&shift, c);
             }
         } else {
             let shift;
             (shift, error) = uniform_shift(pressure, cap, target[0]);
             pressure.iter_mut().for_each(|p| *p += shift);
         }
-        if error <= SPENT * scale {
+        if error <= ROUNDED_TOLERANCE * scale {
             break;
         }
     }
     pressure.iter_mut().for_each(|p| *p = p.clamp(0.0, cap));
-    error <= SPENT * scale
+    error <= ROUNDED_TOLERANCE * scale
 }
 
 /// Returns the scale of the resultants: that of the target, or the load of the pressures if the target has no load.
@@ -88,7 +88,7 @@ fn rigid_shift(
     let resultants = |shift: &Motions| {
         let pairs = cells.iter().zip(pressure);
         let clipped: Vec<f64> = pairs
-            .map(|(&c, p)| (p + motions.at(shift, c)).clamp(0.0, cap))
+            .map(|(&c, p)| (p + motions.displacement_at(shift, c)).clamp(0.0, cap))
             .collect();
         motions.resultants(cells, &clipped)
     };
@@ -98,7 +98,7 @@ fn rigid_shift(
     for _ in 0..MAX_STEPS {
         let error = motions.distance(&current, target);
         // Further steps would only reduce the rounding of the sums.
-        let is_rounding = error <= SPENT * scale && error > 0.1 * best.1;
+        let is_rounding = error <= ROUNDED_TOLERANCE * scale && error > 0.1 * best.1;
         if error < best.1 {
             best = (shift, error);
         }
@@ -107,15 +107,15 @@ fn rigid_shift(
         }
         let missing = [0, 1, 2].map(|k| target[k] - current[k]);
         let inside = |(c, p): &(&usize, &f64)| {
-            let p = **p + motions.at(&shift, **c);
+            let p = **p + motions.displacement_at(&shift, **c);
             p > 0.0 && p < cap
         };
         let moving = cells.iter().zip(pressure.iter()).filter(inside);
         let moving: Vec<usize> = moving.map(|(c, _)| *c).collect();
         // If the moving cells do not determine the motions, add a little of the stiffness of all cells.
-        let step = motions
-            .with_resultants(&moving, missing)
-            .or_else(|| motions.with_resultants_of(&moving, cells, STIFFENING, missing));
+        let step = motions.with_resultants(&moving, missing).or_else(|| {
+            motions.with_regularised_resultants(&moving, cells, REGULARISATION, missing)
+        });
         let Some(step) = step else {
             break;
         };

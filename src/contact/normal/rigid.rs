@@ -62,7 +62,7 @@ impl RigidMotions {
     }
 
     /// Returns true if no motion is unknown.
-    pub(super) fn none(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.count == 0
     }
 
@@ -88,7 +88,7 @@ impl RigidMotions {
     }
 
     /// Returns the displacement of a cell by the motions.
-    pub(super) fn at(&self, motions: &Motions, c: usize) -> f64 {
+    pub(super) fn displacement_at(&self, motions: &Motions, c: usize) -> f64 {
         if self.rotates {
             let fields = self.fields(c);
             motions[0] * fields[0] + motions[1] * fields[1] + motions[2] * fields[2]
@@ -118,7 +118,7 @@ impl RigidMotions {
                 }
             }
             (0..3).for_each(|k| sums[k] += rounding_errors[k]);
-        } else if !self.none() {
+        } else if !self.is_empty() {
             sums[0] = sum(values);
         }
         sums
@@ -127,7 +127,7 @@ impl RigidMotions {
     /// Returns the motions whose displacement has the given resultants on some cells. Returns `None` if the cells do
     /// not determine them: no cells, or all in a line.
     pub(super) fn with_resultants(&self, cells: &[usize], resultants: Motions) -> Option<Motions> {
-        if self.none() {
+        if self.is_empty() {
             return None;
         }
         if !self.rotates {
@@ -138,14 +138,14 @@ impl RigidMotions {
     }
 
     /// Computes [`RigidMotions::with_resultants`], with zero for a motion that the cells do not determine.
-    pub(super) fn determined(&self, cells: &[usize], resultants: Motions) -> Motions {
+    pub(super) fn with_resultants_or_zero(&self, cells: &[usize], resultants: Motions) -> Motions {
         self.solve(self.gram(cells), resultants, |_| Some(f64::MAX))
             .unwrap_or_default()
     }
 
     /// Computes [`RigidMotions::with_resultants`], with `part` of the matrix of `others` added to the matrix of
     /// `cells`.
-    pub(super) fn with_resultants_of(
+    pub(super) fn with_regularised_resultants(
         &self,
         cells: &[usize],
         others: &[usize],

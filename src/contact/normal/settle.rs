@@ -33,7 +33,7 @@ pub(super) fn least_violation(
     bound: impl Fn(usize) -> Bound,
 ) -> Motions {
     let violation = |motion: &Motions, c: usize| {
-        let gap = residual(c) - motions.at(motion, c);
+        let gap = residual(c) - motions.displacement_at(motion, c);
         match bound(c) {
             Bound::Open => gap.min(0.0),
             Bound::Elastic => gap,
@@ -53,7 +53,7 @@ pub(super) fn least_violation(
             .filter(|(_, amount)| *amount != 0.0)
             .unzip();
         let resultants = motions.resultants(&violated, &amounts);
-        let mut step = motions.determined(&violated, resultants);
+        let mut step = motions.with_resultants_or_zero(&violated, resultants);
         let mut descending = None;
         for _ in 0..MAX_HALVINGS {
             let trial = [0, 1, 2].map(|k| motion[k] + step[k]);

@@ -1,17 +1,17 @@
 //! Preconditioned conjugate gradients for the tractions under a unit motion of a set of cells.
 
 use super::super::cells::{gather, scatter};
-use super::super::coarse::Coarse;
+use super::super::coarse::FarFieldCorrection;
 use super::super::error::ContactError;
 use super::super::half_space::{Boundary, HalfSpace, Shear};
-use super::Moved;
+use super::MotionSolution;
 use crate::grid::ByAxis;
 
 /// Bound on the convergence rate in the estimate of the energy that further iterations would add.
-const SLOWEST: f64 = 0.9;
+const MAX_RATE: f64 = 0.9;
 
 /// The solve stops if the energy of the preconditioned residual is below this fraction of the allowed energy error.
-const NOTHING: f64 = 1e-3;
+const NEGLIGIBLE_ENERGY: f64 = 1e-3;
 
 /// Bound on conjugate gradient iterations. A contact set of any shape takes a few dozen.
 const MAX_ITERATIONS: usize = 2000;
@@ -36,10 +36,10 @@ impl Shear {
 }
 
 /// Creates the far-field correction for a traction. It neglects the small contribution of the other tractions.
-fn far_field(half_space: &HalfSpace, traction: Traction) -> Coarse {
+fn far_field(half_space: &HalfSpace, traction: Traction) -> FarFieldCorrection {
     let pair = half_space.pair();
     let (a, b) = (pair.compliance(), pair.lateral_compliance());
-    Coarse::new(half_space, |cell| match traction {
+    FarFieldCorrection::new(half_space, |cell| match traction {
         Traction::Pressure => a * cell.inverse,
         Traction::AlongX => a * cell.inverse + b * cell.xx,
         Traction::AlongY => a * cell.inverse + b * cell.yy,
@@ -62,7 +62,7 @@ pub(super) fn linearise(
     motion: impl Fn(usize, usize) -> f64,
     mut apply: impl FnMut(&mut HalfSpace, &Field, &mut Field),
     mut precondition: impl FnMut(&mut HalfSpace, &Field, &mut Field),
-) -> Result<Moved, ContactError> {
+) -> Result<MotionSolution, ContactError> {
     let (grid, axes) = (half_space.grid(), fields.len());
     if let Some(set) = sets.iter().find(|set| set.len() != grid.len()) {
         return Err(ContactError::Length {
@@ -86,7 +86,7 @@ pub(super) fn linearise(
     let moves = |axis: usize| cells[axis].iter().any(|&c| motion(axis, c) != 0.0);
     let full = |axis: usize| moves(axis) && cells[axis].len() == grid.len();
     if half_space.boundary() == Boundary::Periodic && (0..axes).any(full) {
-        return Ok(Moved {
+        return Ok(MotionSolution {
             density,
             residual,
             energy: f64::INFINITY,
@@ -101,10 +101,10 @@ pub(super) fn linearise(
             })
             .sum()
     };
-    let mut coarse: Vec<Coarse> = fields
+    let mut coarse: Vec<FarFieldCorrection> = fields
         .iter()
         .map(|&traction| far_field(half_space, traction))
-        .filter(Coarse::exists)
+        .filter(FarFieldCorrection::has_correction)
         .collect();
     for (axis, coarse) in coarse.iter_mut().enumerate() {
         cells[axis].iter().for_each(|&c| direction[axis][c] = 1.0);
@@ -113,8 +113,12 @@ pub(super) fn linearise(
             Traction::AlongX if axes == 1 => {
                 half_space.shear_x_inverse(&direction[axis], &mut image[axis])
             }
-            Traction::AlongX => half_space.own_shear_inverse(0, &direction[axis], &mut image[axis]),
-            Traction::AlongY => half_space.own_shear_inverse(1, &direction[axis], &mut image[axis]),
+            Traction::AlongX => {
+                half_space.single_axis_shear_inverse(0, &direction[axis], &mut image[axis])
+            }
+            Traction::AlongY => {
+                half_space.single_axis_shear_inverse(1, &direction[axis], &mut image[axis])
+            }
         }
         cells[axis].iter().for_each(|&c| direction[axis][c] = 0.0);
         coarse.prepare(&cells[axis], |c| image[axis][c], |_| 1.0);
@@ -160,7 +164,7 @@ pub(super) fn linearise(
         }
         let new_product = dot(&residual, &image);
         let allowed_error = tolerance * tolerance * energy;
-        if new_product.abs() <= NOTHING * allowed_error {
+        if new_product.abs() <= NEGLIGIBLE_ENERGY * allowed_error {
             break;
         }
         if iterations == MAX_ITERATIONS {
@@ -202,7 +206,7 @@ pub(super) fn linearise(
             break;
         }
     }
-    Ok(Moved {
+    Ok(MotionSolution {
         density,
         residual,
         energy,
@@ -212,6 +216,6 @@ pub(super) fn linearise(
 
 /// Estimates the energy that all further iterations would add, from the increments of the last three, latest first.
 fn remaining_energy([last, before, earlier]: &[f64; 3]) -> f64 {
-    let rate = (last / before).max(before / earlier).min(SLOWEST);
+    let rate = (last / before).max(before / earlier).min(MAX_RATE);
     last * rate / (1.0 - rate)
 }

@@ -48,14 +48,14 @@ pub const TOLERANCE: f64 = 2e-4;
 pub const FIGURE_TOLERANCE: f64 = 1e-3;
 
 /// Tolerance of the tractions for a stiffness that is only compared with another. Its error is some 1e-4.
-pub const COMPARED_TOLERANCE: f64 = 1e-2;
+pub const COMPARISON_TOLERANCE: f64 = 1e-2;
 
 /// Tolerance of the tractions where the densities of single cells are used. These have an error of this order.
 const LOCAL_TOLERANCE: f64 = 3e-6;
 
 /// Tolerance of the tractions where several motions are combined. Their resultants are accurate to its square, and
 /// their differences lose some digits.
-const MIXED_TOLERANCE: f64 = 1e-4;
+const COMBINED_MOTIONS_TOLERANCE: f64 = 1e-4;
 
 /// A stiffness against rotation below this fraction of the sum of its terms is rounding: the cells do not resist.
 const SINGULAR: f64 = 1e-6;
@@ -89,7 +89,7 @@ impl Stiffness {
 }
 
 /// Tractions under a motion, and the residual: the part of the displacement that they do not reach.
-struct Moved {
+struct MotionSolution {
     density: Field,
     residual: Field,
     /// Energy of the motion divided by the cell area.
@@ -97,7 +97,7 @@ struct Moved {
     iterations: usize,
 }
 
-impl Moved {
+impl MotionSolution {
     fn stiffness(self, cell_area: f64) -> Stiffness {
         Stiffness {
             density: self.density,
@@ -137,7 +137,10 @@ pub fn local_normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffnes
 ///
 /// S holds the resultants of the pressures under a unit approach and unit rotations; the result is 1/(S⁻¹)₀₀. A
 /// rotation that the cells do not resist stays zero.
-pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
+pub fn normal_with_rotation(
+    half_space: &mut HalfSpace,
+    set: &[bool],
+) -> Result<Stiffness, ContactError> {
     let grid = half_space.grid();
     let field = |c: usize| {
         let (i, j) = grid.cell(c);
@@ -145,7 +148,7 @@ pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Co
         [1.0, y, -x]
     };
     let moved = [0, 1, 2]
-        .map(|k| normal_under(half_space, set, MIXED_TOLERANCE, |c| field(c)[k]))
+        .map(|k| normal_under(half_space, set, COMBINED_MOTIONS_TOLERANCE, |c| field(c)[k]))
         .into_iter()
         .collect::<Result<Vec<_>, _>>()?;
     Ok(condense(moved, grid.cell_area(), |motion, _, c| {
@@ -157,7 +160,7 @@ pub fn turning(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, Co
 /// `field` returns the displacement of a motion along an axis at a cell. A motion that the cells do not resist is left
 /// out.
 fn condense(
-    mut moved: Vec<Moved>,
+    mut moved: Vec<MotionSolution>,
     cell_area: f64,
     field: impl Fn(usize, usize, usize) -> f64,
 ) -> Stiffness {
@@ -223,7 +226,7 @@ fn normal_under(
     set: &[bool],
     tolerance: f64,
     motion: impl Fn(usize) -> f64,
-) -> Result<Moved, ContactError> {
+) -> Result<MotionSolution, ContactError> {
     linearise(
         half_space,
         &[set],

@@ -60,7 +60,7 @@ impl<const A: usize> Coarse<A> {
     }
 
     /// Sums S `source` over the blocks.
-    pub(super) fn look(&mut self, source: &[Vector<A>]) {
+    pub(super) fn sum_source(&mut self, source: &[Vector<A>]) {
         self.sums.fill(0.0);
         for (cell, (&block, r)) in self.block.iter().zip(source).enumerate() {
             for u in 0..A {
@@ -69,7 +69,7 @@ impl<const A: usize> Coarse<A> {
         }
     }
 
-    /// `target` −= S (L⁻¹ + S)⁻¹ of the sums that [`Coarse::look`] stored.
+    /// `target` −= S (L⁻¹ + S)⁻¹ of the sums that [`Coarse::sum_source`] stored.
     pub(super) fn correct(&mut self, target: &mut [Vector<A>]) {
         let Some(displacement) = self.far_field.moved(&self.sums) else {
             return;

@@ -5,13 +5,13 @@
 //! point is followed to its minimum, at one convolution per step. While no cell changes its state, this is the
 //! conjugate gradient method.
 
-use super::direction::Freedom;
+use super::direction::FreeDirections;
 use super::newton::Solver;
 use super::resultants::solve_small;
 use super::vector::{dot, plus, scaled};
 
 /// Fraction of the cells that must change between stick and slip before the preconditioner's correction is reset.
-const STALE: f64 = 0.1;
+const MAX_CHANGED_FRACTION: f64 = 0.1;
 
 /// Bounds on the length of a trial step, whose natural length is one.
 const LENGTHS: (f64, f64) = (0.05, 4.0);
@@ -23,7 +23,7 @@ const SHORTENED: f64 = 0.9;
 /// Fraction of sticking cells below which, where the shear has two components, Newton steps follow. The directions of
 /// sliding shears are angles. A few Newton steps find these angles exactly; conjugate gradients on chords of the
 /// circles do not.
-const SLIDING: f64 = 0.02;
+const LEAST_STICKING_FRACTION: f64 = 0.02;
 
 /// Number of trials along one direction, each a quarter as long as the one before. The plain direction follows.
 const TRIALS: usize = 3;
@@ -32,32 +32,33 @@ impl<const A: usize> Solver<'_, '_, A> {
     /// Takes one step. Returns false if no step descends, or if Newton steps are better.
     pub(super) fn conjugate_step(&mut self) -> bool {
         let (changed, sticking) = self.set_free();
-        if A > 1 && (sticking as f64) < SLIDING * self.freedom.len() as f64 {
+        if A > 1 && (sticking as f64) < LEAST_STICKING_FRACTION * self.freedom.len() as f64 {
             return false;
         }
-        self.stale += changed;
+        self.changed_cells += changed;
         let is_first = self.predicted == 0.0;
-        if is_first || self.stale as f64 > STALE * self.freedom.len() as f64 {
-            self.stale = 0;
+        if is_first || self.changed_cells as f64 > MAX_CHANGED_FRACTION * self.freedom.len() as f64
+        {
+            self.changed_cells = 0;
             self.set_springs();
             self.rigid_fields();
         } else if changed > 0 {
             for rigid in &mut self.rigid {
                 for (r, freedom) in rigid.iter_mut().zip(&self.freedom) {
-                    *r = freedom.free(*r);
+                    *r = freedom.project(*r);
                 }
             }
         }
         let slip = std::mem::take(&mut self.slip);
         self.precondition(&slip);
         self.slip = slip;
-        if !self.resultants.asked.is_empty() {
+        if !self.resultants.required.is_empty() {
             let mut matrix = [[0.0; 3]; 3];
-            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.required) {
                 matrix[motion] = self.resultants.sums(rigid);
             }
             let change = solve_small(&matrix, &self.resultants.sums(&self.work));
-            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+            for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.required) {
                 for (w, r) in self.work.iter_mut().zip(rigid) {
                     *w = plus(*w, -change[motion], *r);
                 }
@@ -68,9 +69,9 @@ impl<const A: usize> Solver<'_, '_, A> {
             let (mut change, mut curvature) = (0.0, 0.0);
             let steps = self.step.iter().zip(&self.image).zip(&self.freedom);
             for (w, ((step, image), freedom)) in self.work.iter().zip(steps) {
-                let step = freedom.free(*step);
-                let mut image = freedom.free(*image);
-                if let Freedom::Slip { compliance, .. } = *freedom {
+                let step = freedom.project(*step);
+                let mut image = freedom.project(*image);
+                if let FreeDirections::Slip { compliance, .. } = *freedom {
                     image = plus(image, compliance, step);
                 }
                 change -= dot(*w, image);
@@ -88,7 +89,7 @@ impl<const A: usize> Solver<'_, '_, A> {
         };
         let steps = self.step.iter_mut().zip(&mut self.direction);
         for ((w, freedom), (step, direction)) in self.work.iter().zip(&self.freedom).zip(steps) {
-            *direction = plus(*w, beta, freedom.free(*step));
+            *direction = plus(*w, beta, freedom.project(*step));
             *step = scaled(length, *direction);
         }
         for trial in 0..TRIALS {

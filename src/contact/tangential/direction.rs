@@ -21,7 +21,7 @@ const INNER_SHARE: f64 = 0.25;
 
 /// Free directions of the shear on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
-pub(super) enum Freedom<const A: usize> {
+pub(super) enum FreeDirections<const A: usize> {
     /// Both components of the shear are free.
     Stick,
     /// Only the angle is free: along the unit tangent, with the compliance (s·q̂)/µp that resists a rotation of the
@@ -41,15 +41,15 @@ impl<const A: usize> Solver<'_, '_, A> {
             let slips = along > 0.0
                 && (size >= limit * (1.0 - ON_CIRCLE)
                     || (size >= limit * (1.0 - NEAR_CIRCLE) && norm(plus(q, push, s)) >= limit));
-            changed += usize::from(slips == matches!(freedom, Freedom::Stick));
+            changed += usize::from(slips == matches!(freedom, FreeDirections::Stick));
             sticking += usize::from(!slips);
             *freedom = if slips {
-                Freedom::Slip {
+                FreeDirections::Slip {
                     tangent: scaled(1.0 / size, quarter_turn(q)),
                     compliance: along / (size * limit),
                 }
             } else {
-                Freedom::Stick
+                FreeDirections::Stick
             };
         }
         (changed, sticking)
@@ -63,7 +63,7 @@ impl<const A: usize> Solver<'_, '_, A> {
         for ((w, source), freedom) in self.work.iter_mut().zip(source).zip(&self.freedom) {
             *w = freedom.scaled(*source, lambda);
         }
-        self.coarse.look(&self.work);
+        self.coarse.sum_source(&self.work);
         self.operator.stiffness(&mut self.work);
         self.coarse.correct(&mut self.work);
         for (w, freedom) in self.work.iter_mut().zip(&self.freedom) {
@@ -94,7 +94,7 @@ impl<const A: usize> Solver<'_, '_, A> {
             self.operator.stiffness(springs);
             springs.iter_mut().for_each(|s| *s = plus(*s, 1.0, mean));
             for (s, freedom) in springs.iter_mut().zip(freedom) {
-                *s = freedom.free(*s);
+                *s = freedom.project(*s);
             }
         }
         self.coarse.prepare(unit);
@@ -103,8 +103,8 @@ impl<const A: usize> Solver<'_, '_, A> {
     /// Applies the preconditioner to each free rigid motion, and returns the matrix of their resultants.
     pub(super) fn rigid_fields(&mut self) -> [[f64; MOTIONS]; MOTIONS] {
         let mut matrix = [[0.0; MOTIONS]; MOTIONS];
-        for k in 0..self.resultants.asked.len() {
-            let motion = self.resultants.asked[k].0;
+        for k in 0..self.resultants.required.len() {
+            let motion = self.resultants.required[k].0;
             let mut unit = std::mem::take(&mut self.rigid[k]);
             for (cell, unit) in unit.iter_mut().enumerate() {
                 *unit = self.resultants.motion(motion, cell);
@@ -127,7 +127,7 @@ impl<const A: usize> Solver<'_, '_, A> {
         let matrix = self.rigid_fields();
         let mut shift = [0.0; MOTIONS];
         for cell in 0..self.residual.len() {
-            self.residual[cell] = self.freedom[cell].free(self.slip[cell]);
+            self.residual[cell] = self.freedom[cell].project(self.slip[cell]);
             self.direction[cell] = [0.0; A];
             self.step[cell] = [0.0; A];
         }
@@ -136,18 +136,18 @@ impl<const A: usize> Solver<'_, '_, A> {
             let residual = std::mem::take(&mut self.residual);
             self.precondition(&residual);
             self.residual = residual;
-            if !self.resultants.asked.is_empty() {
+            if !self.resultants.required.is_empty() {
                 let change = solve_small(&matrix, &self.resultants.sums(&self.work));
                 for k in 0..MOTIONS {
                     shift[k] -= change[k];
                 }
                 for cell in 0..self.work.len() {
-                    for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.asked) {
+                    for (rigid, &(motion, _)) in self.rigid.iter().zip(&self.resultants.required) {
                         self.work[cell] = plus(self.work[cell], -change[motion], rigid[cell]);
                     }
                     let field = self.resultants.field(&change, cell);
                     let freedom = self.freedom[cell];
-                    self.residual[cell] = plus(self.residual[cell], -1.0, freedom.free(field));
+                    self.residual[cell] = plus(self.residual[cell], -1.0, freedom.project(field));
                 }
             }
             let (mut new_product, mut remaining_gap) = (0.0, 0.0);
@@ -155,8 +155,8 @@ impl<const A: usize> Solver<'_, '_, A> {
                 let r = self.residual[cell];
                 new_product += dot(r, self.work[cell]);
                 remaining_gap += match self.freedom[cell] {
-                    Freedom::Stick => self.limit[cell] * norm(r),
-                    Freedom::Slip { compliance, .. } => 0.5 * dot(r, r) / compliance,
+                    FreeDirections::Stick => self.limit[cell] * norm(r),
+                    FreeDirections::Slip { compliance, .. } => 0.5 * dot(r, r) / compliance,
                 };
             }
             if product == 0.0 {
@@ -182,8 +182,8 @@ impl<const A: usize> Solver<'_, '_, A> {
             let mut curvature = 0.0;
             for cell in 0..self.image.len() {
                 let (freedom, direction) = (self.freedom[cell], self.direction[cell]);
-                let mut image = freedom.free(self.image[cell]);
-                if let Freedom::Slip { compliance, .. } = freedom {
+                let mut image = freedom.project(self.image[cell]);
+                if let FreeDirections::Slip { compliance, .. } = freedom {
                     image = plus(image, compliance, direction);
                 }
                 curvature += dot(direction, image);
@@ -202,20 +202,20 @@ impl<const A: usize> Solver<'_, '_, A> {
     }
 }
 
-impl<const A: usize> Freedom<A> {
+impl<const A: usize> FreeDirections<A> {
     /// Returns the part of a vector in the free directions.
-    pub(super) fn free(self, vector: Vector<A>) -> Vector<A> {
+    pub(super) fn project(self, vector: Vector<A>) -> Vector<A> {
         match self {
-            Freedom::Stick => vector,
-            Freedom::Slip { tangent, .. } => scaled(dot(vector, tangent), tangent),
+            FreeDirections::Stick => vector,
+            FreeDirections::Slip { tangent, .. } => scaled(dot(vector, tangent), tangent),
         }
     }
 
     /// Returns the part of a vector in the free directions, scaled for the preconditioner.
     fn scaled(self, vector: Vector<A>, lambda: f64) -> Vector<A> {
         match self {
-            Freedom::Stick => vector,
-            Freedom::Slip {
+            FreeDirections::Stick => vector,
+            FreeDirections::Slip {
                 tangent,
                 compliance,
             } => {

@@ -215,7 +215,7 @@ fn solve_axes<const A: usize>(
 ) -> Result<TangentialSolution, ContactError> {
     let grid = problem.patch.grid;
     let contact: Vec<usize> = (0..grid.len())
-        .filter(|&c| problem.patch.kept[c] && problem.limit[c] > 0.0)
+        .filter(|&c| problem.patch.is_in_joint[c] && problem.limit[c] > 0.0)
         .collect();
     let [lx, ly] = grid.size();
     let length = 0.5 * lx.hypot(ly);
@@ -243,9 +243,9 @@ fn solve_axes<const A: usize>(
         limit_peak: limits().fold(0.0, f64::max),
         rotation: rotation.map(|_| contact.iter().map(|&c| rotation_at(c)).collect()),
         length,
-        asked,
+        required: asked,
     };
-    let nothing_asked = resultants.asked.iter().all(|(_, sum)| *sum == 0.0);
+    let nothing_asked = resultants.required.iter().all(|(_, sum)| *sum == 0.0);
     let nothing_carried = contact.is_empty();
     let operator = Operator::<A>::new(half_space, contact);
     let mut solver = Solver::new(
@@ -256,7 +256,7 @@ fn solve_axes<const A: usize>(
         options.unwrap_or_default(),
     );
     if nothing_carried && !nothing_asked {
-        return Err(solver.beyond());
+        return Err(solver.friction_exceeded());
     }
     let (gap, force_error) = match options {
         Some(_) => solver.run(start)?,
@@ -278,7 +278,7 @@ fn solve_axes<const A: usize>(
     let amounts = solver.displacement;
     let mut slip = solver.operator.into_field();
     for c in 0..grid.len() {
-        let moves = problem.patch.kept[c] && state[c] != CellState::Stick;
+        let moves = problem.patch.is_in_joint[c] && state[c] != CellState::Stick;
         let unit_rotation = if problem.rotation.is_some() {
             rotation_at(c)
         } else {

@@ -1,7 +1,7 @@
 //! Semi-smooth Newton method.
 
 use super::coarse::Coarse;
-use super::direction::Freedom;
+use super::direction::FreeDirections;
 use super::operator::Operator;
 use super::resultants::{MOTIONS, Motions, Resultants, solve_small};
 use super::vector::{Vector, dot, into_disc, nearly_turn, norm, plus, scaled, turn_towards};
@@ -24,7 +24,7 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 pub(super) const ON_CIRCLE: f64 = 1e-12;
 
 /// If the line search shortens a Newton step to less than this fraction, gradient steps follow.
-const SHORT: f64 = 0.2;
+const SHORT_STEP: f64 = 0.2;
 
 /// Largest rotation of the shear on a slip cell in one Newton step \[rad\].
 const LARGEST_TURN: f64 = 1.0;
@@ -33,10 +33,10 @@ const LARGEST_TURN: f64 = 1.0;
 const SUFFICIENT_DECREASE: f64 = 1e-4;
 
 /// Newton steps without a halved error before gradient steps follow.
-const PATIENCE: usize = 6;
+const NEWTON_PATIENCE: usize = 6;
 
 /// Iterations up to which an updated slip is trusted as that of the shear. Each iteration adds rounding.
-const FOLLOWED: usize = 50;
+const TRUSTED_ITERATIONS: usize = 50;
 
 /// Conjugate gradient steps without a halved error before Newton steps follow.
 const CONJUGATE_PATIENCE: usize = 20;
@@ -70,7 +70,7 @@ pub(super) struct Solver<'a, 'h, const A: usize> {
     /// Smallest motion in the floor of the gap \[m\].
     pub(super) least_motion: f64,
     pub(super) lambda: f64,
-    pub(super) freedom: Vec<Freedom<A>>,
+    pub(super) freedom: Vec<FreeDirections<A>>,
     pub(super) shear: Vec<Vector<A>>,
     pub(super) slip: Vec<Vector<A>>,
     pub(super) step: Vec<Vector<A>>,
@@ -84,7 +84,7 @@ pub(super) struct Solver<'a, 'h, const A: usize> {
     /// Length of the next conjugate gradient step; 0 if there was no step before.
     pub(super) predicted: f64,
     /// Cells that have begun or ceased to slip since the coarse correction was set.
-    pub(super) stale: usize,
+    pub(super) changed_cells: usize,
     pub(super) steps: usize,
     pub(super) iterations: usize,
 }
@@ -124,7 +124,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             rounding: ROUNDING * lambda * largest_shear * limit_sum,
             least_motion: SMALLEST_MOTION * lambda * peak,
             lambda,
-            freedom: vec![Freedom::Stick; limit.len()],
+            freedom: vec![FreeDirections::Stick; limit.len()],
             shear: zeros(),
             slip: zeros(),
             step: zeros(),
@@ -132,13 +132,13 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             image: zeros(),
             residual: zeros(),
             work: zeros(),
-            rigid: resultants.asked.iter().map(|_| zeros()).collect(),
+            rigid: resultants.required.iter().map(|_| zeros()).collect(),
             operator,
             resultants,
             limit,
             coarse,
             predicted: 0.0,
-            stale: 0,
+            changed_cells: 0,
             steps: 0,
             iterations: 0,
         }
@@ -168,7 +168,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             self.improve_multipliers();
             let gap = self.gap();
             if gap.error <= self.options.tolerance {
-                if is_fresh || self.iterations - renewed_at <= FOLLOWED {
+                if is_fresh || self.iterations - renewed_at <= TRUSTED_ITERATIONS {
                     return Ok((gap, self.resultants.error(&self.shear, &self.limit)));
                 }
                 self.renew_slip();
@@ -193,12 +193,12 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 conjugate = false;
                 steps_since_halving = 0;
             }
-            if steps_since_halving <= PATIENCE
+            if steps_since_halving <= NEWTON_PATIENCE
                 && let Some(part) = self.newton(gap)
             {
                 is_fresh = false;
-                if part < SHORT {
-                    steps_since_halving = PATIENCE;
+                if part < SHORT_STEP {
+                    steps_since_halving = NEWTON_PATIENCE;
                 }
                 continue;
             }
@@ -246,21 +246,21 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
                 *q = into_disc(*q, *limit);
             }
         }
-        if self.resultants.asked.is_empty() {
+        if self.resultants.required.is_empty() {
             return Ok(());
         }
         // Add the missing resultants as a stuck contact would carry them.
-        let lack = self.resultants.lack(&self.shear);
+        let lack = self.resultants.deficit(&self.shear);
         self.set_springs();
         let matrix = self.rigid_fields();
         let amounts = solve_small(&matrix, &lack);
-        for (k, &(motion, _)) in self.resultants.asked.iter().enumerate() {
+        for (k, &(motion, _)) in self.resultants.required.iter().enumerate() {
             for (q, rigid) in self.shear.iter_mut().zip(&self.rigid[k]) {
                 *q = plus(*q, amounts[motion], *rigid);
             }
         }
         let Some(shift) = self.resultants.balance(&self.shear, &self.limit) else {
-            return Err(self.beyond());
+            return Err(self.friction_exceeded());
         };
         for (cell, q) in self.shear.iter_mut().enumerate() {
             let shifted = plus(*q, 1.0, self.resultants.field(&shift, cell));
@@ -270,7 +270,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     }
 
     /// Returns the error that compares the required resultants with the largest ones in the same proportion.
-    pub(super) fn beyond(&self) -> ContactError {
+    pub(super) fn friction_exceeded(&self) -> ContactError {
         let cell_area = self.problem.patch.grid.cell_area();
         let factor = if self.limit.is_empty() {
             0.0
@@ -280,10 +280,10 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         // Report the first motion with a nonzero resultant.
         let &(motion, sum) = self
             .resultants
-            .asked
+            .required
             .iter()
             .find(|(_, sum)| *sum != 0.0)
-            .unwrap_or(&self.resultants.asked[0]);
+            .unwrap_or(&self.resultants.required[0]);
         let (name, unit) = [
             ("tangential force along x", 1.0),
             ("tangential force along y", 1.0),
@@ -308,7 +308,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
 
     /// Moves the free rigid motions to the point where the gradient step keeps the resultants.
     fn improve_multipliers(&mut self) {
-        if self.resultants.asked.is_empty() {
+        if self.resultants.required.is_empty() {
             return;
         }
         let inverse = 1.0 / self.lambda;
@@ -381,18 +381,18 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     /// Turns the direction in `step` into a step to a point inside the discs with the required resultants. Slip cells
     /// rotate their shear. Stick cells that leave their disc stop on its circle. Returns false if no such step exists.
     pub(super) fn turn_and_project(&mut self) -> bool {
-        let balanced = !self.resultants.asked.is_empty();
+        let balanced = !self.resultants.required.is_empty();
         let cells = self.shear.iter().zip(&self.limit).zip(&self.freedom);
         for (step, ((&q, &limit), freedom)) in self.step.iter_mut().zip(cells) {
             let d = *step;
             let change = match *freedom {
-                Freedom::Slip { tangent, .. } => {
+                FreeDirections::Slip { tangent, .. } => {
                     let angle = dot(d, tangent) / limit;
                     let change = nearly_turn(q, angle.clamp(-LARGEST_TURN, LARGEST_TURN));
                     let outward = (limit / norm(q) - 1.0).max(0.0);
                     plus(change, outward, plus(q, 1.0, change))
                 }
-                Freedom::Stick => {
+                FreeDirections::Stick => {
                     let target = plus(q, 1.0, d);
                     let size = norm(target);
                     if size <= limit || balanced {
@@ -412,8 +412,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         // The slip keeps a slip cell on its circle, so move its target outwards by as much before the balance.
         for cell in 0..self.step.len() {
             let outward = match self.freedom[cell] {
-                Freedom::Slip { compliance, .. } => 1.0 + compliance / self.lambda,
-                Freedom::Stick => 1.0,
+                FreeDirections::Slip { compliance, .. } => 1.0 + compliance / self.lambda,
+                FreeDirections::Stick => 1.0,
             };
             let target = plus(self.shear[cell], 1.0, self.step[cell]);
             self.work[cell] = scaled(outward, target);
@@ -437,7 +437,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     /// Takes projected gradient steps with the length of Barzilai and Borwein, each to the minimum on its chord. The
     /// energy falls at every step. Returns false if even the first step fails.
     fn descend(&mut self) -> bool {
-        self.freedom.fill(Freedom::Stick);
+        self.freedom.fill(FreeDirections::Stick);
         let mut length = 1.0 / self.lambda;
         for count in 0..GRADIENT_STEPS {
             // The farther a step leads out of the discs, the harder it is to balance up to rounding.
@@ -501,7 +501,7 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
             (descent / curvature).min(1.0)
         };
         self.take_part(part);
-        if !self.resultants.asked.is_empty() {
+        if !self.resultants.required.is_empty() {
             self.move_rigidly(&shift.map(|s| part * s));
         }
         Some(part)

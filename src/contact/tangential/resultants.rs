@@ -10,7 +10,7 @@ pub(super) const MOTIONS: usize = 3;
 const BALANCED: f64 = 1e-13;
 
 /// Error of the sums, relative to the largest sum, above which friction does not carry the given resultants.
-const CARRIED: f64 = 1e-10;
+const BALANCE_TOLERANCE: f64 = 1e-10;
 
 /// Bound on the Newton steps of a balance. A dozen is already many.
 const BALANCE_STEPS: usize = 80;
@@ -19,7 +19,7 @@ const BALANCE_STEPS: usize = 80;
 const LINE_SEARCH_STEPS: usize = 80;
 
 /// Fraction of the first slope at which a line search stops.
-const FLAT: f64 = 0.5;
+const SLOPE_REDUCTION: f64 = 0.5;
 
 /// Ratio between successive limits if a difficult balance is approached through larger limits.
 const LIMITS_APART: f64 = 3.0;
@@ -40,7 +40,7 @@ pub(super) struct Resultants<const A: usize> {
     pub(super) limit_sum: f64,
     pub(super) limit_peak: f64,
     /// Free motions, with the sum Σ q·r that each must reach \[Pa\].
-    pub(super) asked: Vec<(usize, f64)>,
+    pub(super) required: Vec<(usize, f64)>,
 }
 
 impl<const A: usize> Resultants<A> {
@@ -92,7 +92,7 @@ impl<const A: usize> Resultants<A> {
             along = plus(along, 1.0, *q);
         }
         let mut sums = [0.0; MOTIONS];
-        for &(motion, _) in &self.asked {
+        for &(motion, _) in &self.required {
             sums[motion] = match &self.rotation {
                 Some(rotation) if motion == MOTIONS - 1 => {
                     shear.iter().zip(rotation).map(|(q, r)| dot(*q, *r)).sum()
@@ -104,9 +104,9 @@ impl<const A: usize> Resultants<A> {
     }
 
     /// Returns the required sums less the actual ones.
-    pub(super) fn lack(&self, shear: &[Vector<A>]) -> Motions {
+    pub(super) fn deficit(&self, shear: &[Vector<A>]) -> Motions {
         let mut lack = self.sums(shear);
-        for &(motion, required) in &self.asked {
+        for &(motion, required) in &self.required {
             lack[motion] = required - lack[motion];
         }
         lack
@@ -114,10 +114,10 @@ impl<const A: usize> Resultants<A> {
 
     /// Returns the largest error of a sum, as a fraction of the sum of the limits.
     pub(super) fn error(&self, shear: &[Vector<A>], limit: &[f64]) -> f64 {
-        if self.asked.is_empty() || limit.is_empty() {
+        if self.required.is_empty() || limit.is_empty() {
             return 0.0;
         }
-        let lack = self.lack(shear);
+        let lack = self.deficit(shear);
         let largest: f64 = limit.iter().sum();
         lack.iter().fold(0.0f64, |m, l| m.max(l.abs())) / largest
     }
@@ -130,12 +130,12 @@ impl<const A: usize> Resultants<A> {
     /// it. If the targets are far beyond the limits, the function has edges instead of curves. The minimum is then
     /// approached through larger limits, with the sums enlarged equally.
     pub(super) fn balance(&self, target: &[Vector<A>], limit: &[f64]) -> Option<Motions> {
-        if self.asked.is_empty() {
+        if self.required.is_empty() {
             return Some([0.0; MOTIONS]);
         }
         let (amounts, error) = self.minimise([0.0; MOTIONS], 1.0, target, limit);
         let largest = self.limit_sum;
-        if error <= CARRIED * largest {
+        if error <= BALANCE_TOLERANCE * largest {
             return Some(amounts);
         }
         let peak = self.limit_peak;
@@ -146,7 +146,7 @@ impl<const A: usize> Resultants<A> {
             let (next, error) = self.minimise(amounts, factor, target, limit);
             amounts = next;
             if factor == 1.0 {
-                return (error <= CARRIED * largest).then_some(amounts);
+                return (error <= BALANCE_TOLERANCE * largest).then_some(amounts);
             }
             factor = (factor / LIMITS_APART).max(1.0);
         }
@@ -214,8 +214,8 @@ impl<const A: usize> Resultants<A> {
             let trial: Motions = std::array::from_fn(|k| start[k] + part * step[k]);
             let next = self.evaluate(&trial, factor, target, limit);
             let remaining = descent(&next);
-            if remaining.abs() <= FLAT * first
-                || next.largest_error() <= FLAT * current.largest_error()
+            if remaining.abs() <= SLOPE_REDUCTION * first
+                || next.largest_error() <= SLOPE_REDUCTION * current.largest_error()
             {
                 return Some((trial, next));
             }
@@ -282,9 +282,9 @@ impl<const A: usize> Resultants<A> {
             }
         }
         let mut balance = Balance::default();
-        for &(j, required) in &self.asked {
+        for &(j, required) in &self.required {
             balance.lack[j] = limit_scale * required - sums[j];
-            for &(k, _) in &self.asked {
+            for &(k, _) in &self.required {
                 balance.slope[j][k] = slope[j][k];
             }
             if j < A {
@@ -298,7 +298,7 @@ impl<const A: usize> Resultants<A> {
     /// u·required = 1, by reweighted least squares.
     pub(super) fn limit_factor(&self, limit: &[f64]) -> f64 {
         let mut required = [0.0; MOTIONS];
-        for &(motion, sum) in &self.asked {
+        for &(motion, sum) in &self.required {
             required[motion] = sum;
         }
         let normal = |amounts: Motions| {
@@ -317,8 +317,8 @@ impl<const A: usize> Resultants<A> {
                 let size = norm(self.field(&amounts, cell));
                 value += limit * size;
                 let weight = limit / size.max(1e-9 * largest);
-                for &(j, _) in &self.asked {
-                    for &(k, _) in &self.asked {
+                for &(j, _) in &self.required {
+                    for &(k, _) in &self.required {
                         matrix[j][k] += weight * dot(self.motion(j, cell), self.motion(k, cell));
                     }
                 }

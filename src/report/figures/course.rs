@@ -1,13 +1,13 @@
 //! Figures of the summary over the cycles.
 
 use super::super::headline::state_resonances;
-use super::super::plot::{Axis, Chart, Curve, LONGEST_BAR, Mark};
+use super::super::plot::{Axis, Chart, Curve, Mark, UNCERTAIN};
 use super::super::quantity::{
     self, ENERGY, FORCE, FREQUENCY, LENGTH, NUMBER, PRESSURE, SHARE, STIFFNESS, Units, VOLUME,
-    VOLUME_RATE, in_unit, shown,
+    VOLUME_RATE, with_best_unit, with_unit,
 };
-use super::super::{ReportError, below, error_bar_of, figure_with_bar};
-use super::{Figure, ReportedRun, Study, dotted};
+use super::super::{ReportError, error_bar_of, figure_with_bar, upper_bound};
+use super::{Figure, ReportedRun, ReportedRuns, dotted};
 
 /// Column of the summary that is drawn over the cycles.
 struct Course {
@@ -110,13 +110,16 @@ const BEGINNING: f64 = 0.1;
 const EARLY: f64 = 0.05;
 
 /// Draws one figure per entry of [`PLANS`] that a run has data for.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let figures: Result<Vec<Option<Figure>>, ReportError> =
         PLANS.iter().map(|plan| figure(study, plan)).collect();
     Ok(figures?.into_iter().flatten().collect())
 }
 
-fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Figure>, ReportError> {
+fn figure(
+    study: &ReportedRuns,
+    (id, title, note, courses): &Plan,
+) -> Result<Option<Figure>, ReportError> {
     let wears = |run: &&ReportedRun| run.cycles.len() > 1 && run.column("cycles").is_some();
     let runs: Vec<&ReportedRun> = study.runs.iter().filter(wears).collect();
     let (mut drawings, mut sentences, mut columns) = (Vec::new(), Vec::new(), vec!["cycles"]);
@@ -158,8 +161,7 @@ fn figure(study: &Study, (id, title, note, courses): &Plan) -> Result<Option<Fig
     let hollow = courses.iter().any(|course| {
         let errors =
             error_bar_of(course.column).map(|name| runs.iter().filter_map(|run| run.column(name)));
-        errors
-            .is_some_and(|mut errors| errors.any(|errors| errors.iter().any(|e| *e >= LONGEST_BAR)))
+        errors.is_some_and(|mut errors| errors.any(|errors| errors.iter().any(|e| *e >= UNCERTAIN)))
     });
     let hollow = match hollow {
         true => " A hollow point has no bar, because the error is about as large as the value.",
@@ -215,7 +217,7 @@ fn runs_in(run: &ReportedRun, column: &str) -> bool {
 }
 
 /// Returns the abscissa of the unworn joint on a logarithmic axis: a power of ten below all other cycles.
-fn place_of_zero(study: &Study, runs: &[&ReportedRun]) -> Option<f64> {
+fn place_of_zero(study: &ReportedRuns, runs: &[&ReportedRun]) -> Option<f64> {
     let worn = runs
         .iter()
         .flat_map(|run| &run.cycles)
@@ -227,15 +229,18 @@ fn place_of_zero(study: &Study, runs: &[&ReportedRun]) -> Option<f64> {
 }
 
 /// Describes the phase resonances of the last states, computed with the contact elements of these states.
-fn state_resonances_sentence(study: &Study, runs: &[&ReportedRun]) -> Result<String, ReportError> {
+fn state_resonances_sentence(
+    study: &ReportedRuns,
+    runs: &[&ReportedRun],
+) -> Result<String, ReportError> {
     let mut each = Vec::new();
     let unit = study.unit("peak_amplitude", LENGTH);
     for run in runs {
         let Some([_, last_state]) = state_resonances(run)? else {
             continue;
         };
-        let amplitude = in_unit(last_state.amplitude, unit);
-        let frequency = shown(last_state.frequency, FREQUENCY);
+        let amplitude = with_unit(last_state.amplitude, unit);
+        let frequency = with_best_unit(last_state.frequency, FREQUENCY);
         let name = match runs {
             [_] => String::new(),
             _ => format!("{} ", run.label),
@@ -282,7 +287,7 @@ fn updates_sentence(runs: &[&ReportedRun]) -> String {
 }
 
 fn chart(
-    study: &Study,
+    study: &ReportedRuns,
     runs: &[&ReportedRun],
     course: &Course,
     zero: Option<f64>,
@@ -343,7 +348,7 @@ fn chart(
             range: None,
         },
         y: Axis {
-            label: labelled(course.name, unit.symbol),
+            label: axis_label(course.name, unit.symbol),
             log,
             ..Axis::default()
         },
@@ -353,7 +358,7 @@ fn chart(
 }
 
 /// Returns the label of an axis: quantity and unit.
-pub fn labelled(name: &str, symbol: &str) -> String {
+pub fn axis_label(name: &str, symbol: &str) -> String {
     match symbol {
         "" => name.to_owned(),
         symbol => format!("{name} / {symbol}"),
@@ -372,7 +377,7 @@ pub fn capitalised(text: &str) -> String {
     }
 }
 
-fn sentence(study: &Study, runs: &[&ReportedRun], course: &Course) -> String {
+fn sentence(study: &ReportedRuns, runs: &[&ReportedRun], course: &Course) -> String {
     let unit = study.unit(course.column, course.units);
     let each: Vec<String> = runs
         .iter()
@@ -384,16 +389,18 @@ fn sentence(study: &Study, runs: &[&ReportedRun], course: &Course) -> String {
             );
             let resolution = run.resolution(course.column);
             let [before, after] =
-                ends.map(|v| figure_with_bar(v, 0.0, resolution, |v| in_unit(v, unit)));
+                ends.map(|v| figure_with_bar(v, 0.0, resolution, |v| with_unit(v, unit)));
             let stays = before == after || ends.iter().all(|v| v.abs() < resolution);
             let plain = figure_with_bar(ends[0], 0.0, resolution, |v| {
-                quantity::number(v / unit.size)
+                quantity::four_digits(v / unit.size)
             });
             Some(match (runs, stays) {
                 ([_], true) if after.starts_with("below") => format!("{name} stays {after}."),
                 ([_], true) => format!("{name} stays at {after}."),
                 ([_], false) => {
-                    let are_known = ends.iter().all(|v| below(*v, 0.0, resolution).is_none());
+                    let are_known = ends
+                        .iter()
+                        .all(|v| upper_bound(*v, 0.0, resolution).is_none());
                     let change = if are_known {
                         change(ends)
                     } else {
@@ -425,5 +432,8 @@ fn change([first, last]: [f64; 2]) -> String {
         return String::new();
     }
     let sign = if change > 0.0 { "+" } else { "" };
-    format!(" ({sign}{}\u{a0}%)", quantity::digits(change, 3))
+    format!(
+        " ({sign}{}\u{a0}%)",
+        quantity::significant_digits(change, 3)
+    )
 }

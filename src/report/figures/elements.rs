@@ -6,11 +6,13 @@ use polars::prelude::DataFrame;
 
 use super::super::ReportError;
 use super::super::plot::{Map, Scale};
-use super::super::quantity::{self, FORCE, STIFFNESS, Units, in_unit, number, shown, unit_of};
-use super::super::run_tables::{numbers, texts};
-use super::course::labelled;
-use super::surface::titled;
-use super::{Figure, ReportedRun, Study, range_of, widened};
+use super::super::quantity::{
+    self, FORCE, STIFFNESS, Units, four_digits, unit_of, with_best_unit, with_unit,
+};
+use super::super::run_tables::{numeric_column, text_column};
+use super::course::axis_label;
+use super::surface::heading;
+use super::{Figure, ReportedRun, ReportedRuns, range_of, widened};
 use crate::recipe::ContactArray;
 use crate::tables::TableName;
 
@@ -27,31 +29,37 @@ struct Lattice {
 }
 
 /// Draws maps of the contact elements at the last iteration of each run.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "contact-elements";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     let mut frames = Vec::new();
     for run in &study.runs {
         let last = run.tables.latest();
-        let frame = run.tables.at(last, TableName::ContactElement)?;
+        let frame = run
+            .tables
+            .iteration_table(last, TableName::ContactElement)?;
         frames.extend(frame.map(|frame| (run, frame)));
     }
     for (run, frame) in &frames {
         let Some(lattice) = lattice(run, frame) else {
             continue;
         };
-        let states = texts(frame, "state").unwrap_or_default();
+        let states = text_column(frame, "state").unwrap_or_default();
         let count = |state: &str| states.iter().filter(|s| *s == state).count();
         for map in maps(study, run, &frames, frame, &lattice, &states) {
             drawings.push(map.draw());
         }
         let range = |column: &str, units: Units| {
-            let [low, high] = range_of(&numbers(frame, column)?)?;
+            let [low, high] = range_of(&numeric_column(frame, column)?)?;
             Some(match low == high {
-                true => shown(low, units),
+                true => with_best_unit(low, units),
                 false => {
                     let unit = unit_of(units, high);
-                    format!("{} to {}", number(low / unit.size), in_unit(high, unit))
+                    format!(
+                        "{} to {}",
+                        four_digits(low / unit.size),
+                        with_unit(high, unit)
+                    )
                 }
             })
         };
@@ -93,7 +101,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 fn lattice(run: &ReportedRun, frame: &DataFrame) -> Option<Lattice> {
     let structure = run.tables.recipe().structure.as_ref()?;
     let array = structure.source.contact_array()?;
-    let (x, y) = (numbers(frame, "x")?, numbers(frame, "y")?);
+    let (x, y) = (numeric_column(frame, "x")?, numeric_column(frame, "y")?);
     let places: Vec<[f64; 2]> = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
     let at_nodes = !structure.contact_ports.are_faces();
     (places.len() > 1).then(|| Lattice::new(&array, at_nodes, &places))
@@ -137,7 +145,7 @@ impl Lattice {
 }
 
 fn maps(
-    study: &Study,
+    study: &ReportedRuns,
     run: &ReportedRun,
     all: &[(&ReportedRun, DataFrame)],
     frame: &DataFrame,
@@ -149,7 +157,7 @@ fn maps(
         lattice.of_cell.iter().map(value).collect()
     };
     let map = |title: &str, values: &[f64], scale: Scale| Map {
-        title: titled(study, run, title),
+        title: heading(study, run, title),
         cells: lattice.cells,
         values: spread(values),
         size: lattice.size.map(|side| side / MM),
@@ -171,8 +179,10 @@ fn maps(
         ("normal_load", "normal load", FORCE),
         ("kn", "normal stiffness kn", STIFFNESS),
     ] {
-        let values = numbers(frame, column).unwrap_or_default();
-        let all_values = all.iter().filter_map(|(_, frame)| numbers(frame, column));
+        let values = numeric_column(frame, column).unwrap_or_default();
+        let all_values = all
+            .iter()
+            .filter_map(|(_, frame)| numeric_column(frame, column));
         let all_values: Vec<f64> = all_values.flatten().collect();
         let (Some(range), false) = (range_of(&all_values), values.is_empty()) else {
             continue;
@@ -187,7 +197,7 @@ fn maps(
         let scale = Scale::Continuous {
             range: range.map(|end| end / unit.size),
             log: false,
-            label: labelled(name, unit.symbol),
+            label: axis_label(name, unit.symbol),
         };
         maps.push(map(name, &values, scale));
     }

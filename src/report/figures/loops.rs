@@ -1,19 +1,19 @@
 //! Figure of the hysteresis loops of the joint.
 
-use super::super::figure_text::rounding;
-use super::super::quantity::{ENERGY, FORCE, LENGTH, in_unit, largest, unit_of};
-use super::super::run_tables::numbers;
+use super::super::figure_text::rounding_bound;
+use super::super::quantity::{ENERGY, FORCE, LENGTH, largest, unit_of, with_unit};
+use super::super::run_tables::numeric_column;
 use super::super::{ReportError, figure_with_bar};
-use super::response::{Panel, panel, states_with};
-use super::smooth::mark_points;
-use super::{Figure, Study};
+use super::response::{Panel, panel_charts, states_with};
+use super::smooth::smooth_with_points;
+use super::{Figure, ReportedRuns};
 use crate::tables::TableName;
 
 /// Maximum number of states of wear.
 const LOOPS: usize = 5;
 
 /// Draws the loops of the rough contact and of the contact elements.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "hysteresis-loops";
     let fine = Panel {
         title: "Rough contact, cell by cell",
@@ -30,7 +30,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     for (table, view) in tables.into_iter().zip([&fine, &elements]) {
         // Both panels show the same states if possible.
         let states = states_with(study, table, &tables, LOOPS)?;
-        let charts = panel(&states, view);
+        let charts = panel_charts(&states, view);
         if charts.is_empty() {
             continue;
         }
@@ -41,7 +41,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             }
             // The cycle of the contact elements has many instants, so it needs no interpolation.
             if table == TableName::Hysteresis {
-                mark_points(&mut chart);
+                smooth_with_points(&mut chart);
             }
             drawings.push(chart.draw());
         }
@@ -49,9 +49,12 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             .iter()
             .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
             .filter_map(|(state, (name, _, frame))| {
-                let (x, y) = (numbers(frame, view.x.0)?, numbers(frame, view.y.0)?);
+                let (x, y) = (
+                    numeric_column(frame, view.x.0)?,
+                    numeric_column(frame, view.y.0)?,
+                );
                 let comma = if state.is_empty() { "" } else { ", " };
-                let least = rounding(largest(&x) * largest(&y));
+                let least = rounding_bound(largest(&x) * largest(&y));
                 Some((
                     format!("{name}{comma}{state}"),
                     enclosed_area(&x, &y),
@@ -79,7 +82,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
     let unit = unit_of(ENERGY, largest(&all));
     let areas = areas.iter().map(|(title, each)| {
         let each = each.iter().map(|(name, area, least)| {
-            let area = figure_with_bar(*area, 0.0, *least, |energy| in_unit(energy, unit));
+            let area = figure_with_bar(*area, 0.0, *least, |energy| with_unit(energy, unit));
             format!("{name} {area}")
         });
         format!("{title}: {}", each.collect::<Vec<String>>().join("; "))

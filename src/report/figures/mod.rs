@@ -15,12 +15,12 @@ mod surface;
 
 use polars::prelude::DataFrame;
 
-pub use study::{ReportedRun, Study};
-pub use surface::{titled, with_run_name};
+pub use study::{ReportedRun, ReportedRuns};
+pub use surface::{heading, with_run_name};
 
 use super::ReportError;
 use super::plot::{Curve, Drawing, Mark};
-use super::run_tables::numbers;
+use super::run_tables::numeric_column;
 
 /// Figure of a report: drawings with a caption and the source of the data.
 #[derive(Debug, Clone)]
@@ -53,7 +53,7 @@ pub const MAIN: usize = 4;
 ///
 /// # Errors
 /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let mut figures = surface::figures(study)?;
     figures.extend(response::figures(study)?);
     figures.extend(surface::wear_figures(study)?);
@@ -78,7 +78,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 
 /// Returns the points of two columns in the units of the axes. Returns `None` if a column is missing.
 fn points(frame: &DataFrame, x: &str, y: &str, sizes: [f64; 2]) -> Option<Vec<[f64; 2]>> {
-    let (x, y) = (numbers(frame, x)?, numbers(frame, y)?);
+    let (x, y) = (numeric_column(frame, x)?, numeric_column(frame, y)?);
     let pairs = x.into_iter().zip(y);
     Some(pairs.map(|(x, y)| [x / sizes[0], y / sizes[1]]).collect())
 }
@@ -102,7 +102,7 @@ fn range_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
 }
 
 /// Returns the range of the colours of a map. The outermost values lie beyond it and get the colour of the end.
-fn scale_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
+fn colour_range<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     let finite = values.into_iter().copied().filter(|v| v.is_finite());
     let mut sorted: Vec<f64> = finite.collect();
     sorted.sort_by(f64::total_cmp);
@@ -113,9 +113,9 @@ fn scale_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
 
 /// Returns the upper end of the colours for a field that is zero in most cells. Only positive values count, so that a
 /// few loaded or worn cells stay visible.
-fn top_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
+fn colour_top<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
     let positive = values.into_iter().filter(|value| **value > 0.0);
-    scale_of(positive).map(|[_, top]| top)
+    colour_range(positive).map(|[_, top]| top)
 }
 
 /// Part of the values, at each end, that lies beyond the colours of a map.

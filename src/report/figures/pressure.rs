@@ -1,11 +1,11 @@
 //! Figures of the contact pressure: maps and a histogram.
 
 use super::super::ReportError;
-use super::super::plot::{Axis, Chart, Curve, NOTHING, Scale, UNWORN, WORN};
-use super::super::quantity::{self, PRESSURE, SHARE, shown, unit_of};
-use super::course::labelled;
-use super::surface::{map, titled, with_run_name};
-use super::{Figure, ReportedRun, Study, range_of, top_of};
+use super::super::plot::{Axis, Chart, Curve, NO_DATA, Scale, UNWORN, WORN};
+use super::super::quantity::{self, PRESSURE, SHARE, unit_of, with_best_unit};
+use super::course::axis_label;
+use super::surface::{heading, map, with_run_name};
+use super::{Figure, ReportedRun, ReportedRuns, colour_top, range_of};
 use crate::tables::TableName;
 
 /// Number of classes of the histogram, ten per decade.
@@ -22,11 +22,11 @@ const STATES: usize = 4;
 type State<'a> = (&'a ReportedRun<'a>, u64, Vec<f64>);
 
 /// Draws the maps and the histogram.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let mut states: Vec<State> = Vec::new();
     let most = if study.is_single() { STATES } else { 2 };
     for run in &study.runs {
-        for k in run.along_wear(&[TableName::ContactField], most) {
+        for k in run.states_along_wear(&[TableName::ContactField], most) {
             let field = run.field(k, TableName::ContactField, "pressure")?;
             states.extend(field.map(|field| (run, k, field)));
         }
@@ -52,17 +52,17 @@ fn at_cap(field: &[f64], cap: f64) -> usize {
     field.iter().filter(|p| **p >= cap * (1.0 - 1e-9)).count()
 }
 
-fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
+fn maps(study: &ReportedRuns, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     // All maps have the same colours.
-    let top = top_of(states.iter().flat_map(|(_, _, field)| field)).unwrap_or(0.0);
+    let top = colour_top(states.iter().flat_map(|(_, _, field)| field)).unwrap_or(0.0);
     for (run, k, field) in states {
         let contact: Vec<f64> = field
             .iter()
-            .map(|p| if *p == 0.0 { NOTHING } else { *p })
+            .map(|p| if *p == 0.0 { NO_DATA } else { *p })
             .collect();
-        let title = titled(study, run, &format!("pressure, {}", run.state(*k)));
+        let title = heading(study, run, &format!("pressure, {}", run.state(*k)));
         let range = [LOADED * top, top];
         if let Some(mut map) = map(run, title, &contact, range, PRESSURE, "pressure")? {
             if let Scale::Continuous { log, .. } = &mut map.scale {
@@ -73,12 +73,15 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         let [_, most] = range_of(field).unwrap_or_default();
         let capped = cap(run).map_or(String::new(), |cap| {
             let cells = at_cap(field, cap);
-            format!(", {cells} cells at the cap of {}", shown(cap, PRESSURE))
+            format!(
+                ", {cells} cells at the cap of {}",
+                with_best_unit(cap, PRESSURE)
+            )
         });
         each.push(format!(
             "{} {}{capped}",
             with_run_name(study, run, &run.state(*k)),
-            shown(most, PRESSURE)
+            with_best_unit(most, PRESSURE)
         ));
     }
     let columns = vec!["i", "j", "pressure"];
@@ -96,7 +99,7 @@ fn maps(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
     })
 }
 
-fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
+fn histogram(study: &ReportedRuns, states: &[State]) -> Result<Figure, ReportError> {
     const ID: &str = "pressure-histogram";
     let most = states.iter().map(|(_, _, field)| quantity::largest(field));
     let most = most.fold(0.0, f64::max);
@@ -136,13 +139,13 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         let chart = Chart {
             title: title.to_owned(),
             x: Axis {
-                label: labelled("pressure", unit.symbol),
+                label: axis_label("pressure", unit.symbol),
                 log: true,
                 zero: None,
                 range: Some([edge(0) / unit.size, 1.2 * most / unit.size]),
             },
             y: Axis {
-                label: labelled("share of contact", SHARE[0].symbol),
+                label: axis_label("share of contact", SHARE[0].symbol),
                 range: Some([0.0, 1.1 * top]),
                 ..Axis::default()
             },
@@ -159,7 +162,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
             format!(
                 "{} {} of the cells",
                 with_run_name(study, run, &run.state(*k)),
-                shown(contact as f64 / cells as f64, SHARE)
+                with_best_unit(contact as f64 / cells as f64, SHARE)
             )
         })
         .collect();
@@ -171,7 +174,7 @@ fn histogram(study: &Study, states: &[State]) -> Result<Figure, ReportError> {
         states: Vec::new(),
         caption: format!(
             "Distribution of the cells in contact over {CLASSES} logarithmic classes of pressure, up to {}. In contact: {}.",
-            shown(most, PRESSURE),
+            with_best_unit(most, PRESSURE),
             each.join("; ")
         ),
         query: study.query_last("contact_field", &columns),

@@ -3,15 +3,15 @@
 use polars::prelude::DataFrame;
 
 use super::super::ReportError;
-use super::super::figure_text::rounding;
+use super::super::figure_text::rounding_bound;
 use super::super::headline::state_resonances;
 use super::super::plot::{Axis, Chart, Curve, style_of_state};
 use super::super::quantity::{
-    self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, in_unit, shown, unit_of,
+    self, ANGLE, FORCE, FREQUENCY, LENGTH, Units, unit_of, with_best_unit, with_unit,
 };
-use super::super::run_tables::numbers;
-use super::course::labelled;
-use super::{Figure, ReportedRun, Study, points};
+use super::super::run_tables::numeric_column;
+use super::course::axis_label;
+use super::{Figure, ReportedRun, ReportedRuns, points};
 use crate::tables::TableName;
 
 /// Maximum number of forced responses along wear. More curves would need more styles.
@@ -21,7 +21,7 @@ const RESPONSES: usize = 6;
 type Named = (String, usize, DataFrame);
 
 /// Draws the forced responses and the cycle of the joint.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let all = [
         forced_response(study)?,
         over_wear(study)?,
@@ -32,7 +32,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
 
 /// Selects the states with a table, as [`states_with`] does.
 pub fn states(
-    study: &Study,
+    study: &ReportedRuns,
     table: TableName,
     most: usize,
 ) -> Result<Vec<(String, Vec<Named>)>, ReportError> {
@@ -44,17 +44,21 @@ pub fn states(
 /// A single run has one drawing with at most `most` states of wear. They have all of `tables`, if such states exist.
 /// Several runs have two drawings: the unworn states, and the last states.
 pub fn states_with(
-    study: &Study,
+    study: &ReportedRuns,
     table: TableName,
     tables: &[TableName],
     most: usize,
 ) -> Result<Vec<(String, Vec<Named>)>, ReportError> {
-    let read = |run: &ReportedRun, k: u64| run.tables.at(k, table).map(Option::unwrap_or_default);
+    let read = |run: &ReportedRun, k: u64| {
+        run.tables
+            .iteration_table(k, table)
+            .map(Option::unwrap_or_default)
+    };
     if let [run] = &study.runs[..] {
         let mut states = Vec::new();
-        let mut iterations = run.along_wear(tables, most);
+        let mut iterations = run.states_along_wear(tables, most);
         if iterations.is_empty() {
-            iterations = run.along_wear(&[table], most);
+            iterations = run.states_along_wear(&[table], most);
         }
         for (place, k) in iterations.iter().enumerate() {
             let style = style_of_state(place, iterations.len());
@@ -64,7 +68,7 @@ pub fn states_with(
     }
     let (mut unworn, mut last) = (Vec::new(), Vec::new());
     for run in &study.runs {
-        let with = run.with(table, 2);
+        let with = run.iterations_with(table, 2);
         if let Some(first) = with.first() {
             unworn.push((run.label.clone(), run.style, read(run, *first)?));
         }
@@ -90,10 +94,10 @@ pub struct Panel {
 
 /// Creates one chart of two columns per list of states. All charts have the same axes. A list without these columns has
 /// no chart.
-pub fn panel(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
+pub fn panel_charts(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
     let all = |column: &str| -> Vec<f64> {
         let frames = states.iter().flat_map(|(_, named)| named);
-        let columns = frames.filter_map(|(_, _, frame)| numbers(frame, column));
+        let columns = frames.filter_map(|(_, _, frame)| numeric_column(frame, column));
         columns.flatten().collect()
     };
     let ((x, x_name, x_units), (y, y_name, y_units)) = (panel.x, panel.y);
@@ -126,12 +130,12 @@ pub fn panel(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
                 state => format!("{}, {state}", panel.title),
             },
             x: Axis {
-                label: labelled(x_name, units[0].symbol),
+                label: axis_label(x_name, units[0].symbol),
                 range: range(&all_x, units[0].size, 0.0),
                 ..Axis::default()
             },
             y: Axis {
-                label: labelled(y_name, units[1].symbol),
+                label: axis_label(y_name, units[1].symbol),
                 range: range(&all_y, units[1].size, 0.05),
                 ..Axis::default()
             },
@@ -159,27 +163,30 @@ fn peaks(states: &[(String, Vec<Named>)]) -> Vec<String> {
         let each = states.iter();
         each.flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
     };
-    let amplitudes = all().filter_map(|(_, (.., frame))| numbers(frame, "amplitude"));
+    let amplitudes = all().filter_map(|(_, (.., frame))| numeric_column(frame, "amplitude"));
     let unit = unit_of(
         LENGTH,
         quantity::largest(&amplitudes.flatten().collect::<Vec<f64>>()),
     );
     let peaks = all().filter_map(|(state, (name, _, frame))| {
-        let (amplitude, frequency) = (numbers(frame, "amplitude")?, numbers(frame, "frequency")?);
+        let (amplitude, frequency) = (
+            numeric_column(frame, "amplitude")?,
+            numeric_column(frame, "frequency")?,
+        );
         let largest =
             (0..amplitude.len()).max_by(|a, b| amplitude[*a].total_cmp(&amplitude[*b]))?;
         let comma = if state.is_empty() { "" } else { ", " };
         Some(format!(
             "{name}{comma}{state} {} at {}",
-            in_unit(amplitude[largest], unit),
-            shown(frequency[largest], FREQUENCY)
+            with_unit(amplitude[largest], unit),
+            with_best_unit(frequency[largest], FREQUENCY)
         ))
     });
     peaks.collect()
 }
 
 /// Describes the phase resonances, which differ from the largest points of the curves.
-fn phase_resonances(study: &Study) -> Result<String, ReportError> {
+fn phase_resonances(study: &ReportedRuns) -> Result<String, ReportError> {
     let unit = study.unit("peak_amplitude", LENGTH);
     let mut each = Vec::new();
     for run in &study.runs {
@@ -189,8 +196,8 @@ fn phase_resonances(study: &Study) -> Result<String, ReportError> {
         let resonances = resonances.map(|resonance| {
             format!(
                 "{} at {}",
-                in_unit(resonance.amplitude, unit),
-                shown(resonance.frequency, FREQUENCY)
+                with_unit(resonance.amplitude, unit),
+                with_best_unit(resonance.frequency, FREQUENCY)
             )
         });
         let name = match study.is_single() {
@@ -213,7 +220,7 @@ fn phase_resonances(study: &Study) -> Result<String, ReportError> {
 }
 
 /// Explains how to request the responses of intermediate states, if the runs do not have them.
-fn intermediate_states_hint(study: &Study) -> &'static str {
+fn intermediate_states_hint(study: &ReportedRuns) -> &'static str {
     let lacks = |run: &ReportedRun| {
         let recipe = run.tables.recipe();
         recipe.wear.is_some() && recipe.output.response_at.is_empty()
@@ -227,19 +234,22 @@ fn intermediate_states_hint(study: &Study) -> &'static str {
 }
 
 /// Draws the responses of intermediate states, if a run has more than its first and its last response.
-fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
+fn over_wear(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "responses-over-wear";
     let mut drawings = Vec::new();
     let mut each = Vec::new();
     for run in &study.runs {
-        let iterations = run.along_wear(&[TableName::Frf], RESPONSES);
+        let iterations = run.states_along_wear(&[TableName::Frf], RESPONSES);
         if iterations.len() <= 2 {
             continue;
         }
         let mut named = Vec::new();
         for (place, k) in iterations.iter().enumerate() {
             let style = style_of_state(place, iterations.len());
-            let frame = run.tables.at(*k, TableName::Frf)?.unwrap_or_default();
+            let frame = run
+                .tables
+                .iteration_table(*k, TableName::Frf)?
+                .unwrap_or_default();
             named.push((run.state(*k), style, frame));
         }
         let name = if study.is_single() {
@@ -249,7 +259,7 @@ fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
         };
         let states = [(name, named)];
         for view in [&AMPLITUDE, &PHASE] {
-            for chart in panel(&states, view) {
+            for chart in panel_charts(&states, view) {
                 drawings.push(chart.draw());
             }
         }
@@ -273,12 +283,12 @@ fn over_wear(study: &Study) -> Result<Option<Figure>, ReportError> {
     }))
 }
 
-fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
+fn forced_response(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "forced-response";
     let states = states(study, TableName::Frf, 2)?;
     let charts = [&AMPLITUDE, &PHASE]
         .into_iter()
-        .flat_map(|view| panel(&states, view));
+        .flat_map(|view| panel_charts(&states, view));
     let drawings: Vec<_> = charts.map(|chart| chart.draw()).collect();
     if drawings.is_empty() {
         return Ok(None);
@@ -287,9 +297,12 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
     let force = states
         .iter()
         .flat_map(|(_, named)| named)
-        .find_map(|(_, _, frame)| numbers(frame, "force")?.first().copied());
+        .find_map(|(_, _, frame)| numeric_column(frame, "force")?.first().copied());
     let force = force.map_or(String::new(), |force| {
-        format!(" to a force of {} (half range)", shown(force, FORCE))
+        format!(
+            " to a force of {} (half range)",
+            with_best_unit(force, FORCE)
+        )
     });
     let columns = vec!["force", "frequency", "amplitude", "phase_lag"];
     Ok(Some(Figure {
@@ -311,7 +324,7 @@ fn forced_response(study: &Study) -> Result<Option<Figure>, ReportError> {
 /// Smallest number of instants of a drawn cycle. A cycle that only has its reversals shows no course in time.
 const LEAST_TIMES: usize = 8;
 
-fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
+fn joint_cycle(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "joint-cycle";
     let resolved_states = |table: TableName| -> Result<_, ReportError> {
         let mut states = states(study, table, 2)?;
@@ -338,7 +351,7 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
             y: ("normal_load", "normal load", FORCE),
         },
     ];
-    let charts = panels.iter().flat_map(|view| panel(&states, view));
+    let charts = panels.iter().flat_map(|view| panel_charts(&states, view));
     let closed_charts = charts.map(|mut chart| {
         chart.x.range = Some([0.0, 1.0]);
         for Curve { points, .. } in &mut chart.curves {
@@ -357,7 +370,7 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
     }
     let units = [("displacement_x", LENGTH), ("normal_load", FORCE)].map(|(column, units)| {
         let frames = states.iter().flat_map(|(_, named)| named);
-        let columns = frames.filter_map(|(.., frame)| numbers(frame, column));
+        let columns = frames.filter_map(|(.., frame)| numeric_column(frame, column));
         unit_of(
             units,
             quantity::largest(&columns.flatten().collect::<Vec<f64>>()),
@@ -368,27 +381,27 @@ fn joint_cycle(study: &Study) -> Result<Option<Figure>, ReportError> {
         .flat_map(|(state, named)| named.iter().map(move |named| (state, named)))
         .filter_map(|(state, (name, _, frame))| {
             let half = |column: &str| {
-                let [low, high] = super::range_of(&numbers(frame, column)?)?;
+                let [low, high] = super::range_of(&numeric_column(frame, column)?)?;
                 let (half, mean) = ((high - low) / 2.0, (high + low) / 2.0);
                 // A value within the rounding errors is zero.
-                let without_rounding = |value: f64, scale: f64| match value.abs() > rounding(scale)
-                {
-                    true => value,
-                    false => 0.0,
-                };
+                let without_rounding =
+                    |value: f64, scale: f64| match value.abs() > rounding_bound(scale) {
+                        true => value,
+                        false => 0.0,
+                    };
                 Some((without_rounding(half, mean), without_rounding(mean, half)))
             };
             let about = |half: f64, unit| match half {
                 0.0 => "constant".to_owned(),
-                half => format!("±{}", in_unit(half, unit)),
+                half => format!("±{}", with_unit(half, unit)),
             };
             let (displacement, load) = (half("displacement_x")?, half("normal_load")?);
             let comma = if state.is_empty() { "" } else { ", " };
             Some(format!(
                 "{name}{comma}{state} {} about {}, load {} {}",
                 about(displacement.0, units[0]),
-                in_unit(displacement.1, units[0]),
-                in_unit(load.1, units[1]),
+                with_unit(displacement.1, units[0]),
+                with_unit(load.1, units[1]),
                 about(load.0, units[1])
             ))
         })

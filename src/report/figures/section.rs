@@ -4,10 +4,10 @@
 
 use super::super::ReportError;
 use super::super::plot::{Axis, BEFORE_ZERO, Chart, Curve, style_of_state};
-use super::super::quantity::{self, LENGTH, PRESSURE, Unit, in_unit, shown, unit_of};
-use super::course::labelled;
-use super::surface::{name_of, titled};
-use super::{Figure, ReportedRun, Study, range_of};
+use super::super::quantity::{self, LENGTH, PRESSURE, Unit, unit_of, with_best_unit, with_unit};
+use super::course::axis_label;
+use super::surface::{heading, name_of};
+use super::{Figure, ReportedRun, ReportedRuns, range_of};
 use crate::tables::TableName;
 
 /// Part of the joint's length that a section shows.
@@ -39,7 +39,7 @@ struct Section<'a> {
 /// # Errors
 /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
 pub fn figure(
-    study: &Study,
+    study: &ReportedRuns,
     fields: &[(&ReportedRun, Vec<f64>)],
     line: [f64; 2],
 ) -> Result<Figure, ReportError> {
@@ -74,7 +74,7 @@ pub fn figure(
                 Curve::line(&state.0, style_of_state(k, section.states.len()), points)
             });
             let chart = Chart {
-                title: titled(study, section.run, name),
+                title: heading(study, section.run, name),
                 x: Axis {
                     label: "x / mm".to_owned(),
                     ..Axis::default()
@@ -86,7 +86,7 @@ pub fn figure(
             Ok(chart.draw())
         };
         let height_axis = Axis {
-            label: labelled("height", units[0].symbol),
+            label: axis_label("height", units[0].symbol),
             // All runs have the same range.
             range: range_of(&heights)
                 .map(|range| with_margins(range.map(|end| end / units[0].size))),
@@ -99,8 +99,8 @@ pub fn figure(
         each.push(format!(
             "{}its height falls from {} to {}",
             name_of(study, section.run),
-            in_unit(section.ends[0], units[0]),
-            in_unit(section.ends[1], units[0])
+            with_unit(section.ends[0], units[0]),
+            with_unit(section.ends[1], units[0])
         ));
     }
     let columns = vec!["i", "j", "pressure"];
@@ -123,8 +123,8 @@ pub fn figure(
             } else {
                 " of all runs"
             },
-            shown(line[0], LENGTH),
-            shown(line[1], LENGTH),
+            with_best_unit(line[0], LENGTH),
+            with_best_unit(line[1], LENGTH),
             each.join("; ")
         ),
         query: study.query_last("contact_field", &columns),
@@ -139,7 +139,7 @@ pub fn figure(
 /// Returns the pressure axis, which is the same for all runs. It is logarithmic if the peaks of the states differ by a
 /// decade.
 fn common_pressure_axis(sections: &[Section], pressures: &[f64], unit: Unit) -> Axis {
-    let label = labelled("pressure", unit.symbol);
+    let label = axis_label("pressure", unit.symbol);
     let states = sections.iter().flat_map(|section| &section.states);
     let peaks: Vec<f64> = states
         .map(|state| quantity::largest(&state.2))
@@ -170,7 +170,7 @@ fn with_margins([low, high]: [f64; 2]) -> [f64; 2] {
 }
 
 fn section<'a>(
-    study: &Study,
+    study: &ReportedRuns,
     run: &'a ReportedRun<'a>,
     depth: &[f64],
     line: [f64; 2],
@@ -192,7 +192,7 @@ fn section<'a>(
         |values: &[f64]| -> Vec<f64> { (begin..end).map(|i| values[i * cells[1] + row]).collect() };
     let most = if study.is_single() { STATES } else { 2 };
     let mut states = Vec::new();
-    for k in run.along_wear(&[TableName::WearField, TableName::ContactField], most) {
+    for k in run.states_along_wear(&[TableName::WearField, TableName::ContactField], most) {
         let fields = (
             run.field(k, TableName::WearField, "wear_depth")?,
             run.field(k, TableName::ContactField, "pressure")?,

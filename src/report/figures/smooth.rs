@@ -3,7 +3,7 @@
 use super::super::plot::{Chart, Curve, Mark};
 
 /// Replaces the curves of a chart by smooth lines, and adds dots at the computed points.
-pub fn mark_points(chart: &mut Chart) {
+pub fn smooth_with_points(chart: &mut Chart) {
     let dots = chart.curves.iter().map(|curve| Curve {
         name: String::new(),
         mark: Mark::Points,

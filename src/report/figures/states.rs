@@ -1,27 +1,27 @@
 //! Figure of the joint at several states of a run, which the reader selects with a slider.
 
 use super::super::ReportError;
-use super::super::plot::{NOTHING, Scale};
+use super::super::plot::{NO_DATA, Scale};
 use super::super::quantity::{LENGTH, PRESSURE};
 use super::pressure::LOADED;
-use super::surface::{map, titled};
-use super::{Figure, Study, top_of};
+use super::surface::{heading, map};
+use super::{Figure, ReportedRuns, colour_top};
 use crate::tables::TableName;
 
 /// Maximum number of states.
-const MOST: usize = 8;
+const MAX_STATES: usize = 8;
 /// Maximum number of cells along a side of a picture. The many pictures are small.
 const FINEST: usize = 128;
 
 /// Draws pressure and worn depth at some stored iterations, from the unworn joint to the last one.
 ///
 /// Returns `None` for several runs and for a run without wear.
-pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
+pub fn figure(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
     let [run] = &study.runs[..] else {
         return Ok(None);
     };
     let iterations = run.tables.iterations();
-    let count = iterations.len().min(MOST);
+    let count = iterations.len().min(MAX_STATES);
     let place = |k: usize| k * (iterations.len() - 1) / (count - 1).max(1);
     let mut states = Vec::new();
     for k in (0..count).map(|k| iterations[place(k)]) {
@@ -34,8 +34,8 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
         );
     }
     let ranges = (
-        top_of(states.iter().flat_map(|(_, pressure, _)| pressure)),
-        top_of(states.iter().flat_map(|(.., depth)| depth)),
+        colour_top(states.iter().flat_map(|(_, pressure, _)| pressure)),
+        colour_top(states.iter().flat_map(|(.., depth)| depth)),
     );
     let (Some(top), Some(deepest)) = ranges else {
         return Ok(None);
@@ -47,11 +47,11 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
     for (k, pressure, depth) in &states {
         let contact = pressure
             .iter()
-            .map(|p| if *p == 0.0 { NOTHING } else { *p });
+            .map(|p| if *p == 0.0 { NO_DATA } else { *p });
         let contact: Vec<f64> = contact.collect();
         let pressure_map = map(
             run,
-            titled(study, run, "pressure"),
+            heading(study, run, "pressure"),
             &contact,
             [LOADED * top, top],
             PRESSURE,
@@ -59,7 +59,7 @@ pub fn figure(study: &Study) -> Result<Option<Figure>, ReportError> {
         )?;
         let depth_map = map(
             run,
-            titled(study, run, "worn depth"),
+            heading(study, run, "worn depth"),
             depth,
             [0.0, deepest],
             LENGTH,

@@ -1,20 +1,20 @@
 //! Figure of the indentation curve, whose slope is the normal stiffness.
 
 use super::super::ReportError;
-use super::super::quantity::{FORCE, LENGTH, STIFFNESS, shown};
-use super::response::{Panel, panel, states};
-use super::smooth::mark_points;
-use super::{Figure, Study};
+use super::super::quantity::{FORCE, LENGTH, STIFFNESS, with_best_unit};
+use super::response::{Panel, panel_charts, states};
+use super::smooth::smooth_with_points;
+use super::{Figure, ReportedRuns};
 use crate::tables::TableName;
 
 /// Maximum number of states of wear.
 const CURVES: usize = 5;
 
 /// Draws the normal load over the approach.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "indentation";
     let states = states(study, TableName::Indentation, CURVES)?;
-    let mut charts = panel(
+    let mut charts = panel_charts(
         &states,
         &Panel {
             title: "Normal load over approach",
@@ -22,7 +22,7 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             y: ("load", "normal load", FORCE),
         },
     );
-    charts.iter_mut().for_each(mark_points);
+    charts.iter_mut().for_each(smooth_with_points);
     let drawings: Vec<_> = charts.iter().map(|chart| chart.draw()).collect();
     if drawings.is_empty() {
         return Ok(Vec::new());
@@ -38,8 +38,8 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
             };
             Some(format!(
                 "{name}{} at {} for the unworn contact",
-                shown(*kn.first()?, STIFFNESS),
-                shown(*load.first()?, FORCE)
+                with_best_unit(*kn.first()?, STIFFNESS),
+                with_best_unit(*load.first()?, FORCE)
             ))
         })
         .collect();

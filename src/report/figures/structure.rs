@@ -7,10 +7,10 @@ use polars::prelude::DataFrame;
 
 use super::super::ReportError;
 use super::super::plot::{Axis, Chart, Curve, Mark, style_of_run};
-use super::super::quantity::{FORCE, FREQUENCY, LENGTH, number, shown};
-use super::super::run_tables::{numbers, texts};
-use super::surface::titled;
-use super::{Figure, ReportedRun, Study};
+use super::super::quantity::{FORCE, FREQUENCY, LENGTH, four_digits, with_best_unit};
+use super::super::run_tables::{numeric_column, text_column};
+use super::surface::heading;
+use super::{Figure, ReportedRun, ReportedRuns};
 use crate::recipe::ContactArray;
 use crate::recipe::Port;
 use crate::tables::TableName;
@@ -27,7 +27,7 @@ const DASHED: usize = 1;
 const OTHER: usize = 2;
 
 /// Draws the shape of the resonance, and the contact mesh.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let both = [resonance_shape(study)?, contact_mesh(study)?];
     Ok(both.into_iter().flatten().collect())
 }
@@ -49,11 +49,11 @@ struct Shape {
 ///
 /// Returns the coefficients of the cosine and the sine of the first harmonic \[N kg^-1/2\].
 fn modal_forces(run: &ReportedRun, response: &DataFrame, shapes: &Ports) -> Option<Vec<[f64; 2]>> {
-    let harmonic = numbers(response, "harmonic")?;
-    let element = numbers(response, "element")?;
-    let axis = texts(response, "axis")?;
-    let cosine = numbers(response, "force_cosine")?;
-    let sine = numbers(response, "force_sine")?;
+    let harmonic = numeric_column(response, "harmonic")?;
+    let element = numeric_column(response, "element")?;
+    let axis = text_column(response, "axis")?;
+    let cosine = numeric_column(response, "force_cosine")?;
+    let sine = numeric_column(response, "force_sine")?;
     let mut forces = vec![[0.0; 2]; shapes.modes];
     let mut act = |port: usize, force: [f64; 2]| {
         for (mode, sum) in forces.iter_mut().enumerate() {
@@ -85,10 +85,13 @@ fn modal_forces(run: &ReportedRun, response: &DataFrame, shapes: &Ports) -> Opti
 
 /// Returns the half range of the first harmonic at a point of the structure \[m\].
 fn amplitude_at(response: &DataFrame, at: &Port) -> Option<f64> {
-    let (point, axis) = (texts(response, "point")?, texts(response, "axis")?);
-    let harmonic = numbers(response, "harmonic")?;
-    let cosine = numbers(response, "displacement_cosine")?;
-    let sine = numbers(response, "displacement_sine")?;
+    let (point, axis) = (
+        text_column(response, "point")?,
+        text_column(response, "axis")?,
+    );
+    let harmonic = numeric_column(response, "harmonic")?;
+    let cosine = numeric_column(response, "displacement_cosine")?;
+    let sine = numeric_column(response, "displacement_sine")?;
     let name = ["x", "y", "z"][at.axis];
     let row = (0..point.len())
         .find(|row| point[*row] == at.at && axis[*row] == name && harmonic[*row] == 1.0)?;
@@ -108,12 +111,12 @@ struct Ports {
 
 impl Ports {
     fn read(run: &ReportedRun) -> Result<Option<Ports>, ReportError> {
-        let port = run.tables.once(TableName::StructurePort)?;
-        let mode = run.tables.once(TableName::StructureMode)?;
+        let port = run.tables.run_table(TableName::StructurePort)?;
+        let mode = run.tables.run_table(TableName::StructureMode)?;
         Ok(port.zip(mode).and_then(|(port, mode)| {
-            let points = texts(&port, "point")?;
-            let (count, shape) = (points.len(), numbers(&mode, "shape")?);
-            let frequency = numbers(&mode, "frequency")?;
+            let points = text_column(&port, "point")?;
+            let (count, shape) = (points.len(), numeric_column(&mode, "shape")?);
+            let frequency = numeric_column(&mode, "frequency")?;
             Some(Ports {
                 modes: shape.len() / count,
                 count,
@@ -139,9 +142,9 @@ impl Shape {
     fn read(run: &ReportedRun) -> Result<Option<Shape>, ReportError> {
         let last = run.tables.latest();
         let tables = (
-            run.tables.once(TableName::StructureOutline)?,
-            run.tables.once(TableName::StructureOutlineMode)?,
-            run.tables.at(last, TableName::Response)?,
+            run.tables.run_table(TableName::StructureOutline)?,
+            run.tables.run_table(TableName::StructureOutlineMode)?,
+            run.tables.iteration_table(last, TableName::Response)?,
             Ports::read(run)?,
         );
         let (Some(outline), Some(modes), Some(response), Some(ports)) = tables else {
@@ -190,12 +193,12 @@ impl Shape {
         let size = at_response_point[0].hypot(at_response_point[1]);
         let phase = at_response_point.map(|part| part / size);
         let columns = |names: [&str; 3], frame: &DataFrame| -> Option<[Vec<f64>; 3]> {
-            let [x, y, z] = names.map(|name| numbers(frame, name));
+            let [x, y, z] = names.map(|name| numeric_column(frame, name));
             Some([x?, y?, z?])
         };
         let shapes = columns(["shape_x", "shape_y", "shape_z"], modes)?;
         let places = columns(["x", "y", "z"], outline)?;
-        let line = numbers(outline, "line")?;
+        let line = numeric_column(outline, "line")?;
         let mut lines: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
         for (point, line) in line.iter().enumerate() {
             lines.entry(*line as u64).or_default().push(point);
@@ -257,7 +260,7 @@ impl Shape {
                     .collect(),
             )
         };
-        let larger = format!("displaced, magnified {} times", number(scale));
+        let larger = format!("displaced, magnified {} times", four_digits(scale));
         let mut curves = Vec::new();
         for (k, line) in self.lines.iter().enumerate() {
             // A straight line only needs its ends.
@@ -298,7 +301,7 @@ fn equal_scale_chart(title: String, names: [&str; 2], curves: Vec<Curve>) -> Cha
     }
 }
 
-fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
+fn resonance_shape(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "resonance-shape";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for run in &study.runs {
@@ -311,7 +314,7 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
             ("seen from the side", [(0, "x"), (2, "z")]),
         ];
         for (view, axes) in views {
-            let chart = shape.view(titled(study, run, view), axes, scale);
+            let chart = shape.view(heading(study, run, view), axes, scale);
             drawings.push(chart.draw());
         }
         let name = if study.is_single() {
@@ -321,11 +324,11 @@ fn resonance_shape(study: &Study) -> Result<Option<Figure>, ReportError> {
         };
         each.push(format!(
             "{name}{}, largest displacement {}, magnified {} times. At the response point the sum of these modes is {}, and the run has {}",
-            shown(shape.frequency, FREQUENCY),
-            shown(shape.largest(), LENGTH),
-            number(scale),
-            shown(shape.response[0], LENGTH),
-            shown(shape.response[1], LENGTH)
+            with_best_unit(shape.frequency, FREQUENCY),
+            with_best_unit(shape.largest(), LENGTH),
+            four_digits(scale),
+            with_best_unit(shape.response[0], LENGTH),
+            with_best_unit(shape.response[1], LENGTH)
         ));
     }
     if drawings.is_empty() {
@@ -394,19 +397,19 @@ fn mesh_lines(array: &ContactArray) -> Vec<Vec<[f64; 2]>> {
     lines
 }
 
-fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
+fn contact_mesh(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
     const ID: &str = "contact-mesh";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for run in &study.runs {
         let structure = run.tables.recipe().structure.as_ref();
         let frame = run
             .tables
-            .at(run.tables.latest(), TableName::ContactElement)?;
+            .iteration_table(run.tables.latest(), TableName::ContactElement)?;
         let array = structure.and_then(|structure| structure.source.contact_array());
         let (Some(structure), Some(array), Some(frame)) = (structure, array, frame) else {
             continue;
         };
-        let columns = ["x", "y", "normal_load"].map(|name| numbers(&frame, name));
+        let columns = ["x", "y", "normal_load"].map(|name| numeric_column(&frame, name));
         let [Some(x), Some(y), Some(load)] = columns else {
             continue;
         };
@@ -434,7 +437,7 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
                 });
             }
         }
-        let title = titled(study, run, "contact elements on the interface");
+        let title = heading(study, run, "contact elements on the interface");
         let chart = equal_scale_chart(title, ["x", "y"], curves);
         drawings.push(chart.draw());
         let name = if study.is_single() {
@@ -450,7 +453,7 @@ fn contact_mesh(study: &Study) -> Result<Option<Figure>, ReportError> {
         each.push(format!(
             "{name}{} elements at the {place} of the mesh, {loaded_count} of which carry load; the total load is {}",
             load.len(),
-            shown(load.iter().sum(), FORCE)
+            with_best_unit(load.iter().sum(), FORCE)
         ));
     }
     if drawings.is_empty() {

@@ -7,7 +7,7 @@ use polars::prelude::DataFrame;
 use super::super::plot::style_of_run;
 use super::super::quantity::{self, CYCLES, Unit, Units};
 use super::super::results::sizes;
-use super::super::run_tables::numbers;
+use super::super::run_tables::numeric_column;
 use super::super::{ReportError, RunTables, WEAR_ITERATION};
 use crate::store::table_file;
 use crate::tables::TableName;
@@ -29,17 +29,17 @@ pub struct ReportedRun<'a> {
 }
 
 /// All runs of a report.
-pub struct Study<'a> {
+pub struct ReportedRuns<'a> {
     /// Runs in the order that the user gave.
     pub runs: Vec<ReportedRun<'a>>,
 }
 
-impl<'a> Study<'a> {
+impl<'a> ReportedRuns<'a> {
     /// Reads the summaries of the runs.
     ///
     /// # Errors
     /// [`ReportError`] for a table that cannot be read.
-    pub fn of(runs: &'a [RunTables]) -> Result<Study<'a>, ReportError> {
+    pub fn read(runs: &'a [RunTables]) -> Result<ReportedRuns<'a>, ReportError> {
         let count_of_name = |name: &str| runs.iter().filter(|run| run.name() == name).count();
         let read = |(place, tables): (usize, &'a RunTables)| {
             let summary = tables.series(TableName::Summary)?.unwrap_or_default();
@@ -48,8 +48,9 @@ impl<'a> Study<'a> {
                 _ => tables.root().display().to_string(),
             };
             Ok(ReportedRun {
-                cycles: numbers(&summary, "cycles").unwrap_or_else(|| vec![0.0; summary.height()]),
-                iterations: numbers(&summary, WEAR_ITERATION).unwrap_or_default(),
+                cycles: numeric_column(&summary, "cycles")
+                    .unwrap_or_else(|| vec![0.0; summary.height()]),
+                iterations: numeric_column(&summary, WEAR_ITERATION).unwrap_or_default(),
                 tables,
                 summary,
                 label,
@@ -58,7 +59,7 @@ impl<'a> Study<'a> {
         };
         let runs: Result<Vec<ReportedRun>, ReportError> =
             runs.iter().enumerate().map(read).collect();
-        Ok(Study { runs: runs? })
+        Ok(ReportedRuns { runs: runs? })
     }
 
     /// Returns the labels of the runs.
@@ -90,8 +91,12 @@ impl<'a> Study<'a> {
     fn runs_with(&self, table: &str) -> Vec<&ReportedRun<'a>> {
         let table = TableName::from_name(table);
         let has = |run: &&ReportedRun| {
-            let in_iterations = |table| !run.with(table, 1).is_empty();
-            let in_run = |table| run.tables.once(table).is_ok_and(|table| table.is_some());
+            let in_iterations = |table| !run.iterations_with(table, 1).is_empty();
+            let in_run = |table| {
+                run.tables
+                    .run_table(table)
+                    .is_ok_and(|table| table.is_some())
+            };
             table.is_some_and(|table| in_iterations(table) || in_run(table))
         };
         self.runs.iter().filter(has).collect()
@@ -181,7 +186,7 @@ impl ReportedRun<'_> {
 
     /// Returns a column of `summary` over the iterations.
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
-        numbers(&self.summary, name)
+        numeric_column(&self.summary, name)
     }
 
     /// Returns the bound of rounding errors of a column of `summary`.
@@ -213,7 +218,7 @@ impl ReportedRun<'_> {
         } else if self.cycles_at(wear_iteration) == 0.0 {
             "unworn".to_owned()
         } else {
-            quantity::shown(self.cycles_at(wear_iteration), CYCLES)
+            quantity::with_best_unit(self.cycles_at(wear_iteration), CYCLES)
         }
     }
 
@@ -229,7 +234,7 @@ impl ReportedRun<'_> {
     ///
     /// # Errors
     /// [`ReportError`] for an iteration that cannot be read.
-    pub fn with(&self, table: TableName, most: usize) -> Vec<u64> {
+    pub fn iterations_with(&self, table: TableName, most: usize) -> Vec<u64> {
         let has = |k: &&u64| {
             let commit = self.tables.reader().commit_of(**k);
             commit.is_ok_and(|commit| commit.table(table.as_str()).is_some())
@@ -250,7 +255,7 @@ impl ReportedRun<'_> {
 
     /// Returns the iterations that have all of some tables: at most `most`, with the first and the last. The logarithm
     /// of the cycles increases evenly between them.
-    pub fn along_wear(&self, tables: &[TableName], most: usize) -> Vec<u64> {
+    pub fn states_along_wear(&self, tables: &[TableName], most: usize) -> Vec<u64> {
         let has = |k: &u64, table: &TableName| {
             let commit = self.tables.reader().commit_of(*k);
             commit.is_ok_and(|commit| commit.table(table.as_str()).is_some())
@@ -299,7 +304,7 @@ impl ReportedRun<'_> {
         table: TableName,
         column: &str,
     ) -> Result<Option<Vec<f64>>, ReportError> {
-        let frame = self.tables.at(wear_iteration, table)?;
+        let frame = self.tables.iteration_table(wear_iteration, table)?;
         Ok(frame.and_then(|frame| self.on_grid(&frame, column)))
     }
 
@@ -308,7 +313,7 @@ impl ReportedRun<'_> {
     /// # Errors
     /// [`ReportError`] for a table that cannot be read.
     pub fn heights(&self) -> Result<Option<Vec<f64>>, ReportError> {
-        let Some(frame) = self.tables.once(TableName::Surface)? else {
+        let Some(frame) = self.tables.run_table(TableName::Surface)? else {
             return Ok(None);
         };
         let kept = self.on_grid(&frame, "kept");
@@ -326,8 +331,8 @@ impl ReportedRun<'_> {
     fn on_grid(&self, frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
         let ([nx, ny], _) = self.grid()?;
         let mut values = vec![f64::NAN; nx * ny];
-        let (i, j) = (numbers(frame, "i")?, numbers(frame, "j")?);
-        for ((i, j), value) in i.iter().zip(&j).zip(numbers(frame, column)?) {
+        let (i, j) = (numeric_column(frame, "i")?, numeric_column(frame, "j")?);
+        for ((i, j), value) in i.iter().zip(&j).zip(numeric_column(frame, column)?) {
             if let Some(cell) = values.get_mut(*i as usize * ny + *j as usize) {
                 *cell = value;
             }

@@ -2,16 +2,18 @@
 
 use super::super::ReportError;
 use super::super::plot::{Curve, Map, Scale, WORN};
-use super::super::quantity::{self, LENGTH, in_unit, shown, unit_of};
-use super::course::labelled;
-use super::{Figure, ReportedRun, Study, range_of, scale_of, section, top_of, widened};
+use super::super::quantity::{self, LENGTH, unit_of, with_best_unit, with_unit};
+use super::course::axis_label;
+use super::{
+    Figure, ReportedRun, ReportedRuns, colour_range, colour_top, range_of, section, widened,
+};
 use crate::tables::TableName;
 
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
 
 /// Draws the rough surface, unworn and worn.
-pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     const ID: &str = "surface";
     let mut fields = Vec::new();
     for run in &study.runs {
@@ -22,12 +24,12 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         fields.push((run, "unworn", heights));
         fields.extend(worn.map(|worn| (run, "worn", worn)));
     }
-    let Some(range) = scale_of(fields.iter().flat_map(|(_, _, heights)| heights)) else {
+    let Some(range) = colour_range(fields.iter().flat_map(|(_, _, heights)| heights)) else {
         return Ok(Vec::new());
     };
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     for (run, state, heights) in &fields {
-        let title = titled(study, run, &format!("height, {state}"));
+        let title = heading(study, run, &format!("height, {state}"));
         // All maps have the same colours.
         let map = map(run, title, heights, range, LENGTH, "height")?;
         drawings.extend(map.map(|map| map.draw()));
@@ -35,8 +37,8 @@ pub fn figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
         each.push(format!(
             "{} {} to {}",
             with_run_name(study, run, state),
-            shown(low, LENGTH),
-            shown(high, LENGTH)
+            with_best_unit(low, LENGTH),
+            with_best_unit(high, LENGTH)
         ));
     }
     Ok(vec![Figure {
@@ -64,7 +66,7 @@ fn worn_heights_of(run: &ReportedRun, heights: &[f64]) -> Result<Option<Vec<f64>
 }
 
 /// Returns a heading, which begins with the name of the run if there are several runs.
-pub fn titled(study: &Study, run: &ReportedRun, text: &str) -> String {
+pub fn heading(study: &ReportedRuns, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => super::course::capitalised(text),
         false => with_run_name(study, run, text),
@@ -72,7 +74,7 @@ pub fn titled(study: &Study, run: &ReportedRun, text: &str) -> String {
 }
 
 /// Returns a part of a sentence, which begins with the name of the run if there are several runs.
-pub fn with_run_name(study: &Study, run: &ReportedRun, text: &str) -> String {
+pub fn with_run_name(study: &ReportedRuns, run: &ReportedRun, text: &str) -> String {
     match study.is_single() {
         true => text.to_owned(),
         false => format!("{}: {text}", run.label),
@@ -101,7 +103,7 @@ pub fn map(
         scale: Scale::Continuous {
             range: range.map(|end| end / unit.size),
             log: false,
-            label: labelled(name, unit.symbol),
+            label: axis_label(name, unit.symbol),
         },
         nothing: "no contact",
         curves: Vec::new(),
@@ -109,7 +111,7 @@ pub fn map(
 }
 
 /// Draws the worn depth, and the section through its deepest point.
-pub fn wear_figures(study: &Study) -> Result<Vec<Figure>, ReportError> {
+pub fn wear_figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let mut fields = Vec::new();
     for run in &study.runs {
         let depth = run.field(run.tables.latest(), TableName::WearField, "wear_depth")?;
@@ -155,21 +157,21 @@ fn deepest(depth: &[f64]) -> usize {
 }
 
 fn wear_map(
-    study: &Study,
+    study: &ReportedRuns,
     fields: &[(&ReportedRun, Vec<f64>)],
     line: [f64; 2],
 ) -> Result<Figure, ReportError> {
     const ID: &str = "wear-map";
     let (mut drawings, mut each) = (Vec::new(), Vec::new());
     let all = fields.iter().flat_map(|(_, depth)| depth);
-    let top = top_of(all).unwrap_or(0.0);
+    let top = colour_top(all).unwrap_or(0.0);
     let unit = unit_of(LENGTH, top);
     for (run, depth) in fields {
         let (Some((cells, size)), Some([_, most])) = (run.grid(), range_of(depth)) else {
             continue;
         };
         let at = cell_centre(deepest(depth), cells, size);
-        let title = titled(study, run, "worn depth");
+        let title = heading(study, run, "worn depth");
         let Some(mut map) = map(run, title, depth, [0.0, top], LENGTH, "worn depth")? else {
             continue;
         };
@@ -182,10 +184,10 @@ fn wear_map(
         each.push(format!(
             "{}{} at x {} and y {}, {} of the cells worn",
             name_of(study, run),
-            in_unit(most, unit),
-            shown(at[0], LENGTH),
-            shown(at[1], LENGTH),
-            shown(worn as f64 / count.max(1) as f64, quantity::SHARE)
+            with_unit(most, unit),
+            with_best_unit(at[0], LENGTH),
+            with_best_unit(at[1], LENGTH),
+            with_best_unit(worn as f64 / count.max(1) as f64, quantity::SHARE)
         ));
     }
     let columns = vec!["i", "j", "wear_depth"];
@@ -203,7 +205,7 @@ fn wear_map(
     })
 }
 
-pub fn name_of(study: &Study, run: &ReportedRun) -> String {
+pub fn name_of(study: &ReportedRuns, run: &ReportedRun) -> String {
     match study.is_single() {
         true => String::new(),
         false => format!("{} ", run.label),

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::quantity::digits;
+use super::super::quantity::significant_digits;
 use super::{TEXT, line, text, text_width, two};
 
 /// Axis of a chart.
@@ -26,7 +26,7 @@ const TICK: f64 = 5.0;
 
 impl Axis {
     /// Returns the value at whose position a value is drawn.
-    pub fn placed(&self, value: f64) -> f64 {
+    pub fn drawn_value(&self, value: f64) -> f64 {
         match self.zero {
             Some(zero) if self.log && value == 0.0 => zero,
             _ => value,
@@ -63,7 +63,7 @@ impl<'a> PlacedAxis<'a> {
     }
 
     /// Returns the position of a value.
-    pub fn at(&self, value: f64) -> f64 {
+    pub fn position(&self, value: f64) -> f64 {
         let [low, high] = self.range;
         let part = match self.axis.log {
             true => (value / low).ln() / (high / low).ln(),
@@ -103,7 +103,7 @@ impl<'a> PlacedAxis<'a> {
         html! {
             g data-ticks=(if is_upright { "y" } else { "x" }) {
                 @for value in self.ticks(is_upright) {
-                    @let (at, number) = (self.at(value), self.axis.number(value, self.range));
+                    @let (at, number) = (self.position(value), self.axis.number(value, self.range));
                     @if is_upright {
                         (line("grid", 1.0, [near, at], [far, at]))
                         (line("axis", 1.0, [tick_end, at], [near, at]))
@@ -156,11 +156,11 @@ pub fn ticks([low, high]: [f64; 2], log: bool, most: f64) -> Vec<f64> {
 pub fn tick(value: f64, [low, high]: [f64; 2], log: bool) -> String {
     let span = high - low;
     if log || value.abs() >= 1e6 || span < 1e-6 {
-        return digits(value, 6);
+        return significant_digits(value, 6);
     }
     // The step between two ticks is at least a twelfth of the axis.
     let decimals = (12.0 / span).log10().ceil().max(0.0) as usize;
     let text = format!("{value:.decimals$}");
     let rounded: f64 = text.parse().unwrap_or(value);
-    digits(rounded, 12)
+    significant_digits(rounded, 12)
 }

@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use super::super::text::visible;
+use super::super::text::escape_controls;
 use super::axis::{Axis, PlacedAxis};
 use super::{
     Drawing, HEAD, STYLES, TEXT, WIDTH, heading, line, polyline, text, text_width, two, upwards,
@@ -134,7 +134,7 @@ const CAP: f64 = 3.0;
 /// Margin of the plot, so that dots at its edge are completely visible.
 const MARGIN: f64 = 8.0;
 /// Relative error from which on a value is very uncertain. Its point is hollow and has no bar.
-pub const LONGEST_BAR: f64 = 0.9;
+pub const UNCERTAIN: f64 = 0.9;
 /// Lower end of a logarithmic axis, relative to the value at the position of 0.
 pub const BEFORE_ZERO: f64 = 0.9;
 /// Margin of a linear axis, relative to its range, or to the value if all values are the same.
@@ -175,7 +175,7 @@ impl Chart {
             (text(&self.x.label, [left + width / 2.0, bottom + BOTTOM - 0.7 * TEXT], "middle"))
             (upwards(&self.y.label, [0.8 * TEXT, top + height / 2.0]))
             svg class="plot" x=(at_x) y=(at_y) width=(w) height=(h) viewBox={ (at_x) " " (at_y) " " (w) " " (h) }
-                data-x=(visible(&x.data())) data-y=(visible(&y.data())) {
+                data-x=(escape_controls(&x.data())) data-y=(escape_controls(&y.data())) {
                 // This rectangle catches the pointer where nothing is drawn.
                 rect x=(at_x) y=(at_y) width=(w) height=(h) fill="none" pointer-events="all" {}
                 @for band in &self.bands { (area(band, &x, &y)) }
@@ -229,7 +229,7 @@ impl Chart {
 
     /// Returns the point at whose position a point is drawn.
     fn drawn_point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [self.x.placed(x), self.y.placed(y)]
+        [self.x.drawn_value(x), self.y.drawn_value(y)]
     }
 
     /// Returns true if a point can be drawn.
@@ -318,7 +318,7 @@ impl Chart {
             .map(|point| self.drawn_point(*point))
             .zip(bars);
         let drawable: Vec<([f64; 2], f64)> = placed.filter(|(p, _)| self.is_drawn(p)).collect();
-        let at = |[px, py]: [f64; 2]| [x.at(px), y.at(py)];
+        let at = |[px, py]: [f64; 2]| [x.position(px), y.position(py)];
         let bar_of = |[px, py]: [f64; 2], bar: f64| {
             let ends = [py - bar, py + bar].map(|end| at([px, end]));
             // On a logarithmic axis, a bar that reaches zero or below leaves the plot. A bar within its dot is not
@@ -344,7 +344,7 @@ impl Chart {
         });
         let points: Vec<[f64; 2]> = drawable.iter().map(|(point, _)| at(*point)).collect();
         html! {
-            g data-name=(visible(&curve.name)) {
+            g data-name=(escape_controls(&curve.name)) {
                 @if !bars.is_empty() { path class={ "bar b" (style) } fill="none" stroke-width="1.5" d=(bars) {} }
                 @if let Some(width) = curve.mark.line() { (polyline(&format!("s{style}"), width, &points)) }
                 @for dot in dots { (dot) }
@@ -358,19 +358,19 @@ fn area(band: &Band, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
     let above = band
         .points
         .iter()
-        .map(|[px, _, high]| [x.at(*px), y.at(*high)]);
+        .map(|[px, _, high]| [x.position(*px), y.position(*high)]);
     let below = band
         .points
         .iter()
         .rev()
-        .map(|[px, low, _]| [x.at(*px), y.at(*low)]);
+        .map(|[px, low, _]| [x.position(*px), y.position(*low)]);
     let points = above
         .chain(below)
         .filter(|p| p.iter().all(|c| c.is_finite()));
     let points = points.map(|[x, y]| format!("{},{}", two(x), two(y)));
     let points = points.collect::<Vec<_>>().join(" ");
     html! {
-        g data-name=(visible(&band.name)) {
+        g data-name=(escape_controls(&band.name)) {
             polygon class={ "band c" (band.style % STYLES) } points=(points) {}
         }
     }
@@ -378,7 +378,7 @@ fn area(band: &Band, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
 
 /// Returns true if the error bar of a value is drawn.
 fn is_shown(bar: f64, value: f64) -> bool {
-    bar > 0.0 && bar < LONGEST_BAR * value.abs()
+    bar > 0.0 && bar < UNCERTAIN * value.abs()
 }
 
 impl Entry<'_> {
@@ -386,7 +386,7 @@ impl Entry<'_> {
         let style = self.style % STYLES;
         let ends = [[left, middle], [left + SAMPLE, middle]];
         html! {
-            g class="key" data-name=(visible(self.name)) {
+            g class="key" data-name=(escape_controls(self.name)) {
                 @match self.mark {
                     None => {
                         rect class={ "band c" (style) } x=(two(left)) y=(middle - 6.0) width=(SAMPLE) height="12" {}

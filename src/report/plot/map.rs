@@ -6,7 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
-use super::super::text::visible;
+use super::super::text::escape_controls;
 use super::axis::{Axis, PlacedAxis};
 use super::chart::Curve;
 use super::{
@@ -30,7 +30,7 @@ pub enum Scale {
 }
 
 /// Value of a cell of the joint without data, for example without contact.
-pub const NOTHING: f64 = f64::NEG_INFINITY;
+pub const NO_DATA: f64 = f64::NEG_INFINITY;
 
 /// Map of a field over a rectangle.
 #[derive(Debug, Clone)]
@@ -39,13 +39,13 @@ pub struct Map {
     pub title: String,
     /// Cells along x and y.
     pub cells: [usize; 2],
-    /// One value per cell, x slowest. A cell outside the joint is NaN, a cell without data is [`NOTHING`].
+    /// One value per cell, x slowest. A cell outside the joint is NaN, a cell without data is [`NO_DATA`].
     pub values: Vec<f64>,
     /// Extent along x and y \[mm\].
     pub size: [f64; 2],
     /// Colour scale.
     pub scale: Scale,
-    /// Name of a cell with [`NOTHING`].
+    /// Name of a cell with [`NO_DATA`].
     pub nothing: &'static str,
     /// Curves drawn over the map \[mm\].
     pub curves: Vec<Curve>,
@@ -64,7 +64,7 @@ const SQUARE: f64 = 14.0;
 const HATCH: [usize; 2] = [6, 192];
 /// Width of the colour bar, and its distance from the map.
 const BAR: [f64; 2] = [16.0, 18.0];
-/// Number of colours of the scale. The palette continues with the colours of [`NOTHING`] and of cells outside the
+/// Number of colours of the scale. The palette continues with the colours of [`NO_DATA`] and of cells outside the
 /// joint.
 const COLOURS: usize = 200;
 /// Maximum number of cells along a side of the picture. More cells would be invisible.
@@ -109,7 +109,7 @@ impl Map {
                 }
             }
             @for curve in &self.curves {
-                @let points: Vec<[f64; 2]> = curve.points.iter().map(|[px, py]| [x.at(*px), y.at(*py)]).collect();
+                @let points: Vec<[f64; 2]> = curve.points.iter().map(|[px, py]| [x.position(*px), y.position(*py)]).collect();
                 (polyline("cut", 2.0, &points))
             }
             @for (class, name, left) in &keys { (legend_entry(class, name, [*left, bottom + BOTTOM + 5.0])) }
@@ -144,7 +144,7 @@ impl Map {
         let map = place.map(two).map(|c| c.to_string()).join(" ");
         let map = format!("{map} {} {}", self.size[0], self.size[1]);
         html! {
-            g class="map" data-map=(map) data-scale=(visible(&scale.data())) data-nothing=(self.nothing) {
+            g class="map" data-map=(map) data-scale=(escape_controls(&scale.data())) data-nothing=(self.nothing) {
                 (picture("field", &self.picture(range, log, finest), place))
                 (picture("colours", &colours(), [bar, y, BAR[0], height]))
             }
@@ -155,7 +155,7 @@ impl Map {
 
     /// Returns the class, name and left edge of each entry of the legend.
     fn legend(&self) -> Vec<(&'static str, &str, f64)> {
-        let is_nothing = self.values.contains(&NOTHING);
+        let is_nothing = self.values.contains(&NO_DATA);
         let has_hole = self.values.iter().any(|value| value.is_nan());
         let entries = [
             ("empty", self.nothing, is_nothing),
@@ -207,7 +207,7 @@ impl Map {
                         let value = self.values[i * self.cells[1] + j];
                         if value.is_finite() {
                             (sum, count) = (sum + value, count + 1);
-                        } else if value == NOTHING {
+                        } else if value == NO_DATA {
                             empty += 1;
                         }
                     }

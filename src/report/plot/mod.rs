@@ -10,10 +10,10 @@ mod map;
 use maud::{Markup, PreEscaped, html};
 
 pub use axis::Axis;
-pub use chart::{BEFORE_ZERO, Band, Chart, Curve, LONGEST_BAR, Mark};
-pub use map::{Map, NOTHING, Scale};
+pub use chart::{BEFORE_ZERO, Band, Chart, Curve, Mark, UNCERTAIN};
+pub use map::{Map, NO_DATA, Scale};
 
-use super::text::visible;
+use super::text::escape_controls;
 
 /// Number of curve styles: states of wear, then runs.
 const STYLES: usize = RUNS + 8;
@@ -132,7 +132,7 @@ impl Drawing {
     pub fn inline(&self, id: &str) -> Markup {
         html! {
             svg viewBox={ "0 0 " (WIDTH) " " (two(self.height)) } role="img" aria-labelledby=(id) font-family="sans-serif" {
-                title id=(id) { (visible(&self.title)) }
+                title id=(id) { (escape_controls(&self.title)) }
                 (self.body)
             }
         }
@@ -164,7 +164,7 @@ pub fn standalone(title: &str, drawings: &[Drawing]) -> String {
     };
     let file = html! {
         svg xmlns="http://www.w3.org/2000/svg" width=(width) height=(height) viewBox={ "0 0 " (width) " " (height) } font-family="sans-serif" {
-            title { (visible(title)) }
+            title { (escape_controls(title)) }
             style { (PreEscaped(classes(paper))) }
             rect width="100%" height="100%" fill="#ffffff" {}
             @for part in &parts { (part) }
@@ -205,12 +205,12 @@ fn rect(class: &str, place: [f64; 4]) -> Markup {
 /// Draws a text. Its vertical middle and its `anchor` (`start`, `middle` or `end`) are at the position.
 fn text(text: &str, at: [f64; 2], anchor: &str) -> Markup {
     let [x, y] = at.map(two);
-    html! { text class="ink" x=(x) y=(y) dy=".35em" font-size=(TEXT) text-anchor=(anchor) { (visible(text)) } }
+    html! { text class="ink" x=(x) y=(y) dy=".35em" font-size=(TEXT) text-anchor=(anchor) { (escape_controls(text)) } }
 }
 
 /// Draws the heading of a drawing.
 fn heading(text: &str) -> Markup {
-    html! { text class="ink" x="8" y=(HEAD / 2.0) dy=".35em" font-size=(TEXT) font-weight="bold" { (visible(text)) } }
+    html! { text class="ink" x="8" y=(HEAD / 2.0) dy=".35em" font-size=(TEXT) font-weight="bold" { (escape_controls(text)) } }
 }
 
 /// Draws a text that runs upwards, centred at a position.
@@ -218,7 +218,7 @@ fn upwards(text: &str, at: [f64; 2]) -> Markup {
     let [x, y] = at.map(two);
     html! {
         text class="ink" x=(x) y=(y) dy=".35em" font-size=(TEXT) text-anchor="middle" transform={ "rotate(-90 " (x) " " (y) ")" } {
-            (visible(text))
+            (escape_controls(text))
         }
     }
 }

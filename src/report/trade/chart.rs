@@ -3,8 +3,8 @@
 
 use maud::{Markup, html};
 
-use super::super::quantity::digits;
-use super::super::text::visible;
+use super::super::quantity::significant_digits;
+use super::super::text::escape_controls;
 
 /// Smallest error of the chart. Smaller errors are drawn at the lower edge.
 pub const FLOOR: f64 = 1e-7;
@@ -171,7 +171,7 @@ impl Chart {
         let row = |value: f64| ((1.0 - y.part(value)) * (rows - 1) as f64).round();
         let mut ticks = vec![String::new(); rows + 1];
         for tick in y.ticks(rows / 2) {
-            ticks[row(tick) as usize] = format!("{} %", digits(100.0 * tick, 1));
+            ticks[row(tick) as usize] = format!("{} %", significant_digits(100.0 * tick, 1));
         }
         let margin = ticks.iter().map(|tick| tick.chars().count());
         let margin = margin.max().unwrap_or(0);
@@ -215,7 +215,7 @@ impl Chart {
         }
         let mut scale = vec![' '; margin + 2 + columns];
         for tick in x.ticks(columns / 8) {
-            let tick_text = digits(tick, 1);
+            let tick_text = significant_digits(tick, 1);
             let start = margin + 2 + column(tick) as usize - tick_text.chars().count() / 2;
             let start = start.min(scale.len() - tick_text.chars().count());
             for (k, letter) in tick_text.chars().enumerate() {
@@ -288,11 +288,11 @@ impl Chart {
                 (text([16.0, 46.0], "start", TEXT, &self.axes[1]))
                 @for tick in x.ticks(10) {
                     (line([[x_of(tick), top], [x_of(tick), bottom]], 0.15, ""))
-                    (text([x_of(tick), bottom + 20.0], "middle", TEXT, &digits(tick, 1)))
+                    (text([x_of(tick), bottom + 20.0], "middle", TEXT, &significant_digits(tick, 1)))
                 }
                 @for tick in y.ticks(12) {
                     (line([[left, y_of(tick)], [right, y_of(tick)]], 0.15, ""))
-                    (text([left - 8.0, y_of(tick) + 0.35 * TEXT], "end", TEXT, &format!("{} %", digits(100.0 * tick, 1))))
+                    (text([left - 8.0, y_of(tick) + 0.35 * TEXT], "end", TEXT, &format!("{} %", significant_digits(100.0 * tick, 1))))
                 }
                 (line([[left, top], [left, bottom]], 0.6, ""))
                 (line([[left, bottom], [right, bottom]], 0.6, ""))
@@ -334,7 +334,7 @@ fn width_of(text: &str, size: f64) -> f64 {
 
 /// Shortens a text to a width.
 fn shortened(text: &str, width: f64, size: f64) -> String {
-    let text = visible(text);
+    let text = escape_controls(text);
     let fits = (width / width_of("m", size)) as usize;
     match text.chars().count() > fits {
         true => text.chars().take(fits - 1).chain(['…']).collect(),

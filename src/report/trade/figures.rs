@@ -19,7 +19,7 @@ pub struct Figure {
     /// True if the presets promise a bound of its error.
     pub promised: bool,
     /// Reads the figure from a summary. Returns `None` for the field.
-    of: fn(&Summary) -> Option<f64>,
+    read: fn(&Summary) -> Option<f64>,
     /// Reads its error bar from a summary. Returns `None` for the field.
     bar: fn(&Summary) -> Option<f64>,
 }
@@ -33,7 +33,7 @@ macro_rules! figure {
             name: stringify!($name),
             title: $title,
             promised: $promised,
-            of: |summary| summary.$name,
+            read: |summary| summary.$name,
             bar: |summary| summary.$bar,
         }
     };
@@ -46,7 +46,7 @@ pub const FIGURES: [Figure; COUNT] = [
         name: "wear_field",
         title: "wear field",
         promised: false,
-        of: |_| None,
+        read: |_| None,
         bar: |_| None,
     },
     figure!(
@@ -171,7 +171,7 @@ pub fn measure(root: &Path) -> Result<MeasuredVariant, StoreError> {
     };
     measured.iterations = latest;
     let summary: Summary = reader.typed(latest)?;
-    measured.values = FIGURES.map(|figure| (figure.of)(&summary));
+    measured.values = FIGURES.map(|figure| (figure.read)(&summary));
     measured.bars = FIGURES.map(|figure| (figure.bar)(&summary));
     measured.closure = summary.error_closure;
     if let (true, Some(cells)) = (summary.wear_volume.is_some(), measured.cells) {

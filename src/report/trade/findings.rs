@@ -121,7 +121,7 @@ pub struct Findings {
 pub fn findings(trade: &Trade) -> Findings {
     let bounds = [BALANCED, FAST].into_iter().filter_map(promise);
     Findings {
-        by: trade.by,
+        by: trade.cost_measure,
         noise: trade.noise,
         promises: promises(trade),
         savings: bounds
@@ -172,8 +172,8 @@ fn effect_of(row: &Row, balanced: &Row) -> Option<KnobEffect> {
         value: row.variant.value.clone(),
         saved,
         saved_part: saved / balanced.cost,
-        error: row.worst?,
-        error_before: balanced.worst?,
+        error: row.largest_promised_error?,
+        error_before: balanced.largest_promised_error?,
     })
 }
 
@@ -205,7 +205,7 @@ fn is_finer(trade: &Trade, row: &Row) -> bool {
 /// Returns the smallest significant difference of costs, relative to the cost of `balanced`. It is unknown for seconds
 /// of unknown noise.
 fn cost_resolution(trade: &Trade) -> Option<f64> {
-    match trade.by {
+    match trade.cost_measure {
         Cost::FftPairs => Some(0.0),
         Cost::Seconds => trade.noise,
     }

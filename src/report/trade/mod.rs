@@ -22,7 +22,7 @@ pub use figures::{
 };
 pub use findings::{Convergence, Findings, KnobEffect, PresetPromise, Saving, Step, findings};
 pub use page::{Page, page, page_of_scenes};
-pub use scenes::{FigureCount, Miss, Tally, misses, tallies};
+pub use scenes::{FigureCount, Miss, PresetStatistics, misses, tallies};
 
 use figures::{MeasuredVariant, errors, measure, work_of_pair};
 
@@ -64,7 +64,7 @@ pub struct Row {
     pub cpu_seconds: Option<f64>,
     /// FFT pairs of all iterations.
     pub fft_pairs: f64,
-    /// Cost in the measure [`Trade::by`].
+    /// Cost in the measure [`Trade::cost_measure`].
     pub cost: f64,
     /// Peak memory, estimated from the recipe \[B\].
     pub memory: u64,
@@ -83,7 +83,7 @@ pub struct Row {
     pub closure: Option<f64>,
     /// Largest error of the promised figures. `None` if a promised figure of the reference has no error, which compares
     /// to nothing.
-    pub worst: Option<f64>,
+    pub largest_promised_error: Option<f64>,
     /// Worn depths.
     pub field: Option<WearField>,
 }
@@ -100,7 +100,7 @@ pub struct Trade {
     /// Values of the discretisation knobs in `balanced`: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
     /// Measure by which costs are compared.
-    pub by: Cost,
+    pub cost_measure: Cost,
     /// Relative difference of the seconds of two equal runs. `None` if `balanced` was not run again.
     pub noise: Option<f64>,
     /// Machine that computed the reference.
@@ -132,7 +132,7 @@ pub enum TradeError {
 ///
 /// # Errors
 /// [`TradeError::Store`] for a run that cannot be read.
-pub fn trade(
+pub fn compare_variants(
     name: &str,
     motion: MotionKind,
     trials: Vec<Trial>,
@@ -184,7 +184,7 @@ pub fn trade(
         .collect();
     let points: Vec<Option<(f64, f64)>> = rows
         .iter()
-        .map(|row| Some((row.cost, row.worst?)).filter(|_| row.is_compared()))
+        .map(|row| Some((row.cost, row.largest_promised_error?)).filter(|_| row.is_compared()))
         .collect();
     for (row, on_front) in rows.iter_mut().zip(pareto(&points)) {
         row.pareto = on_front;
@@ -194,7 +194,7 @@ pub fn trade(
         motion,
         rows,
         base,
-        by,
+        cost_measure: by,
         noise,
         machine: reference_result.machine,
         scene_hash: reference_result.scene_hash,
@@ -204,7 +204,7 @@ pub fn trade(
 fn row(trial: Trial, result: MeasuredVariant, cost: f64, reference: &MeasuredVariant) -> Row {
     let errors = errors(&result, reference);
     Row {
-        worst: worst(&errors, reference),
+        largest_promised_error: worst(&errors, reference),
         errors,
         variant: trial.variant,
         failure: trial.failure,
@@ -288,7 +288,7 @@ impl Trade {
     }
 }
 
-/// Builds the table `trade` of one or several scenes. Figures that no variant has get no column.
+/// Builds the table `compare_variants` of one or several scenes. Figures that no variant has get no column.
 ///
 /// # Errors
 /// [`TradeError::Table`]
@@ -328,7 +328,10 @@ pub fn table(trades: &[Trade]) -> Result<Table, TradeError> {
         .column("memory", integer(|row| row.memory))
         .column("iterations", integer(|row| row.iterations))
         .column("pareto", flag(|row| row.pareto))
-        .column("error_promised", optional(&|_, row| row.worst));
+        .column(
+            "error_promised",
+            optional(&|_, row| row.largest_promised_error),
+        );
     type Of = fn(&Row) -> &Values;
     let figure_columns: [(&str, Of); 3] = [
         ("", |row| &row.values),
@@ -343,12 +346,12 @@ pub fn table(trades: &[Trade]) -> Result<Table, TradeError> {
             }
             let is_used = trades.iter().any(|trade| trade.has(k));
             let values = is_used.then(|| optional(&|_, row| value(row)[k]));
-            table = table.maybe(&format!("{prefix}{}", figure.name), values);
+            table = table.optional_column(&format!("{prefix}{}", figure.name), values);
         }
     }
     let closure = rows().any(|(_, row)| row.closure.is_some());
     let closure = closure.then(|| optional(&|_, row| row.closure));
-    Ok(table.maybe("bar_closure", closure).build()?)
+    Ok(table.optional_column("bar_closure", closure).build()?)
 }
 
 /// Writes `trade.parquet` of one or several scenes, and `trade.md`, `trade.svg` and `trade.html` of their page, into a

@@ -2,13 +2,13 @@
 
 use maud::{DOCTYPE, PreEscaped, html};
 
-use super::super::quantity::digits;
+use super::super::quantity::significant_digits;
 use super::super::table::table;
 use super::super::text;
 use super::super::text::NONE;
 use super::chart::{Chart, FLOOR, Point};
 use super::findings::CONVERGED;
-use super::scenes::{FigureCount, Miss, Tally, misses, tallies};
+use super::scenes::{FigureCount, Miss, PresetStatistics, misses, tallies};
 use super::{Cost, FIELD, FIGURES, Findings, KnobEffect, Row, Trade, findings};
 use crate::recipe::MotionKind;
 use crate::scene::variants::{BALANCED, FAST, KnobKind, REFERENCE, promise};
@@ -145,7 +145,7 @@ impl Page {
     /// Returns the chart as an SVG file.
     pub fn svg(&self) -> String {
         // XML does not allow control characters, not even escaped ones.
-        text::visible(&self.chart.svg(true).into_string()) + "\n"
+        text::escape_controls(&self.chart.svg(true).into_string()) + "\n"
     }
 
     /// Returns the page as one self-contained HTML file.
@@ -174,7 +174,7 @@ impl Page {
                 }
             }
         };
-        text::visible(&page.into_string()) + "\n"
+        text::escape_controls(&page.into_string()) + "\n"
     }
 }
 
@@ -230,8 +230,8 @@ fn entry<'a>(number: usize, trade: &'a Trade, row: &'a Row, of_scenes: bool) -> 
             _ => format!("{} = {}", variant.knob, variant.value),
         },
         cost: if of_scenes { row.fft_pairs } else { row.cost },
-        error: row.worst.filter(|_| !is_reference),
-        noise: match trade.by {
+        error: row.largest_promised_error.filter(|_| !is_reference),
+        noise: match trade.cost_measure {
             Cost::Seconds if !of_scenes => trade.noise.unwrap_or(0.0),
             _ => 0.0,
         },
@@ -243,7 +243,11 @@ fn entry<'a>(number: usize, trade: &'a Trade, row: &'a Row, of_scenes: bool) -> 
         row,
         has_point: match is_reference {
             true => !of_scenes && row.failure.is_none(),
-            false => row.is_compared() && row.worst.is_some() && !(of_scenes && point.cost <= 0.0),
+            false => {
+                row.is_compared()
+                    && row.largest_promised_error.is_some()
+                    && !(of_scenes && point.cost <= 0.0)
+            }
         },
         point,
     }
@@ -251,7 +255,7 @@ fn entry<'a>(number: usize, trade: &'a Trade, row: &'a Row, of_scenes: bool) -> 
 
 /// Checks if a preset keeps its promise. Returns `None` if it has no promise or cannot be compared.
 fn is_kept(row: &Row) -> Option<bool> {
-    Some(row.worst? <= promise(&row.variant.name)?)
+    Some(row.largest_promised_error? <= promise(&row.variant.name)?)
 }
 
 fn chart(title: String, cost: String, entries: &[Entry], of_scenes: bool) -> Chart {
@@ -336,7 +340,7 @@ fn runs(entries: &[Entry], of_scenes: bool) -> Sheet {
 
 /// Returns true if the FFT pairs of a run are on another grid than those of `balanced`.
 fn is_weighed(trade: &Trade, row: &Row) -> bool {
-    trade.by == Cost::FftPairs && row.cost != row.fft_pairs
+    trade.cost_measure == Cost::FftPairs && row.cost != row.fft_pairs
 }
 
 /// Builds the page on the variants of a scene. `left_out` lists the variants that were not tried, with reasons.
@@ -421,14 +425,14 @@ fn lists(trades: &[Trade], entries: &[Entry]) -> Vec<(&'static str, Vec<String>)
 }
 
 /// Builds the table of the presets by kind of motion.
-fn summary(tallies: &[Tally]) -> Sheet {
+fn summary(tallies: &[PresetStatistics]) -> Sheet {
     let or_none = |value: Option<f64>| value.map_or(NONE.to_owned(), percent);
     let figure_text = |f: &FigureCount| {
         let [median, worst] = [f.median, f.worst].map(or_none);
         format!("{median} / {worst}; {} of {}", f.within, f.scenes)
     };
-    let cells = |tally: &Tally| {
-        let Tally {
+    let cells = |tally: &PresetStatistics| {
+        let PresetStatistics {
             preset,
             scenes,
             failed,
@@ -476,7 +480,7 @@ fn intro(trade: &Trade) -> String {
             "The noise of the seconds is unknown, because balanced was not run twice.".to_owned()
         }
     };
-    let by = match trade.by {
+    let by = match trade.cost_measure {
         Cost::FftPairs => "Costs are compared by FFT pairs, which are exact.",
         Cost::Seconds => {
             "Costs are compared by seconds, because FFT pairs are only a part of the work."
@@ -507,7 +511,7 @@ fn machine(trade: &Trade) -> String {
 
 fn cost_axis(trade: &Trade) -> String {
     let clock = if trade.has_cpu() { "CPU" } else { "wall" };
-    match (trade.by, trade.noise) {
+    match (trade.cost_measure, trade.noise) {
         (Cost::FftPairs, _) if trade.rows.iter().any(|row| is_weighed(trade, row)) => {
             "FFT pairs, on other grids by their work".to_owned()
         }
@@ -611,7 +615,7 @@ fn percent_of(share: f64, least: i32) -> String {
         return "0".to_owned();
     }
     let whole = percent.abs().log10().floor() as i32 + 1;
-    format!("{} %", digits(percent, whole.max(least)))
+    format!("{} %", significant_digits(percent, whole.max(least)))
 }
 
 /// Formats a share in percent with its sign.

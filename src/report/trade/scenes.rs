@@ -8,7 +8,7 @@ use crate::scene::variants::{BALANCED, FAST, promise};
 
 /// Statistics of a preset over the scenes of a kind of motion, or over all scenes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Tally {
+pub struct PresetStatistics {
     /// The preset.
     pub preset: &'static str,
     /// Kind of motion, or `None` for all scenes.
@@ -34,7 +34,7 @@ pub struct Tally {
     pub figures: Vec<FigureCount>,
 }
 
-/// Statistics of a figure over the scenes of a [`Tally`].
+/// Statistics of a figure over the scenes of a [`PresetStatistics`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FigureCount {
     /// The figure.
@@ -81,14 +81,14 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 /// Returns the rows of presets with a promise that can be compared with the reference, with the promise.
-fn compared(trade: &Trade) -> impl Iterator<Item = (&Row, f64)> {
+fn promised_rows(trade: &Trade) -> impl Iterator<Item = (&Row, f64)> {
     let rows = trade.rows.iter();
-    rows.filter(|row| row.failure.is_none() && row.worst.is_some())
+    rows.filter(|row| row.failure.is_none() && row.largest_promised_error.is_some())
         .filter_map(|row| Some((row, promise(&row.variant.name)?)))
 }
 
 /// Counts both presets over all scenes, then over the scenes of each kind of motion.
-pub fn tallies(trades: &[Trade]) -> Vec<Tally> {
+pub fn tallies(trades: &[Trade]) -> Vec<PresetStatistics> {
     let exists = |kind: &MotionKind| trades.iter().any(|trade| trade.motion == *kind);
     let kinds = MotionKind::ALL.into_iter().filter(exists).map(Some);
     let kinds: Vec<Option<MotionKind>> = [None].into_iter().chain(kinds).collect();
@@ -107,23 +107,23 @@ fn tally(
     preset: &'static str,
     promise: f64,
     motion: Option<MotionKind>,
-) -> Tally {
+) -> PresetStatistics {
     let selected = || (trades.iter()).filter(|t| motion.is_none_or(|motion| t.motion == motion));
     let preset_rows: Vec<(&Trade, &Row)> = selected()
         .filter_map(|trade| {
-            let mut rows = compared(trade);
+            let mut rows = promised_rows(trade);
             let (row, _) = rows.find(|(row, _)| row.variant.name == preset)?;
             Some((trade, row))
         })
         .collect();
-    let worst_of = |row: &Row| row.worst.unwrap_or(0.0);
+    let worst_of = |row: &Row| row.largest_promised_error.unwrap_or(0.0);
     let errors: Vec<f64> = preset_rows.iter().map(|(_, row)| worst_of(row)).collect();
     let worst = (preset_rows.iter()).max_by(|a, b| worst_of(a.1).total_cmp(&worst_of(b.1)));
     let pairs = preset_rows.iter().filter_map(|(trade, row)| {
         let part = row.fft_pairs / trade.reference()?.fft_pairs;
         Some(part).filter(|part| part.is_finite())
     });
-    Tally {
+    PresetStatistics {
         preset,
         motion,
         scenes: preset_rows.len(),
@@ -162,7 +162,7 @@ fn figure_count(preset_rows: &[(&Trade, &Row)], k: usize) -> Option<FigureCount>
 pub fn misses(trades: &[Trade]) -> [Vec<Miss>; 2] {
     let (mut promised, mut outside_bar) = (Vec::new(), Vec::new());
     for trade in trades {
-        for (row, promise) in compared(trade) {
+        for (row, promise) in promised_rows(trade) {
             for (k, figure) in FIGURES.iter().enumerate() {
                 let error = row.errors[k];
                 let miss = |limit| Miss {

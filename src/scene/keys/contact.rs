@@ -6,7 +6,7 @@ use super::value::{ANY, List, NOT_NEGATIVE, POSITIVE, Quantity, XY};
 use super::word::{Boolean, Choice, FilePath, Text};
 use crate::contact::normal::Rotation;
 use crate::model_update::{BoltHead, Clamping};
-use crate::scene::{Boundary, Distribution, PressedBy, Stiffness, Transverse};
+use crate::scene::{Boundary, Distribution, Pressing, Stiffness, Transverse};
 use crate::units::Dimension;
 
 keys! {
@@ -64,9 +64,9 @@ keys! {
         List(XY, Quantity(Dimension::MOMENT, ANY, r#"["2 N m", "0 N m"]"#), None), of ["rough"];
     /// How the bodies of a structure press each other. The default "structure" applies if the contact elements are
     /// pairs of nodes of a mesh of equal boxes (`stiffness = "sliders"`). Otherwise the default is "punch".
-    PRESSING: Choice<PressedBy> = "contact.pressing", ByPreset(["punch", "structure", "structure", "structure"]), Choice(&[
-        ("structure", PressedBy::Structure, "the structure bends under its loads, which determines rotation, moment and approach"),
-        ("punch", PressedBy::Punch, "rigid punches on half spaces, so that most of the load is at the edges"),
+    PRESSING: Choice<Pressing> = "contact.pressing", ByPreset(["punch", "structure", "structure", "structure"]), Choice(&[
+        ("structure", Pressing::Structure, "the structure bends under its loads, which determines rotation, moment and approach"),
+        ("punch", Pressing::Punch, "rigid punches on half spaces, so that most of the load is at the edges"),
     ]), of ["rough"], with ["structure", "surface"];
     /// Law that the contact elements of a structure get from the rough contact. With boundary = "periodic" the default
     /// is total.

@@ -16,7 +16,7 @@ use std::fmt;
 
 use super::Preset;
 use super::error::SceneError;
-pub use value::{EvenInteger, Form, GivenValue, List, Quantity, Value, as_toml, meant};
+pub use value::{EvenInteger, Form, GivenValue, List, Quantity, Value, as_toml, parse_set_value};
 pub use word::{Choice, ListOrPath, Point, Tables};
 
 /// Key of a scene, with the type of its value.
@@ -189,7 +189,7 @@ pub fn all() -> impl Iterator<Item = &'static AnyKey> {
 }
 
 /// Every key of a scene file, including keys that belong to the file alone.
-pub fn of_files() -> impl Iterator<Item = &'static AnyKey> {
+pub fn structure_from_files() -> impl Iterator<Item = &'static AnyKey> {
     joint::file::DECLARED.1.iter().copied().chain(all())
 }
 
@@ -228,7 +228,7 @@ pub const FORMS: &[(&str, &str, &str)] = &[
 ];
 
 /// Lists the sections that have a `kind`.
-pub fn with_kinds() -> impl Iterator<Item = &'static str> {
+pub fn sections_with_kind() -> impl Iterator<Item = &'static str> {
     all().filter_map(|key| key.name.strip_suffix(".kind"))
 }
 
@@ -291,7 +291,7 @@ pub const DROPPED_BY: &[(&str, &str, &str, &str)] = &[
 ];
 
 /// Likely names and the keys that they mean: names in the drawing of the resonator and usual abbreviations.
-const ELSEWHERE: &[(&str, &str)] = &[
+const SYNONYMS: &[(&str, &str)] = &[
     ("structure.lap_length", "joint.size"),
     ("structure.arm_height", "joint.size"),
     ("structure.lap_cells", "joint.elements"),
@@ -370,7 +370,7 @@ pub fn replacement_of_former(key: &str) -> Option<&'static str> {
 /// Guesses the known key that an unknown one was meant to be: a similar one in its section, else one of the same name
 /// elsewhere, else a similar one elsewhere.
 pub fn nearest_key(key: &str) -> Option<String> {
-    if let Some((_, given)) = ELSEWHERE.iter().find(|entry| entry.0 == key) {
+    if let Some((_, given)) = SYNONYMS.iter().find(|entry| entry.0 == key) {
         return Some((*given).to_owned());
     }
     let (section, name) = key.rsplit_once('.').unwrap_or(("", key));

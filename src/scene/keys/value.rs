@@ -53,7 +53,7 @@ pub trait Value {
     fn read(&self, given: &GivenValue<'_>) -> Result<Self::Read>;
 
     /// Returns the value as it is recorded in the canonical scene.
-    fn noted(&self, read: &Self::Read) -> Json {
+    fn recorded(&self, read: &Self::Read) -> Json {
         json!(read)
     }
 
@@ -100,7 +100,7 @@ impl GivenValue<'_> {
 }
 
 /// Parses the text after `--set`: as TOML if possible, else as a string.
-pub fn meant(text: &str) -> Toml {
+pub fn parse_set_value(text: &str) -> Toml {
     text.parse()
         .unwrap_or_else(|_| Toml::String(text.to_owned()))
 }
@@ -181,7 +181,7 @@ impl Quantity {
         if !check.range.contains(&number) {
             return Err(given.out_of_range(check.expected));
         }
-        if number != 0.0 && !units::SIZES.contains(&number.abs()) {
+        if number != 0.0 && !units::COMPUTABLE_RANGE.contains(&number.abs()) {
             return Err(given.out_of_range("zero, or from 1e-60 to 1e60 in SI units"));
         }
         Ok(number)

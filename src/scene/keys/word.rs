@@ -128,7 +128,7 @@ impl<T: Copy + PartialEq + Serialize> Value for Choice<T> {
     }
 
     /// Returns the word of the choice.
-    fn noted(&self, read: &T) -> Json {
+    fn recorded(&self, read: &T) -> Json {
         let word = self.0.iter().find(|choice| choice.1 == *read);
         json!(word.map(|choice| choice.0))
     }
@@ -182,7 +182,7 @@ impl Value for PartOrNever {
         self.part().read(given).map(Some)
     }
 
-    fn noted(&self, read: &Option<f64>) -> Json {
+    fn recorded(&self, read: &Option<f64>) -> Json {
         read.map_or_else(|| json!(NEVER), |part| json!(part))
     }
 }

@@ -216,12 +216,12 @@ impl Files {
                 let steps = scene.fidelity.steps_per_cycle;
                 let motion = history(contact, path, &bytes).map_err(wrong)?;
                 match halved {
-                    true => motion.refined(steps.div_ceil(2)).halved(),
+                    true => motion.refined(steps.div_ceil(2)).with_midpoints(),
                     false => motion.refined(steps),
                 }
             }
             (Some(contact), _) => motion_of(&scene, contact),
-            (None, _) => Motion::none(0.0),
+            (None, _) => Motion::at_rest(0.0),
         };
         if let Some(conditions) = scene.contact.as_mut().and_then(|c| c.conditions.as_mut()) {
             // A history may have its own loads.
@@ -375,7 +375,7 @@ fn history(contact: &Contact, path: &Path, bytes: &[u8]) -> Result<Motion, Histo
         rotation: None,
         normal_load,
         mean_load,
-        own: None,
+        nodal_motion: None,
     })
 }
 

@@ -73,7 +73,7 @@ pub enum PlanError {
     #[error(
         "`{key}` is given, but the structure determines how its bodies press each other; remove the key, or set contact.pressing = \"punch\""
     )]
-    HeldByStructure {
+    DeterminedByStructure {
         /// The key.
         key: &'static str,
     },
@@ -196,7 +196,7 @@ pub enum PlanError {
     #[error(
         "`motion.moment` reaches {moment:.6e} N m under a normal load of {load:.6e} N, where friction carries less than {limit:.6e} N m, even with all of the load on the outermost cell, {reach:.4} mm from the joint's centre: the joint would turn away; make the moment smaller, check whether its unit is N m or N mm, or give `motion.rotation`"
     )]
-    TurnsAway {
+    BeyondFrictionMoment {
         /// The moment \[N m\].
         moment: f64,
         /// The normal load at that instant \[N\].

@@ -31,7 +31,7 @@ pub(super) fn reasons(scene: &Scene, recipe: &Recipe) -> Reasons {
     ];
     let mut why = Reasons::default();
     for (keys, _, by_error) in numbers.into_iter().filter(|number| number.1) {
-        let own = keys.iter().find(|name| scene.given(name).is_some());
+        let own = keys.iter().find(|name| scene.given_value(name).is_some());
         let reason = match (own, recipe.asked_error.filter(|_| by_error)) {
             (Some(own), _) => format!("{own} is given"),
             (None, Some(error)) => format!("fidelity.tolerance = {error}"),

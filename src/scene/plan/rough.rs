@@ -9,7 +9,7 @@ use crate::model_update::BoltedJoint;
 use crate::recipe::{self, CycleError, MotionSource, Reasons, why_computed};
 use crate::scene::keys::contact::{APPROACH, MOMENT, PRESSING, ROTATION};
 use crate::scene::{
-    Boundary, Contact, Motion as SceneMotion, PressedBy, RoughJoint, Scene, Transverse,
+    Boundary, Contact, Motion as SceneMotion, Pressing, RoughJoint, Scene, Transverse,
 };
 use crate::structure::reduction::ContactPorts;
 use crate::structure::resonator::{BOLT_ABOVE, BOLT_BELOW};
@@ -104,7 +104,7 @@ fn bolt_compliance(
         return Err(wrong("with contact.boundary = \"periodic\" the joint has no edge, so no parts can be clamped; use \"free\"".to_owned()));
     }
     let mut half_space = HalfSpace::new(patch.grid, contact.bodies, Boundary::Free);
-    let stiffnesses = stiffness::normal(&mut half_space, &patch.kept);
+    let stiffnesses = stiffness::normal(&mut half_space, &patch.is_in_joint);
     let patch = 1.0 / stiffnesses.map_err(|error| wrong(error.to_string()))?.total;
     let compliance = recipe::BoltCompliance {
         bolt: bolt_alone,
@@ -142,9 +142,9 @@ fn pressing(
     let Some(structure) = rough.structure else {
         return Ok((None, "no [structure]"));
     };
-    let given_pressing = scene.given(PRESSING.name);
+    let given_pressing = scene.given_value(PRESSING.name);
     let preload = rough.contact.preload.as_ref();
-    if rough.contact.pressed_by == PressedBy::Punch {
+    if rough.contact.pressed_by == Pressing::Punch {
         if preload.is_some() {
             return Err(PlanError::PreloadOfPunch {
                 reason: "contact.pressing is \"punch\"",
@@ -177,9 +177,9 @@ fn pressing(
     let determined_keys = [ROTATION.name, MOMENT.name, APPROACH.name];
     if let Some(key) = determined_keys
         .into_iter()
-        .find(|key| scene.given(key).is_some())
+        .find(|key| scene.given_value(key).is_some())
     {
-        return Err(PlanError::HeldByStructure { key });
+        return Err(PlanError::DeterminedByStructure { key });
     }
     let is_bolt_outside = preload.is_some_and(|preload| !preload.in_mesh);
     let has_bolt = rough.conditions.bolt_stiffness.is_some() || rough.contact.bolt.is_some();
@@ -281,7 +281,7 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
             Transverse::Free => "contact.transverse = \"free\": the mean displacement along y is found and reported; kt is with it held",
         },
     );
-    let of_rotation = match (conditions.rotation, scene.given(MOMENT.name)) {
+    let of_rotation = match (conditions.rotation, scene.given_value(MOMENT.name)) {
         _ if pressing.is_some() => "the structure holds the bodies, or leaves them free",
         (Rotation::Given(_), _) => "contact.rotation = \"fixed\"",
         (Rotation::Free { .. }, None) => {
@@ -350,7 +350,7 @@ fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), Pla
             "contact.normal_load",
         ),
         (
-            scene.given(MOMENT.name).is_some(),
+            scene.given_value(MOMENT.name).is_some(),
             "contact.moment",
             "given",
             "no moment",
@@ -433,7 +433,7 @@ pub(super) fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
     let load = contact.normal_load();
     match &scene.motion {
         Some(SceneMotion::Harmonic(motion)) => motion.sampled(load, scene.fidelity.steps_per_cycle),
-        _ => Motion::none(load),
+        _ => Motion::at_rest(load),
     }
 }
 
@@ -619,7 +619,7 @@ fn check_torsion(
     for (&moment, &load) in moments.iter().zip(&motion.normal_load) {
         let limit = friction_coefficient * load * reach;
         if moment.abs() >= limit && moment != 0.0 {
-            return Err(PlanError::TurnsAway {
+            return Err(PlanError::BeyondFrictionMoment {
                 moment: moment.abs(),
                 load,
                 reach: 1e3 * reach,
@@ -633,7 +633,7 @@ fn check_torsion(
 /// Centres of the cells of a joint \[m\].
 fn centres(patch: &Patch) -> impl Iterator<Item = (f64, f64)> {
     let grid = patch.grid;
-    let kept = (0..grid.len()).filter(|&cell| patch.kept[cell]);
+    let kept = (0..grid.len()).filter(|&cell| patch.is_in_joint[cell]);
     kept.map(move |cell| {
         let (i, j) = grid.cell(cell);
         grid.centre(i, j)

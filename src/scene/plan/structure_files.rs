@@ -8,7 +8,7 @@ use crate::recipe::Import;
 use crate::scene::Scene;
 use crate::scene::keys::dynamics::DAMPING_RATIO;
 use crate::structure::imported::{
-    FacingNodes, ImportError, Imported, Options, UnitSystem, name_rows,
+    FacingNodes, ImportError, ImportedStructure, Options, UnitSystem, name_rows,
 };
 use crate::structure::matrices::Unit;
 use crate::structure::node_tables::{self, NodeTableError};
@@ -53,10 +53,10 @@ pub enum StructureFileError {
 }
 
 /// Reads the matrices of a scene's structure, and updates the scene from them.
-pub fn read(scene: &mut Scene) -> Result<Option<Imported>, InputError> {
+pub fn read(scene: &mut Scene) -> Result<Option<ImportedStructure>, InputError> {
     let points = points(scene);
-    let is_ratio_given = scene.given(DAMPING_RATIO.name).is_some();
-    let is_unit_given = scene.given("structure.unit").is_some();
+    let is_ratio_given = scene.given_value(DAMPING_RATIO.name).is_some();
+    let is_unit_given = scene.given_value("structure.unit").is_some();
     let structure = scene.recipe.structure.as_mut();
     let import = structure.and_then(|structure| structure.source.import_mut());
     let Some(import) = import else {
@@ -110,7 +110,7 @@ fn imported(
     points: &[String],
     preload: Option<&[String; 2]>,
     [is_unit_given, is_bonded]: [bool; 2],
-) -> Result<(Imported, UnitSystem, bool), StructureFileError> {
+) -> Result<(ImportedStructure, UnitSystem, bool), StructureFileError> {
     let inputs: Vec<Input> = (import.files.matrices.iter())
         .map(|(role, path)| Input {
             path: path.clone(),
@@ -150,7 +150,7 @@ fn imported(
         },
         (None, None) => FacingNodes::Pairs(Vec::new()),
     };
-    let imported = Imported::new(
+    let imported = ImportedStructure::new(
         &matrices,
         &Options {
             unit,

@@ -7,7 +7,7 @@ use crate::recipe::{Conditions, ElementStiffness};
 use crate::scene::keys::{contact::*, fidelity::PRESET, lines};
 use crate::scene::reader::Reader;
 use crate::scene::{
-    Boundary, Contact, Distribution, ElementFile, Preload, PressedBy, Stiffness, Transverse,
+    Boundary, Contact, Distribution, ElementFile, Preload, Pressing, Stiffness, Transverse,
 };
 
 pub(super) fn contact(reader: &Reader<'_>, body: Body) -> Result<Option<Contact>> {
@@ -179,12 +179,12 @@ fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
 }
 
 /// Reads how the bodies are to press each other.
-fn pressed_by(reader: &Reader<'_>, vibrates: bool) -> Result<PressedBy> {
-    if !vibrates && reader.look(&PRESSING)? == Some(PressedBy::Structure) {
+fn pressed_by(reader: &Reader<'_>, vibrates: bool) -> Result<Pressing> {
+    if !vibrates && reader.peek(&PRESSING)? == Some(Pressing::Structure) {
         let reason = "there is no structure; add [structure] and [dynamics], or remove the key";
         return Err(reader.conflict(&PRESSING, reason));
     }
-    let chosen = (!vibrates).then_some(PressedBy::Punch);
+    let chosen = (!vibrates).then_some(Pressing::Punch);
     reader.value_or(&PRESSING, chosen, reader.value(&PRESET)?)
 }
 
@@ -194,7 +194,7 @@ fn element_law(
     vibrates: bool,
     boundary: Boundary,
 ) -> Result<ElementStiffness> {
-    let given_stiffness = reader.look(&STIFFNESS)?;
+    let given_stiffness = reader.peek(&STIFFNESS)?;
     let distribution = reader.value(&DISTRIBUTION)?;
     let needs_structure = "it applies to the contact elements of a structure, but there is none; add [structure] and [dynamics], or remove the key";
     if !vibrates && given_stiffness.is_some_and(|stiffness| stiffness != Stiffness::Total) {
@@ -364,7 +364,7 @@ fn table_contact(reader: &Reader<'_>, body: Body) -> Result<Contact> {
         conditions: None,
         preload: None,
         bolt: None,
-        pressed_by: PressedBy::Punch,
+        pressed_by: Pressing::Punch,
         elements: ElementStiffness::Given {
             kn: 0.0,
             kt: 0.0,
@@ -381,7 +381,7 @@ fn table_contact(reader: &Reader<'_>, body: Body) -> Result<Contact> {
 /// Records the keys of a rough contact with their defaults, because the record always has them.
 fn note_rough(reader: &Reader<'_>) -> Result<()> {
     reader.note(&STIFFNESS, Stiffness::Total);
-    reader.note(&PRESSING, PressedBy::Punch);
+    reader.note(&PRESSING, Pressing::Punch);
     reader.value(&DISTRIBUTION)?;
     reader.value(&BOUNDARY)?;
     reader.value(&ROTATION)?;
@@ -411,7 +411,7 @@ fn stiffness_contact(reader: &Reader<'_>) -> Result<Contact> {
         Err(error) => Err(error),
     };
     let (kn, kt, gap) = (kn, reader.required(&KT), reader.value(&GAP)).all()?;
-    let normal_load = match reader.look(&LOAD_AT_REST)? {
+    let normal_load = match reader.peek(&LOAD_AT_REST)? {
         Some(load) if load > 0.0 && gap > 0.0 => {
             return Err(reader.conflict(
                 &GAP,
@@ -440,7 +440,7 @@ fn stiffness_contact(reader: &Reader<'_>) -> Result<Contact> {
         conditions: None,
         preload: None,
         bolt: None,
-        pressed_by: PressedBy::Punch,
+        pressed_by: Pressing::Punch,
         elements: ElementStiffness::Given {
             kn,
             kt,

@@ -16,7 +16,7 @@ pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Mo
     if !reader.has("motion") {
         return Ok(None);
     }
-    if let Some(path) = reader.look(&HISTORY)? {
+    if let Some(path) = reader.peek(&HISTORY)? {
         reader.refuse_form(
             "motion",
             "harmonic",
@@ -30,7 +30,7 @@ pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Mo
 }
 
 fn harmonic(reader: &Reader<'_>, contact: &Contact) -> Result<HarmonicMotion> {
-    let amplitude = reader.look(&MOTION_AMPLITUDE)?;
+    let amplitude = reader.peek(&MOTION_AMPLITUDE)?;
     let force = reader.get(&MOTION_FORCE)?;
     let rotation = torsion(reader, contact)?;
     if amplitude.is_some() && force.is_some() {
@@ -173,8 +173,8 @@ fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
 /// Returns the worn volume per dissipated energy \[m³/J\] from the given coefficient. By Archard's law, dV = k N ds, it
 /// is α = k/µ, because the energy is µ N ds.
 fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
-    let coefficient = reader.needed(&COEFFICIENT)?;
-    let alpha = match reader.look(&LAW)? {
+    let coefficient = reader.required_unrecorded(&COEFFICIENT)?;
+    let alpha = match reader.peek(&LAW)? {
         Some("archard") => match contact.and_then(|contact| contact.friction_coefficient) {
             Some(0.0) => Err(reader.conflict(
                 &LAW,
@@ -197,12 +197,12 @@ pub(super) fn wear(
     fidelity: &Fidelity,
     contact: Option<&Contact>,
 ) -> Result<Option<Wear>> {
-    let fidelity_tolerance = reader.look(&WEAR_TOLERANCE)?;
+    let fidelity_tolerance = reader.peek(&WEAR_TOLERANCE)?;
     if !reader.has("wear") {
         return Ok(None);
     }
     check_wear(reader, body)?;
-    let step_tolerance = reader.look(&WEAR_STEP_TOLERANCE)?;
+    let step_tolerance = reader.peek(&WEAR_STEP_TOLERANCE)?;
     if step_tolerance.is_some() && fidelity_tolerance.is_some() {
         return Err(reader.conflict(
             &WEAR_TOLERANCE,
@@ -289,7 +289,7 @@ fn criterion(
     let Some(&first) = given_criteria.first() else {
         return match reader.node(&UPDATE).map(|node| node.shown()) {
             Some(empty) if empty == "{}" => Err(reader.missing(&STIFFNESS_CHANGE, "")),
-            _ => reader.look(&UPDATE).map(|_| Update::Never),
+            _ => reader.peek(&UPDATE).map(|_| Update::Never),
         };
     };
     if let Some(second) = given_criteria.get(1) {

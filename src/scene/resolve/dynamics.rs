@@ -76,7 +76,7 @@ pub(super) fn response(
         ));
     }
     let at = reader.point(&RESPONSE_AT, points(structure))?;
-    let axis = reader.look(&RESPONSE_DIRECTION)?;
+    let axis = reader.peek(&RESPONSE_DIRECTION)?;
     let response = Port {
         at: reader.note(&RESPONSE_AT, at.unwrap_or_else(|| drive.at.clone())),
         axis: reader.note(&RESPONSE_DIRECTION, axis.unwrap_or(drive.axis)),
@@ -87,7 +87,7 @@ pub(super) fn response(
     let has_files = reader.has(&DAMPING) || reader.has(&STRUCTURAL_DAMPING);
     let has_other =
         structure.is_oscillator() || rayleigh.is_some() || loss_factor > 0.0 || has_files;
-    let damping_ratio = match reader.look(&DAMPING_RATIO)? {
+    let damping_ratio = match reader.peek(&DAMPING_RATIO)? {
         Some(ratio) => ratio,
         None if has_other => 0.0,
         None => STEEL_DAMPING,
@@ -134,8 +134,8 @@ fn rayleigh(reader: &Reader<'_>) -> Result<Option<Rayleigh>> {
         return Ok(None);
     }
     let rayleigh = Rayleigh {
-        mass: reader.look(&RAYLEIGH_MASS)?.unwrap_or_default(),
-        stiffness: reader.look(&RAYLEIGH_STIFFNESS)?.unwrap_or_default(),
+        mass: reader.peek(&RAYLEIGH_MASS)?.unwrap_or_default(),
+        stiffness: reader.peek(&RAYLEIGH_STIFFNESS)?.unwrap_or_default(),
     };
     if rayleigh == Rayleigh::default() {
         return Ok(None);
@@ -205,7 +205,7 @@ fn forces(reader: &Reader<'_>, structure: &Structure) -> Result<Vec<(Force, Json
     };
     let read_table = |(at, table): (usize, Node)| {
         reader.check_section(FORCE.name, &table)?;
-        let root = table.below(&["dynamics", "force"]);
+        let root = table.nested_under(&["dynamics", "force"]);
         read(&Reader::of_item(&root, FORCE.name, at))
     };
     tables.into_iter().enumerate().map(read_table).collect()
@@ -255,7 +255,7 @@ fn force(reader: &Reader<'_>, structure: &Structure) -> Result<Force> {
 /// Reads the harmonics, in ascending order.
 fn harmonics(reader: &Reader<'_>, forces: &[Force], base: Option<Base>) -> Result<Vec<u32>> {
     let expected = HARMONICS.value.1;
-    let mut orders = match reader.look(&HARMONICS)? {
+    let mut orders = match reader.peek(&HARMONICS)? {
         None => {
             let driven = forces.iter().map(|force| force.harmonic);
             let driven = driven.chain(base.map(|base| base.harmonic));

@@ -32,7 +32,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     let preset = reader.value(&PRESET)?;
     let cycle = reader.optional(&CYCLE, reader.default_of(&CYCLE, preset)?)?;
     let target = reader.get(&ASKED)?;
-    let is_history = reader.look(&HISTORY)?.is_some();
+    let is_history = reader.peek(&HISTORY)?.is_some();
     let preset_steps = steps_of_history(preset).filter(|_| is_history);
     let steps = target.map(steps_for).or(preset_steps);
     let steps_per_cycle = reader.value_or(&STEPS_PER_CYCLE, steps, preset)?;
@@ -45,7 +45,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
     let pressure = target.map(|error| (OF_PRESSURE * error).clamp(NORMAL.0, NORMAL.1));
     let cycles = target.map(|error| OF_CYCLES * error);
     let preset_load_steps = reader.default(&LOAD_STEPS, preset)?;
-    let load_steps = reader.look(&LOAD_STEPS)?.unwrap_or(preset_load_steps);
+    let load_steps = reader.peek(&LOAD_STEPS)?.unwrap_or(preset_load_steps);
     if load_steps != preset_load_steps {
         // The default is not recorded, because it has no effect for bodies of the same material.
         reader.note(&LOAD_STEPS, load_steps);
@@ -95,7 +95,7 @@ pub(super) fn wear_tolerance(reader: &Reader<'_>, fidelity: &Fidelity) -> Result
     let steps = fidelity.tolerance.map(|error| OF_STEPS * error);
     let with_response =
         wear_tolerance_with_response(fidelity.preset).filter(|_| reader.has("dynamics"));
-    match reader.look(&WEAR_TOLERANCE)?.or(steps).or(with_response) {
+    match reader.peek(&WEAR_TOLERANCE)?.or(steps).or(with_response) {
         Some(error) => Ok(error),
         None => reader.default(&WEAR_TOLERANCE, fidelity.preset),
     }
@@ -125,7 +125,7 @@ const OF_HARMONICS: f64 = 0.5;
 
 /// Rejects keys about a vibration if there is none.
 pub(super) fn check_without_vibration(reader: &Reader<'_>) -> Result<()> {
-    if reader.look(&HARMONIC_TOLERANCE)?.is_some() {
+    if reader.peek(&HARMONIC_TOLERANCE)?.is_some() {
         return Err(reader.conflict(&HARMONIC_TOLERANCE, WITHOUT_DYNAMICS));
     }
     for key in [AFT_SAMPLES.name, HARMONIC_CORRECTION.name] {
@@ -142,7 +142,7 @@ pub(super) fn harmonic_tolerance(
     fidelity: &Fidelity,
     is_nonlinear: bool,
 ) -> Result<Option<f64>> {
-    let given_tolerance = reader.look(&HARMONIC_TOLERANCE)?;
+    let given_tolerance = reader.peek(&HARMONIC_TOLERANCE)?;
     let conflict = |reason| Err(reader.conflict(&HARMONIC_TOLERANCE, reason));
     if given_tolerance.is_some() && !is_nonlinear {
         return conflict(
@@ -171,7 +171,7 @@ pub(super) fn harmonic_correction(
     if is_nonlinear && reader.has("wear") {
         return reader.value_or(&HARMONIC_CORRECTION, None, fidelity.preset);
     }
-    if reader.look(&HARMONIC_CORRECTION)? == Some(true) {
+    if reader.peek(&HARMONIC_CORRECTION)? == Some(true) {
         return Err(reader.conflict(
             &HARMONIC_CORRECTION,
             "it applies to the wear of a vibrating joint, but there is none; remove it",

@@ -46,7 +46,7 @@ pub(super) fn joint(reader: &Reader<'_>, body: Body) -> Result<Option<Joint>> {
         let mesh_elements = resonator_elements(reader, elements, grid)?;
         elements = Some(reader.note(&ELEMENTS, mesh_elements));
     }
-    let diameter = reader.look(&HOLE_DIAMETER)?;
+    let diameter = reader.peek(&HOLE_DIAMETER)?;
     if reader.has("joint.hole") && diameter.is_none() {
         return Err(reader.missing(&HOLE_DIAMETER, ""));
     }
@@ -171,7 +171,7 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
     }
     // The common value is always read, so that its faults are found even if both bodies override it.
     let value_or_common = |own: &Key<Quantity>, common: &Key<Quantity>| -> Result<Option<f64>> {
-        let common = reader.look(common)?;
+        let common = reader.peek(common)?;
         reader.optional(own, common)
     };
     type Solid = (Elastic, Option<f64>);

@@ -47,7 +47,7 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
     let mut faults = Faults::default();
     let scene = sections(&reader, name, &mut faults);
     // The sections give more specific faults than this check, so their faults come first.
-    faults.keep(reader.check_keys());
+    faults.value_or_record(reader.check_keys());
     faults.end_sorted()?;
     match scene {
         Some(scene) => Ok(scene),
@@ -57,15 +57,15 @@ pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
 
 /// Resolves the sections whose prerequisites are sound. Consequences of a fault are not reported.
 fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Scene> {
-    let title = faults.keep(reader.look(&TITLE));
-    let body = faults.keep(body(reader))?;
-    let joint = faults.keep(joint::joint(reader, body));
-    let contact = faults.keep(contact::contact(reader, body));
-    let fidelity = faults.keep(fidelity::fidelity(reader));
-    let material = faults.keep(joint::material(reader, body));
-    let surface = faults.keep(surface(reader, body, joint.as_ref()));
+    let title = faults.value_or_record(reader.peek(&TITLE));
+    let body = faults.value_or_record(body(reader))?;
+    let joint = faults.value_or_record(joint::joint(reader, body));
+    let contact = faults.value_or_record(contact::contact(reader, body));
+    let fidelity = faults.value_or_record(fidelity::fidelity(reader));
+    let material = faults.value_or_record(joint::material(reader, body));
+    let surface = faults.value_or_record(surface(reader, body, joint.as_ref()));
     let motion = match &contact {
-        Some(Some(contact)) => faults.keep(cycles::motion(reader, contact)),
+        Some(Some(contact)) => faults.value_or_record(cycles::motion(reader, contact)),
         Some(None) => Some(None),
         None => None,
     };
@@ -80,7 +80,7 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
     };
     let fidelity_or_default = fidelity_or_default?;
     let contact_section = contact.as_ref().and_then(Option::as_ref);
-    let wear = faults.keep(cycles::wear(
+    let wear = faults.value_or_record(cycles::wear(
         reader,
         body,
         &fidelity_or_default,
@@ -89,32 +89,32 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
     let (joint, contact, material) = (joint?, contact?, material?);
     let contact = contact.as_ref();
     let source = structure::source(reader, body, joint.as_ref(), material, contact);
-    let source = faults.keep(source)?;
+    let source = faults.value_or_record(source)?;
     let vibrates = source.is_some();
     let (response, structure, friction_law) = match source {
         Some(source) => {
             let response = dynamics::response(reader, &source, contact, &fidelity_or_default);
             (
-                faults.keep(response).map(Some),
+                faults.value_or_record(response).map(Some),
                 faults
-                    .keep(structure::structure(reader, source, contact))
+                    .value_or_record(structure::structure(reader, source, contact))
                     .map(Some),
-                faults.keep(reader.value(&FRICTION_LAW)),
+                faults.value_or_record(reader.value(&FRICTION_LAW)),
             )
         }
         None => {
-            faults.keep(fidelity::check_without_vibration(reader));
+            faults.value_or_record(fidelity::check_without_vibration(reader));
             (Some(None), Some(None), Some(FrictionLaw::default()))
         }
     };
     let wear = wear?;
-    let update = faults.keep(cycles::update(
+    let update = faults.value_or_record(cycles::update(
         reader,
         wear.as_ref(),
         vibrates,
         fidelity_or_default.preset,
     ));
-    let output = faults.keep(output::output(reader, wear.as_ref(), vibrates));
+    let output = faults.value_or_record(output::output(reader, wear.as_ref(), vibrates));
     let fidelity = fidelity?;
     let scene = Scene {
         name,
@@ -140,8 +140,8 @@ fn sections(reader: &Reader<'_>, name: String, faults: &mut Faults) -> Option<Sc
         canonical: reader.record.canonical(),
         document: reader.root.to_table(),
     };
-    faults.keep(joint::check_patch(reader, &scene))?;
-    faults.keep(fidelity::check_grid(reader, &scene))?;
+    faults.value_or_record(joint::check_patch(reader, &scene))?;
+    faults.value_or_record(fidelity::check_grid(reader, &scene))?;
     Some(scene)
 }
 

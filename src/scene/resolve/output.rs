@@ -16,7 +16,7 @@ pub(super) fn output(reader: &Reader<'_>, wear: Option<&Wear>, vibrates: bool) -
             updates: reader.value(&KEEP_UPDATES)?,
         }
     } else {
-        reader.look(&KEEP)?;
+        reader.peek(&KEEP)?;
         reader.record.note(KEEP.name, "all".into());
         Keep::All
     };
@@ -40,7 +40,7 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
     if !is_table && !reader.value(&CYCLE_FIELDS)? {
         return Ok(None);
     }
-    let mut samples = reader.look(&CYCLE_FIELDS_SAMPLES)?;
+    let mut samples = reader.peek(&CYCLE_FIELDS_SAMPLES)?;
     if let Some(samples) = &mut samples {
         samples.sort_unstable();
     }
@@ -50,8 +50,8 @@ fn cycle_fields(reader: &Reader<'_>) -> Result<Option<CycleFields>> {
     }
     let fields = CycleFields {
         samples,
-        cells: [reader.look(&CYCLE_FIELDS_I)?, reader.look(&CYCLE_FIELDS_J)?],
-        every: reader.look(&CYCLE_FIELDS_EVERY)?.unwrap_or(1),
+        cells: [reader.peek(&CYCLE_FIELDS_I)?, reader.peek(&CYCLE_FIELDS_J)?],
+        every: reader.peek(&CYCLE_FIELDS_EVERY)?.unwrap_or(1),
     };
     reader.record.note(CYCLE_FIELDS.name, json!(fields));
     let moves = reader.has("motion") || reader.has("dynamics");

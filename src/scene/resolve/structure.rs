@@ -69,7 +69,7 @@ pub(super) fn structure(
 /// Reads the paths and options of matrices from another program. The files are read later.
 fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Result<Structure> {
     let (file, stiffness, mass) = (
-        reader.look(&FILE)?,
+        reader.peek(&FILE)?,
         reader.path(&STIFFNESS)?,
         reader.path(&MASS)?,
     );
@@ -88,7 +88,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Re
                 .path(&DAMPING)?
                 .map(|path| (Some(Role::Damping), path));
             let both = [(Some(Role::Stiffness), stiffness), (Some(Role::Mass), mass)];
-            let hysteretic = reader.look(&STRUCTURAL_DAMPING)?;
+            let hysteretic = reader.peek(&STRUCTURAL_DAMPING)?;
             let hysteretic = hysteretic.map(|path| (Some(Role::Hysteretic), path));
             both.into_iter().chain(damping).chain(hysteretic).collect()
         }
@@ -105,7 +105,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Re
             return Err(reader.missing_line(&MASS, "mass = \"model_MASS1.mtx\""));
         }
     };
-    let interface = reader.look(&INTERFACE)?;
+    let interface = reader.peek(&INTERFACE)?;
     if has_contact && interface.is_none() {
         return Err(reader.missing(
             &INTERFACE,
@@ -150,7 +150,7 @@ fn matrices(reader: &Reader<'_>, joint: Option<&Joint>, has_contact: bool) -> Re
     Ok(Structure::from(Import {
         files: ImportFiles {
             matrices: files,
-            nodes: reader.look(&NODES)?,
+            nodes: reader.peek(&NODES)?,
             pairs: interface.flatten(),
         },
         format: reader.get(&FORMAT)?.map(str::to_owned),
@@ -172,7 +172,7 @@ fn oscillator(reader: &Reader<'_>) -> Result<Structure> {
         reader.record.note(key.name, json!(list));
     }
     let along = |key: &keys::Key<keys::List<3>>| -> Result<[f64; 3]> {
-        Ok(reader.look(key)?.unwrap_or_default())
+        Ok(reader.peek(key)?.unwrap_or_default())
     };
     let [cubic, stop, gap] = [
         along(&CUBIC_STIFFNESS)?,
@@ -310,7 +310,7 @@ fn resonator_error(reader: &Reader<'_>, fault: &StructureError) -> SceneError {
             };
             reader.out_of_range(given_key.as_str(), *expected)
         }
-        StructureError::DoNotFit {
+        StructureError::Contradiction {
             name,
             value,
             other,

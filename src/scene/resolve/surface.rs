@@ -40,7 +40,7 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
             }
         }
         "self_affine" => {
-            let rolloff_wavelength = reader.look(&ROLLOFF_WAVELENGTH)?.unwrap_or(longer);
+            let rolloff_wavelength = reader.peek(&ROLLOFF_WAVELENGTH)?.unwrap_or(longer);
             reader.note(&ROLLOFF_WAVELENGTH, rolloff_wavelength);
             let cutoff_wavelength = reader.optional(&CUTOFF_WAVELENGTH, None)?;
             if cutoff_wavelength.is_some_and(|cutoff| cutoff >= rolloff_wavelength) {
@@ -65,7 +65,7 @@ pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
             radius: reader.required(&RADIUS)?,
         },
         "file" => {
-            let path = reader.needed(&PATH)?;
+            let path = reader.required_unrecorded(&PATH)?;
             let correct = Correction {
                 unit: reader.optional(&CORRECT_UNIT, None)?,
                 spacing: reader.optional(&CORRECT_SPACING, None)?,
@@ -102,7 +102,7 @@ fn second(reader: &Reader<'_>) -> Result<Option<SecondFace>> {
         return Ok(None);
     }
     Ok(Some(SecondFace {
-        path: reader.needed(&SECOND_PATH)?,
+        path: reader.required_unrecorded(&SECOND_PATH)?,
         unit: reader.optional(&SECOND_UNIT, None)?,
         spacing: reader.optional(&SECOND_SPACING, None)?,
         transpose: reader.value(&SECOND_TRANSPOSE)?,

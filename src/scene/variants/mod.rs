@@ -141,7 +141,7 @@ pub struct Variants {
     /// Values of `balanced` for the knobs that can be finer or coarser: knob, value, size.
     pub base: Vec<(&'static str, String, f64)>,
     /// Variants that do not apply.
-    pub left_out: Vec<SkippedVariant>,
+    pub skipped: Vec<SkippedVariant>,
 }
 
 /// Lists the keys of accuracy, as section and name. Spatial grids are not among them, and neither is a given number of
@@ -210,7 +210,7 @@ fn preset(name: &str) -> Variant {
 /// The run time of an iteration is stored in its own tables, so all iterations are kept.
 const KEEP: &str = "output.keep=all";
 
-/// Lists the variants of a scene. `written` is the scene as written; `scene` and `recipe` belong to [`balanced`].
+/// Lists the variants of a scene. `source_text` is the scene as written; `scene` and `recipe` belong to [`balanced`].
 ///
 /// The scene or the plan may still reject a variant.
 ///
@@ -236,7 +236,7 @@ pub fn variants(
             _ => values::values(knob, written, scene, recipe, choice),
         };
         match values {
-            Err(reason) => variants.left_out.push(SkippedVariant {
+            Err(reason) => variants.skipped.push(SkippedVariant {
                 what: knob.name.to_owned(),
                 reason: reason.to_owned(),
             }),
@@ -301,7 +301,7 @@ impl Variants {
                 .extend(values::own_depth(written).map(values::depth));
             self.variants.push(paper);
         } else {
-            self.left_out.push(SkippedVariant {
+            self.skipped.push(SkippedVariant {
                 what: "preset = paper".to_owned(),
                 reason: "it is slow; --paper runs it too".to_owned(),
             });

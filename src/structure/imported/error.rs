@@ -75,10 +75,10 @@ pub enum ImportError {
         "contact.preload: the centroids of head \"{}\" and nut \"{}\" coincide, so the preload has no direction; give the nodes at both ends of the bolt",
         .0[0], .0[1]
     )]
-    PreloadNowhere([String; 2]),
+    PreloadDirection([String; 2]),
     /// A node occurs twice on a side of the joint.
     #[error("node {node} is in two pairs of the joint; each node of a body faces one of the other")]
-    Twice {
+    DuplicateNode {
         /// Number of the node.
         node: i64,
     },
@@ -92,7 +92,7 @@ pub enum ImportError {
     },
     /// A node is on both sides of the joint.
     #[error("node {node} is on both sides of the joint: bodies that share nodes are bonded there")]
-    Both {
+    OnBothSides {
         /// Number of the node.
         node: i64,
     },
@@ -121,7 +121,7 @@ pub enum ImportError {
     #[error(
         "structure.interface: the nodes of the pair {upper}, {lower} are {off:.4} mm apart along the joint, whose rectangles have sides of {side:.4} mm; check the positions of the nodes, or give two sets of nodes instead of pairs"
     )]
-    Askew {
+    PairOffset {
         /// Node of the upper body.
         upper: i64,
         /// Node of the lower body.
@@ -143,7 +143,7 @@ pub enum ImportError {
     #[error(
         "some motion of massless rows has no stiffness; fix it with structure.fixed, or remove these rows from the matrices"
     )]
-    Loose,
+    NoStiffness,
     /// The stiffness has a negative eigenvalue.
     #[error(
         "the stiffness is not positive: a mode has omega^2 = {0:.4e} s^-2, so its amplitude grows; the matrices are of an unstable state, or do not belong together"

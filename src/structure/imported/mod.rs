@@ -14,14 +14,16 @@ pub use nodes::FacingNodes;
 pub use rows::name_rows;
 
 use super::element::Formulation;
-use super::frequencies::{self, SUMMED, bodies};
+use super::frequencies::{self, SUMMED_PRECISION, bodies};
 use super::inspection::{self, mass_by_direction};
 use super::interface::{Interface, InterfaceError, JointRequirements, Side};
 use super::matrices::{Matrices, Role, Triplets};
 use super::reduction::{ContactPorts, Ports};
 use crate::linalg::vectors::{dot, minus};
-use nodes::{NodePoint, bond, check_pairs, ends_of_preload, neighbours, point, sides};
-use rows::{leave_out_massless, places};
+use nodes::{
+    NodePoint, check_pairs, ends_of_preload, merge_facing_nodes, neighbours, point, sides,
+};
+use rows::{fix_massless_rows, number_rows};
 
 /// Tolerance of the symmetry of a matrix, as a share of its largest entry. It allows for the digits of a text file.
 const SYMMETRIC: f64 = 1e-6;
@@ -62,7 +64,7 @@ impl Default for UnitSystem {
 
 /// Stiffness and mass of a structure in SI, its joint, and the points at which forces act.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Imported {
+pub struct ImportedStructure {
     /// The joint. `None` for a bonded structure.
     pub interface: Option<Interface>,
     /// Notes for the user about the files.
@@ -113,7 +115,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub struct Options<'a> {
     /// Units of the files.
     pub unit: UnitSystem,
-    /// Fixed rows, in the syntax of [`inspection::fixed`].
+    /// Fixed rows, in the syntax of [`inspection::parse_fixed_rows`].
     pub fixed: Option<&'a str>,
     /// Nodes of both bodies at the joint.
     pub facing: &'a FacingNodes,
@@ -131,12 +133,15 @@ pub struct Options<'a> {
     pub preload: Option<&'a [String; 2]>,
 }
 
-impl Imported {
+impl ImportedStructure {
     /// Builds a structure from matrices and options.
     ///
     /// # Errors
     /// [`ImportError`] for missing matrices, nodes or sets, and for a joint that does not match the scene.
-    pub fn new(matrices: &Matrices, options: &Options<'_>) -> Result<Imported, ImportError> {
+    pub fn new(
+        matrices: &Matrices,
+        options: &Options<'_>,
+    ) -> Result<ImportedStructure, ImportError> {
         let stiffness = required(matrices, Role::Stiffness)?;
         let mass = required(matrices, Role::Mass)?;
         let dofs = matrices.dofs.as_ref().ok_or(ImportError::NoDofs {
@@ -173,9 +178,9 @@ impl Imported {
         }
         let mut notes = matrices.notes.clone();
         notes.extend(inspection::inner_nodes_note(matrices));
-        let mut doubts = inspection::suspicions(matrices);
+        let mut doubts = inspection::model_warnings(matrices);
         let (mut is_held, fixed_notes) = match options.fixed {
-            Some(text) => inspection::fixed(matrices, text)?,
+            Some(text) => inspection::parse_fixed_rows(matrices, text)?,
             None => (vec![false; matrices.size], Vec::new()),
         };
         notes.extend(fixed_notes);
@@ -185,11 +190,14 @@ impl Imported {
         };
         let mut used_nodes: HashSet<i64> =
             held_rows(&is_held).into_iter().map(|row| row.0).collect();
-        for (row, held) in frequencies::held(matrices).into_iter().enumerate() {
+        for (row, held) in frequencies::penalty_fixed_rows(matrices)
+            .into_iter()
+            .enumerate()
+        {
             is_held[row] |= held;
         }
         let held_rows = held_rows(&is_held);
-        let left_out = leave_out_massless(matrices, [stiffness, mass], &mut is_held);
+        let left_out = fix_massless_rows(matrices, [stiffness, mass], &mut is_held);
         if left_out > 0 {
             notes.push(format!(
                 "{left_out} rows without a connection to any mass are left out"
@@ -199,13 +207,13 @@ impl Imported {
         let positions = |node: i64| {
             let found = matrices.positions.get(&node);
             let found =
-                found.ok_or_else(|| ImportError::NoPosition(node, matrices.told_unread()))?;
+                found.ok_or_else(|| ImportError::NoPosition(node, matrices.unread_reasons()))?;
             Ok(found.map(|v| v * unit.length))
         };
         let [mut lower, mut upper] = sides(matrices, options.facing, unit, &positions)?;
-        let (mut place, mut rows) = places(matrices, [stiffness, mass], &is_held);
+        let (mut place, mut rows) = number_rows(matrices, [stiffness, mass], &is_held);
         if options.is_bonded && !upper.nodes.is_empty() {
-            rows = bond(dofs, options.facing, [&lower, &upper], &mut place)?;
+            rows = merge_facing_nodes(dofs, options.facing, [&lower, &upper], &mut place)?;
             notes.push(format!(
                 "without [contact] the joint is bonded: {} pairs of nodes are merged",
                 upper.nodes.len()
@@ -263,7 +271,7 @@ impl Imported {
             let head_to_nut = minus(nut.1, head.1);
             let length = dot(head_to_nut, head_to_nut).sqrt();
             if length == 0.0 {
-                return Err(ImportError::PreloadNowhere(names.clone()));
+                return Err(ImportError::PreloadDirection(names.clone()));
             }
             preload = Some(EndsOfPreload {
                 points: [head.0.0.clone(), nut.0.0.clone()],
@@ -315,7 +323,7 @@ impl Imported {
         let edge = |nodes: &Vec<i64>| nodes.iter().map(at_joint).collect();
         let outline: Result<_, ImportError> = matrices.outline.iter().map(edge).collect();
         let outline = outline?;
-        let imported = Imported {
+        let imported = ImportedStructure {
             interface,
             notes,
             doubts,
@@ -330,7 +338,7 @@ impl Imported {
             hysteretic: (matrices.hysteretic.as_ref())
                 .map(|damping| scaled(damping, unit.mass / unit.time.powi(2))),
             stiffness: stiffness_si,
-            precision: stiffness.precision.max(SUMMED),
+            precision: stiffness.precision.max(SUMMED_PRECISION),
             row_of,
             places: matrices.places(&place),
             sides: [lower, upper],

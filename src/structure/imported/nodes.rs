@@ -45,7 +45,7 @@ pub(super) fn check_pairs(
         });
         let off = along[0].hypot(along[1]);
         if off > ASKEW * side {
-            return Err(ImportError::Askew {
+            return Err(ImportError::PairOffset {
                 upper: upper.nodes[k],
                 lower: lower.nodes[k],
                 off: off * 1e3,
@@ -91,8 +91,8 @@ pub(super) fn sides(
     for (k, side) in sides.iter_mut().enumerate() {
         for &node in &side.nodes {
             match seen.insert(node, k) {
-                Some(other) if other == k => return Err(ImportError::Twice { node }),
-                Some(_) => return Err(ImportError::Both { node }),
+                Some(other) if other == k => return Err(ImportError::DuplicateNode { node }),
+                Some(_) => return Err(ImportError::OnBothSides { node }),
                 None => (),
             }
         }
@@ -109,7 +109,7 @@ pub(super) fn no_set(matrices: &Matrices, key: &'static str, name: &str) -> Impo
     ImportError::NoSet {
         key,
         name: name.to_owned(),
-        known: matrices.known_sets("none"),
+        known: matrices.set_names("none"),
     }
 }
 
@@ -208,7 +208,7 @@ const SAME_PLACE: f64 = 1e-4;
 /// # Errors
 /// [`ImportError::NotNodeForNode`] for a node that faces no other; [`ImportError::NoRow`] for a node that lacks a
 /// displacement.
-pub(super) fn bond(
+pub(super) fn merge_facing_nodes(
     dofs: &[Dof],
     facing: &FacingNodes,
     [lower, upper]: [&Side; 2],

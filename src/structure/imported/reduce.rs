@@ -1,14 +1,16 @@
 //! Reduction of an imported structure.
 
-use super::{ImportError, Imported, Lower};
+use super::{ImportError, ImportedStructure, Lower};
 use crate::linalg::{Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
 use crate::structure::assembly::Combination;
-use crate::structure::frequencies::{DENSE, Whole, dense};
+use crate::structure::frequencies::{DENSE, UnsplitPencil, dense_modes};
 use crate::structure::modes::{ModeOptions, lowest_of, shift_of};
 use crate::structure::order::elimination_order;
 use crate::structure::outline::Outline;
-use crate::structure::reduction::{ContactPorts, ModesAtPorts, Reduced, complete};
+use crate::structure::reduction::{
+    ContactPorts, ModesAtPorts, ReducedStructure, reduce_with_modes,
+};
 
 /// Block size of the Lanczos process: a free body has this many rigid modes.
 const BODY: usize = 6;
@@ -20,7 +22,7 @@ const NEGATIVE: f64 = 1e-9;
 const LOWEST: usize = 1;
 const AXES_OF_MODEL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-impl Imported {
+impl ImportedStructure {
     /// Reduces the structure to its ports: its lowest `count` elastic modes, or all if it has fewer, and the residual
     /// of the others. Also returns the edges of the bodies in these modes, if the files have elements.
     ///
@@ -30,27 +32,27 @@ impl Imported {
         &self,
         count: usize,
         at: ContactPorts,
-    ) -> Result<(Reduced, Option<Outline>), ImportError> {
+    ) -> Result<(ReducedStructure, Option<Outline>), ImportError> {
         let ports = self.ports(at)?;
         let rows = self.rows;
         let stiffness = SparseSymmetric::from_sorted(rows, &self.stiffness);
         let mass = SparseSymmetric::from_sorted(rows, &self.inertia);
-        let pencil = Whole {
+        let pencil = UnsplitPencil {
             rows,
             k: &self.stiffness,
             m: &self.inertia,
             precision: self.precision,
             places: self.places.as_deref(),
         };
-        let lowest = pencil.spectrum(LOWEST)?;
+        let lowest = pencil.lowest_modes(LOWEST)?;
         if lowest.massless > 0 {
             return Err(ImportError::Massless {
                 rows: lowest.massless,
                 all: rows,
             });
         }
-        if lowest.is_steadied {
-            return Err(ImportError::Loose);
+        if lowest.is_stabilized {
+            return Err(ImportError::NoStiffness);
         }
         if let Some(square) = lowest.elastic().find(|square| *square < 0.0) {
             return Err(ImportError::Unstable(square));
@@ -77,7 +79,8 @@ impl Imported {
         let rows_with_mass = mass.diagonal().iter().filter(|v| **v > 0.0).count();
         let wanted = (rigid + count).min(rows_with_mass);
         let (squares, shapes, residual) = if rows <= DENSE {
-            let (squares, mut shapes) = dense(&mass, &stiffness.plus(shift, &mass), shift, wanted)?;
+            let (squares, mut shapes) =
+                dense_modes(&mass, &stiffness.plus(shift, &mass), shift, wanted)?;
             for (mode, square) in squares.iter().enumerate() {
                 // The dense solver scales to φᵀ(K + sM)φ = 1.
                 let scale = (square + shift).sqrt();
@@ -101,7 +104,7 @@ impl Imported {
             }
             .into());
         }
-        let kept_shapes = shapes.columns_of(0..rigid + elastic);
+        let kept_shapes = shapes.column_range(0..rigid + elastic);
         let outline = self.outline_in(&kept_shapes);
         let in_modes = |matrix: &Option<Lower>| {
             matrix.as_ref().map(|matrix| {
@@ -130,17 +133,17 @@ impl Imported {
             }
         }
         let modes = ModesAtPorts {
-            rigid_squares: rayleigh(&stiffness, &shapes.columns_of(0..rigid)),
-            rigid: ports.displacements(&shapes.columns_of(0..rigid)),
+            rigid_squares: rayleigh(&stiffness, &shapes.column_range(0..rigid)),
+            rigid: ports.displacements(&shapes.column_range(0..rigid)),
             omega: squares[rigid..]
                 .iter()
                 .map(|square| square.max(0.0).sqrt())
                 .collect(),
-            shapes: ports.displacements(&shapes.columns_of(rigid..rigid + elastic)),
+            shapes: ports.displacements(&shapes.column_range(rigid..rigid + elastic)),
             residual,
         };
-        let reduced = complete(ports, modes, self.mass, (factor, shift, last), factorize)?;
-        let reduced = Reduced {
+        let reduced = reduce_with_modes(ports, modes, self.mass, (factor, shift, last), factorize)?;
+        let reduced = ReducedStructure {
             damping,
             hysteretic,
             ..reduced
@@ -176,7 +179,7 @@ impl Imported {
         let matrix = |entries| SparseSymmetric::from_sorted(self.rows, entries);
         let shifted = matrix(stiffness).plus(1.0, &matrix(mass));
         let (order, port_rows) = self.elimination(&shifted, ports)?;
-        let factor = SparseCholesky::entries_of(&shifted, &order).map_err(|source| {
+        let factor = SparseCholesky::count_entries(&shifted, &order).map_err(|source| {
             StructureError::Factorization {
                 matrix: "the shifted stiffness",
                 source,

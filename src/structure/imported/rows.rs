@@ -25,7 +25,7 @@ pub fn name_rows(matrices: &mut Matrices, order: &[i64]) -> Result<(), ImportErr
 }
 
 /// Numbers the rows that are used, and counts them. Fixed rows and rows without entries are not used.
-pub(super) fn places(
+pub(super) fn number_rows(
     matrices: &Matrices,
     both: [&Triplets; 2],
     is_held: &[bool],
@@ -49,12 +49,12 @@ pub(super) fn places(
 }
 
 /// Marks rows as fixed if no entry connects them to a mass, and returns their number.
-pub(super) fn leave_out_massless(
+pub(super) fn fix_massless_rows(
     matrices: &Matrices,
     [stiffness, mass]: [&Triplets; 2],
     is_held: &mut [bool],
 ) -> usize {
-    let (place, rows) = places(matrices, [stiffness, mass], is_held);
+    let (place, rows) = number_rows(matrices, [stiffness, mass], is_held);
     let mut masses = place.iter().zip(mass.diagonal());
     if masses.all(|(place, mass)| place.is_none() || mass > 0.0) {
         return 0;

@@ -36,7 +36,7 @@ pub enum InterfaceError {
     #[error(
         "structure.normal is {angle:.1} degrees off the normal of the plane of the nodes, [{:.4}, {:.4}, {:.4}]", .found[0], .found[1], .found[2]
     )]
-    OtherNormal {
+    NormalMismatch {
         /// Angle between both normals \[degrees\].
         angle: f64,
         /// Normal of the nodes.
@@ -49,7 +49,7 @@ pub enum InterfaceError {
     #[error(
         "joint.size is {:.5} x {:.5} mm, and the nodes of the joint span {:.5} x {:.5} mm{}", .given[0], .given[1], .found[0], .found[1], hint(.given, .found)
     )]
-    OtherSize {
+    SizeMismatch {
         /// Size in the scene \[mm\].
         given: [f64; 2],
         /// Size of the nodes \[mm\].
@@ -59,7 +59,7 @@ pub enum InterfaceError {
     #[error(
         "joint.elements is [{}, {}], and the nodes are the corners of [{}, {}] rectangles; leave joint.elements out", .given[0], .given[1], .found[0], .found[1]
     )]
-    OtherCounts {
+    CountMismatch {
         /// Numbers in the scene.
         given: [usize; 2],
         /// Numbers from the nodes.
@@ -94,7 +94,7 @@ pub enum InterfaceError {
     #[error(
         "the nodes of the upper and the lower body do not face each other: the nearest node of the lower one is {off:.4} mm along the joint from the middle of the upper ones, which reach {across:.4} mm"
     )]
-    Apart {
+    NotFacing {
         /// Distance of the nearest lower node from the middle of the upper nodes, in the plane \[mm\].
         off: f64,
         /// Largest distance of an upper node from the middle \[mm\].
@@ -134,7 +134,7 @@ pub enum InterfaceError {
     #[error(
         "the areas of the pairs sum up to {given:.5} mm2, and those of the contact elements to {found:.5} mm2; check structure.unit, and that all nodes of the joint are among the pairs"
     )]
-    OtherArea {
+    AreaMismatch {
         /// Total area of the pairs \[mm²\].
         given: f64,
         /// Total area of the contact elements \[mm²\].

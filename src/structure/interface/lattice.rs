@@ -25,12 +25,12 @@ pub(super) fn span(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
 /// Array of nodes that are the corners of equal rectangles.
 pub(super) struct Lattice {
     pub counts: [usize; 2],
-    there: HashSet<[usize; 2]>,
+    grid_points: HashSet<[usize; 2]>,
 }
 
 impl Lattice {
     /// Finds the array of the nodes. Returns `None` if they form none, or if a node belongs to no rectangle.
-    pub fn of(points: &[[f64; 2]]) -> Option<Lattice> {
+    pub fn detect(points: &[[f64; 2]]) -> Option<Lattice> {
         let span = span(points);
         let mut counts = [0_usize; 2];
         for d in 0..2 {
@@ -65,9 +65,12 @@ impl Lattice {
                 return None;
             }
         }
-        let lattice = Lattice { counts, there };
+        let lattice = Lattice {
+            counts,
+            grid_points: there,
+        };
         let used: HashSet<[usize; 2]> = (lattice.cells()).flat_map(corners_of).collect();
-        (used.len() == lattice.there.len()).then_some(lattice)
+        (used.len() == lattice.grid_points.len()).then_some(lattice)
     }
 
     /// Returns the rectangles with all four corners.
@@ -82,7 +85,9 @@ impl Lattice {
 
     fn has_all_corners(&self, cell: [usize; 2]) -> bool {
         let corners = corners_of(cell);
-        corners.iter().all(|corner| self.there.contains(corner))
+        corners
+            .iter()
+            .all(|corner| self.grid_points.contains(corner))
     }
 
     pub fn absent(&self) -> Vec<[usize; 2]> {
@@ -93,7 +98,7 @@ impl Lattice {
 }
 
 /// Returns the rectangles whose centre is near no node. `centre` is the middle of the joint in the axes of `points`.
-pub(super) fn uncovered(
+pub(super) fn uncovered_cells(
     array: &ContactArray,
     points: &[[f64; 2]],
     centre: [f64; 2],
@@ -112,7 +117,7 @@ pub(super) fn uncovered(
     let sides = array.sides();
     let all = (0..array.counts[0]).flat_map(|i| (0..array.counts[1]).map(move |j| [i, j]));
     all.filter(|&cell| {
-        let at = array.place(cell.map(|k| k as f64 + 0.5));
+        let at = array.position_at(cell.map(|k| k as f64 + 0.5));
         let at = [at[0] + centre[0], at[1] + centre[1]];
         // If the rectangles are coarser than the nodes, the reach is half a side of the rectangle.
         let half_side = 0.5 * sides[0].min(sides[1]);

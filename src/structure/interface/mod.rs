@@ -22,10 +22,10 @@ pub use error::InterfaceError;
 use super::contact_array::ContactArray;
 use super::reduction::ContactPorts;
 use crate::linalg::vectors::{dot, minus};
-use lattice::{Lattice, span, uncovered};
+use lattice::{Lattice, span, uncovered_cells};
 use layers::layers;
 use plane::Plane;
-use weights::around;
+use weights::node_weights;
 
 /// Tolerance of nodes from their plane and from a regular array, as a share of the size. It allows for rounding and
 /// for the digits of a deck.
@@ -124,7 +124,7 @@ impl Interface {
         elements: Option<[usize; 2]>,
         wanted: &JointRequirements,
     ) -> Result<Interface, InterfaceError> {
-        let plane = Plane::of([lower, upper], wanted)?;
+        let plane = Plane::fit([lower, upper], wanted)?;
         let axes = plane.axes_along(&upper.positions, wanted)?;
         let project = |p: &[f64; 3]| {
             let d = minus(*p, plane.middle);
@@ -133,7 +133,7 @@ impl Interface {
         let above: Vec<[f64; 2]> = upper.positions.iter().map(project).collect();
         let span = span(&above);
         let extent = span.map(|[least, most]| most - least);
-        let lattice = Lattice::of(&above);
+        let lattice = Lattice::detect(&above);
         let counts = lattice.as_ref().map(|lattice| lattice.counts).or(elements);
         let Some(counts) = counts else {
             let side = (extent[0] * extent[1] / above.len() as f64).sqrt();
@@ -161,7 +161,7 @@ impl Interface {
             }
         }
         if is_other_size(0) || is_other_size(1) {
-            return Err(InterfaceError::OtherSize {
+            return Err(InterfaceError::SizeMismatch {
                 given: size.map(|l| l / MM),
                 found: extent.map(|l| l / MM),
             });
@@ -169,7 +169,7 @@ impl Interface {
         if let (Some(lattice), Some(given)) = (&lattice, elements)
             && lattice.counts != given
         {
-            return Err(InterfaceError::OtherCounts {
+            return Err(InterfaceError::CountMismatch {
                 given,
                 found: lattice.counts,
             });
@@ -193,13 +193,13 @@ impl Interface {
         };
         let regular = lattice.map(|lattice| lattice.absent());
         let is_regular = regular.is_some();
-        array.absent = regular.unwrap_or_else(|| uncovered(&array, &above, centre));
+        array.absent = regular.unwrap_or_else(|| uncovered_cells(&array, &above, centre));
         let origin =
             [0, 1, 2].map(|k| plane.middle[k] + centre[0] * axes[0][k] + centre[1] * axes[1][k]);
         let given_area: f64 = upper.areas.iter().sum();
         let area = array.cells().len() as f64 * array.cell_area();
         if !upper.areas.is_empty() && (given_area / area - 1.0).abs() > OTHER_AREA {
-            return Err(InterfaceError::OtherArea {
+            return Err(InterfaceError::AreaMismatch {
                 given: given_area / MM / MM,
                 found: area / MM / MM,
             });
@@ -286,7 +286,7 @@ impl Interface {
             &side.areas
         };
         let node_weights = places.into_iter().map(|(place, _)| {
-            around(place, sides, &positions_in_plane, areas).ok_or(InterfaceError::NoNodes {
+            node_weights(place, sides, &positions_in_plane, areas).ok_or(InterfaceError::NoNodes {
                 side: SIDES[usize::from(is_upper)],
                 at: place.map(|v| v / MM),
             })

@@ -18,7 +18,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    pub fn of(sides: [&Side; 2], wanted: &JointRequirements) -> Result<Plane, InterfaceError> {
+    pub fn fit(sides: [&Side; 2], wanted: &JointRequirements) -> Result<Plane, InterfaceError> {
         let middles = sides.map(|side| mean(&side.positions));
         for (k, side) in sides.into_iter().enumerate() {
             let is_plane =
@@ -72,7 +72,7 @@ impl Plane {
             .map(distance_in_plane)
             .fold(f64::INFINITY, f64::min);
         if offset > across {
-            return Err(InterfaceError::Apart {
+            return Err(InterfaceError::NotFacing {
                 off: offset / MM,
                 across: across / MM,
             });
@@ -94,7 +94,7 @@ impl Plane {
             Some(given_normal) => {
                 let cosine = dot(given_normal, normal);
                 if cosine.abs() < 1.0 - OFF {
-                    return Err(InterfaceError::OtherNormal {
+                    return Err(InterfaceError::NormalMismatch {
                         angle: cosine.abs().min(1.0).acos().to_degrees(),
                         found: normal,
                     });
@@ -152,7 +152,7 @@ impl Plane {
                 .map(|p| minus(*p, self.middle))
                 .map(|d| [dot(d, x), dot(d, y)])
                 .collect();
-            Lattice::of(&flat).is_some()
+            Lattice::detect(&flat).is_some()
         };
         if is_array(usual) {
             return Ok(axes(usual));

@@ -11,7 +11,7 @@ const NEGATIVE: f64 = -0.5;
 
 /// Computes the weights of the nodes around a place: a tent function times the area of the node, corrected to
 /// reproduce linear functions.
-pub(super) fn around(
+pub(super) fn node_weights(
     place: [f64; 2],
     sides: [f64; 2],
     points: &[[f64; 2]],

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use super::deck::keyword;
 use super::error::ReadProblem;
-use super::text::{Digits, last_number, number, real, shown, text_of, whole};
-use super::{Named, Parsed, rows};
+use super::text::{Digits, last_number, number, quoted, real, text_of, whole};
+use super::{NamedMatrix, ParsedFile, rows};
 use crate::structure::matrices::{Dof, Role, Triplets};
 
 fn fields(line: &str) -> impl Iterator<Item = &str> {
@@ -32,7 +32,7 @@ pub(super) fn is_labels(bytes: &[u8]) -> bool {
     })
 }
 
-pub(super) fn parse_labels(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse_labels(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let text = text_of(bytes);
     let mut entries: Vec<(Dof, Dof, f64)> = Vec::new();
     let mut digits = Digits::default();
@@ -67,7 +67,7 @@ pub(super) fn parse_labels(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         .map(|e| (place[&e.0], place[&e.1], e.2))
         .collect();
     matrix.precision = digits.precision();
-    matrix.find_half();
+    matrix.detect_triangle();
     let internal = dofs.iter().filter(|dof| dof.node < 0).count();
     let mut notes = Vec::new();
     if internal > 0 {
@@ -75,16 +75,16 @@ pub(super) fn parse_labels(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             "{internal} freedoms belong to nodes below zero, which the program made itself"
         ));
     }
-    Ok(Parsed {
-        matrices: vec![Named {
+    Ok(ParsedFile {
+        matrices: vec![NamedMatrix {
             name: String::new(),
             role: None,
             matrix,
             dofs: Some(dofs),
-            is_open: false,
+            has_unknown_size: false,
         }],
         notes,
-        ..Parsed::default()
+        ..ParsedFile::default()
     })
 }
 
@@ -181,7 +181,7 @@ struct Triangle {
 }
 
 impl Triangle {
-    fn end(self, dofs: &[Dof], digits: &Digits, into: &mut Parsed) -> Result<(), ReadProblem> {
+    fn end(self, dofs: &[Dof], digits: &Digits, into: &mut ParsedFile) -> Result<(), ReadProblem> {
         if self.row < dofs.len() {
             return Err(ReadProblem::truncated(
                 format!("the {} of line {}", self.name.to_lowercase(), self.line),
@@ -199,18 +199,18 @@ impl Triangle {
         };
         let mut matrix = self.matrix;
         matrix.precision = digits.precision();
-        into.matrices.push(Named {
+        into.matrices.push(NamedMatrix {
             name: format!("*MATRIX, TYPE={}", self.name),
             role: Some(role),
             matrix,
             dofs: Some(dofs.to_vec()),
-            is_open: false,
+            has_unknown_size: false,
         });
         Ok(())
     }
 }
 
-pub(super) fn parse_substructure(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse_substructure(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     enum In {
         NodesComment,
         Element,
@@ -218,7 +218,7 @@ pub(super) fn parse_substructure(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         Other,
     }
     let text = text_of(bytes);
-    let mut parsed = Parsed::default();
+    let mut parsed = ParsedFile::default();
     let mut element = Element::default();
     let mut dofs: Vec<Dof> = Vec::new();
     let mut digits = Digits::default();
@@ -273,7 +273,7 @@ pub(super) fn parse_substructure(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                     _ => None,
                 };
                 let mut matrix = Triplets::new(dofs.len());
-                matrix.is_half = true;
+                matrix.is_triangle = true;
                 section = In::Matrix(Triangle {
                     name,
                     line: k + 1,
@@ -317,7 +317,7 @@ pub(super) fn parse_substructure(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                     if triangle.row >= dofs.len() {
                         return Err(ReadProblem::malformed(
                             place(),
-                            shown(word),
+                            quoted(word),
                             format!(
                                 "the end of the {}: it has {} rows",
                                 triangle.name.to_lowercase(),
@@ -333,7 +333,7 @@ pub(super) fn parse_substructure(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                             triangle.name.to_lowercase()
                         )
                     })?;
-                    digits.see(word);
+                    digits.count_digits(word);
                     if value != 0.0 {
                         triangle.matrix.entries.push((
                             triangle.row as u32,

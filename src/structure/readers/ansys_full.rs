@@ -5,7 +5,7 @@
 //! triangle, its own number last, and the values. Fixed degrees of freedom are unit rows.
 
 use super::error::ReadProblem;
-use super::{Named, Parsed, entries, rows};
+use super::{NamedMatrix, ParsedFile, entries, rows};
 use crate::structure::matrices::{Dof, Role, Triplets};
 
 /// Size of a word in bytes.
@@ -45,7 +45,7 @@ pub(super) fn is(bytes: &[u8]) -> bool {
     begins_with(BEGIN) || begins_with(BEGIN.map(i32::swap_bytes))
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let file = Words { bytes };
     if file.word(0) != Some(BEGIN[0]) {
         return Err(ReadProblem::Unsupported {
@@ -143,7 +143,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             dofs.push(*dof);
         }
     }
-    let mut parsed = Parsed::default();
+    let mut parsed = ParsedFile::default();
     if dofs.len() < equations {
         parsed.notes.push(format!(
             "{} of {equations} freedoms are fixed in the file, and are left out",
@@ -166,12 +166,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                     format!("{announced}, as the header has it"),
                 ));
             }
-            parsed.matrices.push(Named {
+            parsed.matrices.push(NamedMatrix {
                 name: role.name().to_owned(),
                 role: Some(role),
                 matrix,
                 dofs: Some(dofs.clone()),
-                is_open: false,
+                has_unknown_size: false,
             });
         }
     }
@@ -188,7 +188,7 @@ fn triangle(
     size: usize,
 ) -> Result<(Triplets, usize), ReadProblem> {
     let mut matrix = Triplets::new(size);
-    matrix.is_half = true;
+    matrix.is_triangle = true;
     let mut entry_count = 0;
     let mut place = begin;
     for (row, own_row) in free.iter().enumerate() {

@@ -4,8 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use super::error::ReadProblem;
-use super::text::{Digits, last_number, real, shown, text_of, whole};
-use super::{Named, Parsed, rows};
+use super::text::{Digits, last_number, quoted, real, text_of, whole};
+use super::{NamedMatrix, ParsedFile, rows};
 use crate::structure::matrices::{Dof, Triplets};
 
 /// Extensions of the files of one analysis.
@@ -58,14 +58,14 @@ fn freedom(line: &str) -> Option<Dof> {
 }
 
 /// Returns true if a file belongs to an analysis by its extension.
-pub(super) fn is_own(path: &Path) -> bool {
+pub(super) fn is_calculix_file(path: &Path) -> bool {
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
     extension.is_some_and(|e| EXTENSIONS.iter().any(|own| e == *own))
 }
 
 /// Returns the file and the existing other files of the same analysis.
-pub(super) fn together(path: &Path) -> Vec<PathBuf> {
-    if !is_own(path) {
+pub(super) fn analysis_files(path: &Path) -> Vec<PathBuf> {
+    if !is_calculix_file(path) {
         return vec![path.to_owned()];
     }
     let mut all = vec![path.to_owned()];
@@ -78,7 +78,7 @@ pub(super) fn together(path: &Path) -> Vec<PathBuf> {
     all
 }
 
-pub(super) fn parse_dof(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse_dof(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let text = text_of(bytes);
     let mut dofs = Vec::new();
     let mut seen = std::collections::HashMap::new();
@@ -89,7 +89,7 @@ pub(super) fn parse_dof(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     {
         let place = format!("line {}", k + 1);
         let dof = freedom(line).ok_or_else(|| {
-            ReadProblem::malformed(&place, shown(line), "NODE.DIRECTION, as 12.3")
+            ReadProblem::malformed(&place, quoted(line), "NODE.DIRECTION, as 12.3")
         })?;
         if let Some(first) = seen.insert(dof, k + 1) {
             return Err(ReadProblem::malformed(
@@ -100,13 +100,13 @@ pub(super) fn parse_dof(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         }
         dofs.push(dof);
     }
-    Ok(Parsed {
+    Ok(ParsedFile {
         dofs: Some(dofs),
-        ..Parsed::default()
+        ..ParsedFile::default()
     })
 }
 
-pub(super) fn parse_coordinates(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse_coordinates(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let text = text_of(bytes);
     let mut matrix = Triplets::new(0);
     let mut digits = Digits::default();
@@ -134,15 +134,15 @@ pub(super) fn parse_coordinates(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         matrix.entries.push((i, j, value));
     }
     matrix.precision = digits.precision();
-    matrix.find_half();
-    Ok(Parsed {
-        matrices: vec![Named {
+    matrix.detect_triangle();
+    Ok(ParsedFile {
+        matrices: vec![NamedMatrix {
             name: String::new(),
             role: None,
             matrix,
             dofs: None,
-            is_open: true,
+            has_unknown_size: true,
         }],
-        ..Parsed::default()
+        ..ParsedFile::default()
     })
 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use super::{CALCULIX_LIST, Named, ReadError, ReadProblem, Source, calculix};
+use super::{CALCULIX_LIST, NamedMatrix, ReadError, ReadProblem, Source, calculix};
 use super::{is_structural_damping, role_of_name};
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 
@@ -12,7 +12,7 @@ use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 const ROWS_PER_ENTRY: usize = 32;
 
 /// Combines the contents of all files into one structure. `unread` are the reasons why other files were not read.
-pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matrices, ReadError> {
+pub(super) fn combine(sources: Vec<Source>, unread: Vec<String>) -> Result<Matrices, ReadError> {
     let mut matrices = Matrices {
         size: 0,
         dofs: None,
@@ -33,14 +33,14 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
     };
     // CalculiX writes its matrices along the global axes even with *TRANSFORM.
     let is_calculix = (sources.iter())
-        .any(|source| source.format == CALCULIX_LIST || calculix::is_own(&source.path));
-    let mut by_role: HashMap<Role, (PathBuf, Named)> = HashMap::new();
+        .any(|source| source.format == CALCULIX_LIST || calculix::is_calculix_file(&source.path));
+    let mut by_role: HashMap<Role, (PathBuf, NamedMatrix)> = HashMap::new();
     let mut dof_list: Option<(PathBuf, Vec<Dof>)> = None;
     let mut nameless = Vec::new();
     let last = sources
         .iter()
         .rev()
-        .find(|s| s.is_given)
+        .find(|s| s.is_user_file)
         .map(|s| s.path.clone())
         .unwrap_or_default();
     let has_one_file = sources
@@ -53,7 +53,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
             path,
             role,
             format,
-            is_given,
+            is_user_file: is_given,
             parsed,
         } = source;
         if !is_given {
@@ -109,7 +109,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
         }
     }
     for (path, named) in nameless {
-        let mut free = Role::BY_PLACE.into_iter();
+        let mut free = Role::IN_FILE_ORDER.into_iter();
         let Some(role) = free.find(|role| !by_role.contains_key(role)) else {
             return Err(ReadError {
                 path,
@@ -141,7 +141,7 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
             },
         });
     }
-    let mut parts: Vec<(Role, PathBuf, Named)> = by_role
+    let mut parts: Vec<(Role, PathBuf, NamedMatrix)> = by_role
         .into_iter()
         .map(|(role, (path, named))| (role, path, named))
         .collect();
@@ -180,10 +180,10 @@ pub(super) fn combined(sources: Vec<Source>, unread: Vec<String>) -> Result<Matr
 }
 
 fn insert_matrix(
-    found: &mut HashMap<Role, (PathBuf, Named)>,
+    found: &mut HashMap<Role, (PathBuf, NamedMatrix)>,
     role: Role,
     path: PathBuf,
-    named: Named,
+    named: NamedMatrix,
 ) -> Result<(), ReadError> {
     if role == Role::Damping && is_structural_damping(&named.name.to_ascii_lowercase()) {
         let problem = ReadProblem::DoNotFit {
@@ -211,7 +211,7 @@ fn insert_matrix(
 }
 
 /// Joins matrices with known degrees of freedom on the union of their rows.
-fn join_by_dofs(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, Named)>) {
+fn join_by_dofs(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, NamedMatrix)>) {
     let mut dofs: Vec<Dof> = Vec::new();
     let mut place: HashMap<Dof, u32> = HashMap::new();
     for dof in parts.iter().flat_map(|part| part.2.dofs.iter().flatten()) {
@@ -231,7 +231,7 @@ fn join_by_dofs(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, Named)>) {
 /// Joins matrices that are numbered by rows, which must be the same rows in all files.
 fn join_by_rows(
     matrices: &mut Matrices,
-    parts: Vec<(Role, PathBuf, Named)>,
+    parts: Vec<(Role, PathBuf, NamedMatrix)>,
     list: Option<(PathBuf, Vec<Dof>)>,
 ) -> Result<(), ReadError> {
     // A coordinate file does not have the number of rows. The largest matrix and the list of freedoms determine it.
@@ -271,7 +271,7 @@ fn join_by_rows(
     let largest = parts.iter().find(|part| part.2.matrix.size == most);
     let largest = largest.map_or_else(String::new, |part| part.2.name.clone());
     for (role, path, mut named) in parts {
-        let is_short = named.is_open && named.matrix.size < size;
+        let is_short = named.has_unknown_size && named.matrix.size < size;
         if named.matrix.size != size && !is_short {
             return Err(ReadError {
                 path,

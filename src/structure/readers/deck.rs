@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use super::error::ReadProblem;
-use super::text::{numbers, shown, text_of, whole};
-use super::{Parsed, is_global};
+use super::text::{numbers, quoted, text_of, whole};
+use super::{ParsedFile, is_global};
 use crate::structure::solids::NAMES;
 
 /// Largest number of nodes in all sets, including `GENERATE`. It exceeds the lists of the longest file.
@@ -35,7 +35,7 @@ pub(super) fn keyword(line: &str) -> String {
 
 /// Returns decks that may belong to a file of matrices: the same name, or the name without an Abaqus suffix
 /// (`_STIF1`).
-pub(super) fn beside(path: &Path) -> Vec<PathBuf> {
+pub(super) fn candidate_decks(path: &Path) -> Vec<PathBuf> {
     let mut decks = vec![path.with_extension("inp")];
     let stem = path
         .file_stem()
@@ -56,7 +56,7 @@ pub(super) fn option<'a>(line: &'a str, name: &str) -> Option<&'a str> {
     })
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     enum In {
         Node(Option<String>),
         Set {
@@ -76,7 +76,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         Other,
     }
     let text = text_of(bytes);
-    let mut parsed = Parsed::default();
+    let mut parsed = ParsedFile::default();
     let mut sets: HashMap<String, Vec<i64>> = HashMap::new();
     let mut room = MOST_NODES.min(64 * bytes.len());
     let mut section = In::Other;
@@ -103,7 +103,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 else {
                     return Err(ReadProblem::malformed(
                         place(),
-                        shown(line),
+                        quoted(line),
                         "NSET=… and ELSET=…",
                     ));
                 };
@@ -117,12 +117,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                     None => parsed.unread.push(format!(
                         "{}, {}, is not followed: no element of {of} is listed before it",
                         place(),
-                        shown(line)
+                        quoted(line)
                     )),
                 }
             }
             if word == "*INCLUDE" {
-                let reason = format!("{}, {}, is not followed", place(), shown(line));
+                let reason = format!("{}, {}, is not followed", place(), quoted(line));
                 parsed.unread.push(reason);
             }
             let moved_option = ["SYSTEM", "INPUT"]
@@ -130,7 +130,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 .find(|name| option(line, name).is_some());
             if word == "*SYSTEM" || word == "*NMAP" || (word == "*NODE" && moved_option.is_some()) {
                 return Err(ReadProblem::Unsupported {
-                    found: format!("{} of line {}", shown(line), k + 1),
+                    found: format!("{} of line {}", quoted(line), k + 1),
                     advice:
                         "write the nodes into the deck, in rectangular coordinates of the whole"
                             .to_owned(),
@@ -193,7 +193,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                 name,
                 generate: true,
             } => {
-                let nodes = generated(&fields, &mut room, &place)?;
+                let nodes = expand_range(&fields, &mut room, &place)?;
                 sets.entry(name.clone()).or_default().extend(nodes);
             }
             In::Elements(set, nodes) => {
@@ -202,7 +202,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             }
             In::ElementSet { name, generate } => {
                 let labels = match generate {
-                    true => generated(&fields, &mut room, &place)?.collect(),
+                    true => expand_range(&fields, &mut room, &place)?.collect(),
                     false => Vec::new(),
                 };
                 let elements = elements.as_mut().expect("elements are read");
@@ -219,7 +219,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
                             let other = sets.get(&field.trim_matches('"').to_ascii_uppercase());
                             let other = other.cloned().ok_or_else(|| {
                                 let expected = "a set whose nodes are listed before";
-                                ReadProblem::malformed(place(), shown(field), expected)
+                                ReadProblem::malformed(place(), quoted(field), expected)
                             })?;
                             room = room
                                 .checked_sub(other.len())
@@ -278,7 +278,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
 }
 
 /// Returns the numbers from a first to a last by a step.
-pub(super) fn generated(
+pub(super) fn expand_range(
     fields: &[&str],
     room: &mut usize,
     place: &dyn Fn() -> String,
@@ -295,7 +295,7 @@ pub(super) fn generated(
     if count == 0 || count > *room {
         return Err(ReadProblem::malformed(
             place(),
-            shown(&fields.join(", ")),
+            quoted(&fields.join(", ")),
             "first, last and step of a set",
         ));
     }

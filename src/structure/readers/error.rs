@@ -89,7 +89,7 @@ pub enum ReadProblem {
 
 impl ReadProblem {
     /// Adds the line numbers of included files to the error, if there are any.
-    pub(super) fn counted(self, told: Option<String>) -> Self {
+    pub(super) fn with_line_note(self, told: Option<String>) -> Self {
         match told {
             Some(told) => ReadProblem::Included {
                 problem: Box::new(self),

@@ -14,7 +14,7 @@ const DEEPEST: usize = 32;
 ///
 /// An included file is searched in the folder of the outermost deck, where Abaqus and CalculiX run, then in the
 /// folder of the including file. Also returns a description of the line numbers of included files, if there are any.
-pub(super) fn read(path: &Path) -> Result<(Vec<u8>, Option<String>), ReadError> {
+pub(super) fn read_with_includes(path: &Path) -> Result<(Vec<u8>, Option<String>), ReadError> {
     let bytes = bytes_of(path)?;
     if !deck::is(&bytes) {
         return Ok((bytes, None));
@@ -104,7 +104,7 @@ impl JoinedDeck {
             let name = option(&text, "INPUT").map(|name| name.trim().trim_matches('"'));
             let Some(name) = name.filter(|name| !name.is_empty()) else {
                 let expected = "*INCLUDE, INPUT= and a file";
-                return Err(malformed(super::text::shown(&text), expected));
+                return Err(malformed(super::text::quoted(&text), expected));
             };
             let near_including = path.with_file_name(name);
             let outermost = self.open.first().map_or(path, PathBuf::as_path);

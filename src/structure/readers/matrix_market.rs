@@ -1,8 +1,8 @@
 //! Matrix Market exchange files: coordinate and array, real and integer, general, symmetric and skew-symmetric.
 
 use super::error::ReadProblem;
-use super::text::{Digits, last_number, shown, text_of, whole};
-use super::{Named, Parsed, entries, rows, rows_of_few, square};
+use super::text::{Digits, last_number, quoted, text_of, whole};
+use super::{NamedMatrix, ParsedFile, entries, rows, rows_of_few, square};
 use crate::structure::matrices::Triplets;
 
 const BANNER: &[u8] = b"%%matrixmarket";
@@ -11,7 +11,7 @@ pub(super) fn is(bytes: &[u8]) -> bool {
     bytes.len() >= BANNER.len() && bytes[..BANNER.len()].eq_ignore_ascii_case(BANNER)
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let text = text_of(bytes);
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line));
     let (_, banner) = lines.next().unwrap_or((1, ""));
@@ -27,7 +27,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     else {
         return Err(ReadProblem::malformed(
             "line 1",
-            shown(&banner),
+            quoted(&banner),
             "%%MatrixMarket matrix coordinate|array real|integer general|symmetric",
         ));
     };
@@ -40,7 +40,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     if !matches!(symmetry, "general" | "symmetric" | "skew-symmetric") {
         return Err(ReadProblem::malformed(
             "line 1",
-            shown(symmetry),
+            quoted(symmetry),
             "general, symmetric or skew-symmetric",
         ));
     }
@@ -77,14 +77,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         ("coordinate", _) => {
             return Err(ReadProblem::malformed(
                 place(),
-                shown(sizes),
+                quoted(sizes),
                 "rows, columns and entries",
             ));
         }
         _ => {
             return Err(ReadProblem::malformed(
                 place(),
-                shown(sizes),
+                quoted(sizes),
                 "rows and columns",
             ));
         }
@@ -99,7 +99,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         if count == stored {
             return Err(ReadProblem::malformed(
                 place(),
-                shown(text),
+                quoted(text),
                 format!("the end: {stored} entries are announced"),
             ));
         }
@@ -153,7 +153,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             format!("{stored} (line {line})"),
         ));
     }
-    matrix.is_half = symmetry == "symmetric";
+    matrix.is_triangle = symmetry == "symmetric";
     matrix.precision = digits.precision();
     let mut notes = Vec::new();
     let one_side =
@@ -161,15 +161,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     if !is_triangle && one_side && matrix.entries.iter().any(|e| e.0 != e.1) {
         notes.push("the first line of the Matrix Market file says general, but only one triangle has entries: if the matrix is symmetric, say symmetric there".to_owned());
     }
-    Ok(Parsed {
-        matrices: vec![Named {
+    Ok(ParsedFile {
+        matrices: vec![NamedMatrix {
             name: String::new(),
             role: None,
             matrix,
             dofs: None,
-            is_open: false,
+            has_unknown_size: false,
         }],
         notes,
-        ..Parsed::default()
+        ..ParsedFile::default()
     })
 }

@@ -6,15 +6,15 @@ use super::deck;
 use super::error::ReadProblem;
 use super::mesh_constraints;
 use super::mesh_deck::{self, Element};
-use super::{Named, Parsed};
+use super::{NamedMatrix, ParsedFile};
 use crate::structure::StructureError;
 use crate::structure::element::Formulation;
-use crate::structure::matrices::{DOUBLE, Dof, Role, Triplets};
+use crate::structure::matrices::{DOUBLE_PRECISION, Dof, Role, Triplets};
 use crate::structure::outline;
 use crate::structure::solids::{Material, Solid, SolidMatrices};
 
 /// Assembles the solids of a deck. Fixed displacements and displacements that depend on others have no rows.
-pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn assemble(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let mut parsed = deck::parse(bytes)?;
     let mut deck = mesh_deck::read(bytes, &parsed)?;
     for (name, surface) in &deck.surfaces {
@@ -25,9 +25,10 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     // Ties come before the elements, because they move nodes.
     let mut constraints = std::mem::take(&mut deck.equations);
     for tie in &deck.ties {
-        constraints.extend(mesh_constraints::tied(tie, &deck, &mut parsed)?);
+        constraints.extend(mesh_constraints::tie_constraints(tie, &deck, &mut parsed)?);
     }
-    let dependents = mesh_constraints::resolved(constraints, &deck.held, &parsed.positions)?;
+    let dependents =
+        mesh_constraints::resolve_constraints(constraints, &deck.held, &parsed.positions)?;
     let mut nodes: Vec<i64> = (deck.elements.iter())
         .flat_map(|e| e.nodes.iter().copied())
         .collect();
@@ -50,7 +51,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
         }
     };
     let new_triangle = || Triplets {
-        is_half: true,
+        is_triangle: true,
         ..Triplets::new(dofs.len())
     };
     let (mut stiffness, mut mass, mut hysteretic) =
@@ -88,7 +89,7 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     }
     for matrix in [&mut stiffness, &mut mass, &mut hysteretic] {
         matrix.sum_places();
-        matrix.precision = DOUBLE;
+        matrix.precision = DOUBLE_PRECISION;
     }
     parsed.hexahedra = hexahedra_of(&deck.elements);
     let faces = faces_of(&deck.elements, &nodes);
@@ -116,12 +117,12 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             count => format!("; {count} depend on others"),
         }
     ));
-    let named = |name: &str, role, matrix| Named {
+    let named = |name: &str, role, matrix| NamedMatrix {
         name: name.to_owned(),
         role: Some(role),
         matrix,
         dofs: Some(dofs.clone()),
-        is_open: false,
+        has_unknown_size: false,
     };
     parsed.matrices = vec![
         named("stiffness", Role::Stiffness, stiffness),
@@ -157,7 +158,7 @@ fn add(matrix: &mut Triplets, [first, second]: [&[(u32, f64)]; 2], value: f64, i
 fn matrices_of(
     element: &Element,
     material: &Material,
-    parsed: &Parsed,
+    parsed: &ParsedFile,
 ) -> Result<SolidMatrices, ReadProblem> {
     let place = || format!("element {} of line {}", element.label, element.line);
     let nodes = element.nodes.iter();

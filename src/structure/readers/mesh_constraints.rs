@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use super::deck::option;
 use super::error::ReadProblem;
 use super::mesh_deck::{Deck, Element};
-use super::text::{number, shown, whole};
-use super::{MOST_ENTRIES, Parsed};
+use super::text::{number, quoted, whole};
+use super::{MOST_ENTRIES, ParsedFile};
 use crate::structure::face;
 use crate::structure::matrices::Dof;
 
@@ -55,12 +55,12 @@ const NO_WEIGHT: f64 = 1e-9;
 const MOST_PAIRS: usize = 4_000_000_000;
 
 impl TieOptions {
-    pub(super) fn of(line: &str, at: usize) -> Result<TieOptions, ReadProblem> {
+    pub(super) fn parse(line: &str, at: usize) -> Result<TieOptions, ReadProblem> {
         let place = || format!("line {at}");
         let invalid_option = |key: &str, value: &str, expected: &str| {
             Err(ReadProblem::malformed(
                 place(),
-                shown(&format!("{key}={value}")),
+                quoted(&format!("{key}={value}")),
                 expected,
             ))
         };
@@ -110,7 +110,7 @@ impl TieOptions {
             _ => {
                 return Err(ReadProblem::malformed(
                     format!("line {line}"),
-                    shown(&fields.join(", ")),
+                    quoted(&fields.join(", ")),
                     "two surfaces: the slave, and the master",
                 ));
             }
@@ -142,7 +142,7 @@ impl OpenEquation {
             let [count] = fields[..] else {
                 return Err(ReadProblem::malformed(
                     place(),
-                    shown(&fields.join(", ")),
+                    quoted(&fields.join(", ")),
                     "the number of terms of an equation",
                 ));
             };
@@ -156,7 +156,7 @@ impl OpenEquation {
             return match self.left {
                 0 | 1 => Err(ReadProblem::malformed(
                     place(),
-                    shown(count),
+                    quoted(count),
                     "an equation of two terms or more",
                 )),
                 _ => Ok(None),
@@ -178,7 +178,7 @@ impl OpenEquation {
             )?;
             let direction: u32 = whole(term[1], expected, place)?;
             if !(1..=3).contains(&direction) {
-                return Err(ReadProblem::malformed(place(), shown(term[1]), expected));
+                return Err(ReadProblem::malformed(place(), quoted(term[1]), expected));
             }
             self.terms
                 .push((Dof { node, direction }, number(term[2], place)?));
@@ -219,10 +219,10 @@ impl OpenEquation {
 }
 
 /// Computes the constraints of a tie. Moves tied nodes in `parsed` unless the tie has `ADJUST=NO`.
-pub(super) fn tied(
+pub(super) fn tie_constraints(
     tie: &Tie,
     deck: &Deck,
-    parsed: &mut Parsed,
+    parsed: &mut ParsedFile,
 ) -> Result<Vec<Constraint>, ReadProblem> {
     let place = || format!("line {}", tie.line);
     let invalid_surface = |name: &str, expected: &str| {
@@ -354,7 +354,7 @@ fn unknown_node(node: i64, line: usize) -> ReadProblem {
 /// # Errors
 /// [`ReadProblem`] for a node that the deck does not have, which would be free. Also for a displacement that is
 /// dependent twice, that is fixed as well, or that depends on itself.
-pub(super) fn resolved(
+pub(super) fn resolve_constraints(
     constraints: Vec<Constraint>,
     held: &HashSet<Dof>,
     positions: &HashMap<i64, [f64; 3]>,

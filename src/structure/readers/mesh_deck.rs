@@ -3,12 +3,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::Parsed;
-use super::deck::{generated, keyword, option};
+use super::ParsedFile;
+use super::deck::{expand_range, keyword, option};
 use super::error::ReadProblem;
 use super::mesh_constraints::{Constraint, OpenEquation, Tie, TieOptions};
 use super::mesh_keywords::Steps;
-use super::text::{number, shown, text_of, whole};
+use super::text::{number, quoted, text_of, whole};
 use crate::structure::matrices::Dof;
 use crate::structure::solids::{Elastic, Material, NAMES, Solid};
 
@@ -100,7 +100,7 @@ enum In {
     Other,
 }
 
-pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
+pub(super) fn read(bytes: &[u8], parsed: &ParsedFile) -> Result<Deck, ReadProblem> {
     let text = text_of(bytes);
     let mut deck = Deck::default();
     let mut section = In::Other;
@@ -119,12 +119,12 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
             if !open_element.is_empty() {
                 return Err(ReadProblem::malformed(
                     place(),
-                    shown(line),
+                    quoted(line),
                     "the rest of an element's nodes",
                 ));
             }
             open_equation.check_closed()?;
-            if steps.pass(line, k + 1)? {
+            if steps.check_keyword(line, k + 1)? {
                 deck.held.clear();
             }
             section = begin_section(line, &mut material, &mut deck, k + 1)?;
@@ -185,7 +185,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
             In::ElementSet { name, generate } => {
                 let mut found = Vec::new();
                 if *generate {
-                    let labels = generated(&fields, &mut room, &place)?;
+                    let labels = expand_range(&fields, &mut room, &place)?;
                     for label in labels {
                         found.extend(deck.place_of.get(&label));
                         deck.mark_skipped(name, label);
@@ -197,7 +197,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                         room = room.checked_sub(found.len()).ok_or_else(|| {
                             ReadProblem::malformed(
                                 place(),
-                                shown(line),
+                                quoted(line),
                                 "fewer elements in all sets",
                             )
                         })?;
@@ -229,7 +229,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                     }
                 }
                 room = room.checked_sub(nodes.len()).ok_or_else(|| {
-                    ReadProblem::malformed(place(), shown(line), "fewer nodes in all surfaces")
+                    ReadProblem::malformed(place(), quoted(line), "fewer nodes in all surfaces")
                 })?;
                 let surface = deck.surfaces.entry(name.clone()).or_default();
                 surface.nodes.extend(nodes);
@@ -240,13 +240,13 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                 let modulus = number(fields[0], place)?;
                 let Some(ratio) = fields.get(1).filter(|field| !field.is_empty()) else {
                     let expected = "Young's modulus and Poisson's ratio";
-                    return Err(ReadProblem::malformed(place(), shown(line), expected));
+                    return Err(ReadProblem::malformed(place(), quoted(line), expected));
                 };
                 let ratio = number(ratio, place)?;
                 if constants.elastic.replace([modulus, ratio]).is_some() {
                     return Err(ReadProblem::malformed(
                         place(),
-                        shown(line),
+                        quoted(line),
                         "one line of *ELASTIC for each material: it does not depend on temperature here",
                     ));
                 }
@@ -257,7 +257,7 @@ pub(super) fn read(bytes: &[u8], parsed: &Parsed) -> Result<Deck, ReadProblem> {
                 if constants.density.replace(density).is_some() {
                     return Err(ReadProblem::malformed(
                         place(),
-                        shown(line),
+                        quoted(line),
                         "one line of *DENSITY for each material: it does not depend on temperature here",
                     ));
                 }
@@ -315,7 +315,7 @@ fn begin_section(
     let name =
         |key: &str| option(line, key).map(|name| name.trim_matches('"').to_ascii_uppercase());
     let required_option = |key: &str| {
-        name(key).ok_or_else(|| ReadProblem::malformed(place(), shown(line), format!("{key}=…")))
+        name(key).ok_or_else(|| ReadProblem::malformed(place(), quoted(line), format!("{key}=…")))
     };
     if OF_MATERIAL.contains(&word.as_str()) {
         if material.is_empty() {
@@ -335,7 +335,7 @@ fn begin_section(
                         _ => format!("solids of the types {}", type_names.join(", ")),
                     };
                     let found = option(line, "TYPE").unwrap_or("no TYPE");
-                    return Err(ReadProblem::malformed(place(), shown(found), expected));
+                    return Err(ReadProblem::malformed(place(), quoted(found), expected));
                 }
                 return Ok(In::Skipped(kind, name("ELSET")));
             };
@@ -386,7 +386,7 @@ fn begin_section(
             In::Other
         }
         "*BOUNDARY" => In::Boundary,
-        "*TIE" => In::Tie(TieOptions::of(line, at)?),
+        "*TIE" => In::Tie(TieOptions::parse(line, at)?),
         "*EQUATION" => In::Equation,
         _ => In::Other,
     })
@@ -508,7 +508,7 @@ impl Deck {
 }
 
 /// Returns the nodes of a set, or the node with this number.
-fn nodes_of(name: &str, parsed: &Parsed) -> Vec<i64> {
+fn nodes_of(name: &str, parsed: &ParsedFile) -> Vec<i64> {
     match name.parse::<i64>() {
         Ok(node) => vec![node],
         Err(_) => {
@@ -521,7 +521,7 @@ fn nodes_of(name: &str, parsed: &Parsed) -> Vec<i64> {
 /// Reads a line of `*BOUNDARY`: a set or node, the first and last direction, and a displacement, which must be zero.
 fn read_boundary(
     fields: &[&str],
-    parsed: &Parsed,
+    parsed: &ParsedFile,
     held: &mut HashSet<Dof>,
     place: &dyn Fn() -> String,
 ) -> Result<(), ReadProblem> {
@@ -533,7 +533,7 @@ fn read_boundary(
         let unknown = missing_node.map_or(String::new(), |node| format!(" with the node {node}"));
         return Err(ReadProblem::malformed(
             place(),
-            format!("{}{unknown}", shown(fields[0])),
+            format!("{}{unknown}", quoted(fields[0])),
             "a node, or a set of nodes, that the deck has",
         ));
     }
@@ -549,14 +549,14 @@ fn read_boundary(
                 .transpose()?
                 .unwrap_or(first);
             if !(1..=6).contains(&first) || !(first..=6).contains(&last) {
-                return Err(ReadProblem::malformed(place(), shown(word), expected));
+                return Err(ReadProblem::malformed(place(), quoted(word), expected));
             }
             if let Some(value) = field(3)
                 && number(value, place)? != 0.0
             {
                 return Err(ReadProblem::malformed(
                     place(),
-                    shown(value),
+                    quoted(value),
                     "a displacement of zero: supports with other displacements are not read",
                 ));
             }

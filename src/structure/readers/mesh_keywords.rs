@@ -131,7 +131,7 @@ impl Steps {
     ///
     /// # Errors
     /// [`ReadProblem::Unsupported`] for a keyword or an option that changes the structure, or may change it.
-    pub(super) fn pass(&mut self, line: &str, at: usize) -> Result<bool, ReadProblem> {
+    pub(super) fn check_keyword(&mut self, line: &str, at: usize) -> Result<bool, ReadProblem> {
         let word = keyword(line);
         let reject = |advice: &str| {
             Err(ReadProblem::Unsupported {

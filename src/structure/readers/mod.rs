@@ -24,7 +24,7 @@ mod text;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use combined::combined;
+use combined::combine;
 pub use error::{ReadError, ReadProblem};
 
 use super::element::Formulation;
@@ -53,7 +53,7 @@ struct Format {
     name: &'static str,
     words: &'static [&'static str],
     is: fn(&[u8]) -> bool,
-    parse: fn(&[u8]) -> Result<Parsed, ReadProblem>,
+    parse: fn(&[u8]) -> Result<ParsedFile, ReadProblem>,
 }
 
 const FORMATS: [Format; 9] = [
@@ -127,8 +127,8 @@ pub fn words() -> Vec<&'static str> {
 
 /// Content of one file.
 #[derive(Default)]
-struct Parsed {
-    matrices: Vec<Named>,
+struct ParsedFile {
+    matrices: Vec<NamedMatrix>,
     /// Degrees of freedom of the rows, for all matrices of the file or for the matrices of another file.
     dofs: Option<Vec<Dof>>,
     sets: HashMap<String, Vec<i64>>,
@@ -144,13 +144,13 @@ struct Parsed {
 }
 
 /// Matrix with its name in the file.
-struct Named {
+struct NamedMatrix {
     name: String,
     role: Option<Role>,
     matrix: Triplets,
     dofs: Option<Vec<Dof>>,
     /// True if the file does not have the number of rows, only rows with entries.
-    is_open: bool,
+    has_unknown_size: bool,
 }
 
 /// File after reading.
@@ -159,8 +159,8 @@ struct Source {
     role: Option<Role>,
     format: &'static str,
     /// True if the user named the file. Otherwise it was found next to another file.
-    is_given: bool,
-    parsed: Parsed,
+    is_user_file: bool,
+    parsed: ParsedFile,
 }
 
 /// Reads the matrices of a structure from one or several files.
@@ -183,40 +183,40 @@ pub fn read(inputs: &[Input], word: Option<&str>) -> Result<Matrices, ReadError>
             sources.extend(neutral::sources(&input.path)?);
             continue;
         }
-        for path in calculix::together(&input.path) {
+        for path in calculix::analysis_files(&input.path) {
             if !seen.insert(path.clone()) {
                 continue;
             }
             let role = input.role.filter(|_| path == input.path);
-            sources.push(opened(path, role, word, true)?);
+            sources.push(open_source(path, role, word, true)?);
         }
     }
     let has =
-        |what: fn(&Parsed) -> bool, sources: &[Source]| sources.iter().any(|s| what(&s.parsed));
+        |what: fn(&ParsedFile) -> bool, sources: &[Source]| sources.iter().any(|s| what(&s.parsed));
     for input in inputs {
-        for path in deck::beside(&input.path) {
+        for path in deck::candidate_decks(&input.path) {
             let wanted = !has(|p| !p.positions.is_empty() || !p.sets.is_empty(), &sources);
             if wanted && path.is_file() && seen.insert(path.clone()) {
-                sources.extend(opened(path, None, None, false).map_err(&mut note_unread));
+                sources.extend(open_source(path, None, None, false).map_err(&mut note_unread));
             }
         }
     }
     let has_matrices = has(|p| !p.matrices.is_empty(), &sources);
     let decks = sources
         .iter_mut()
-        .filter(|s| s.is_given && s.format == DECK);
+        .filter(|s| s.is_user_file && s.format == DECK);
     for source in decks.filter(|_| !has_matrices) {
         let fail = |problem| ReadError {
             path: source.path.clone(),
             problem,
         };
-        let (bytes, line_note) = included::read(&source.path)?;
-        let mesh = assembled(&bytes).map_err(|problem| fail(problem.counted(line_note)));
+        let (bytes, line_note) = included::read_with_includes(&source.path)?;
+        let mesh = assembled(&bytes).map_err(|problem| fail(problem.with_line_note(line_note)));
         if let Some(assembled) = mesh? {
             (source.format, source.parsed) = (MESH, assembled);
         }
     }
-    combined(sources, unread)
+    combine(sources, unread)
 }
 
 /// Name of the format of an input deck.
@@ -227,12 +227,12 @@ pub const CALCULIX_LIST: &str = "CalculiX list of freedoms";
 const MESH: &str = "mesh of an Abaqus input deck";
 
 /// Assembles the mesh of a deck. Returns `None` for any other file.
-fn assembled(bytes: &[u8]) -> Result<Option<Parsed>, ReadProblem> {
+fn assembled(bytes: &[u8]) -> Result<Option<ParsedFile>, ReadProblem> {
     let is_mesh = deck::is(bytes) && mesh_deck::has_mesh(bytes);
     is_mesh.then(|| mesh_assembly::assemble(bytes)).transpose()
 }
 
-fn opened(
+fn open_source(
     path: PathBuf,
     role: Option<Role>,
     word: Option<&str>,
@@ -242,14 +242,14 @@ fn opened(
         path: path.clone(),
         problem,
     };
-    let (bytes, line_note) = included::read(&path)?;
+    let (bytes, line_note) = included::read_with_includes(&path)?;
     let (format, parsed) =
-        parsed(&bytes, word).map_err(|problem| fail(problem.counted(line_note)))?;
+        parsed(&bytes, word).map_err(|problem| fail(problem.with_line_note(line_note)))?;
     Ok(Source {
         path,
         role,
         format,
-        is_given,
+        is_user_file: is_given,
         parsed,
     })
 }
@@ -273,13 +273,13 @@ pub fn parse(path: &Path, bytes: &[u8], word: Option<&str>) -> Result<Matrices, 
         path: path.to_owned(),
         role: None,
         format,
-        is_given: true,
+        is_user_file: true,
         parsed,
     };
-    combined(vec![source], Vec::new())
+    combine(vec![source], Vec::new())
 }
 
-fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, Parsed), ReadProblem> {
+fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, ParsedFile), ReadProblem> {
     let wanted = |format: &&Format| word.is_none_or(|word| format.words.contains(&word));
     let Some(format) = FORMATS
         .iter()
@@ -390,7 +390,7 @@ fn rows(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem>
 
 /// Checks the number of rows in a header of a matrix with many empty rows, such as a damping matrix.
 ///
-/// [`combined`] checks the number again with all matrices before memory of this size is allocated.
+/// [`combine`] checks the number again with all matrices before memory of this size is allocated.
 fn rows_of_few(announced: u64, place: &str) -> Result<usize, ReadProblem> {
     usize::try_from(announced)
         .ok()
@@ -426,7 +426,7 @@ fn square(rows: u64, columns: u64, name: &str) -> Result<(), ReadProblem> {
 }
 
 /// Drops the matrices without a role if any matrix has one. Otherwise drops the 1×1 matrices.
-fn chosen(parsed: &mut Parsed) {
+fn keep_matrices_with_role(parsed: &mut ParsedFile) {
     if parsed.matrices.iter().any(|named| named.role.is_some()) {
         for named in parsed.matrices.iter().filter(|named| named.role.is_none()) {
             parsed.notes.push(format!(

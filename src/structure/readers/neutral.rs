@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
-use super::{Parsed, ReadError, ReadProblem, Source, opened};
+use super::{ParsedFile, ReadError, ReadProblem, Source, open_source};
 use crate::files;
 use crate::structure::matrices::{Role, Unit};
 use crate::structure::node_tables::{self, NodeTableError};
@@ -58,11 +58,11 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
         let expected = format!("fretwear-structure, version {VERSION} at most");
         return Err(fail(ReadProblem::malformed("the folder", found, expected)));
     }
-    let mut folder_data = Parsed {
+    let mut folder_data = ParsedFile {
         notes: described.left_out.clone(),
         unread: described.left_out,
         units: Some(described.unit),
-        ..Parsed::default()
+        ..ParsedFile::default()
     };
     for (name, hash) in &described.contents {
         let file = folder.join(name);
@@ -79,7 +79,7 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
     }
     let mut sources = Vec::new();
     match described.kind {
-        Kind::Mesh => sources.push(opened(folder.join("mesh.inp"), None, None, true)?),
+        Kind::Mesh => sources.push(open_source(folder.join("mesh.inp"), None, None, true)?),
         Kind::Matrices => {
             let all = [
                 ("K", Role::Stiffness, true),
@@ -90,7 +90,7 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
             for (name, role, is_needed) in all {
                 let file = folder.join(format!("{name}.npz"));
                 if is_needed || file.is_file() {
-                    sources.push(opened(file, Some(role), Some("numpy"), true)?);
+                    sources.push(open_source(file, Some(role), Some("numpy"), true)?);
                 }
             }
             folder_data.dofs = Some(table(folder.join("rows.csv"), node_tables::dofs)?);
@@ -108,7 +108,7 @@ pub(super) fn sources(folder: &Path) -> Result<Vec<Source>, ReadError> {
         path: folder.to_owned(),
         role: None,
         format: NAME,
-        is_given: true,
+        is_user_file: true,
         parsed: folder_data,
     });
     Ok(sources)

@@ -8,7 +8,8 @@ use zip::ZipArchive;
 
 use super::error::ReadProblem;
 use super::{
-    LONGEST_FILE, Named, Parsed, chosen, entries, role_of_name, rows, rows_of_few, square,
+    LONGEST_FILE, NamedMatrix, ParsedFile, entries, keep_matrices_with_role, role_of_name, rows,
+    rows_of_few, square,
 };
 use crate::structure::matrices::Triplets;
 
@@ -30,18 +31,18 @@ pub(super) fn is_npz(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-pub(super) fn parse_npy(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse_npy(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let matrix = dense(&array(bytes, "the array")?, "the array")?;
-    let named = Named {
+    let named = NamedMatrix {
         name: String::new(),
         role: None,
         matrix,
         dofs: None,
-        is_open: false,
+        has_unknown_size: false,
     };
-    Ok(Parsed {
+    Ok(ParsedFile {
         matrices: vec![named],
-        ..Parsed::default()
+        ..ParsedFile::default()
     })
 }
 
@@ -209,7 +210,7 @@ fn dense(array: &Array, name: &str) -> Result<Triplets, ReadProblem> {
     Ok(matrix)
 }
 
-pub(super) fn parse_npz(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
+pub(super) fn parse_npz(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     let mut archive = ZipArchive::new(Cursor::new(bytes))
         .map_err(|e| ReadProblem::malformed("the zip archive", e, "an NPZ archive"))?;
     if archive.len() > MOST_MEMBERS {
@@ -237,30 +238,30 @@ pub(super) fn parse_npz(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
     };
     if names.iter().any(|name| name == "format.npy") {
         let matrix = sparse(&mut member)?;
-        let named = Named {
+        let named = NamedMatrix {
             name: String::new(),
             role: None,
             matrix,
             dofs: None,
-            is_open: false,
+            has_unknown_size: false,
         };
-        return Ok(Parsed {
+        return Ok(ParsedFile {
             matrices: vec![named],
-            ..Parsed::default()
+            ..ParsedFile::default()
         });
     }
-    let mut parsed = Parsed::default();
+    let mut parsed = ParsedFile::default();
     for name in names.iter().filter(|name| name.ends_with(".npy")) {
         let short = name.trim_end_matches(".npy").escape_debug().to_string();
         let role = role_of_name(&short);
         let matrix = array(&member(name)?, &short).and_then(|array| dense(&array, &short));
         match matrix {
-            Ok(matrix) => parsed.matrices.push(Named {
+            Ok(matrix) => parsed.matrices.push(NamedMatrix {
                 name: short,
                 role,
                 matrix,
                 dofs: None,
-                is_open: false,
+                has_unknown_size: false,
             }),
             Err(problem) if role.is_some() => return Err(problem),
             Err(_) => parsed.notes.push(format!(
@@ -268,7 +269,7 @@ pub(super) fn parse_npz(bytes: &[u8]) -> Result<Parsed, ReadProblem> {
             )),
         }
     }
-    chosen(&mut parsed);
+    keep_matrices_with_role(&mut parsed);
     Ok(parsed)
 }
 

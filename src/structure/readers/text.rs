@@ -1,6 +1,6 @@
 //! Parsing of lines and numbers in text formats.
 
-use super::super::matrices::DOUBLE;
+use super::super::matrices::DOUBLE_PRECISION;
 use super::error::ReadProblem;
 
 /// Returns the text of a file. Bytes that are not UTF-8, as in old comments, become replacement characters.
@@ -9,7 +9,7 @@ pub(super) fn text_of(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
 }
 
 /// Returns a short, quoted form of a text for a message.
-pub(super) fn shown(text: &str) -> String {
+pub(super) fn quoted(text: &str) -> String {
     const MOST: usize = 48;
     let mut short: String = text.trim().chars().take(MOST).collect();
     if text.trim().chars().count() > MOST {
@@ -62,7 +62,7 @@ pub(super) struct Digits(u32);
 
 impl Digits {
     /// Counts the digits of a number's mantissa.
-    pub(super) fn see(&mut self, text: &str) {
+    pub(super) fn count_digits(&mut self, text: &str) {
         let mut digits = 0;
         let mut zeros = true;
         for b in text.trim().bytes() {
@@ -84,15 +84,15 @@ impl Digits {
     pub(super) fn precision(&self) -> f64 {
         match self.0 {
             // Numbers with few digits are usually exact.
-            0..5 | 17.. => DOUBLE,
-            digits => (0.5 * 10f64.powi(1 - digits as i32)).max(DOUBLE),
+            0..5 | 17.. => DOUBLE_PRECISION,
+            digits => (0.5 * 10f64.powi(1 - digits as i32)).max(DOUBLE_PRECISION),
         }
     }
 }
 
 /// Parses a number, or returns an error with the text.
 pub(super) fn number(text: &str, place: impl Fn() -> String) -> Result<f64, ReadProblem> {
-    real(text).ok_or_else(|| ReadProblem::malformed(place(), shown(text), "a finite number"))
+    real(text).ok_or_else(|| ReadProblem::malformed(place(), quoted(text), "a finite number"))
 }
 
 /// Parses the first numbers of a line. Blank or missing numbers are zero.
@@ -116,12 +116,12 @@ pub(super) fn last_number<'a>(
 ) -> Result<f64, ReadProblem> {
     let word = words.next().unwrap_or("");
     let value = number(word, &place)?;
-    digits.see(word);
+    digits.count_digits(word);
     match words.next() {
         None => Ok(value),
         Some(more) => Err(ReadProblem::malformed(
             place(),
-            shown(more),
+            quoted(more),
             format!("the end of the line after {line}"),
         )),
     }
@@ -135,5 +135,5 @@ pub(super) fn whole<T: std::str::FromStr>(
 ) -> Result<T, ReadProblem> {
     text.trim()
         .parse()
-        .map_err(|_| ReadProblem::malformed(place(), shown(text), expected))
+        .map_err(|_| ReadProblem::malformed(place(), quoted(text), expected))
 }

@@ -22,7 +22,7 @@ use crate::structure::element::{self, Formulation};
 use crate::structure::mesh::Mesh;
 use crate::structure::modes::ModeOptions;
 use crate::structure::outline::{Line, Outline};
-use crate::structure::reduction::{self, ContactPorts, Ports, Reduced};
+use crate::structure::reduction::{self, ContactPorts, Ports, ReducedStructure};
 pub use mesh::{BOLT, BOLT_ABOVE, BOLT_BELOW, FacingFaces, MASS_1, MASS_2, ResonatorMesh};
 use mesh::{HEAD_HALF_WIDTH, HOLE_HALF_WIDTHS, in_staircase};
 
@@ -181,7 +181,7 @@ impl Resonator {
         &self,
         modes: usize,
         at: ContactPorts,
-    ) -> Result<(Reduced, Outline), StructureError> {
+    ) -> Result<(ReducedStructure, Outline), StructureError> {
         let ResonatorMesh {
             mesh,
             contacts,
@@ -250,7 +250,7 @@ impl Resonator {
             if value > other_value && value.is_finite() {
                 return Ok(());
             }
-            Err(StructureError::DoNotFit {
+            Err(StructureError::Contradiction {
                 name,
                 value,
                 other,

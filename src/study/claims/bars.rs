@@ -15,46 +15,46 @@ const FREQUENCY: f64 = 1e-6;
 
 /// A value and its error bar, both in its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Bar {
+pub struct ValueWithBar {
     /// The value.
     pub value: f64,
     /// Bound of the error.
     pub error: f64,
 }
 
-impl Bar {
+impl ValueWithBar {
     /// Creates an exact value.
-    pub fn exact(value: f64) -> Bar {
-        Bar { value, error: 0.0 }
+    pub fn exact(value: f64) -> ValueWithBar {
+        ValueWithBar { value, error: 0.0 }
     }
 
     /// Creates a value with a relative error bar.
-    pub fn relative(value: f64, error: f64) -> Bar {
+    pub fn relative(value: f64, error: f64) -> ValueWithBar {
         let error = if error.is_nan() { 0.0 } else { error };
-        Bar {
+        ValueWithBar {
             value,
             error: (value * error).abs(),
         }
     }
 
     /// Returns the difference.
-    pub fn less(self, other: Bar) -> Bar {
-        Bar {
+    pub fn difference(self, other: ValueWithBar) -> ValueWithBar {
+        ValueWithBar {
             value: self.value - other.value,
             error: self.error + other.error,
         }
     }
 
     /// Returns the ratio.
-    pub fn over(self, other: Bar) -> Bar {
+    pub fn ratio(self, other: ValueWithBar) -> ValueWithBar {
         let value = self.value / other.value;
         let relative = (self.error / self.value).abs() + (other.error / other.value).abs();
-        Bar::relative(value, relative)
+        ValueWithBar::relative(value, relative)
     }
 
     /// Returns the magnitude.
-    pub fn size(self) -> Bar {
-        Bar {
+    pub fn magnitude(self) -> ValueWithBar {
+        ValueWithBar {
             value: self.value.abs(),
             error: self.error,
         }
@@ -72,7 +72,7 @@ impl Bar {
 
     /// Judges if the value is below a bound.
     pub fn below(self, bound: f64) -> Verdict {
-        Bar {
+        ValueWithBar {
             value: -self.value,
             error: self.error,
         }
@@ -81,11 +81,11 @@ impl Bar {
 }
 
 /// Returns (largest − smallest) / mean. Each value may be off by its bar.
-pub fn spread(values: &[Bar]) -> Bar {
+pub fn spread(values: &[ValueWithBar]) -> ValueWithBar {
     let bare_values: Vec<f64> = values.iter().map(|bar| bar.value).collect();
     let extreme = |better: fn(&f64, &f64) -> bool| {
         let first = values[0];
-        let pick = |best: Bar, bar: &Bar| {
+        let pick = |best: ValueWithBar, bar: &ValueWithBar| {
             if better(&bar.value, &best.value) {
                 *bar
             } else {
@@ -96,17 +96,17 @@ pub fn spread(values: &[Bar]) -> Bar {
     };
     let (largest, smallest) = (extreme(|a, b| a > b), extreme(|a, b| a < b));
     let mean = bare_values.iter().sum::<f64>() / bare_values.len() as f64;
-    Bar {
+    ValueWithBar {
         value: (largest.value - smallest.value) / mean,
         error: (largest.error + smallest.error) / mean.abs(),
     }
 }
 
 /// Judges if each value is above its predecessor.
-pub fn rises(values: &[Bar]) -> Verdict {
+pub fn rises(values: &[ValueWithBar]) -> Verdict {
     let steps = values
         .windows(2)
-        .map(|pair| pair[1].less(pair[0]).above(0.0));
+        .map(|pair| pair[1].difference(pair[0]).above(0.0));
     Verdict::all(steps)
 }
 
@@ -146,16 +146,16 @@ impl Evidence {
     }
 
     /// Returns the deepest wear at the end \[m\].
-    pub fn deepest_wear(&self) -> Option<Bar> {
+    pub fn deepest_wear(&self) -> Option<ValueWithBar> {
         let last = self.cycles()?.len() - 1;
-        Some(Bar::relative(
+        Some(ValueWithBar::relative(
             self.worn.as_ref()?.deepest,
             self.steps_error(last),
         ))
     }
 
     /// Returns a value of a column of the summary with its bar. `place` is the index of the iteration.
-    pub fn bar(&self, name: &str, place: usize) -> Option<Bar> {
+    pub fn bar(&self, name: &str, place: usize) -> Option<ValueWithBar> {
         let values = self.column(name)?;
         let value = *values.get(place)?;
         let relative_error =
@@ -178,29 +178,32 @@ impl Evidence {
             _ => 0.0,
         };
         let error = if by_wear.is_finite() { by_wear } else { 0.0 };
-        Some(Bar { value, error })
+        Some(ValueWithBar { value, error })
     }
 
     /// Returns the first and the last value of a column of the summary.
-    pub fn end_bars(&self, name: &str) -> Option<[Bar; 2]> {
+    pub fn end_bars(&self, name: &str) -> Option<[ValueWithBar; 2]> {
         let last = self.column(name)?.len().checked_sub(1)?;
         Some([self.bar(name, 0)?, self.bar(name, last)?])
     }
 
     /// Returns the value of a column of the summary at some cycles, interpolated between iterations, with the bar of
     /// the next iteration.
-    pub fn bar_at(&self, name: &str, at_cycles: f64) -> Option<Bar> {
+    pub fn bar_at(&self, name: &str, at_cycles: f64) -> Option<ValueWithBar> {
         let (cycles, values) = (self.cycles()?, self.column(name)?);
         let next = cycles
             .partition_point(|n| *n < at_cycles)
             .min(cycles.len() - 1);
         let value = super::words::interpolated(cycles, values, at_cycles);
         let next_bar = self.bar(name, next)?;
-        Some(Bar::relative(value, next_bar.error / next_bar.value.abs()))
+        Some(ValueWithBar::relative(
+            value,
+            next_bar.error / next_bar.value.abs(),
+        ))
     }
 
     /// Returns a column of the responses of worn states, each value with its bar.
-    pub fn worn_bars(&self, name: &str) -> Option<Vec<Bar>> {
+    pub fn worn_bars(&self, name: &str) -> Option<Vec<ValueWithBar>> {
         let values = self.worn_response.get(name)?;
         let (volumes, places) = (
             self.worn_response.get("wear_volume"),
@@ -214,7 +217,7 @@ impl Evidence {
             let step_error = volumes.zip(places).map_or(0.0, |(volumes, places)| {
                 state_error(values, volumes, k, self.steps_error(places[k] as usize))
             });
-            Bar {
+            ValueWithBar {
                 value: values[k],
                 error: search_error * values[k].abs() + step_error,
             }
@@ -223,7 +226,7 @@ impl Evidence {
     }
 
     /// Returns the first and the last value of a column of the responses of worn states.
-    pub fn worn_end_bars(&self, name: &str) -> Option<[Bar; 2]> {
+    pub fn worn_end_bars(&self, name: &str) -> Option<[ValueWithBar; 2]> {
         let bars = self.worn_bars(name)?;
         Some([*bars.first()?, *bars.last()?])
     }

@@ -1,10 +1,10 @@
 //! Area, pressure and stiffness of the contact (claims 15–22).
 
-use super::bars::{Bar, spread};
+use super::bars::{ValueWithBar, spread};
 use super::steps::{STUDY, reaches};
-use super::words::{interpolated, list, never_falls, percent};
+use super::words::{interpolated, never_falls, number_list, percent};
 use super::{Evidence, Part, Study, Verdict};
-use crate::report::quantity::number;
+use crate::report::quantity::four_digits;
 
 /// * Largest relative decrease of the area that counts as no decrease.
 const FALL: f64 = 0.01;
@@ -30,38 +30,40 @@ const STICKS: f64 = 1e-3;
 
 /// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
-    let worn = || (study.rough.iter().copied()).filter(|run| run.cycles().is_some());
-    let rough_runs = || study.rough.as_slice();
+    let worn = || (study.roughness_series.iter().copied()).filter(|run| run.cycles().is_some());
+    let rough_runs = || study.roughness_series.as_slice();
     let as_list = |part: Option<Part>| part.into_iter().collect();
     match claim {
         15 => worn().filter_map(area).collect(),
         16 => as_list(study.main.and_then(pressure)),
-        17 => as_list(several(rough_runs()).and_then(areas)),
-        18 => match several(rough_runs()) {
+        17 => as_list(two_or_more(rough_runs()).and_then(areas)),
+        18 => match two_or_more(rough_runs()) {
             Some(_) => worn().filter_map(shape).collect(),
             None => Vec::new(),
         },
         19 => to_the_end(study)
             .filter_map(|run| running_in(run, "kn"))
             .collect(),
-        20 => as_list(several(rough_runs()).and_then(|rough_runs| converge(rough_runs, "kn"))),
+        20 => as_list(two_or_more(rough_runs()).and_then(|rough_runs| converge(rough_runs, "kn"))),
         21 => {
             let each = to_the_end(study).filter_map(|run| running_in(run, "kt"));
             let mut parts: Vec<Part> = each.collect();
-            parts.extend(several(rough_runs()).and_then(|rough_runs| converge(rough_runs, "kt")));
+            parts.extend(
+                two_or_more(rough_runs()).and_then(|rough_runs| converge(rough_runs, "kt")),
+            );
             parts
         }
-        _ => as_list(study.local.and_then(local)),
+        _ => as_list(study.tangent_run.and_then(local)),
     }
 }
 
 /// Returns the runs that reach the end of the study.
 fn to_the_end<'a>(study: &'a Study) -> impl Iterator<Item = &'a Evidence> {
-    (study.rough.iter().copied()).filter(|run| reaches(run, STUDY))
+    (study.roughness_series.iter().copied()).filter(|run| reaches(run, STUDY))
 }
 
 /// Returns the runs of different roughness, if there are at least two.
-pub fn several<'a, 'b>(set: &'b [&'a Evidence]) -> Option<&'b [&'a Evidence]> {
+pub fn two_or_more<'a, 'b>(set: &'b [&'a Evidence]) -> Option<&'b [&'a Evidence]> {
     let rough = set.iter().all(|run| run.scene.rq.is_some());
     (set.len() > 1 && rough).then_some(set)
 }
@@ -98,20 +100,20 @@ fn pressure(run: &Evidence) -> Option<Part> {
     let uneven = [before, after].map(|moment| moment.high_pressure / moment.mean_pressure);
     let measured = format!(
         "median of the largest pressures of all sections {} → {} MPa; 99 % of the cells in contact below {} → {} MPa, {} → {} times the mean; largest pressure {} → {} MPa",
-        number(1e-6 * sections[0]),
-        number(1e-6 * sections[1]),
-        number(1e-6 * before.high_pressure),
-        number(1e-6 * after.high_pressure),
-        number(uneven[0]),
-        number(uneven[1]),
-        number(1e-6 * first),
-        number(1e-6 * last)
+        four_digits(1e-6 * sections[0]),
+        four_digits(1e-6 * sections[1]),
+        four_digits(1e-6 * before.high_pressure),
+        four_digits(1e-6 * after.high_pressure),
+        four_digits(uneven[0]),
+        four_digits(uneven[1]),
+        four_digits(1e-6 * first),
+        four_digits(1e-6 * last)
     );
     let holds = sections[1] <= LOWER * sections[0]
         && after.high_pressure <= LOWER * before.high_pressure
         && uneven[1] < uneven[0];
     let part = Part::of(&[run], Verdict::of(holds), measured);
-    Some(part.because(|| {
+    Some(part.with_cause(|| {
         let share = after.peak_dissipation;
         if share < STICKS {
             format!("the cell under the largest pressure sticks (its dissipation is {share:.1e} of the largest): it does not wear while its surroundings do, so its pressure keeps rising; a hardness limit would flatten it")
@@ -126,9 +128,9 @@ fn running_in(run: &Evidence, name: &str) -> Option<Part> {
     run.scene.rq?;
     let values = run.column(name)?;
     let at = |n: f64| run.bar_at(name, n);
-    let slope = |from: Bar, to: Bar, cycles: f64| {
+    let slope = |from: ValueWithBar, to: ValueWithBar, cycles: f64| {
         // Neighbours share their error, except for the growth of the bar.
-        Bar {
+        ValueWithBar {
             value: (to.value - from.value) / cycles,
             error: (to.error - from.error).abs() / cycles,
         }
@@ -137,18 +139,18 @@ fn running_in(run: &Evidence, name: &str) -> Option<Part> {
     let late = slope(at(LATE)?, at(STUDY)?, STUDY - LATE);
     // The slope of a constant stiffness is a rounding error.
     let rounding = 1e-9 * values[0] / (STUDY - LATE);
-    let scaled = Bar {
+    let scaled = ValueWithBar {
         value: FAST * late.value.max(0.0),
         error: FAST * late.error,
     };
-    let verdict = (early.less(scaled).above(0.0)).and(late.above(-rounding));
+    let verdict = (early.difference(scaled).above(0.0)).and(late.above(-rounding));
     let measured = format!(
         "{name} {} → {} N/µm, slope {} N/µm per 10⁶ cycles to 10⁵ cycles, {} ± {} after 5 × 10⁶",
-        number(1e-6 * values[0]),
-        number(1e-6 * values[values.len() - 1]),
-        number(early.value),
-        number(late.value),
-        number(late.error)
+        four_digits(1e-6 * values[0]),
+        four_digits(1e-6 * values[values.len() - 1]),
+        four_digits(early.value),
+        four_digits(late.value),
+        four_digits(late.error)
     );
     Some(Part::of(&[run], verdict, measured))
 }
@@ -161,12 +163,12 @@ fn local(run: &Evidence) -> Option<Part> {
     let ([before, after], [area, grown]) = ends;
     let measured = format!(
         "median over loaded elements {} → {} N/µm per mm² in contact ({} → {} N/µm per element); joint {} → {} N/µm on {} → {} of its area",
-        number(1e-12 * density),
-        number(1e-12 * worn),
-        number(1e-6 * kn),
-        number(1e-6 * worn_kn),
-        number(1e-6 * before),
-        number(1e-6 * after),
+        four_digits(1e-12 * density),
+        four_digits(1e-12 * worn),
+        four_digits(1e-6 * kn),
+        four_digits(1e-6 * worn_kn),
+        four_digits(1e-6 * before),
+        four_digits(1e-6 * after),
         percent(area),
         percent(grown)
     );
@@ -177,7 +179,7 @@ fn local(run: &Evidence) -> Option<Part> {
 /// Formats the roughnesses of a set.
 pub fn roughnesses(set: &[&Evidence]) -> String {
     let rq = set.iter().filter_map(|run| run.scene.rq);
-    format!("Rq {} µm", list(rq.map(|rq| 1e6 * rq)))
+    format!("Rq {} µm", number_list(rq.map(|rq| 1e6 * rq)))
 }
 
 fn areas(set: &[&Evidence]) -> Option<Part> {
@@ -189,7 +191,7 @@ fn areas(set: &[&Evidence]) -> Option<Part> {
     let measured = format!(
         "{}: {} %",
         roughnesses(set),
-        list(first.iter().map(|area| 100.0 * area))
+        number_list(first.iter().map(|area| 100.0 * area))
     );
     let holds = super::words::rises(&falling) && first[0] > MUCH * first[first.len() - 1];
     Some(Part::of(set, Verdict::of(holds), measured))
@@ -210,7 +212,7 @@ fn shape(run: &Evidence) -> Option<Part> {
         "slope {} of the joint per 10 % of the cycles at first, {} at last; R² {} of a line",
         percent(early * tenth as f64),
         percent(late * tenth as f64),
-        number(fit)
+        four_digits(fit)
     );
     let holds = match rq <= SMOOTHER * (1.0 + 1e-9) {
         true => early > FAST * late.max(0.0),
@@ -234,20 +236,24 @@ fn r_squared(values: &[f64]) -> f64 {
 }
 
 /// Judges if a spread has fallen to a third.
-pub fn converged(before: Bar, after: Bar) -> Verdict {
-    let scaled = Bar {
+pub fn converged(before: ValueWithBar, after: ValueWithBar) -> Verdict {
+    let scaled = ValueWithBar {
         value: CONVERGED * before.value,
         error: CONVERGED * before.error,
     };
-    after.less(scaled).below(f64::MIN_POSITIVE)
+    after.difference(scaled).below(f64::MIN_POSITIVE)
 }
 
 fn converge(set: &[&Evidence], name: &str) -> Option<Part> {
-    let ends: Option<Vec<[Bar; 2]>> = set.iter().map(|run| run.end_bars(name)).collect();
+    let ends: Option<Vec<[ValueWithBar; 2]>> = set.iter().map(|run| run.end_bars(name)).collect();
     let ends = ends?;
-    let [first, last] = [0, 1].map(|end| ends.iter().map(|pair| pair[end]).collect::<Vec<Bar>>());
+    let [first, last] = [0, 1].map(|end| {
+        ends.iter()
+            .map(|pair| pair[end])
+            .collect::<Vec<ValueWithBar>>()
+    });
     let [before, after] = [spread(&first), spread(&last)];
-    let values = |bars: &[Bar]| list(bars.iter().map(|bar| 1e-6 * bar.value));
+    let values = |bars: &[ValueWithBar]| number_list(bars.iter().map(|bar| 1e-6 * bar.value));
     let measured = format!(
         "{}: {name} {} → {} N/µm, spread {} → {} ± {}",
         roughnesses(set),
@@ -259,7 +265,7 @@ fn converge(set: &[&Evidence], name: &str) -> Option<Part> {
     );
     let mut part = Part::of(set, converged(before, after), measured);
     part.of = "the spread".to_owned();
-    Some(part.because(|| {
+    Some(part.with_cause(|| {
         let rising: Vec<String> = set
             .iter()
             .filter(|run| {

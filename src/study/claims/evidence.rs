@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::form;
 use super::setting::Setting;
 use crate::recipe::Recipe;
-use crate::report::{ReportError, RunTables, WEAR_ITERATION, numbers, texts};
+use crate::report::{ReportError, RunTables, WEAR_ITERATION, numeric_column, text_column};
 use crate::tables::{TableName, typed};
 
 /// Columns of a table over the iterations that have it.
@@ -117,7 +117,7 @@ impl Evidence {
     ///
     /// # Errors
     /// [`ReportError`] for a table that cannot be read.
-    pub fn of(run: &RunTables) -> Result<Evidence, ReportError> {
+    pub fn read(run: &RunTables) -> Result<Evidence, ReportError> {
         let recipe = run.recipe();
         let setting = Setting::of(recipe, &run.record().scene);
         let summary = columns(run, TableName::Summary)?;
@@ -130,7 +130,7 @@ impl Evidence {
         if let Some(frame) = run.series(TableName::WornResponse)? {
             worn_response = frame_columns(&frame, TableName::WornResponse);
             let history = run.history()?;
-            let iterations = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
+            let iterations = numeric_column(&frame, WEAR_ITERATION).unwrap_or_default();
             let row = |k: &f64| history.row::<typed::Summary>(*k as u64).ok().flatten();
             let history_column = |value: fn(&typed::Summary) -> f64| -> Vec<f64> {
                 let each = iterations.iter();
@@ -221,7 +221,7 @@ fn area(summary: &Columns) -> Option<f64> {
 fn frame_columns(frame: &polars::prelude::DataFrame, table: TableName) -> Columns {
     let names = table.schema().columns.iter().map(|column| &column.name);
     names
-        .filter_map(|name| Some((name.clone(), numbers(frame, name)?)))
+        .filter_map(|name| Some((name.clone(), numeric_column(frame, name)?)))
         .filter(|(_, values)| values.iter().any(|value| !value.is_nan()))
         .collect()
 }
@@ -231,7 +231,7 @@ fn columns(run: &RunTables, table: TableName) -> Result<Columns, ReportError> {
     let Some(frame) = run.series(table)? else {
         return Ok(Columns::new());
     };
-    let rows = numbers(&frame, WEAR_ITERATION).unwrap_or_default();
+    let rows = numeric_column(&frame, WEAR_ITERATION).unwrap_or_default();
     let is_stored = |k: &f64| run.iterations().contains(&(*k as u64));
     let is_stored: Vec<bool> = rows.iter().map(is_stored).collect();
     let mut columns = frame_columns(&frame, table);
@@ -268,11 +268,11 @@ impl Surface {
         let (Some(grid), Some(lengths)) = (grid, scene.correlation_length) else {
             return Ok(None);
         };
-        let Some(frame) = run.once(TableName::Surface)? else {
+        let Some(frame) = run.run_table(TableName::Surface)? else {
             return Ok(None);
         };
         let [i, j, height] =
-            ["i", "j", "height"].map(|name| numbers(&frame, name).unwrap_or_default());
+            ["i", "j", "height"].map(|name| numeric_column(&frame, name).unwrap_or_default());
         let mut heights = vec![0.0; grid.len()];
         for ((i, j), height) in i.iter().zip(&j).zip(&height) {
             heights[grid.index(*i as usize, *j as usize)] = *height;
@@ -321,17 +321,17 @@ impl Fields {
         let (mut touched, mut before, mut rates) = (Vec::new(), Vec::new(), Vec::new());
         let surface = Surface::of(run, scene)?;
         for (place, &k) in run.iterations().iter().enumerate() {
-            let field = run.at(k, TableName::ContactField)?;
+            let field = run.iteration_table(k, TableName::ContactField)?;
             let column = |name| {
                 field
                     .as_ref()
-                    .and_then(|field| numbers(field, name))
+                    .and_then(|field| numeric_column(field, name))
                     .unwrap_or_default()
             };
             let (pressure, dissipation) = (column("pressure"), column("dissipation"));
-            let wear = run.at(k, TableName::WearField)?;
+            let wear = run.iteration_table(k, TableName::WearField)?;
             let column = |name| {
-                let column = wear.as_ref().and_then(|field| numbers(field, name));
+                let column = wear.as_ref().and_then(|field| numeric_column(field, name));
                 column.unwrap_or_default()
             };
             let depth = column("wear_depth");
@@ -357,9 +357,9 @@ impl Fields {
             }
             let most = dissipation.iter().copied().fold(0.0, f64::max);
             result.depth_rate.push(coefficient * most);
-            let cycle = run.at(k, TableName::Cycle)?;
+            let cycle = run.iteration_table(k, TableName::Cycle)?;
             let column = |name| {
-                let column = cycle.as_ref().and_then(|cycle| numbers(cycle, name));
+                let column = cycle.as_ref().and_then(|cycle| numeric_column(cycle, name));
                 column.unwrap_or_default()
             };
             let friction = scene.friction_coefficient.unwrap_or(f64::INFINITY);
@@ -394,13 +394,13 @@ const AT_CAP: f64 = 1.0 - 1e-12;
 
 fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Moment, ReportError> {
     let mut moment = Moment::default();
-    if let Some(field) = run.at(k, TableName::ContactField)? {
-        let pressure = numbers(&field, "pressure").unwrap_or_default();
-        let dissipation = numbers(&field, "dissipation").unwrap_or_default();
+    if let Some(field) = run.iteration_table(k, TableName::ContactField)? {
+        let pressure = numeric_column(&field, "pressure").unwrap_or_default();
+        let dissipation = numeric_column(&field, "dissipation").unwrap_or_default();
         moment.load = pressure.iter().sum::<f64>() * cell_area;
         let mut loaded: Vec<f64> = pressure.iter().copied().filter(|p| *p > 0.0).collect();
         loaded.sort_by(f64::total_cmp);
-        let sections = numbers(&field, "j").unwrap_or_default();
+        let sections = numeric_column(&field, "j").unwrap_or_default();
         let count = sections.iter().fold(-1.0, |most: f64, j| j.max(most)) + 1.0;
         moment.section_peaks = vec![0.0; count as usize];
         for (j, pressure) in sections.iter().zip(&pressure) {
@@ -428,18 +428,19 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
             moment.peak_dissipation = dissipation[cell] / most;
         }
     }
-    if let Some(frame) = run.at(k, TableName::Hysteresis)? {
-        let column = |name| numbers(&frame, name).unwrap_or_default();
+    if let Some(frame) = run.iteration_table(k, TableName::Hysteresis)? {
+        let column = |name| numeric_column(&frame, name).unwrap_or_default();
         moment.hysteresis = Some(HysteresisLoop {
             displacement: column("displacement"),
             load: column("load"),
         });
     }
-    if let Some(frame) = run.at(k, TableName::JointCycle)? {
-        moment.normal_load = numbers(&frame, "normal_load").map(|v| mean_and_half_range(&v));
-        moment.displacement = numbers(&frame, "displacement_x").map(|v| mean_and_half_range(&v));
+    if let Some(frame) = run.iteration_table(k, TableName::JointCycle)? {
+        moment.normal_load = numeric_column(&frame, "normal_load").map(|v| mean_and_half_range(&v));
+        moment.displacement =
+            numeric_column(&frame, "displacement_x").map(|v| mean_and_half_range(&v));
         let most = |name| {
-            let moments = numbers(&frame, name)?;
+            let moments = numeric_column(&frame, name)?;
             Some(moments.iter().fold(0.0, |most: f64, m| m.abs().max(most)))
         };
         moment.moments = most("moment_x")
@@ -447,13 +448,13 @@ fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Mo
             .zip(most("moment_z"))
             .map(|((x, y), normal)| [x.max(y), normal]);
     }
-    if let Some(frame) = run.at(k, TableName::Ledger)? {
-        let column = |name| numbers(&frame, name).unwrap_or_default();
+    if let Some(frame) = run.iteration_table(k, TableName::Ledger)? {
+        let column = |name| numeric_column(&frame, name).unwrap_or_default();
         let ratios = column("fine")
             .into_iter()
             .zip(column("dynamic"))
             .map(|(fine, dynamic)| fine / dynamic);
-        moment.fine_over_elements = texts(&frame, "quantity")
+        moment.fine_over_elements = text_column(&frame, "quantity")
             .unwrap_or_default()
             .into_iter()
             .zip(ratios)
@@ -469,13 +470,13 @@ fn element_distribution(
 ) -> Result<Option<ElementDistribution>, ReportError> {
     let grid = run.recipe().surface().map(|surface| surface.grid());
     let frames = (
-        run.at(k, TableName::ContactElement)?,
-        run.at(k, TableName::ContactField)?,
+        run.iteration_table(k, TableName::ContactElement)?,
+        run.iteration_table(k, TableName::ContactField)?,
     );
     let (Some(grid), (Some(elements), Some(field))) = (grid, frames) else {
         return Ok(None);
     };
-    let element = |name| numbers(&elements, name).unwrap_or_default();
+    let element = |name| numeric_column(&elements, name).unwrap_or_default();
     let (x, y, area, kn, load) = (
         element("x"),
         element("y"),
@@ -483,7 +484,7 @@ fn element_distribution(
         element("kn"),
         element("normal_load"),
     );
-    let cell = |name| numbers(&field, name).unwrap_or_default();
+    let cell = |name| numeric_column(&field, name).unwrap_or_default();
     let (i, j, pressure) = (cell("i"), cell("j"), cell("pressure"));
     let mut touching = vec![0.0; x.len()];
     for ((i, j), _) in i.iter().zip(&j).zip(&pressure).filter(|(_, p)| **p > 0.0) {
@@ -522,11 +523,11 @@ fn modes(run: &RunTables) -> Result<Option<usize>, ReportError> {
         TableName::StructureResidual,
     ];
     for table in tables {
-        if run.once(table)?.is_none() {
+        if run.run_table(table)?.is_none() {
             return Ok(None);
         }
     }
-    let modes = run.once(TableName::StructureMode)?;
-    let numbers = modes.and_then(|frame| numbers(&frame, "mode"));
+    let modes = run.run_table(TableName::StructureMode)?;
+    let numbers = modes.and_then(|frame| numeric_column(&frame, "mode"));
     Ok(numbers.map(|modes| modes.iter().fold(0.0, |most, mode| mode.max(most)) as usize + 1))
 }

@@ -27,12 +27,12 @@ use serde::Serialize;
 
 use crate::report::{ReportError, RunTables};
 
-pub use bars::Bar;
+pub use bars::ValueWithBar;
 pub use catalogue::{CLAIMS, Claim, Kind};
 pub use evidence::{Columns, ElementDistribution, Evidence, HysteresisLoop, Moment, WornSurface};
 pub use figures::FIGURES;
 pub use form::roughness as formless_roughness;
-pub use numbers::{NumberComparison, beside};
+pub use numbers::{NumberComparison, compare_numbers};
 pub use roles::Study;
 pub use setting::Setting;
 pub use write::{counts, markdown, section, table, write};
@@ -138,7 +138,7 @@ impl Part {
     }
 
     /// Adds a likely cause, unless the part holds.
-    fn because(mut self, cause: impl FnOnce() -> String) -> Part {
+    fn with_cause(mut self, cause: impl FnOnce() -> String) -> Part {
         if self.verdict != Verdict::Holds {
             self.cause = cause();
         }
@@ -153,7 +153,7 @@ impl Part {
 pub fn evaluate(runs: &[RunTables]) -> Result<(Vec<Evidence>, Vec<Finding>), ReportError> {
     let evidence = runs
         .iter()
-        .map(Evidence::of)
+        .map(Evidence::read)
         .collect::<Result<Vec<_>, _>>()?;
     let findings = judge(&evidence);
     Ok((evidence, findings))

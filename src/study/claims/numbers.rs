@@ -40,7 +40,7 @@ const AGREE: f64 = 1e6;
 const MEET: f64 = 2e6;
 
 /// Compares the numbers of the paper with a study.
-pub fn beside(study: &Study) -> Vec<NumberComparison> {
+pub fn compare_numbers(study: &Study) -> Vec<NumberComparison> {
     let is_complete = |run: &&Evidence| super::steps::reaches(run, STUDY);
     let explicit = study.explicit.filter(is_complete);
     let main = study.main.filter(is_complete);

@@ -1,9 +1,9 @@
 //! The hardness limit (claims 39–43).
 
-use super::bars::Bar;
+use super::bars::ValueWithBar;
 use super::words::{interpolated, percent, rises};
 use super::{Evidence, Part, Study, Verdict};
-use crate::report::quantity::number;
+use crate::report::quantity::four_digits;
 
 /// * Largest relative deviation from the cap, for rounding.
 const CAP: f64 = 1e-9;
@@ -55,8 +55,8 @@ pub fn below_limit(set: [&Evidence; 2]) -> Option<String> {
     (most <= cap).then(|| {
         format!(
             "the pressure cap has no effect: the largest pressure of the elastic joint is {} MPa, and the cap is {} MPa",
-            number(1e-6 * most),
-            number(1e-6 * cap)
+            four_digits(1e-6 * most),
+            four_digits(1e-6 * cap)
         )
     })
 }
@@ -68,10 +68,10 @@ fn peaks(set: [&Evidence; 2]) -> Option<Part> {
     let share = set[1].first.share_at_cap;
     let measured = format!(
         "largest pressure {} MPa elastic, {} MPa plastic; {} of the cells in contact at the cap of {} MPa",
-        number(1e-6 * elastic),
-        number(1e-6 * plastic),
+        four_digits(1e-6 * elastic),
+        four_digits(1e-6 * plastic),
         percent(share),
-        number(1e-6 * cap)
+        four_digits(1e-6 * cap)
     );
     let holds = (plastic / cap - 1.0).abs() <= CAP && share > PLATEAU;
     Some(Part::of(&set, Verdict::of(holds), measured))
@@ -86,13 +86,13 @@ fn start(set: [&Evidence; 2]) -> Option<Part> {
         "area {} elastic, {} plastic; kn {} and {} N/µm",
         percent(area),
         percent(larger),
-        number(1e-6 * kn.value),
-        number(1e-6 * lower.value)
+        four_digits(1e-6 * kn.value),
+        four_digits(1e-6 * lower.value)
     );
     let slightly = larger > area && larger < (1.0 + SLIGHT) * area;
-    let verdict = Verdict::of(slightly).and(kn.less(lower).above(0.0));
+    let verdict = Verdict::of(slightly).and(kn.difference(lower).above(0.0));
     let part = Part::of(&set, verdict, measured);
-    Some(part.because(|| {
+    Some(part.with_cause(|| {
         if larger >= (1.0 + SLIGHT) * area {
             "elastic peaks far exceed the limit here, so much more area must touch: the area of the elastic joint depends on the cells of the grid".to_owned()
         } else {
@@ -104,15 +104,15 @@ fn start(set: [&Evidence; 2]) -> Option<Part> {
 /// Samples the ratio of the plastic to the elastic joint over a range of cycles.
 ///
 /// Returns the largest deviation from 1, and the smallest and the largest ratio.
-fn ratios(set: [&Evidence; 2], name: &str, range: [f64; 2]) -> Option<(Bar, [f64; 2])> {
+fn ratios(set: [&Evidence; 2], name: &str, range: [f64; 2]) -> Option<(ValueWithBar, [f64; 2])> {
     let mut extremes = [f64::INFINITY, f64::NEG_INFINITY];
-    let mut farthest = Bar::exact(0.0);
+    let mut farthest = ValueWithBar::exact(0.0);
     for k in 0..POINTS {
         let at = range[0] + (range[1] - range[0]) * k as f64 / (POINTS - 1) as f64;
         let [elastic, plastic] = set.map(|run| run.bar_at(name, at));
-        let ratio = plastic?.over(elastic?);
+        let ratio = plastic?.ratio(elastic?);
         extremes = [extremes[0].min(ratio.value), extremes[1].max(ratio.value)];
-        let deviation = ratio.less(Bar::exact(1.0)).size();
+        let deviation = ratio.difference(ValueWithBar::exact(1.0)).magnitude();
         if deviation.value >= farthest.value {
             farthest = deviation;
         }
@@ -128,8 +128,8 @@ fn later(set: [&Evidence; 2]) -> Option<Part> {
     let (farthest, extremes) = ratios(set, "kn", [LATER, end])?;
     let measured = format!(
         "plastic over elastic {} to {}",
-        number(extremes[0]),
-        number(extremes[1])
+        four_digits(extremes[0]),
+        four_digits(extremes[1])
     );
     Some(Part::of(&set, farthest.below(SAME), measured))
 }
@@ -139,17 +139,17 @@ fn energies(set: [&Evidence; 2]) -> Option<Part> {
     let (later_deviation, later_ratios) = ratios(set, "dissipated_energy", [LATER, MEET])?;
     let measured = format!(
         "plastic over elastic {} to {} before 10⁵ cycles, {} to {} from 2 to 4 × 10⁶",
-        number(early_ratios[0]),
-        number(early_ratios[1]),
-        number(later_ratios[0]),
-        number(later_ratios[1])
+        four_digits(early_ratios[0]),
+        four_digits(early_ratios[1]),
+        four_digits(later_ratios[0]),
+        four_digits(later_ratios[1])
     );
     let part = Part::of(
         &set,
         early_deviation.above(SAME).and(later_deviation.below(SAME)),
         measured,
     );
-    Some(part.because(|| {
+    Some(part.with_cause(|| {
         let slides = set.iter().all(|run| {
             let first = run.sliding.first();
             first.is_some_and(|share| *share > 0.99)
@@ -165,8 +165,8 @@ fn energies(set: [&Evidence; 2]) -> Option<Part> {
         if later_deviation.value > SAME && (amplitudes[1] / amplitudes[0] - 1.0).abs() > SAME {
             texts.push(format!(
                 "each joint keeps its unworn motion ({} and {} µm), because neither is updated",
-                number(1e6 * amplitudes[0]),
-                number(1e6 * amplitudes[1])
+                four_digits(1e6 * amplitudes[0]),
+                four_digits(1e6 * amplitudes[1])
             ));
         }
         texts.join("; ")
@@ -199,7 +199,7 @@ fn spheres(set: &[&Evidence]) -> Option<Part> {
         .map(|(run, [pressure, area])| {
             format!(
                 "{} MPa on {} of the area, {} of it at the limit",
-                number(1e-6 * pressure),
+                four_digits(1e-6 * pressure),
                 percent(*area),
                 percent(run.first.share_at_cap)
             )

@@ -13,7 +13,7 @@ pub struct Study<'a> {
     /// Name in words: law of contact elements, update, and seed if there are several.
     pub name: String,
     /// Elastic runs that differ by roughness, smoothest first. They are never updated, if such runs exist.
-    pub rough: Vec<&'a Evidence>,
+    pub roughness_series: Vec<&'a Evidence>,
     /// Main run, which most figures show: Rq 5 µm, or the nearest roughness.
     pub main: Option<&'a Evidence>,
     /// Main run with the explicit algorithm.
@@ -25,7 +25,7 @@ pub struct Study<'a> {
     /// Main runs with more harmonics, fewest first.
     pub harmonics: Vec<&'a Evidence>,
     /// Run with updates of contact elements with individual stiffness.
-    pub local: Option<&'a Evidence>,
+    pub tangent_run: Option<&'a Evidence>,
     /// Spheres that differ by their pressure cap: without a cap first, then by decreasing cap.
     pub spheres: Vec<&'a Evidence>,
     /// All runs of the study.
@@ -175,13 +175,13 @@ fn study<'a>(
     }
     Study {
         name: name(main, update, seeds),
-        rough,
+        roughness_series: rough,
         main,
         explicit,
         plastic,
         updated,
         harmonics: more,
-        local,
+        tangent_run: local,
         spheres,
         all,
     }

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use super::steps::all_of;
+use super::steps::worst_of;
 use super::words::{interpolated, micrometres, never_falls, percent};
 use super::{Evidence, Part, Study, Verdict};
-use crate::report::quantity::number;
+use crate::report::quantity::four_digits;
 
 /// * Largest relative increase of Rq that counts as no increase.
 const RISE: f64 = 1e-4;
@@ -29,7 +29,7 @@ const CLIPPED: f64 = 0.13;
 
 /// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
-    let worn = || (study.rough.iter().copied()).filter(|run| run.cycles().is_some());
+    let worn = || (study.roughness_series.iter().copied()).filter(|run| run.cycles().is_some());
     // The wear of a single cycle is below the rounding errors of the mean height.
     let all = || {
         let is_unworn = |run: &Evidence| {
@@ -48,7 +48,7 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     match claim {
         8 => study.main.and_then(valleys).into_iter().collect(),
         9 => worn().filter_map(rq_decrease).collect(),
-        10 => all_of(all().filter_map(mean_height)),
+        10 => worst_of(all().filter_map(mean_height)),
         11 => worn().filter_map(skewness).collect(),
         12 => worn().filter_map(kurtosis).collect(),
         13 => worn().filter_map(early_skewness).collect(),
@@ -66,16 +66,18 @@ fn valleys(run: &Evidence) -> Option<Part> {
         micrometres(worn.deepest)
     );
     let holds = worn.never_touched > 0 && worn.never_touched_depth == 0.0 && worn.deepest > 0.0;
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
-        if worn.never_touched == 0 {
-            "no valley is left: all cells have touched".to_owned()
-        } else if run.scene.explicit.is_none() {
-            "the steps are not explicit: a cell may touch within a step but not at its ends"
-                .to_owned()
-        } else {
-            String::new()
-        }
-    }))
+    Some(
+        Part::of(&[run], Verdict::of(holds), measured).with_cause(|| {
+            if worn.never_touched == 0 {
+                "no valley is left: all cells have touched".to_owned()
+            } else if run.scene.explicit.is_none() {
+                "the steps are not explicit: a cell may touch within a step but not at its ends"
+                    .to_owned()
+            } else {
+                String::new()
+            }
+        }),
+    )
 }
 
 /// Returns the first and the last value.
@@ -91,8 +93,8 @@ fn formless_text(run: &Evidence, name: &str, scale: f64) -> String {
     let [first, last] = ends(values);
     format!(
         "; without the form {} → {}",
-        number(scale * first),
-        number(scale * last)
+        four_digits(scale * first),
+        four_digits(scale * last)
     )
 }
 
@@ -108,9 +110,9 @@ fn form_cause(run: &Evidence, holds: impl Fn(&Evidence) -> Option<bool>) -> Stri
     match holds_formless {
         true => format!(
             "the statistics measure the worn form, not the roughness: {} Rq are worn away on average; without the form it holds",
-            number(removed)
+            four_digits(removed)
         ),
-        false => format!("{} Rq are worn away on average", number(removed)),
+        false => format!("{} Rq are worn away on average", four_digits(removed)),
     }
 }
 
@@ -138,11 +140,11 @@ fn rq_decrease(run: &Evidence) -> Option<Part> {
     let [first, last] = ends(run.column("rq")?);
     let measured = format!(
         "{} → {} µm{}",
-        number(1e6 * first),
-        number(1e6 * last),
+        four_digits(1e6 * first),
+        four_digits(1e6 * last),
         formless_text(run, "rq", 1e6)
     );
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_cause(run, is_falling)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).with_cause(|| form_cause(run, is_falling)))
 }
 
 fn mean_height(run: &Evidence) -> Option<(f64, Part)> {
@@ -175,11 +177,11 @@ fn skewness(run: &Evidence) -> Option<Part> {
     let [first, last] = ends(run.column("sk")?);
     let measured = format!(
         "{} → {}{}",
-        number(first),
-        number(last),
+        four_digits(first),
+        four_digits(last),
         formless_text(run, "sk", 1.0)
     );
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| form_cause(run, is_skewed)))
+    Some(Part::of(&[run], Verdict::of(holds), measured).with_cause(|| form_cause(run, is_skewed)))
 }
 
 fn is_peaked(run: &Evidence) -> Option<bool> {
@@ -195,12 +197,15 @@ fn kurtosis(run: &Evidence) -> Option<Part> {
     let least = ku.iter().copied().fold(f64::INFINITY, f64::min);
     let measured = format!(
         "{} → {}, least {}{}",
-        number(first),
-        number(last),
-        number(least),
+        four_digits(first),
+        four_digits(last),
+        four_digits(least),
         formless_text(run, "ku", 1.0)
     );
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| kurtosis_cause(run, is_peaked)))
+    Some(
+        Part::of(&[run], Verdict::of(holds), measured)
+            .with_cause(|| kurtosis_cause(run, is_peaked)),
+    )
 }
 
 /// Returns the standard deviation of the skewness of Gaussian surfaces of this size.
@@ -220,20 +225,22 @@ fn early_skewness(run: &Evidence) -> Option<Part> {
     let skewness = interpolated(cycles, sk, FEW);
     let measured = format!(
         "Sk {} at 10⁵ cycles; σ of surfaces of this size {}",
-        number(skewness),
-        number(sigma)
+        four_digits(skewness),
+        four_digits(sigma)
     );
     let holds = skewness.abs() > SIGNIFICANT * sigma;
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
-        let crossing = (cycles.iter().zip(sk)).find(|(_, sk)| sk.abs() > SIGNIFICANT * sigma);
-        match crossing {
-            Some((cycles, _)) => format!(
-                "it takes about {} cycles: fewer cycles wear too little of the surface",
-                number(*cycles)
-            ),
-            None => "too little of the surface is worn".to_owned(),
-        }
-    }))
+    Some(
+        Part::of(&[run], Verdict::of(holds), measured).with_cause(|| {
+            let crossing = (cycles.iter().zip(sk)).find(|(_, sk)| sk.abs() > SIGNIFICANT * sigma);
+            match crossing {
+                Some((cycles, _)) => format!(
+                    "it takes about {} cycles: fewer cycles wear too little of the surface",
+                    four_digits(*cycles)
+                ),
+                None => "too little of the surface is worn".to_owned(),
+            }
+        }),
+    )
 }
 
 /// Returns the changes of Rq (relative), Sk and Ku.
@@ -259,10 +266,10 @@ fn strong_changes(run: &Evidence) -> Option<Part> {
     let heights = run.ends("mean_height")?;
     let mut measured = format!(
         "mean height {} Rq, Rq {}, Sk {}, Ku {}",
-        number((heights[1] - heights[0]) / run.scene.rq?),
+        four_digits((heights[1] - heights[0]) / run.scene.rq?),
         percent(rq),
-        number(sk),
-        number(ku)
+        four_digits(sk),
+        four_digits(ku)
     );
     let mut formless = run.clone();
     formless.summary.extend(run.formless.clone());
@@ -273,9 +280,12 @@ fn strong_changes(run: &Evidence) -> Option<Part> {
         measured += &format!(
             "; without the form Rq {}, Sk {}, Ku {}",
             percent(rq),
-            number(sk),
-            number(ku)
+            four_digits(sk),
+            four_digits(ku)
         );
     }
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| kurtosis_cause(run, is_strong)))
+    Some(
+        Part::of(&[run], Verdict::of(holds), measured)
+            .with_cause(|| kurtosis_cause(run, is_strong)),
+    )
 }

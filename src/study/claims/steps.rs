@@ -1,10 +1,10 @@
 //! Wear steps and their sums (claims 1–7, 45).
 
-use super::bars::Bar;
+use super::bars::ValueWithBar;
 use super::roles::MAIN;
 use super::words::{interpolated, micrometres, percent};
 use super::{Evidence, Part, Study, Verdict};
-use crate::report::quantity::number;
+use crate::report::quantity::four_digits;
 
 /// Wear iterations at Rq 5 µm [A §4b].
 pub const ITERATIONS: f64 = 231.0;
@@ -34,7 +34,7 @@ const ROUNDING: f64 = 1e-9;
 /// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
     let worn = || study.all.iter().copied().filter(|run| run.worn.is_some());
-    let to_the_end = || (study.rough.iter().copied()).filter(|run| reaches(run, STUDY));
+    let to_the_end = || (study.roughness_series.iter().copied()).filter(|run| reaches(run, STUDY));
     let explicit = study.explicit;
     match claim {
         1 => (explicit.filter(|run| is_main(run)))
@@ -43,7 +43,7 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
             .collect(),
         2 => explicit.and_then(step_lengths).into_iter().collect(),
         3 => explicit.and_then(material_removal).into_iter().collect(),
-        4 => all_of(worn().filter_map(volume)),
+        4 => worst_of(worn().filter_map(volume)),
         5 => {
             let main = study.main.filter(|run| is_main(run) && reaches(run, STUDY));
             main.and_then(depth).into_iter().collect()
@@ -54,12 +54,17 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
             .into_iter()
             .collect(),
         7 => to_the_end().filter_map(steady).collect(),
-        _ => study.rough.iter().copied().filter_map(shallow).collect(),
+        _ => study
+            .roughness_series
+            .iter()
+            .copied()
+            .filter_map(shallow)
+            .collect(),
     }
 }
 
 /// Combines the parts of many runs into one, with the measurement of the worst run.
-pub fn all_of(parts: impl Iterator<Item = (f64, Part)>) -> Vec<Part> {
+pub fn worst_of(parts: impl Iterator<Item = (f64, Part)>) -> Vec<Part> {
     let mut worst: Option<(f64, Part)> = None;
     let (mut runs, mut verdicts) = (Vec::new(), Vec::new());
     for (deviation, part) in parts {
@@ -106,12 +111,12 @@ fn iteration_count(run: &Evidence) -> Option<Part> {
         percent(steps / ITERATIONS)
     );
     let part = Part::of(&[run], Verdict::of(holds), measured);
-    Some(part.because(|| {
+    Some(part.with_cause(|| {
         let [first, last] = [run.depth_rate[0], run.depth_rate[run.depth_rate.len() - 1]];
         format!(
             "dimensions and damping of the rig, which determine the slip, are not published: here 0.1 µm takes {} cycles at first and {} at last, against 43 472 on average in the paper",
-            number(DEPTH_STEP / first),
-            number(DEPTH_STEP / last)
+            four_digits(DEPTH_STEP / first),
+            four_digits(DEPTH_STEP / last)
         )
     }))
 }
@@ -179,7 +184,7 @@ fn depth(run: &Evidence) -> Option<Part> {
         micrometres(bound)
     );
     let part = Part::of(&[run], deepest.below(bound * (1.0 + EXACT)), measured);
-    Some(part.because(|| {
+    Some(part.with_cause(|| {
         "this joint slips more than the paper's, or more at one place: dimensions and damping of the rig are not published".to_owned()
     }))
 }
@@ -189,7 +194,7 @@ fn computing_time(run: &Evidence) -> Part {
     let each = run.seconds / iterations as f64;
     let measured = format!(
         "{} s per iteration, {:.0} s in total: {} and {} of the paper's times",
-        number(each),
+        four_digits(each),
         run.seconds,
         percent(each / SECONDS_A_CYCLE),
         percent(run.seconds / SECONDS)
@@ -212,12 +217,12 @@ fn steady(run: &Evidence) -> Option<Part> {
         .column("error_cycle")
         .and_then(|errors| errors.last().copied());
     let solves = 2.0 * solves.filter(|error| error.is_finite()).unwrap_or(0.0);
-    let change = Bar {
+    let change = ValueWithBar {
         value: (last.value - earlier) * per_million / last.value,
         error: ((last.error - earlier_bar.error).abs() / last.value + solves) * per_million,
     };
     let measured = format!("{} per 10⁶ cycles", percent(change.value));
-    Some(Part::of(&[run], change.size().below(STEADY), measured))
+    Some(Part::of(&[run], change.magnitude().below(STEADY), measured))
 }
 
 fn shallow(run: &Evidence) -> Option<Part> {
@@ -228,6 +233,6 @@ fn shallow(run: &Evidence) -> Option<Part> {
         "deepest wear {} of the shorter side; one structure of {modes} modes for all iterations",
         percent(share)
     );
-    let bar = Bar::relative(share, deepest.error / deepest.value);
+    let bar = ValueWithBar::relative(share, deepest.error / deepest.value);
     Some(Part::of(&[run], bar.below(SHALLOW), measured))
 }

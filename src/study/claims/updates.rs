@@ -1,8 +1,8 @@
 //! Updates of the dynamic model (claims 29–33).
 
-use super::bars::Bar;
+use super::bars::ValueWithBar;
 use super::steps::{STUDY, reaches};
-use super::words::{list, micrometres, percent};
+use super::words::{micrometres, number_list, percent};
 use super::{Evidence, Part, Study, Verdict};
 
 /// * Smallest relative decrease of the dissipation at an update that counts as a jump.
@@ -52,15 +52,15 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
 ///
 /// The run may store this energy. Otherwise it follows from the volume of the step and the energy at its beginning, for
 /// a linear or exponential decrease.
-fn energy_before_update(run: &Evidence, k: usize) -> Option<Bar> {
+fn energy_before_update(run: &Evidence, k: usize) -> Option<ValueWithBar> {
     let step = |name: &str| run.step.get(name)?.get(k).copied();
     if let Some(energy) = step("end_energy").filter(|energy| energy.is_finite()) {
-        return Some(Bar::exact(energy));
+        return Some(ValueWithBar::exact(energy));
     }
     let begin = *run.column("dissipated_energy")?.get(k - 1)?;
     let mean = step("volume")? / (run.scene.coefficient? * step("n_cycles")?);
     let (linear, exponential) = (2.0 * mean - begin, mean * mean / begin);
-    Some(Bar {
+    Some(ValueWithBar {
         value: 0.5 * (linear + exponential),
         error: 0.5 * (linear - exponential).abs(),
     })
@@ -78,15 +78,16 @@ fn jumps(run: &Evidence) -> Option<Part> {
         false => {
             let jump = |&k: &usize| {
                 let error = solves.and_then(|e| e.get(k).copied()).unwrap_or(0.0);
-                let after = Bar::relative(energy[k], error);
+                let after = ValueWithBar::relative(energy[k], error);
                 Some((
                     k,
                     after
-                        .over(energy_before_update(run, k)?)
-                        .less(Bar::exact(1.0)),
+                        .ratio(energy_before_update(run, k)?)
+                        .difference(ValueWithBar::exact(1.0)),
                 ))
             };
-            let jumps: Vec<(usize, Bar)> = update_rows.iter().map(jump).collect::<Option<_>>()?;
+            let jumps: Vec<(usize, ValueWithBar)> =
+                update_rows.iter().map(jump).collect::<Option<_>>()?;
             let texts: Vec<String> = (jumps.iter())
                 .map(|(k, jump)| format!("{} at {:.0} cycles", percent(jump.value), cycles[*k]))
                 .collect();
@@ -107,11 +108,16 @@ fn sample_cycles(first: f64, last: f64) -> Vec<f64> {
 }
 
 /// Returns the largest relative difference of a column between two runs at these cycles, with its bar.
-fn largest_difference(a: &Evidence, b: &Evidence, column: &str, samples: &[f64]) -> Option<Bar> {
-    let mut most = Bar::exact(0.0);
+fn largest_difference(
+    a: &Evidence,
+    b: &Evidence,
+    column: &str,
+    samples: &[f64],
+) -> Option<ValueWithBar> {
+    let mut most = ValueWithBar::exact(0.0);
     for &n in samples {
-        let ratio = a.bar_at(column, n)?.over(b.bar_at(column, n)?);
-        let difference = ratio.less(Bar::exact(1.0)).size();
+        let ratio = a.bar_at(column, n)?.ratio(b.bar_at(column, n)?);
+        let difference = ratio.difference(ValueWithBar::exact(1.0)).magnitude();
         if difference.value >= most.value {
             most = difference;
         }
@@ -141,9 +147,9 @@ fn criterion(run: &Evidence) -> String {
 fn differences(
     pairs: &[Pair],
     bound: f64,
-    difference_of: impl Fn(&Evidence, &Evidence) -> Option<Bar>,
+    difference_of: impl Fn(&Evidence, &Evidence) -> Option<ValueWithBar>,
 ) -> Option<(Verdict, String)> {
-    let all: Vec<Bar> = pairs
+    let all: Vec<ValueWithBar> = pairs
         .iter()
         .map(|(a, b)| difference_of(a, b))
         .collect::<Option<_>>()?;
@@ -159,7 +165,7 @@ fn differences(
             format!("{first} against {second}: {text}")
         })
         .collect();
-    let verdict = |((a, b), difference): (&Pair, &Bar)| match is_updated(a, b) {
+    let verdict = |((a, b), difference): (&Pair, &ValueWithBar)| match is_updated(a, b) {
         true => difference.below(bound),
         false => Verdict::Undecided,
     };
@@ -188,7 +194,7 @@ fn amplitudes(set: &[&Evidence]) -> String {
     let mut text = format!(
         "updated {} times; the final relative displacement is {} µm: each criterion freezes it at the state of its last update",
         updates.join(", "),
-        list(all.iter().map(|u| 1e6 * u))
+        number_list(all.iter().map(|u| 1e6 * u))
     );
     let spread = set
         .iter()
@@ -208,7 +214,7 @@ fn rates(set: &[&Evidence], end: f64) -> Option<Part> {
     let (verdict, measured) = differences(&pairs(set), RATES, |a, b| {
         largest_difference(a, b, "wear_rate", &samples)
     })?;
-    Some(Part::of(set, verdict, measured).because(|| amplitudes(set)))
+    Some(Part::of(set, verdict, measured).with_cause(|| amplitudes(set)))
 }
 
 fn stiffness(set: &[&Evidence], end: f64) -> Option<Part> {
@@ -222,14 +228,14 @@ fn stiffness(set: &[&Evidence], end: f64) -> Option<Part> {
 fn responses(set: &[&Evidence], pairs: &[Pair]) -> Option<Part> {
     let difference_of = |name: &'static str| {
         move |a: &Evidence, b: &Evidence| {
-            let ratio = a.worn_end_bars(name)?[1].over(b.worn_end_bars(name)?[1]);
-            Some(ratio.less(Bar::exact(1.0)).size())
+            let ratio = a.worn_end_bars(name)?[1].ratio(b.worn_end_bars(name)?[1]);
+            Some(ratio.difference(ValueWithBar::exact(1.0)).magnitude())
         }
     };
     let (frequency, f_text) = differences(pairs, RESPONSE[0], difference_of("peak_frequency"))?;
     let (peak, p_text) = differences(pairs, RESPONSE[1], difference_of("peak_amplitude"))?;
     let measured = format!("frequency: {f_text}; peak: {p_text}");
-    Some(Part::of(set, frequency.and(peak), measured).because(|| amplitudes(set)))
+    Some(Part::of(set, frequency.and(peak), measured).with_cause(|| amplitudes(set)))
 }
 
 /// Adds the worn volumes and depths of both runs to a part.

@@ -1,11 +1,11 @@
 //! Vibration and solvers (claims 23–28, 34–38, 44, 46, 47).
 
-use super::bars::{Bar, rises, spread};
-use super::contact::{converged, roughnesses, several};
-use super::steps::all_of;
-use super::words::{list, micrometres, percent};
+use super::bars::{ValueWithBar, rises, spread};
+use super::contact::{converged, roughnesses, two_or_more};
+use super::steps::worst_of;
+use super::words::{micrometres, number_list, percent};
 use super::{Evidence, HysteresisLoop, Part, Study, Verdict};
-use crate::report::quantity::number;
+use crate::report::quantity::four_digits;
 
 /// * Largest deviation of the mean normal load, and its largest half range, relative to the bolt load.
 const LOAD: [f64; 2] = [0.01, 0.05];
@@ -26,10 +26,17 @@ const APART: f64 = 0.1;
 
 /// Judges a claim on the runs of a study.
 pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
-    let vibrating = || study.rough.iter().copied().filter(|run| run.scene.vibrates);
+    let vibrating = || {
+        study
+            .roughness_series
+            .iter()
+            .copied()
+            .filter(|run| run.scene.vibrates)
+    };
     let main = study.main.filter(|run| run.scene.vibrates);
     let wearing = main.filter(|run| run.cycles().is_some());
-    let set = several(&study.rough).filter(|set| set.iter().all(|run| run.scene.vibrates));
+    let set =
+        two_or_more(&study.roughness_series).filter(|set| set.iter().all(|run| run.scene.vibrates));
     let contacts = || {
         let rough = |run: &&Evidence| run.column("max_pressure").is_some();
         study.all.iter().copied().filter(rough)
@@ -41,13 +48,13 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
         25 => vibrating().filter_map(moments).collect(),
         26 => as_list(main.and_then(shift)),
         27 => as_list(main.and_then(|main| harmonics(main, &study.harmonics))),
-        28 => all_of(contacts().map(uncoupled)),
+        28 => worst_of(contacts().map(uncoupled)),
         34 => as_list(wearing.and_then(resonance)),
         35 => as_list(wearing.and_then(peak)),
         36 => as_list(wearing.and_then(loops)),
         37 => as_list(set.and_then(worn_convergence)),
         38 => as_list(set.and_then(rates)),
-        44 => all_of(contacts().filter_map(residuals)),
+        44 => worst_of(contacts().filter_map(residuals)),
         46 => as_list(wearing.and_then(sliding)),
         _ => vibrating().filter_map(energy_balance).collect(),
     }
@@ -56,7 +63,11 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
 fn load(run: &Evidence) -> Option<Part> {
     let [mean, half] = run.first.normal_load?;
     let bolt = run.scene.normal_load;
-    let measured = format!("mean {} N, half range {} N", number(mean), number(half));
+    let measured = format!(
+        "mean {} N, half range {} N",
+        four_digits(mean),
+        four_digits(half)
+    );
     let holds = (mean / bolt - 1.0).abs() <= LOAD[0] && half <= LOAD[1] * bolt;
     Some(Part::of(&[run], Verdict::of(holds), measured))
 }
@@ -67,7 +78,7 @@ fn moments(run: &Evidence) -> Option<Part> {
     let measured = format!(
         "at most {} of N × half the side, {} N m; torsion {}",
         percent(bending / lever),
-        number(bending),
+        four_digits(bending),
         percent(torsion / lever)
     );
     Some(Part::of(
@@ -94,7 +105,7 @@ fn shift(run: &Evidence) -> Option<Part> {
         false => Verdict::of(mean.abs() > SHIFT * half),
     };
     let part = Part::of(&[run], verdict, measured);
-    Some(part.because(|| {
+    Some(part.with_cause(|| {
         match slides {
             true => "the joint slides as a whole, so its mean displacement is nearly indeterminate"
                 .to_owned(),
@@ -113,7 +124,7 @@ fn harmonics(few: &Evidence, more: &[&Evidence]) -> Option<Part> {
             Some(k) => value(more[k], name)?,
             None => most,
         };
-        Some(Bar {
+        Some(ValueWithBar {
             value: (most / few - 1.0).abs(),
             error: (most - before).abs() / few,
         })
@@ -126,7 +137,7 @@ fn harmonics(few: &Evidence, more: &[&Evidence]) -> Option<Part> {
         .collect();
     let measured = format!(
         "amplitude {} µm with harmonics up to {}: it changes by {} ± {}, and the frequency by {} ± {}",
-        list(peaks?.into_iter().map(|x| 1e6 * x)),
+        number_list(peaks?.into_iter().map(|x| 1e6 * x)),
         [few]
             .iter()
             .chain(more)
@@ -153,7 +164,7 @@ fn highest(run: &Evidence) -> String {
 
 fn uncoupled(run: &Evidence) -> (f64, Part) {
     let beta = run.scene.dundurs_beta;
-    let measured = format!("β = {}", number(beta));
+    let measured = format!("β = {}", four_digits(beta));
     (
         beta.abs(),
         Part::of(&[run], Verdict::of(beta == 0.0), measured),
@@ -191,7 +202,7 @@ fn resonance(run: &Evidence) -> Option<Part> {
         .worn_bars("peak_frequency")
         .filter(|bars| bars.len() > 1)?;
     let (first, last) = (bars[0], bars[bars.len() - 1]);
-    let change = last.over(first).less(Bar::exact(1.0));
+    let change = last.ratio(first).difference(ValueWithBar::exact(1.0));
     let measured = format!(
         "{} Hz: {}",
         bars.iter()
@@ -200,7 +211,7 @@ fn resonance(run: &Evidence) -> Option<Part> {
             .join(", "),
         percent(change.value)
     );
-    let above = Verdict::all(bars[1..].iter().map(|bar| bar.less(first).above(0.0)));
+    let above = Verdict::all(bars[1..].iter().map(|bar| bar.difference(first).above(0.0)));
     Some(Part::of(&[run], above.and(change.below(SLIGHT)), measured))
 }
 
@@ -251,14 +262,18 @@ fn peak(run: &Evidence) -> Option<Part> {
         "peak {} → {}; friction {} → {} J per cycle, of {} → {} J supplied",
         micrometres(first.value),
         micrometres(last.value),
-        number(before.value),
-        number(after.value),
-        number(input[0]),
-        number(input[1])
+        four_digits(before.value),
+        four_digits(after.value),
+        four_digits(input[0]),
+        four_digits(input[1])
     );
-    let higher = last.less(first).above(0.0);
-    let part = Part::of(&[run], higher.and(before.less(after).above(0.0)), measured);
-    Some(part.because(|| {
+    let higher = last.difference(first).above(0.0);
+    let part = Part::of(
+        &[run],
+        higher.and(before.difference(after).above(0.0)),
+        measured,
+    );
+    Some(part.with_cause(|| {
         let (rise, rule) = (
             last.value / first.value - 1.0,
             "at resonance π F X = E_friction + c X². If the peak rises by a fraction x, friction falls only if (2 + x) times the damping share of the energy is above 1",
@@ -267,7 +282,7 @@ fn peak(run: &Evidence) -> Option<Part> {
             true => format!(
                 "{rule}. The damping share is {}, which makes {}",
                 percent(share),
-                number((2.0 + rise) * share)
+                four_digits((2.0 + rise) * share)
             ),
             false => format!("{rule}. The damping share is {}, and the peak does not rise", percent(share)),
         };
@@ -301,7 +316,7 @@ fn slope_and_area(cycle: &HysteresisLoop) -> Option<[f64; 2]> {
 ///
 /// The error bar is the relative difference between the area of the loop's few points and the friction of its cycle
 /// \[J\].
-fn fullness(cycle: &HysteresisLoop, friction: f64) -> Option<Bar> {
+fn fullness(cycle: &HysteresisLoop, friction: f64) -> Option<ValueWithBar> {
     let [slope, area] = slope_and_area(cycle)?;
     let half = |values: &[f64]| {
         let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -310,7 +325,7 @@ fn fullness(cycle: &HysteresisLoop, friction: f64) -> Option<Bar> {
     };
     let (reach, force) = (half(&cycle.displacement), half(&cycle.load));
     let whole = 4.0 * force * (reach - force / slope);
-    (whole > 0.0).then(|| Bar::relative(area / whole, area / friction - 1.0))
+    (whole > 0.0).then(|| ValueWithBar::relative(area / whole, area / friction - 1.0))
 }
 
 fn loops(run: &Evidence) -> Option<Part> {
@@ -323,30 +338,30 @@ fn loops(run: &Evidence) -> Option<Part> {
         (fullness_of(&run.first, first), fullness_of(&run.last, last));
     let sharper = match (fullness_before, fullness_after) {
         (Some(fullness_before), Some(fullness_after)) => {
-            fullness_after.less(fullness_before).above(0.0)
+            fullness_after.difference(fullness_before).above(0.0)
         }
         _ => Verdict::Undecided,
     };
-    let share = |bar: Option<Bar>| {
-        let text = |bar: Bar| format!("{} ± {}", percent(bar.value), percent(bar.error));
+    let share = |bar: Option<ValueWithBar>| {
+        let text = |bar: ValueWithBar| format!("{} ± {}", percent(bar.value), percent(bar.error));
         bar.map_or("–".to_owned(), text)
     };
     let measured = format!(
         "kt {} → {} N/µm; the loop fills {} → {} of its parallelogram; friction {} → {} J per cycle",
-        number(1e-6 * slope.value),
-        number(1e-6 * steeper.value),
+        four_digits(1e-6 * slope.value),
+        four_digits(1e-6 * steeper.value),
         share(fullness_before),
         share(fullness_after),
-        number(before.value),
-        number(after.value)
+        four_digits(before.value),
+        four_digits(after.value)
     );
     let verdict = Verdict::all([
-        steeper.less(slope).above(0.0),
+        steeper.difference(slope).above(0.0),
         sharper,
-        before.less(after).above(0.0),
+        before.difference(after).above(0.0),
     ]);
-    Some(Part::of(&[run], verdict, measured).because(|| match fullness_before.zip(fullness_after) {
-        Some((fullness_before, fullness_after)) if fullness_after.less(fullness_before).above(0.0) == Verdict::Undecided => {
+    Some(Part::of(&[run], verdict, measured).with_cause(|| match fullness_before.zip(fullness_after) {
+        Some((fullness_before, fullness_after)) if fullness_after.difference(fullness_before).above(0.0) == Verdict::Undecided => {
             "the loops have too few points to decide which is sharper".to_owned()
         }
         None => "no loops are stored (output.curves_every is 0), or they are in partial slip".to_owned(),
@@ -363,13 +378,15 @@ fn sliding(run: &Evidence) -> Option<Part> {
     let most = run.sliding.iter().copied().reduce(f64::max)?;
     let measured = format!("T at most {} of µN at the same instant", percent(most));
     let holds = (1.0 - SLIDING..=1.0 + SLIDING).contains(&most);
-    Some(Part::of(&[run], Verdict::of(holds), measured).because(|| {
-        if most < 1.0 {
-            "the joint is in partial slip".to_owned()
-        } else {
-            String::new()
-        }
-    }))
+    Some(
+        Part::of(&[run], Verdict::of(holds), measured).with_cause(|| {
+            if most < 1.0 {
+                "the joint is in partial slip".to_owned()
+            } else {
+                String::new()
+            }
+        }),
+    )
 }
 
 /// Compares friction with the input energy, for every iteration and every response of a worn state.
@@ -378,7 +395,7 @@ fn energy_balance(run: &Evidence) -> Option<Part> {
     let places = 0..supplied.len();
     let fine = places.filter_map(|k| {
         let energy = run.bar("dissipated_energy", k)?;
-        Some(energy.over(Bar::exact(supplied[k])))
+        Some(energy.ratio(ValueWithBar::exact(supplied[k])))
     });
     let worn = run
         .worn_response
@@ -389,8 +406,9 @@ fn energy_balance(run: &Evidence) -> Option<Part> {
     let worn_responses = friction
         .iter()
         .zip(worn)
-        .map(|(friction, input)| friction.over(Bar::exact(*input)));
-    let largest = |bars: Vec<Bar>| bars.into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
+        .map(|(friction, input)| friction.ratio(ValueWithBar::exact(*input)));
+    let largest =
+        |bars: Vec<ValueWithBar>| bars.into_iter().max_by(|a, b| a.value.total_cmp(&b.value));
     let (fine, worn_responses) = (largest(fine.collect()), largest(worn_responses.collect()));
     let measured = format!(
         "friction of the fine contact at most {} of the input energy, of the worn responses {}",
@@ -399,7 +417,7 @@ fn energy_balance(run: &Evidence) -> Option<Part> {
     );
     let most = [fine, worn_responses].into_iter().flatten();
     let verdict = Verdict::all(most.map(|bar| bar.below(1.0)));
-    Some(Part::of(&[run], verdict, measured).because(|| {
+    Some(Part::of(&[run], verdict, measured).with_cause(|| {
         let first = run.response.get("friction_energy").zip(run.column("dissipated_energy"));
         let unworn = first.and_then(|(elements, fine)| Some(fine.first()? / elements.first()?));
         unworn.map_or_else(String::new, |ratio| format!(
@@ -413,20 +431,20 @@ fn all_values<T>(set: &[&Evidence], value: impl Fn(&Evidence) -> Option<T>) -> O
     set.iter().map(|run| value(run)).collect()
 }
 
-fn values(bars: &[Bar], scale: f64) -> String {
-    list(bars.iter().map(|bar| scale * bar.value))
+fn values(bars: &[ValueWithBar], scale: f64) -> String {
+    number_list(bars.iter().map(|bar| scale * bar.value))
 }
 
 fn unworn_trend(set: &[&Evidence]) -> Option<Part> {
     let frequency = all_values(set, |run| Some(run.worn_end_bars("peak_frequency")?[0]))?;
     let amplitude = all_values(set, |run| {
         let first = run.response.get("displacement_amplitude")?.first().copied();
-        first.map(Bar::exact)
+        first.map(ValueWithBar::exact)
     })?;
     let energy = all_values(set, |run| Some(run.worn_end_bars("friction_energy")?[0]))?;
-    let softer: Vec<Bar> = frequency
+    let softer: Vec<ValueWithBar> = frequency
         .iter()
-        .map(|f| Bar {
+        .map(|f| ValueWithBar {
             value: -f.value,
             ..*f
         })
@@ -434,12 +452,12 @@ fn unworn_trend(set: &[&Evidence]) -> Option<Part> {
     let measured = format!(
         "{}: {} Hz, relative displacement {} µm, friction {} J per cycle",
         roughnesses(set),
-        list(frequency.iter().map(|f| f.value)),
+        number_list(frequency.iter().map(|f| f.value)),
         values(&amplitude, 1e6),
         values(&energy, 1.0)
     );
     let verdict = Verdict::all([rises(&softer), rises(&amplitude), rises(&energy)]);
-    Some(Part::of(set, verdict, measured).because(|| {
+    Some(Part::of(set, verdict, measured).with_cause(|| {
         "a sliding joint dissipates 4 µN (u − µN/kt) per cycle of the energy π F X that the exciter supplies at the peak: if a rougher joint lowers X, less energy is left for friction".to_owned()
     }))
 }
@@ -457,7 +475,7 @@ fn update_cause(set: &[&Evidence]) -> String {
         text = format!(
             "the runs were updated {} times, and their final displacement is {} µm: more updates mean less slip and wear; the paper's runs for this claim have no updates",
             updates.join(", "),
-            list(amplitude.iter().map(|u| 1e6 * u))
+            number_list(amplitude.iter().map(|u| 1e6 * u))
         );
     }
     for (run, partial) in set.iter().map(|run| (run, partial_slip_cause(run))) {
@@ -480,14 +498,14 @@ fn update_cause(set: &[&Evidence]) -> String {
         }
         text += &format!(
             "the force of the fine contact is {} of the force of the elements, which shows how well one mean displacement represents all elements",
-            list(force)
+            number_list(force)
         );
     }
     text
 }
 
 fn worn_convergence(set: &[&Evidence]) -> Option<Part> {
-    let ends = |name: &'static str| -> Option<[Vec<Bar>; 2]> {
+    let ends = |name: &'static str| -> Option<[Vec<ValueWithBar>; 2]> {
         let first = all_values(set, |run| Some(run.worn_end_bars(name)?[0]))?;
         Some([
             first,
@@ -499,8 +517,8 @@ fn worn_convergence(set: &[&Evidence]) -> Option<Part> {
     let measured = format!(
         "{}: {} → {} Hz, {} → {} µm; spread of the frequency {} → {}, of the peak {} → {}",
         roughnesses(set),
-        list(f[0].iter().map(|f| f.value)),
-        list(f[1].iter().map(|f| f.value)),
+        number_list(f[0].iter().map(|f| f.value)),
+        number_list(f[1].iter().map(|f| f.value)),
         values(&peak[0], 1e6),
         values(&peak[1], 1e6),
         percent(f0.value),
@@ -509,15 +527,19 @@ fn worn_convergence(set: &[&Evidence]) -> Option<Part> {
         percent(p1.value)
     );
     let verdict = converged(f0, f1).and(converged(p0, p1));
-    Some(Part::of(set, verdict, measured).because(|| update_cause(set)))
+    Some(Part::of(set, verdict, measured).with_cause(|| update_cause(set)))
 }
 
 fn rates(set: &[&Evidence]) -> Option<Part> {
-    let ends: Vec<[Bar; 2]> = all_values(set, |run| run.end_bars("wear_rate"))?;
-    let [first, last] = [0, 1].map(|end| ends.iter().map(|rate| rate[end]).collect::<Vec<Bar>>());
+    let ends: Vec<[ValueWithBar; 2]> = all_values(set, |run| run.end_bars("wear_rate"))?;
+    let [first, last] = [0, 1].map(|end| {
+        ends.iter()
+            .map(|rate| rate[end])
+            .collect::<Vec<ValueWithBar>>()
+    });
     let falls = Verdict::all(
         ends.iter()
-            .map(|[first, last]| first.less(*last).above(0.0)),
+            .map(|[first, last]| first.difference(*last).above(0.0)),
     );
     let (before, after) = (spread(&first), spread(&last));
     let measured = format!(
@@ -529,7 +551,7 @@ fn rates(set: &[&Evidence]) -> Option<Part> {
         percent(after.value)
     );
     let verdict = Verdict::all([rises(&first), falls, after.below(RATES)]);
-    Some(Part::of(set, verdict, measured).because(|| {
+    Some(Part::of(set, verdict, measured).with_cause(|| {
         let mut texts: Vec<String> = set
             .iter()
             .zip(&ends)

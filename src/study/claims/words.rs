@@ -1,20 +1,20 @@
 //! Formatting of numbers in findings, and arithmetic of curves.
 
-use crate::report::quantity::{SHARE, number, shown};
+use crate::report::quantity::{SHARE, four_digits, with_best_unit};
 
 /// Formats a share in percent.
 pub fn percent(share: f64) -> String {
-    shown(share, SHARE)
+    with_best_unit(share, SHARE)
 }
 
 /// Formats a length in µm.
 pub fn micrometres(metres: f64) -> String {
-    format!("{} µm", number(1e6 * metres))
+    format!("{} µm", four_digits(1e6 * metres))
 }
 
 /// Formats a list of values.
-pub fn list(values: impl IntoIterator<Item = f64>) -> String {
-    let texts: Vec<String> = values.into_iter().map(number).collect();
+pub fn number_list(values: impl IntoIterator<Item = f64>) -> String {
+    let texts: Vec<String> = values.into_iter().map(four_digits).collect();
     texts.join(", ")
 }
 

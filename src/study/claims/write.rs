@@ -5,10 +5,10 @@ use std::path::Path;
 
 use maud::{Markup, html};
 
-use super::numbers::{NumberComparison, beside};
+use super::numbers::{NumberComparison, compare_numbers};
 use super::{CLAIMS, Claim, Evidence, Finding, Kind, Verdict};
 use crate::report::output::replace;
-use crate::report::quantity::number;
+use crate::report::quantity::four_digits;
 use crate::report::table::table as html_table;
 use crate::report::text::NONE;
 use crate::report::text::{self, cell};
@@ -229,20 +229,20 @@ fn verdict(findings: &[Finding], claim: &Claim, setting: &str) -> String {
 /// Compares the paper's numbers with all studies.
 fn numbers(evidence: &[Evidence]) -> Vec<NumberComparison> {
     let studies = super::studies(evidence);
-    let all = studies.iter().flat_map(beside);
+    let all = studies.iter().flat_map(compare_numbers);
     all.filter(|row| row.ours.is_some()).collect()
 }
 
 /// Formats the paper's number, ours and the ratio.
 fn number_texts(row: &NumberComparison) -> [String; 3] {
     let with_unit = |value: f64| match row.unit {
-        "" => number(value),
-        unit => format!("{}\u{a0}{unit}", number(value)),
+        "" => four_digits(value),
+        unit => format!("{}\u{a0}{unit}", four_digits(value)),
     };
     [
         with_unit(row.paper),
         row.ours.map_or(NONE.to_owned(), with_unit),
-        row.ratio().map_or(NONE.to_owned(), number),
+        row.ratio().map_or(NONE.to_owned(), four_digits),
     ]
 }
 

@@ -3,7 +3,7 @@
 use crate::grid::Grid;
 
 /// Number of terms of the quadratic, the largest polynomial.
-const MOST: usize = 6;
+const MOST_TERMS: usize = 6;
 
 /// Smallest ratio of a pivot to its diagonal. Below it, the points do not determine the terms. Well-spread
 /// points have pivots of order 0.1; rounding gives 1e-16.
@@ -11,7 +11,7 @@ const SINGULAR: f64 = 1e-11;
 
 /// Number of solves. The first has an error of rounding times condition number; the second, on the residual,
 /// removes it.
-const ROUNDS: usize = 2;
+const SOLVES: usize = 2;
 
 /// Returns the number of terms of a polynomial of order 0, 1 or 2.
 pub(super) fn terms(order: usize) -> usize {
@@ -21,7 +21,7 @@ pub(super) fn terms(order: usize) -> usize {
 /// Polynomial in the coordinates of the map, each from -1 to 1. The space of planes or quadratics does not
 /// depend on the spacing, and these coordinates keep the equations well conditioned.
 pub(super) struct Polynomial {
-    pub(super) coefficients: [f64; MOST],
+    pub(super) coefficients: [f64; MOST_TERMS],
 }
 
 impl Polynomial {
@@ -39,7 +39,7 @@ impl Polynomial {
 /// it.
 pub(super) fn fit(grid: &Grid, heights: &[f64], order: usize) -> Option<Polynomial> {
     let terms = terms(order);
-    let mut matrix = [[0.0; MOST]; MOST];
+    let mut matrix = [[0.0; MOST_TERMS]; MOST_TERMS];
     for (index, _) in heights.iter().enumerate().filter(|(_, h)| !h.is_nan()) {
         let m = monomials(grid, index);
         for a in 0..terms {
@@ -50,10 +50,10 @@ pub(super) fn fit(grid: &Grid, heights: &[f64], order: usize) -> Option<Polynomi
     }
     let factor = cholesky(matrix, terms)?;
     let mut fitted = Polynomial {
-        coefficients: [0.0; MOST],
+        coefficients: [0.0; MOST_TERMS],
     };
-    for _ in 0..ROUNDS {
-        let mut right = [0.0; MOST];
+    for _ in 0..SOLVES {
+        let mut right = [0.0; MOST_TERMS];
         for (index, h) in heights.iter().enumerate().filter(|(_, h)| !h.is_nan()) {
             let rest = h - fitted.at(grid, index);
             for (r, m) in right.iter_mut().zip(monomials(grid, index)) {
@@ -68,7 +68,7 @@ pub(super) fn fit(grid: &Grid, heights: &[f64], order: usize) -> Option<Polynomi
     Some(fitted)
 }
 
-fn monomials(grid: &Grid, index: usize) -> [f64; MOST] {
+fn monomials(grid: &Grid, index: usize) -> [f64; MOST_TERMS] {
     let (i, j) = grid.cell(index);
     let u = (2 * i + 1) as f64 / grid.nx as f64 - 1.0;
     let v = (2 * j + 1) as f64 / grid.ny as f64 - 1.0;
@@ -76,7 +76,10 @@ fn monomials(grid: &Grid, index: usize) -> [f64; MOST] {
 }
 
 /// Returns the lower Cholesky factor of a symmetric matrix; `None` if the matrix is not positive definite.
-fn cholesky(mut a: [[f64; MOST]; MOST], n: usize) -> Option<[[f64; MOST]; MOST]> {
+fn cholesky(
+    mut a: [[f64; MOST_TERMS]; MOST_TERMS],
+    n: usize,
+) -> Option<[[f64; MOST_TERMS]; MOST_TERMS]> {
     for k in 0..n {
         let whole = a[k][k];
         let pivot = whole - a[k][..k].iter().map(|v| v * v).sum::<f64>();
@@ -92,7 +95,11 @@ fn cholesky(mut a: [[f64; MOST]; MOST], n: usize) -> Option<[[f64; MOST]; MOST]>
     Some(a)
 }
 
-fn solve(factor: &[[f64; MOST]; MOST], mut b: [f64; MOST], n: usize) -> [f64; MOST] {
+fn solve(
+    factor: &[[f64; MOST_TERMS]; MOST_TERMS],
+    mut b: [f64; MOST_TERMS],
+    n: usize,
+) -> [f64; MOST_TERMS] {
     for i in 0..n {
         let eliminated: f64 = (0..i).map(|k| factor[i][k] * b[k]).sum();
         b[i] = (b[i] - eliminated) / factor[i][i];

@@ -16,7 +16,7 @@ pub struct Form {
 
 impl Form {
     /// Fits the form of a map. Returns `None` if its points do not determine a paraboloid.
-    pub fn of(map: &Topography) -> Option<Form> {
+    pub fn fit(map: &Topography) -> Option<Form> {
         let [dx, dy] = map.spacing.unwrap_or([1.0; 2]);
         let grid = Grid {
             nx: map.nx,

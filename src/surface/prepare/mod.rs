@@ -25,10 +25,10 @@ use crate::grid::{Grid, Patch};
 pub const SIZE_TOLERANCE: f64 = 0.01;
 
 /// Range of plausible sides of a map \[m\]; beyond it the spacing is doubtful.
-pub const SIDES: [f64; 2] = [1e-6, 1.0];
+pub const PLAUSIBLE_SIDES: [f64; 2] = [1e-6, 1.0];
 
 /// Range of plausible heights of a map \[m\]; beyond it the unit is doubtful.
-pub const HEIGHTS: [f64; 2] = [1e-9, 1e-3];
+pub const PLAUSIBLE_HEIGHTS: [f64; 2] = [1e-9, 1e-3];
 
 /// Smallest number of points along a side of the joint; with fewer a map shows no roughness.
 const FEWEST_POINTS: f64 = 4.0;
@@ -162,18 +162,18 @@ impl PreparedSurface {
     /// not zero.
     pub fn composite(self, second: PreparedSurface) -> PreparedSurface {
         let mut patch = self.patch;
-        for (kept, other) in patch.kept.iter_mut().zip(&second.patch.kept) {
+        for (kept, other) in patch.is_in_joint.iter_mut().zip(&second.patch.is_in_joint) {
             *kept &= other;
         }
         let on_both = |heights: Vec<f64>| -> Vec<f64> {
-            let cells = heights.into_iter().zip(&patch.kept);
+            let cells = heights.into_iter().zip(&patch.is_in_joint);
             cells.map(|(h, kept)| if *kept { h } else { 0.0 }).collect()
         };
         let faces = [self.heights, second.heights].map(on_both);
         let [first, other] = &faces;
         let heights = first.iter().zip(other).map(|(a, b)| a + b).collect();
         let second_notices = second.notices.into_iter();
-        let second_notices = second_notices.map(|notice| Notice::OfSecond(Box::new(notice)));
+        let second_notices = second_notices.map(|notice| Notice::SecondFace(Box::new(notice)));
         PreparedSurface {
             patch,
             heights,
@@ -189,7 +189,7 @@ impl PreparedSurface {
 pub enum Notice {
     /// The action concerns the second of two faces.
     #[error("second face: {0}")]
-    OfSecond(Box<Notice>),
+    SecondFace(Box<Notice>),
     /// Reader's remark on the file.
     #[error("{0}")]
     Remark(String),
@@ -366,7 +366,7 @@ pub fn onto_joint(
     check(topography)?;
     let grid = patch.grid;
     let mut notices = Vec::new();
-    let mut map = Map::laid_on(topography, patch, options.shift, &mut notices)?;
+    let mut map = Map::place_on(topography, patch, options.shift, &mut notices)?;
     let points = map.within.iter().filter(|within| **within).count();
     let missing = (0..map.heights.len())
         .filter(|&k| map.within[k] && map.heights[k].is_nan())
@@ -406,7 +406,7 @@ pub fn onto_joint(
             &grid,
         );
         let before = patch.cells();
-        for (kept, share) in patch.kept.iter_mut().zip(&share) {
+        for (kept, share) in patch.is_in_joint.iter_mut().zip(&share) {
             *kept &= *share >= MEASURED_SHARE;
         }
         holes_notice = Some(Notice::Masked {
@@ -424,7 +424,7 @@ pub fn onto_joint(
         });
     }
     if !map.is_on_cells {
-        let kept_heights = patch.gather(&heights);
+        let kept_heights = patch.joint_values(&heights);
         notices.push(Notice::Resampled {
             rq: [
                 rq_of_points,
@@ -440,7 +440,7 @@ pub fn onto_joint(
         Detrend::None => 0.0,
         _ => mean(&patch, &heights),
     };
-    for (height, &kept) in heights.iter_mut().zip(&patch.kept) {
+    for (height, &kept) in heights.iter_mut().zip(&patch.is_in_joint) {
         *height = if kept { *height - shift } else { 0.0 };
     }
     Ok(PreparedSurface {
@@ -466,7 +466,7 @@ struct Map {
 }
 
 impl Map {
-    fn laid_on(
+    fn place_on(
         topography: &Topography,
         patch: &Patch,
         shift: [f64; 2],
@@ -552,7 +552,7 @@ impl Map {
         let within = (0..grid.len()).map(|index| {
             let (i, j) = grid.cell(index);
             let (i, j) = (cell(0, i, patch.grid.nx), cell(1, j, patch.grid.ny));
-            patch.kept[patch.grid.index(i, j)]
+            patch.is_in_joint[patch.grid.index(i, j)]
         });
         let map_on_joint = Map {
             grid,
@@ -662,6 +662,9 @@ fn check(topography: &Topography) -> Result<(), PrepareError> {
 }
 
 fn mean(patch: &Patch, heights: &[f64]) -> f64 {
-    let kept = heights.iter().zip(&patch.kept).filter(|(_, kept)| **kept);
+    let kept = heights
+        .iter()
+        .zip(&patch.is_in_joint)
+        .filter(|(_, kept)| **kept);
     kept.map(|(h, _)| h).sum::<f64>() / patch.cells() as f64
 }

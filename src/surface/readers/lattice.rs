@@ -15,7 +15,7 @@ const SAME_LINE: f64 = 1e-7;
 const JITTER: f64 = 0.02;
 
 /// Smallest number of rows, as a fraction of the grid's points. With fewer rows the points are not a grid.
-const FILLED: f64 = 0.25;
+const FEWEST_ROWS_FRACTION: f64 = 0.25;
 
 /// Builds the topography of points at (x, y) with height z, all in metres. Missing points are holes.
 pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> {
@@ -34,9 +34,10 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
             });
         }
     }
-    let lines = |least| [0, 1].map(|axis| Lines::of(rows.iter().map(|r| r[axis]), least));
-    let is_filled =
-        |[x, y]: &[Lines; 2]| rows.len() as f64 >= FILLED * x.count as f64 * y.count as f64;
+    let lines = |least| [0, 1].map(|axis| Lines::fit(rows.iter().map(|r| r[axis]), least));
+    let is_filled = |[x, y]: &[Lines; 2]| {
+        rows.len() as f64 >= FEWEST_ROWS_FRACTION * x.count as f64 * y.count as f64
+    };
     let exact = lines(0.0);
     let [x, y] = match is_filled(&exact) {
         true => exact,
@@ -91,7 +92,7 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
 
 /// Fraction of the grid spanned by the first two columns. With more rows than this, the rows are points with
 /// further columns.
-const OF_POINTS: f64 = 0.75;
+const POINTS_FILL_FRACTION: f64 = 0.75;
 
 /// Rejects the rows of a matrix that are points with further columns: the first two columns fill a grid, each
 /// pair once.
@@ -100,7 +101,7 @@ pub(super) fn reject_points(columns: usize, values: &[f64]) -> Result<(), ReadPr
     let points: Vec<[f64; 3]> = rows.map(|row| [row[0], row[1], 0.0]).collect();
     let fills_grid = |grid: &Topography| {
         let [nx, ny] = [grid.nx, grid.ny].map(|count| count as f64);
-        nx.min(ny) > 1.0 && points.len() as f64 > OF_POINTS * nx * ny
+        nx.min(ny) > 1.0 && points.len() as f64 > POINTS_FILL_FRACTION * nx * ny
     };
     match from_points(&points).ok().filter(fills_grid) {
         Some(Topography { nx, ny, .. }) => Err(ReadProblem::Malformed {
@@ -124,7 +125,7 @@ struct Lines {
 
 impl Lines {
     /// Finds the lines. Gaps below the fraction `least` of the largest gap do not separate lines.
-    fn of(coordinates: impl Iterator<Item = f64>, least: f64) -> Lines {
+    fn fit(coordinates: impl Iterator<Item = f64>, least: f64) -> Lines {
         let mut sorted: Vec<f64> = coordinates.collect();
         sorted.sort_by(f64::total_cmp);
         let (first, last) = (sorted[0], sorted[sorted.len() - 1]);

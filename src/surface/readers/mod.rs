@@ -58,7 +58,7 @@ pub struct Correction {
 
 impl Correction {
     /// Returns true if nothing is corrected.
-    pub fn is_none(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         *self == Correction::default()
     }
 }
@@ -167,7 +167,7 @@ pub fn parse(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Reading
 
 /// Returns true if a file is a map and not a matrix of a structure. The extension decides; for an NPY file
 /// the content decides, because a symmetric square array is a matrix.
-pub fn is_of_map(path: &Path) -> bool {
+pub fn is_height_map(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     let extension = extension.to_lowercase();
     let is_named = |format: &Format| format.extensions.contains(&extension.as_str());
@@ -218,10 +218,10 @@ fn recognise(path: &Path, bytes: &[u8]) -> Result<&'static Format, ReadProblem> 
                 expected: named
                     .magics
                     .iter()
-                    .map(|magic| shown(magic))
+                    .map(|magic| escaped(magic))
                     .collect::<Vec<_>>()
                     .join("\" or \""),
-                found: shown(&bytes[..bytes.len().min(12)]),
+                found: escaped(&bytes[..bytes.len().min(12)]),
                 looks_like: found.map(|f| f.name),
             })
         }
@@ -345,6 +345,6 @@ fn supported() -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-fn shown(bytes: &[u8]) -> String {
+fn escaped(bytes: &[u8]) -> String {
     bytes.escape_ascii().to_string()
 }

@@ -29,7 +29,7 @@ const KEPT: &str = "kept";
 const FILLED: f64 = 0.05;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
-    tables::decoded(|| decode(bytes, options)).map_err(|e| broken(&e))?
+    tables::catching_panics(|| decode(bytes, options)).map_err(|e| broken(&e))?
 }
 
 fn broken(found: &dyn std::fmt::Display) -> ReadProblem {

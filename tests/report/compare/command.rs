@@ -1,5 +1,5 @@
 use super::{STATIC, WORN, compute, damage, summary_file};
-use fretwear::report::{RunTables, numbers, percent};
+use fretwear::report::{RunTables, numeric_column, percent};
 use fretwear::stages::Stage;
 use fretwear::tables::TableName;
 use std::collections::BTreeSet;
@@ -56,8 +56,8 @@ fn few_runs_stand_beside_each_other_with_units_and_error_bars() {
     // The resonance of the worn joint with its own contact elements, as in its report, and not that of the vibration that drives the wear.
     let run = RunTables::open(&vibrating).unwrap();
     let of = |table: TableName, column: &str| {
-        let frame = run.at(run.latest(), table).unwrap().unwrap();
-        numbers(&frame, column).unwrap()[0]
+        let frame = run.iteration_table(run.latest(), table).unwrap().unwrap();
+        numeric_column(&frame, column).unwrap()[0]
     };
     let own = format!("{:.1}", of(TableName::WornResponse, "resonance_frequency"));
     let driving = format!("{:.1}", of(TableName::Summary, "resonance_frequency"));

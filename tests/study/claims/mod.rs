@@ -354,7 +354,9 @@ fn what_never_happened_decides_nothing() {
         // Nor has the paper's number one beside it.
         let of = |what: &str| {
             let studies = fretwear::study::claims::studies(&study);
-            let mut numbers = studies.iter().flat_map(fretwear::study::claims::beside);
+            let mut numbers = studies
+                .iter()
+                .flat_map(fretwear::study::claims::compare_numbers);
             let number = numbers.find(|number| number.what.contains(what));
             number.expect("a number of that name").ours
         };

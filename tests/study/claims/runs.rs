@@ -30,7 +30,7 @@ fn an_explicit_run() {
     bench.write("explicit.toml", scene);
     bench.done(&["run", "explicit.toml", "--run", "explicit"]);
     let run = open(&bench, "explicit");
-    let evidence = Evidence::of(&run).expect("readable");
+    let evidence = Evidence::read(&run).expect("readable");
     let root = bench.path("explicit");
     assert!(evidence.done && !evidence.scene.vibrates);
     assert_eq!(evidence.scene.explicit, Some(0.015e-6));
@@ -122,7 +122,7 @@ fn a_run_that_is_not_finished() {
     let bench = Bench::new();
     bench.fretwear(&["run", "small.toml", "--run", "a", "--max-wall", "1 ms"]);
     let run = open(&bench, "a");
-    assert!(!Evidence::of(&run).expect("readable").done);
+    assert!(!Evidence::read(&run).expect("readable").done);
     let (_, findings) = evaluate(&[run]).expect("readable");
     assert!(findings.iter().all(|f| f.verdict == Verdict::NotApplicable));
     assert!(

@@ -17,7 +17,7 @@ use super::rigid::{Motions, RigidMotions, displacement, load_and_moments};
 use super::settle::{Bound, least_violation};
 use super::{Control, NormalOptions, NormalProblem, NormalSolution, Rotation};
 use crate::contact::cells::{gather, scatter};
-use crate::contact::coarse::Coarse;
+use crate::contact::coarse::FarFieldCorrection;
 use crate::contact::error::ContactError;
 use crate::contact::half_space::HalfSpace;
 use crate::contact::sums::{LANES, extremes, sum};
@@ -50,7 +50,7 @@ pub(super) struct Solver<'a, 'h> {
     kept: Vec<usize>,
     /// √(λ/(λ + D)): scaling of the preconditioner where the diagonal compliance dominates.
     scaling: Option<Vec<f64>>,
-    coarse: Coarse,
+    coarse: FarFieldCorrection,
     pressure: Vec<f64>,
     /// (K + D) p − h − the given motions; ∞ on masked cells, which always stay open.
     residual: Vec<f64>,
@@ -63,15 +63,15 @@ pub(super) struct Solver<'a, 'h> {
     /// Cells whose pressure may change: elastic cells, and cells at a bound that must leave it.
     free: Vec<usize>,
     /// Free cells of the last step, which is 0 on all other cells.
-    moved: Vec<usize>,
+    last_free: Vec<usize>,
     /// Cells that stay at the cap.
-    held: Vec<usize>,
+    capped_cells: Vec<usize>,
     on_free: OnFree,
     /// Length of the next trial step: in units of the direction, and along the gradient in units of 1/λ.
     predicted: f64,
     predicted_gradient: f64,
     /// Length of a long step along the gradient, in units of 1/λ, if one is worth a trial.
-    long: Option<f64>,
+    long_step_length: Option<f64>,
     iterations: usize,
 }
 
@@ -97,7 +97,7 @@ impl<'a, 'h> Solver<'a, 'h> {
         let n = grid.len();
         let lambda = half_space.self_compliance();
         let compliance = half_space.pair().compliance();
-        let coarse = Coarse::new(half_space, |cell| compliance * cell.inverse);
+        let coarse = FarFieldCorrection::new(half_space, |cell| compliance * cell.inverse);
         let scaling = problem
             .compliance
             .map(|d| d.iter().map(|d| (lambda / (lambda + d)).sqrt()).collect());
@@ -132,7 +132,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             motions,
             target,
             motion: [0.0; 3],
-            kept: (0..n).filter(|&c| problem.patch.kept[c]).collect(),
+            kept: (0..n).filter(|&c| problem.patch.is_in_joint[c]).collect(),
             scaling,
             coarse,
             pressure: vec![0.0; n],
@@ -142,12 +142,12 @@ impl<'a, 'h> Solver<'a, 'h> {
             elastic: [0.0; 2],
             peak: 0.0,
             free: Vec::new(),
-            moved: Vec::new(),
-            held: Vec::new(),
+            last_free: Vec::new(),
+            capped_cells: Vec::new(),
             on_free: OnFree::default(),
             predicted: 1.0,
             predicted_gradient: 1.0,
-            long: None,
+            long_step_length: None,
             iterations: 0,
         }
     }
@@ -302,9 +302,9 @@ impl<'a, 'h> Solver<'a, 'h> {
         self.find_motion();
         let rotates = self.motions.rotates();
         let (cap, level) = (self.cap, self.motion[0]);
-        std::mem::swap(&mut self.free, &mut self.moved);
+        std::mem::swap(&mut self.free, &mut self.last_free);
         self.free.clear();
-        self.held.clear();
+        self.capped_cells.clear();
         self.on_free.gap.clear();
         for (block, (pressure, residual)) in self
             .pressure
@@ -325,7 +325,7 @@ impl<'a, 'h> Solver<'a, 'h> {
             for (k, (&p, residual)) in pressure.iter().zip(residual).enumerate() {
                 let c = block * BLOCK + k;
                 let motion = if rotates {
-                    self.motions.at(&self.motion, c)
+                    self.motions.displacement_at(&self.motion, c)
                 } else {
                     level
                 };
@@ -335,7 +335,7 @@ impl<'a, 'h> Solver<'a, 'h> {
                 (cells[count], gaps[count]) = (c, gap);
                 count += usize::from(leaves | !(open | capped));
                 if capped & !leaves {
-                    self.held.push(c);
+                    self.capped_cells.push(c);
                 }
             }
             self.free.extend_from_slice(&cells[..count]);
@@ -357,7 +357,7 @@ impl<'a, 'h> Solver<'a, 'h> {
     /// middle of the range that open and capped cells permit. If too few elastic cells determine the rotations, takes
     /// the motion of least violation on all cells.
     fn find_motion(&mut self) {
-        if self.motions.none() {
+        if self.motions.is_empty() {
             return;
         }
         let cap = self.cap;
@@ -436,7 +436,7 @@ impl<'a, 'h> Solver<'a, 'h> {
         let grid = self.problem.patch.grid;
         let mut gap = vec![0.0; grid.len()];
         for &c in &self.kept {
-            gap[c] = self.residual[c] - self.motions.at(&self.motion, c);
+            gap[c] = self.residual[c] - self.motions.displacement_at(&self.motion, c);
         }
         let [load, x, y] = load_and_moments(grid, &self.pressure).map(|sum| sum * grid.cell_area());
         let moment = [x, y];

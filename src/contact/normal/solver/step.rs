@@ -17,29 +17,29 @@ const EXTENSION: f64 = 4.0;
 
 /// A bent chord whose minimum lies between this fraction and its end is taken whole. The cells that it opens then open
 /// fully, and hardly any descent is lost.
-const WHOLE: f64 = 0.8;
+const WHOLE_CHORD_FRACTION: f64 = 0.8;
 
 /// Bounds on the length of a trial step along a preconditioned direction, whose natural length is one. If the
 /// projection cuts off most of a step, no length is best, and the prediction would diverge.
 const LENGTHS: (f64, f64) = (1e-3, 4.0);
 
 /// Multiple of a bent chord beyond which its minimum shows that bounds have cut off most of the step.
-const BEYOND: f64 = 8.0;
+const CUT_OFF_RATIO: f64 = 8.0;
 
 /// Bound on the length of a long step along the gradient, in units of 1/λ.
-const LONGEST: f64 = 1e6;
+const LONGEST_GRADIENT_STEP: f64 = 1e6;
 
 /// Trial step that descends.
 struct Trial {
-    way: Way,
+    way: SearchDirection,
     length: f64,
     /// True if the step was projected.
-    bent: bool,
+    is_projected: bool,
 }
 
 /// Direction of a trial step.
 #[derive(Clone, Copy, PartialEq)]
-enum Way {
+enum SearchDirection {
     Conjugate,
     Preconditioned,
     Gradient,
@@ -54,7 +54,12 @@ impl Solver<'_, '_> {
         if long.is_none() {
             self.precondition();
         }
-        let Some(Trial { way, length, bent }) = long.or_else(|| self.descending_trial()) else {
+        let Some(Trial {
+            way,
+            length,
+            is_projected: bent,
+        }) = long.or_else(|| self.descending_trial())
+        else {
             return false;
         };
         scatter(&self.on_free.step, &self.free, &mut self.step);
@@ -80,7 +85,7 @@ impl Solver<'_, '_> {
         } else {
             f64::INFINITY
         };
-        let part = if bent && (WHOLE..1.0).contains(&best) {
+        let part = if bent && (WHOLE_CHORD_FRACTION..1.0).contains(&best) {
             1.0
         } else {
             best.min(reach)
@@ -92,26 +97,32 @@ impl Solver<'_, '_> {
         for (p, step) in values.pressure.iter_mut().zip(&values.step) {
             *p += part * step;
         }
-        let largest_held = if self.held.is_empty() { 0.0 } else { self.cap };
+        let largest_held = if self.capped_cells.is_empty() {
+            0.0
+        } else {
+            self.cap
+        };
         snap(&mut values.pressure, self.cap, largest_held);
         scatter(&values.pressure, &self.free, &mut self.pressure);
         self.move_residual(part);
         // If the best part is less than the whole chord, the cells that the trial opens stay closed. A shorter trial
         // opens them.
-        let along_gradient = matches!(way, Way::Gradient | Way::Long);
+        let along_gradient = matches!(way, SearchDirection::Gradient | SearchDirection::Long);
         let length = match along_gradient {
             true => length * self.half_space.self_compliance(),
             false => length,
         };
-        let cut_off = bent && best.is_finite() && best > BEYOND;
-        self.long = cut_off.then_some(length * best);
+        let cut_off = bent && best.is_finite() && best > CUT_OFF_RATIO;
+        self.long_step_length = cut_off.then_some(length * best);
         match way {
-            Way::Conjugate | Way::Preconditioned => {
+            SearchDirection::Conjugate | SearchDirection::Preconditioned => {
                 self.predicted = (length * best).clamp(LENGTHS.0, LENGTHS.1)
             }
-            Way::Gradient => self.predicted_gradient = (length * best).clamp(LENGTHS.0, 1.0),
+            SearchDirection::Gradient => {
+                self.predicted_gradient = (length * best).clamp(LENGTHS.0, 1.0)
+            }
             // A long step does not predict the length of a step on the free cells.
-            Way::Long => (),
+            SearchDirection::Long => (),
         }
         self.iterations += 1;
         true
@@ -127,7 +138,7 @@ impl Solver<'_, '_> {
         without_resultants(&self.motions, &self.free, &mut values.gap);
         // The last step is no longer needed. Its field now carries the input of the transform, and its image the
         // output.
-        self.moved.iter().for_each(|&c| self.step[c] = 0.0);
+        self.last_free.iter().for_each(|&c| self.step[c] = 0.0);
         if self.coarse.is_stale(&self.free) {
             self.set_springs();
         }
@@ -153,7 +164,7 @@ impl Solver<'_, '_> {
 
     /// Sets the springs of the free cells, by an update if few cells have changed.
     fn set_springs(&mut self) {
-        if !self.coarse.is_near(&self.free) {
+        if !self.coarse.can_update(&self.free) {
             self.free.iter().for_each(|&c| self.step[c] = 1.0);
             self.stiffen();
         } else if let Some(kernel) = self.coarse.kernel() {
@@ -164,8 +175,8 @@ impl Solver<'_, '_> {
         }
         let scaling = self.scaling.as_deref();
         let scale = |c: usize| scaling.map_or(1.0, |scaling| scaling[c]);
-        match self.coarse.is_near(&self.free) {
-            true => self.coarse.follow(&self.free, scale),
+        match self.coarse.can_update(&self.free) {
+            true => self.coarse.update_springs(&self.free, scale),
             false => self.coarse.prepare(&self.free, |c| self.image[c], scale),
         }
     }
@@ -186,26 +197,27 @@ impl Solver<'_, '_> {
     /// displacement under pressure, then decide which cells carry load, and a long step decides this for all cells at
     /// once. Returns `None` and restores the free cells if the step does not descend.
     fn long_trial(&mut self) -> Option<Trial> {
-        let length = self.long.take()?.min(LONGEST) / self.half_space.self_compliance();
+        let length = self.long_step_length.take()?.min(LONGEST_GRADIENT_STEP)
+            / self.half_space.self_compliance();
         let free = std::mem::replace(&mut self.free, self.kept.clone());
-        let held = std::mem::take(&mut self.held);
+        let held = std::mem::take(&mut self.capped_cells);
         let gap: Vec<f64> = self
             .kept
             .iter()
-            .map(|&c| self.residual[c] - self.motions.at(&self.motion, c))
+            .map(|&c| self.residual[c] - self.motions.displacement_at(&self.motion, c))
             .collect();
         let free_gap = std::mem::replace(&mut self.on_free.gap, gap);
         gather(&self.pressure, &self.free, &mut self.on_free.pressure);
         let target = self.target;
-        if let Some(bent) = self.descends(Way::Long, length, &target) {
-            self.moved.iter().for_each(|&c| self.step[c] = 0.0);
+        if let Some(bent) = self.descends(SearchDirection::Long, length, &target) {
+            self.last_free.iter().for_each(|&c| self.step[c] = 0.0);
             return Some(Trial {
-                way: Way::Long,
+                way: SearchDirection::Long,
                 length,
-                bent,
+                is_projected: bent,
             });
         }
-        (self.free, self.held, self.on_free.gap) = (free, held, free_gap);
+        (self.free, self.capped_cells, self.on_free.gap) = (free, held, free_gap);
         None
     }
 
@@ -213,14 +225,24 @@ impl Solver<'_, '_> {
     fn descending_trial(&mut self) -> Option<Trial> {
         let held_resultants = self.held_resultants();
         let target = [0, 1, 2].map(|k| self.target[k] - held_resultants[k]);
-        for way in [Way::Conjugate, Way::Preconditioned, Way::Gradient] {
+        for way in [
+            SearchDirection::Conjugate,
+            SearchDirection::Preconditioned,
+            SearchDirection::Gradient,
+        ] {
             let mut length = match way {
-                Way::Gradient => self.predicted_gradient / self.half_space.self_compliance(),
+                SearchDirection::Gradient => {
+                    self.predicted_gradient / self.half_space.self_compliance()
+                }
                 _ => self.predicted,
             };
             for _ in 0..TRIALS {
                 if let Some(bent) = self.descends(way, length, &target) {
-                    return Some(Trial { way, length, bent });
+                    return Some(Trial {
+                        way,
+                        length,
+                        is_projected: bent,
+                    });
                 }
                 length *= 0.25;
             }
@@ -230,18 +252,20 @@ impl Solver<'_, '_> {
 
     /// Computes a trial step. Returns whether the projection bent it, or `None` if it does not descend. `target` are
     /// the resultants of the free cells.
-    fn descends(&mut self, way: Way, length: f64, target: &Motions) -> Option<bool> {
+    fn descends(&mut self, way: SearchDirection, length: f64, target: &Motions) -> Option<bool> {
         let values = &mut self.on_free;
         let (direction, length) = match way {
-            Way::Conjugate => (&values.direction, length),
-            Way::Preconditioned => (&values.preconditioned, -length),
-            Way::Gradient | Way::Long => (&values.gap, -length),
+            SearchDirection::Conjugate => (&values.direction, length),
+            SearchDirection::Preconditioned => (&values.preconditioned, -length),
+            SearchDirection::Gradient | SearchDirection::Long => (&values.gap, -length),
         };
         values.trial.clear();
         let pairs = values.pressure.iter().zip(direction);
         values.trial.extend(pairs.map(|(p, d)| p + length * d));
         let (low, high) = extremes(&values.trial);
-        let bent = low < 0.0 || high > self.cap || matches!(way, Way::Gradient | Way::Long);
+        let bent = low < 0.0
+            || high > self.cap
+            || matches!(way, SearchDirection::Gradient | SearchDirection::Long);
         if bent {
             // A trial so long that rounding hides its resultants would lose them, so it is rejected.
             if !project(
@@ -267,11 +291,11 @@ impl Solver<'_, '_> {
 
     /// Returns the resultants of the cells that stay at the cap.
     fn held_resultants(&self) -> Motions {
-        if self.held.is_empty() {
+        if self.capped_cells.is_empty() {
             return [0.0; 3];
         }
-        let cap = vec![self.cap; self.held.len()];
-        self.motions.resultants(&self.held, &cap)
+        let cap = vec![self.cap; self.capped_cells.len()];
+        self.motions.resultants(&self.capped_cells, &cap)
     }
 }
 
@@ -283,7 +307,7 @@ fn without_resultants(motions: &RigidMotions, cells: &[usize], values: &mut [f64
     };
     if motions.rotates() {
         for (value, &c) in values.iter_mut().zip(cells) {
-            *value -= motions.at(&motion, c);
+            *value -= motions.displacement_at(&motion, c);
         }
     } else {
         values.iter_mut().for_each(|value| *value -= motion[0]);

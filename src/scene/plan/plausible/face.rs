@@ -24,7 +24,7 @@ pub struct Face<'a> {
 }
 
 impl<'a> Face<'a> {
-    pub fn of(recipe: &'a Recipe, measured: Option<&PreparedSurface>) -> Option<Self> {
+    pub fn new(recipe: &'a Recipe, measured: Option<&PreparedSurface>) -> Option<Self> {
         let (surface, contact) = (recipe.surface()?, recipe.contact()?);
         let heights = &surface.heights;
         let rq = measured.map_or_else(|| heights.rq(), |surface| Some(rq_of(&surface.heights)));
@@ -43,7 +43,7 @@ impl<'a> Face<'a> {
                 .or(drawn)
                 .filter(|slope| *slope > 0.0),
             spike: measured.and_then(|surface| {
-                let kept = surface.patch.gather(&surface.heights);
+                let kept = surface.patch.joint_values(&surface.heights);
                 spike_of(&kept)
             }),
         })

@@ -2,7 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::say::{Figure, GPA, MM, N, N_PER_UM, UM, number, over, over_some, part, short, worded};
+use super::say::{
+    Figure, GPA, MM, N, N_PER_UM, UM, number, over, over_estimate, part, short, worded,
+};
 use super::setup::{NORMAL, Setup};
 use crate::material::Elastic;
 use crate::structure::resonator::Resonator;
@@ -128,7 +130,7 @@ pub fn asperities(setup: &Setup) -> Option<[f64; 2]> {
 }
 
 /// Mean pressure over contact modulus and slope. A small value is half the touching fraction of the face.
-pub fn closed(setup: &Setup) -> Option<f64> {
+pub fn closure(setup: &Setup) -> Option<f64> {
     let face = setup.face?;
     Some(face.mean_pressure()? / face.modulus() / face.slope?)
 }
@@ -140,7 +142,7 @@ pub fn touching(setup: &Setup) -> Option<Figure> {
         face.contact.conditions.normal_load / (cap * face.surface.grid().cell_area())
     });
     let kept = face.surface.kept as f64;
-    let cells = (2.0 * closed(setup)? * kept).min(kept).max(capped);
+    let cells = (2.0 * closure(setup)? * kept).min(kept).max(capped);
     worded(cells, format!("some {} of {kept}", short(cells)))
 }
 
@@ -167,7 +169,7 @@ pub fn hertz_cells(setup: &Setup) -> Option<Figure> {
 pub fn bolt(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     let bodies = face.modulus() * face.width();
-    over_some(face.contact.conditions.bolt_stiffness?, bodies, N_PER_UM)
+    over_estimate(face.contact.conditions.bolt_stiffness?, bodies, N_PER_UM)
 }
 
 /// Coefficient of friction.
@@ -280,7 +282,7 @@ fn range(setup: &Setup) -> Option<[f64; 2]> {
 }
 
 /// Distance of the frequency range from the resonances of an oscillator, without contact and stuck, as a ratio.
-pub fn beside_oscillator(setup: &Setup) -> Option<Figure> {
+pub fn resonance_distance_oscillator(setup: &Setup) -> Option<Figure> {
     let (axis, [low, high]) = (setup.oscillator?, range(setup)?);
     let frequency = |stiffness: f64| (stiffness / axis.mass).sqrt() / TAU;
     let (free, stuck) = (
@@ -300,7 +302,7 @@ pub fn beside_oscillator(setup: &Setup) -> Option<Figure> {
 }
 
 /// Distance of the frequency range from the first frequency of a bar as long as the resonator, as a ratio.
-pub fn beside_bar(setup: &Setup) -> Option<Figure> {
+pub fn resonance_distance_bar(setup: &Setup) -> Option<Figure> {
     let [low, high] = range(setup)?;
     let first = setup.resonator?.bar_frequency();
     // A range that begins below the first frequency is judged by its upper end.
@@ -329,14 +331,14 @@ pub fn wear_step(setup: &Setup) -> Option<Figure> {
 /// Worn depth over Rq, if the joint slides by its whole motion.
 pub fn worn(setup: &Setup) -> Option<Figure> {
     let (face, wear) = (setup.face?, setup.recipe.wear.as_ref()?);
-    let (cycles, slid) = (wear.cycles? as f64, setup.slid()?);
+    let (cycles, slid) = (wear.cycles? as f64, setup.displacement_half_range()?);
     let area = face.contact_radius().map_or(face.area(), |a| PI * a * a);
     let depth = wear.coefficient * 4.0 * face.limit()? * slid * cycles / area;
     part(depth, face.roughness(), UM)
 }
 
 /// Mean depth of the requested wear volume over the side of the joint.
-pub fn asked_for(setup: &Setup) -> Option<Figure> {
+pub fn requested_depth(setup: &Setup) -> Option<Figure> {
     let face = setup.face?;
     let depth = setup.recipe.wear.as_ref()?.volume? / face.area();
     let value = depth / face.side();
@@ -344,7 +346,7 @@ pub fn asked_for(setup: &Setup) -> Option<Figure> {
     worded(value, format!("{ratio} ({um} µm, {rq} Rq)"))
 }
 
-/// Bounds of [`asked_for`]: a mean depth of a hundred Rq over the side of the joint.
+/// Bounds of [`requested_depth`]: a mean depth of a hundred Rq over the side of the joint.
 pub fn hundred_rq(setup: &Setup) -> Option<[f64; 2]> {
     let face = setup.face?;
     Some([0.0, 1e2 * face.roughness() / face.side()])

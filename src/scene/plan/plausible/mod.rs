@@ -127,7 +127,7 @@ impl Row {
         Row { hint, ..self }
     }
 
-    const fn mostly(self, bounds: Bounds) -> Row {
+    const fn usual(self, bounds: Bounds) -> Row {
         let usual = Some(bounds);
         Row { usual, ..self }
     }
@@ -149,7 +149,7 @@ impl Row {
     fn check(&self, setup: &Setup) -> Option<Check> {
         let figure = (self.formula)(setup)?;
         let number = figure.value;
-        let beyond = |bounds: Bounds| self.unit.beyond(number, bounds.of(setup, number));
+        let beyond = |bounds: Bounds| self.unit.violated_bound(number, bounds.of(setup, number));
         let keys_of_map = self.keys_of_map.filter(|_| setup.map.is_some());
         let keys = figure.key.or(keys_of_map).unwrap_or(self.keys);
         let value = figure.words(self.unit);

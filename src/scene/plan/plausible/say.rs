@@ -18,13 +18,13 @@ pub const N_PER_UM: Unit = Unit("N/µm", 1e6, 1e-6);
 pub const UM3_PER_J: Unit = Unit("µm³/J", 1e-18, 1e18);
 
 impl Unit {
-    fn say(self, value: f64) -> String {
+    fn format(self, value: f64) -> String {
         let text = format!("{} {}", short(value * self.2), self.0);
         text.trim_end().to_owned()
     }
 
     /// Returns the bound that a value violates, in words; `None` if it lies within its bounds.
-    pub fn beyond(self, value: f64, [least, most]: [f64; 2]) -> Option<String> {
+    pub fn violated_bound(self, value: f64, [least, most]: [f64; 2]) -> Option<String> {
         let (side, bound) = match value {
             v if v < least => ("least", least),
             v if v > most => ("most", most),
@@ -46,7 +46,7 @@ pub struct Figure {
 
 impl Figure {
     pub fn words(self, unit: Unit) -> String {
-        self.words.unwrap_or_else(|| unit.say(self.value))
+        self.words.unwrap_or_else(|| unit.format(self.value))
     }
 }
 
@@ -68,7 +68,7 @@ pub fn worded(value: f64, words: String) -> Option<Figure> {
 /// A ratio, with its numerator in the text.
 pub fn part(value: f64, whole: f64, unit: Unit) -> Option<Figure> {
     let ratio = value / whole;
-    worded(ratio, format!("{} ({})", short(ratio), unit.say(value)))
+    worded(ratio, format!("{} ({})", short(ratio), unit.format(value)))
 }
 
 /// A ratio, with numerator and denominator in the text.
@@ -77,12 +77,12 @@ pub fn over(value: f64, other: f64, unit: Unit) -> Option<Figure> {
 }
 
 /// A ratio to an estimate, with numerator and denominator in the text.
-pub fn over_some(value: f64, other: f64, unit: Unit) -> Option<Figure> {
+pub fn over_estimate(value: f64, other: f64, unit: Unit) -> Option<Figure> {
     over_words(value, other, unit, "over some")
 }
 
 fn over_words(value: f64, other: f64, unit: Unit, over: &str) -> Option<Figure> {
-    let (ratio, parts) = (value / other, [unit.say(value), unit.say(other)]);
+    let (ratio, parts) = (value / other, [unit.format(value), unit.format(other)]);
     let words = format!("{} ({} {over} {})", short(ratio), parts[0], parts[1]);
     worded(ratio, words)
 }
@@ -90,7 +90,7 @@ fn over_words(value: f64, other: f64, unit: Unit, over: &str) -> Option<Figure> 
 /// A pressure over the contact modulus.
 pub fn strain(pressure: f64, modulus: f64) -> Option<Figure> {
     let ratio = pressure / modulus;
-    worded(ratio, format!("{ratio:.2e} ({})", MPA.say(pressure)))
+    worded(ratio, format!("{ratio:.2e} ({})", MPA.format(pressure)))
 }
 
 /// Formats a number with four significant digits.

@@ -49,7 +49,7 @@ impl<'a> Setup<'a> {
                 .or(of_resonator.map(|resonator| resonator.material.elastic)),
             lower: unlike.map(|pair| pair.lower),
             upper: unlike.map(|pair| pair.upper),
-            face: Face::of(recipe, map),
+            face: Face::new(recipe, map),
             response,
             resonator,
             oscillator: structure
@@ -77,13 +77,13 @@ impl<'a> Setup<'a> {
     }
 
     /// Half range of the largest displacement \[m\], if it is given.
-    pub fn slid(&self) -> Option<f64> {
+    pub fn displacement_half_range(&self) -> Option<f64> {
         let halves = self.motion.drive.iter().filter_map(half_range);
         Some(halves.fold(0.0, f64::max)).filter(|half| *half > 0.0)
     }
 
     /// Half range of the displacement of a corner \[m\], if a rotation is given.
-    pub fn turned(&self) -> Option<f64> {
+    pub fn corner_half_range(&self) -> Option<f64> {
         let [x, y] = self.face?.surface.size;
         let angle = self.motion.rotation.as_ref().and_then(half_range)?;
         (angle > 0.0).then_some(angle * (0.5 * x.hypot(y)))

@@ -5,8 +5,8 @@ use super::formulas::*;
 use super::say::*;
 use super::setup::Setup;
 use super::{Row, row};
-use crate::recipe::YIELDS;
-use crate::surface::prepare::{HEIGHTS, SIDES};
+use crate::recipe::YIELD_PRESSURE;
+use crate::surface::prepare::{PLAUSIBLE_HEIGHTS, PLAUSIBLE_SIDES};
 
 /// Longest cells of a map over their width.
 const SQUARE: Bounds = Between(0.5, 2.0);
@@ -106,7 +106,7 @@ pub static TABLE: &[Row] = &[
             "the map states no spacing and is taken to cover the joint; \
              are x and y exchanged (surface.transpose)? give surface.spacing",
         )
-        .mostly(SQUARE)
+        .usual(SQUARE)
         .remark("few maps have such unequal spacings; surface.correct.spacing overrides the file")
         .only_beyond(),
     row("share of the joint that was not measured")
@@ -114,21 +114,21 @@ pub static TABLE: &[Row] = &[
         .keys("surface.path, surface.fill")
         .bounds(AtMost(0.3))
         .hint("this part of the face is interpolated or excluded; measure it again, or make joint.size smaller")
-        .mostly(AtMost(0.05))
+        .usual(AtMost(0.05))
         .remark("this part of the face is interpolated or excluded, as surface.fill says")
         .only_beyond(),
     row("longer side of the map")
         .of(|setup| number(setup.map?.fit.side?))
         .keys("surface.spacing")
         .unit(MM)
-        .bounds(Between(SIDES[0], SIDES[1]))
+        .bounds(Between(PLAUSIBLE_SIDES[0], PLAUSIBLE_SIDES[1]))
         .hint("um, mm or m? surface.correct.spacing overrides the file")
         .only_beyond(),
     row("range of the heights of the map")
         .of(|setup| number(setup.map?.fit.range))
         .keys("surface.unit")
         .unit(UM)
-        .bounds(ZeroOr(HEIGHTS[0], HEIGHTS[1]))
+        .bounds(ZeroOr(PLAUSIBLE_HEIGHTS[0], PLAUSIBLE_HEIGHTS[1]))
         .hint("nm, um or mm? surface.correct.unit overrides the file")
         .only_beyond(),
     row("side of the joint")
@@ -156,7 +156,7 @@ pub static TABLE: &[Row] = &[
         // The half-space model assumes small slopes. Machined faces have about 0.01 to 0.2.
         .bounds(AtMost(0.5))
         .hint("heights should be small compared with lengths: um and mm exchanged?")
-        .mostly(AtLeast(1e-4))
+        .usual(AtLeast(1e-4))
         .remark("a face as flat as a mirror; um or nm?"),
     row("highest cell above the others over their Rq")
         .of(|setup| number(setup.face?.spike?))
@@ -185,7 +185,7 @@ pub static TABLE: &[Row] = &[
         .bounds(Between(1e-10, 1e-2))
         .hint("kN or N, mm or m, GPa or MPa?")
         // This is 0.1 MPa on steel. A lower pressure is more like a weight than a bolt.
-        .mostly(AtLeast(1e-6))
+        .usual(AtLeast(1e-6))
         .remark("less than any bolt applies; kN or N, GPa or MPa?"),
     row("number of cells that touch")
         .of(touching)
@@ -194,19 +194,19 @@ pub static TABLE: &[Row] = &[
         .bounds(AtLeast(5.0))
         .hint("N or kN? a contact of so few cells is not resolved"),
     row("mean pressure over contact modulus and slope")
-        .of(|setup| number(closed(setup)?))
+        .of(|setup| number(closure(setup)?))
         .keys("surface.rq, contact.normal_load")
         // From 1 on most of the face touches, and from the bound on all of it.
         .bounds(AtMost(5.0))
         .hint(
             "the load presses the faces flat, and the roughness has no effect: um or nm, N or kN?",
         )
-        .mostly(AtMost(2.0))
+        .usual(AtMost(2.0))
         .remark("most of the face touches; um or nm, N or kN?"),
     row("largest pressure of Hertz over the contact modulus")
         .of(hertz_pressure)
         .keys("contact.normal_load, surface.radius, material.youngs_modulus")
-        .bounds(AtMost(2.0 * YIELDS))
+        .bounds(AtMost(2.0 * YIELD_PRESSURE))
         .hint("kN or N, mm or m, GPa or MPa?"),
     row("diameter of Hertz's contact over the shorter side of the joint")
         .of(|setup| over(2.0 * hertz_radius(setup)?, setup.face?.side(), MM))
@@ -247,7 +247,7 @@ pub static TABLE: &[Row] = &[
         .bounds(Between(1e-6, 10.0))
         .hint("N/um, N/nm or N/m?")
         // A spring that applies the load may be more compliant.
-        .mostly(AtLeast(1e-3))
+        .usual(AtLeast(1e-3))
         .remark("more like a spring than a bolt; N/um or N/mm?"),
     row("coefficient of friction")
         .of(friction)
@@ -272,7 +272,7 @@ pub static TABLE: &[Row] = &[
         .bounds(Between(0.02, 50.0))
         .hint("N or kN?"),
     row("motion over a cell")
-        .of(|setup| over(setup.slid()?, setup.face?.cell(), UM))
+        .of(|setup| over(setup.displacement_half_range()?, setup.face?.cell(), UM))
         .keys("motion.amplitude, joint.grid")
         .bounds(CELL)
         .hint(
@@ -280,12 +280,12 @@ pub static TABLE: &[Row] = &[
              and the points that face each other at rest wear each other; um or mm?",
         ),
     row("motion over what makes the joint slide")
-        .of(|setup| over_some(setup.slid()?, onset(setup)?, UM))
+        .of(|setup| over_estimate(setup.displacement_half_range()?, onset(setup)?, UM))
         .keys("motion.amplitude")
         .bounds(MOTION)
         .hint("much less causes no slip and no wear, much more is not fretting: um, mm or nm?"),
     row("motion over a cell")
-        .of(|setup| over(setup.turned()?, setup.face?.cell(), UM))
+        .of(|setup| over(setup.corner_half_range()?, setup.face?.cell(), UM))
         .keys("motion.rotation, joint.grid")
         .bounds(CELL)
         .hint(
@@ -293,7 +293,7 @@ pub static TABLE: &[Row] = &[
              and the points that face each other at rest wear each other; rad, mrad or deg?",
         ),
     row("motion over what makes the joint slide")
-        .of(|setup| over_some(setup.turned()?, onset(setup)?, UM))
+        .of(|setup| over_estimate(setup.corner_half_range()?, onset(setup)?, UM))
         .keys("motion.rotation")
         .bounds(MOTION)
         .hint(
@@ -326,7 +326,7 @@ pub static TABLE: &[Row] = &[
             None => Some([NO_SLIP, f64::INFINITY]),
         }))
         .hint("the joint does not slip at any frequency: N, kN or mN?")
-        .mostly(AtLeast(NO_SLIP))
+        .usual(AtLeast(NO_SLIP))
         .remark("the joint hardly slips and hardly wears; N, kN or mN?"),
     row("tangential over normal stiffness of the contact")
         .of(|setup| over(setup.springs()?[1], setup.springs()?[0], N_PER_UM))
@@ -349,12 +349,12 @@ pub static TABLE: &[Row] = &[
         .bounds(OVER_BODY)
         .hint("N/um, N/nm or N/m?"),
     row("frequency over the resonances of the oscillator")
-        .of(beside_oscillator)
+        .of(resonance_distance_oscillator)
         .keys("dynamics.frequency, structure.mass, structure.stiffness")
         .bounds(Between(0.125, 8.0))
         .hint("no resonance is near: Hz or kHz, kg or g, N/m or N/um?"),
     row("frequency over the first of a bar as long")
-        .of(beside_bar)
+        .of(resonance_distance_bar)
         .keys("dynamics.frequency, structure, material")
         .bounds(Between(1e-3, 30.0))
         .hint("Hz or kHz, mm or m, kg or g?"),
@@ -391,14 +391,14 @@ pub static TABLE: &[Row] = &[
         // More is not the wear of a joint.
         .bounds(AtMost(1e4))
         .hint("um^3/J, mm^3/J or m^3/J?")
-        .mostly(AtLeast(2e-3))
+        .usual(AtLeast(2e-3))
         .remark("the wear will hardly be visible; more cycles, um or nm?"),
     row("depth of the volume asked for, over the side of the joint")
-        .of(asked_for)
+        .of(requested_depth)
         .keys("wear.volume, joint.size")
         // Wear changes faces, not bodies.
         .bounds(AtMost(1e-2))
         .hint("mm^3, um^3 or m^3?")
-        .mostly(Of(hundred_rq))
+        .usual(Of(hundred_rq))
         .remark("this wears away far more than the roughness; mm^3 or um^3?"),
 ];
