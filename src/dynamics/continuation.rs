@@ -20,12 +20,8 @@ use super::predictor::{PREDICTOR_POINTS, extrapolated_number, extrapolated_start
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 use crate::journal::Journal;
 
-/// Cosine of the angle between secants below which a step is repeated at half its length.
-const SHARPEST: f64 = 0.85;
 /// Multiple of the smallest step up to which a step is accepted at any angle: the curve has kinks where slip begins.
 const KINK: f64 = 32.0;
-/// Number of Newton iterations up to which the step grows.
-const EASY: usize = 4;
 /// The same number if some of the iterations reuse a Jacobian.
 const EASY_CHORDS: usize = 7;
 /// Distance of two responses at one frequency, over their largest coefficient, above which they differ.
@@ -64,6 +60,10 @@ pub struct ContinuationSettings {
     pub largest_step: f64,
     /// Largest number of points, including the first.
     pub most_points: usize,
+    /// Cosine of the angle between secants below which a step is repeated at half its length.
+    pub sharpest_turn: f64,
+    /// Number of Newton iterations up to which the step grows.
+    pub easy_iterations: usize,
 }
 
 impl ContinuationSettings {
@@ -77,6 +77,8 @@ impl ContinuationSettings {
             least_step: 1e-7,
             largest_step: 1.0 / 20.0,
             most_points: 2000,
+            sharpest_turn: 0.85,
+            easy_iterations: 4,
         }
     }
 }
@@ -356,14 +358,16 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
                     };
                     let is_long =
                         distance(&next_point, &this_point) > 4.0 * step.max(settings.least_step);
-                    if (cosine >= SHARPEST && !is_long) || step <= KINK * settings.least_step {
+                    if (cosine >= settings.sharpest_turn && !is_long)
+                        || step <= KINK * settings.least_step
+                    {
                         let most_iterations = if self.balance.has_expensive_jacobian {
                             EASY_CHORDS
                         } else {
-                            EASY
+                            settings.easy_iterations
                         };
-                        let is_easy =
-                            next.iterations <= most_iterations && cosine > 0.5 * (1.0 + SHARPEST);
+                        let is_easy = next.iterations <= most_iterations
+                            && cosine > 0.5 * (1.0 + settings.sharpest_turn);
                         let growth = if is_easy { 1.4 } else { 1.0 };
                         let mut longest = settings.largest_step;
                         if let (true, Some(before)) = (self.keeps_frame, branch.past.back()) {

@@ -61,6 +61,8 @@ pub struct BalanceSettings {
     pub dense_unknowns: usize,
     /// Makes every element active, to check the condensation.
     pub all_active: bool,
+    /// First step of phase in the search for a peak \[rad\].
+    pub first_phase_step: f64,
 }
 
 /// Adds up loads on the same port in the same harmonic. A sum that cancels becomes 0.
@@ -98,6 +100,7 @@ impl Default for BalanceSettings {
             max_iterations: 40,
             dense_unknowns: 300,
             all_active: false,
+            first_phase_step: 0.02,
         }
     }
 }

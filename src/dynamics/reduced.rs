@@ -9,16 +9,11 @@
 //! the errors are 0.001 Hz and 0.02 %.
 
 use super::linear_model::SecondOrder;
-use super::pseudo_modes::pseudo_modes;
+use super::pseudo_modes::{PseudoModeSettings, pseudo_modes};
 use super::{DynamicsError, InterfaceElement};
 use crate::linalg;
 use crate::linalg::RowMatrix as Matrix;
 use crate::structure::reduction::{ReducedStructure, subtract_modes};
-
-/// Number of pseudo-modes in addition to the modes of a reduced structure. For the 30-mode resonator at 979 Hz, six
-/// leave an error of 0.001 Hz of the shift due to the slope of the residual, and twelve leave the same: the rest is the
-/// error of the slope itself. A pseudo-mode costs as much as a mode.
-const PSEUDO_MODES: usize = 6;
 
 /// Modal damping: every mode of the structure, closed by springs or free, has the same damping ratio.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +77,7 @@ pub fn reduced_model(
         restricted(&reduced.residual),
         restricted(&reduced.residual_slope),
     );
-    let pseudo = pseudo_modes(&residual, &slope, PSEUDO_MODES)?;
+    let pseudo = pseudo_modes(&residual, &slope, PseudoModeSettings::default())?;
     drop((residual, slope));
     let place = |port: usize| used_ports.binary_search(&port).expect("a port in use");
     let rigid_count = reduced.rigid.columns();
@@ -145,7 +140,11 @@ pub fn reduction_error(reduced: &ReducedStructure) -> Result<Option<f64>, Dynami
         return Ok(None);
     };
     let slope = by_rows(&reduced.residual_slope);
-    let pseudo = pseudo_modes(&by_rows(&reduced.residual), &slope, PSEUDO_MODES)?;
+    let pseudo = pseudo_modes(
+        &by_rows(&reduced.residual),
+        &slope,
+        PseudoModeSettings::default(),
+    )?;
     let ports = reduced.ports.len();
     let shapes = linalg::Matrix::from_fn(ports, pseudo.omega.len(), |port, r| {
         pseudo.shapes.at(port, r)

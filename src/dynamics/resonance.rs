@@ -600,8 +600,6 @@ fn no_resonance(what: &'static str, range: (f64, f64)) -> DynamicsError {
 // Peak of a resonance along its branch, with the phase of the response as the coordinate, so that the branch may
 // overhang.
 
-/// First step of phase \[rad\].
-const FIRST_PHASE_STEP: f64 = 0.02;
 /// Largest step of phase \[rad\].
 const LARGEST_STEP: f64 = 0.2;
 /// Smallest step of phase; below it the search by phase fails \[rad\].
@@ -658,7 +656,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             return Ok(peak);
         }
         let uphill = near.slope.signum();
-        let mut step = FIRST_PHASE_STEP;
+        let mut step = self.settings.first_phase_step;
         let mut far = loop {
             let phase = near.phase + step * uphill;
             if (phase - origin).abs() > FARTHEST {

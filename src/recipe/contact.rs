@@ -212,6 +212,8 @@ impl Contact {
                 },
                 cycle_tolerance: self.tolerances.cycle,
                 extrapolate: false,
+                least_extrapolated: FrettingOptions::LEAST_EXTRAPOLATED,
+                checks_per_span: FrettingOptions::CHECKS_PER_SPAN,
             },
         })
     }

@@ -9,7 +9,7 @@ use crate::contact::nodes::{NodalCompliance, ShearCompliance};
 use crate::model_update::ContactElements;
 use crate::structure::StructureError;
 use crate::structure::element::Formulation;
-use crate::structure::half_space::FaceCompliance;
+use crate::structure::half_space::{FaceCompliance, FaceResolution};
 use crate::structure::reduction::ReducedStructure;
 use crate::structure::statics::PortForce;
 use crate::wear::{BodyMotions, NodalLoad, PressedBodies};
@@ -40,7 +40,14 @@ impl StructureMesh {
         }
         let face_compliance = |elastic| {
             let (sides, layers, counts) = (self.sides, &self.layers, self.counts);
-            FaceCompliance::of_layered_half_space(elastic, sides, layers, counts, self.formulation)
+            FaceCompliance::of_layered_half_space(
+                elastic,
+                sides,
+                layers,
+                counts,
+                self.formulation,
+                FaceResolution::default(),
+            )
         };
         let mut both = face_compliance(bodies.lower)?;
         if bodies.upper == bodies.lower {

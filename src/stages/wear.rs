@@ -176,6 +176,7 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         tolerance: wear.tolerance,
         depth_step: wear.depth_step,
         remaining,
+        safety: Limits::SAFETY,
     };
     let next_update = NextUpdate::of(reads)?;
     let due_volume = next_update.as_ref().and_then(|next| next.due_volume);

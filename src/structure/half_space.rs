@@ -14,15 +14,29 @@ use super::StructureError;
 use super::element::{CORNERS, Formulation, invert, matrices};
 use crate::material::{Elastic, Material};
 
-/// Waves along each axis of the smaller of the two periodic faces, per requested node. The error of the extrapolation
-/// to an infinite period is then below a hundredth of the displacement at the farthest node.
-const WAVES_PER_NODE: usize = 8;
-/// Smallest number of waves.
-const LEAST_WAVES: usize = 64;
 /// Depth below the face in periods of the larger periodic face. The longest wave has decayed to exp(−2π · DEPTH).
 const DEPTH: f64 = 1.5;
 /// Growth factor of the layers below the given ones.
 const GROWTH: f64 = 1.3;
+
+/// Resolution of the periodic faces that a half space is computed from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaceResolution {
+    /// Waves along each axis of the smaller of the two periodic faces, per requested node. The error of the extrapolation
+    /// to an infinite period is then below a hundredth of the displacement at the farthest node.
+    pub waves_per_node: usize,
+    /// Smallest number of waves.
+    pub least_waves: usize,
+}
+
+impl Default for FaceResolution {
+    fn default() -> Self {
+        FaceResolution {
+            waves_per_node: 8,
+            least_waves: 64,
+        }
+    }
+}
 
 /// Displacements of nodes on the face of a half space under a unit force on one node \[m/N\].
 ///
@@ -56,6 +70,7 @@ impl FaceCompliance {
         layers: &[f64],
         reach: [usize; 2],
         formulation: Formulation,
+        resolution: FaceResolution,
     ) -> Result<FaceCompliance, StructureError> {
         for (name, lengths) in [
             ("a side of the mesh", &sides[..]),
@@ -70,7 +85,9 @@ impl FaceCompliance {
                 });
             }
         }
-        let waves = LEAST_WAVES.max(WAVES_PER_NODE * (reach[0].max(reach[1]) + 1));
+        let waves = resolution
+            .least_waves
+            .max(resolution.waves_per_node * (reach[0].max(reach[1]) + 1));
         let depth = DEPTH * 2.0 * waves as f64 * sides[0].max(sides[1]);
         let layers = Layers::new(elastic, sides, layers, depth, formulation)?;
         let short_period = layers.periodic(waves, reach);

@@ -8,9 +8,6 @@ use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
 
-/// The shift is this share of the largest ratio of the diagonals of K and M, which is near the largest eigenvalue. K
-/// + s·M then keeps nine digits in the worst direction, and s is well below the highest requested modes.
-const SHIFT_SHARE: f64 = 1e-7;
 /// A combination of rigid motions is a rigid mode if its Rayleigh quotient is below this share of the shift.
 ///
 /// Rounding leaves less than 1e-9 of the shift. If the shift is 300 Hz, a mode on a soft spring at 0.33 Hz is
@@ -21,6 +18,25 @@ const NOTHING_NEW: f64 = 1e-10;
 /// If the ratio of the Cholesky pivots of a block's Gram matrix is below this, the block is orthonormalised column by
 /// column. Two passes of the whole block would not make it orthonormal to rounding.
 const NEARLY_DEPENDENT: f64 = 1e-5;
+
+/// Shifts at which a reduction factorises the stiffness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShiftSettings {
+    /// The shift is this share of the largest ratio of the diagonals of K and M, which is near the largest eigenvalue. K
+    /// + s·M then keeps nine digits in the worst direction, and s is well below the highest requested modes.
+    pub shift_share: f64,
+    /// Difference of the two shifts from which the slope of the residual is computed, as a share of the highest kept ω².
+    /// The next term of the series is then below a percent of the slope, and the difference still keeps its digits.
+    pub slope_share: f64,
+}
+
+impl ShiftSettings {
+    /// The settings of every reduction. Others would give other cached structures.
+    pub const DEFAULT: ShiftSettings = ShiftSettings {
+        shift_share: 1e-7,
+        slope_share: 0.01,
+    };
+}
 
 /// Options of the computation of modes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +85,7 @@ pub fn shift(system: &System) -> f64 {
 /// Returns the shift \[rad²/s²\] from the diagonals of stiffness and mass.
 pub(super) fn shift_of(stiffness: &[f64], mass: &[f64]) -> f64 {
     let ratios = stiffness.iter().zip(mass).filter(|r| *r.1 > 0.0);
-    SHIFT_SHARE * ratios.map(|(k, m)| k / m).fold(0.0, f64::max)
+    ShiftSettings::DEFAULT.shift_share * ratios.map(|(k, m)| k / m).fold(0.0, f64::max)
 }
 
 /// Computes the rigid modes: columns φ \[kg^-1/2\] with Kφ = 0 and φᵀMφ = 1. An unsupported body has six.

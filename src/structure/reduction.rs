@@ -25,12 +25,8 @@ use crate::linalg::{LinalgError, Matrix, SparseCholesky};
 use crate::structure::StructureError;
 use crate::structure::assembly::{Combination, System};
 use crate::structure::mesh::Point;
-use crate::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
+use crate::structure::modes::{ModeOptions, ShiftSettings, lowest, rigid_modes, shift};
 use crate::structure::resonator::FacingFaces;
-
-/// Difference of the two shifts from which the slope of the residual is computed, as a share of the highest kept ω².
-/// The next term of the series is then below a percent of the slope, and the difference still keeps its digits.
-const SLOPE_SHARE: f64 = 0.01;
 
 /// Frequency at which the reduced model is compared with the whole structure, as a share of the highest kept
 /// frequency. Relevant harmonics are below it.
@@ -316,7 +312,7 @@ pub(super) fn reduce_with_modes(
     };
     let factor_entries = factor.entries();
     let highest = omega[omega.len() - 1];
-    let step = SLOPE_SHARE * highest * highest;
+    let step = ShiftSettings::DEFAULT.slope_share * highest * highest;
     // The first factor is dropped before the next one, since two factors would be the peak of memory.
     let (near, small) = if small <= step {
         let near = flexibility_above(&factor, small);

@@ -531,10 +531,6 @@ const EXTRAPOLATION_ERROR_OF_HISTORY: f64 = 1.6;
 /// square of the number of samples. On a single cell, halving the steps may change nothing by chance.
 const LEAST_CHANGE: f64 = 16.0;
 
-/// Smallest fraction of a cell's slip path and energy that extrapolation keeps. A larger change shows that
-/// the cell is not yet of second order, and a full extrapolation would make it stick.
-const LEAST_EXTRAPOLATED: f64 = 0.5;
-
 /// Smallest number of samples that can be halved.
 pub(super) const FEWEST_SAMPLES: usize = 8;
 
@@ -576,7 +572,10 @@ impl FrettingJoint {
             false => EXTRAPOLATION_ERROR,
         };
         match &coarse {
-            Some(coarse) => extrapolate(&mut tally, &coarse.tally, samples, error_part, cell_area),
+            Some(coarse) => {
+                let parts = (error_part, self.options.least_extrapolated);
+                extrapolate(&mut tally, &coarse.tally, samples, parts, cell_area)
+            }
             // So few samples give no estimate of their own error.
             None if self.options.extrapolate && samples < FEWEST_SAMPLES => {
                 let part = LEAST_CHANGE / (samples * samples) as f64;
@@ -635,7 +634,7 @@ fn extrapolate(
     tally: &mut CycleAccumulator,
     coarse: &CycleAccumulator,
     samples: usize,
-    error_part: f64,
+    (error_part, least_extrapolated): (f64, f64),
     cell_area: f64,
 ) {
     let least = LEAST_CHANGE / (samples * samples) as f64;
@@ -651,7 +650,7 @@ fn extrapolate(
         (&mut tally.slip_path, &coarse.slip_path),
     ] {
         for (fine, coarse) in fine.iter_mut().zip(coarse) {
-            *fine = extrapolated(*fine, *coarse).max(LEAST_EXTRAPOLATED * *fine);
+            *fine = extrapolated(*fine, *coarse).max(least_extrapolated * *fine);
         }
     }
     // The extrapolation amplifies the errors of the solves like the energies.

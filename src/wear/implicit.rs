@@ -38,9 +38,6 @@ const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 /// under another load than the largest. The energy above this ratio wears the cell explicitly.
 const LARGEST_RATIO: f64 = 4.0;
 
-/// Safety factor on the step length that the error estimate allows.
-const SAFETY: f64 = 0.85;
-
 /// Fraction of the volume worn before the step that is added to the step's volume in the error test. Where
 /// wear dies out, the step's own volume falls below the errors of the solves, and no step would be short
 /// enough.
@@ -135,6 +132,13 @@ pub struct Limits {
     pub depth_step: Option<f64>,
     /// Cycles left.
     pub remaining: u64,
+    /// Safety factor on the step length that the error estimate allows.
+    pub safety: f64,
+}
+
+impl Limits {
+    /// Default of [`Limits::safety`].
+    pub const SAFETY: f64 = 0.85;
 }
 
 /// Returns the cycles for a first step, before any error is known. In these cycles the wear compliance of the
@@ -178,7 +182,7 @@ pub fn advance(
             0.0
         };
         // The relative error of a step is of second order in its length.
-        let factor = SAFETY * (limits.tolerance / relative).sqrt();
+        let factor = limits.safety * (limits.tolerance / relative).sqrt();
         step.proposal = cycles as f64 * factor.clamp(STEP_CHANGE_BOUNDS.0, STEP_CHANGE_BOUNDS.1);
         if relative <= limits.tolerance {
             step.rejected = rejected;

@@ -87,6 +87,11 @@ pub struct FrettingOptions {
     /// Whether a stepped cycle uses second-order steps, is also computed over every other sample, and is
     /// extrapolated to steps of zero length.
     pub extrapolate: bool,
+    /// Smallest fraction of a cell's slip path and energy that extrapolation keeps. A larger change shows that
+    /// the cell is not yet of second order, and a full extrapolation would make it stick.
+    pub least_extrapolated: f64,
+    /// Number of closure checks per span.
+    pub checks_per_span: usize,
 }
 
 /// Tolerance of each step's duality gap, as a fraction of the cycle's closure. In gross slip a gap g lets the
@@ -94,6 +99,11 @@ pub struct FrettingOptions {
 const GAP_OF_CLOSURE: f64 = 0.1;
 
 impl FrettingOptions {
+    /// Default of [`FrettingOptions::least_extrapolated`].
+    pub const LEAST_EXTRAPOLATED: f64 = 0.5;
+    /// Default of [`FrettingOptions::checks_per_span`].
+    pub const CHECKS_PER_SPAN: usize = 4;
+
     /// Returns the options of tangential steps in a sequence, each of which starts from the shear of the last
     /// one.
     pub fn tangential_in_sequence(&self) -> TangentialOptions {

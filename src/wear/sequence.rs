@@ -25,9 +25,6 @@ use crate::grid::ByAxis;
 /// Largest number of cycles before the march fails.
 const MAX_CYCLES: usize = 60;
 
-/// Number of closure checks per span.
-const CHECKS_PER_SPAN: usize = 4;
-
 /// Bounds on the ratio of the changes of shear in successive spans, for the estimate of the remaining change.
 /// A cycle may converge more slowly than two spans show, and errors of the solves keep changing it.
 const CONVERGENCE_RATIO_BOUNDS: [f64; 2] = [0.5, 0.9];
@@ -157,7 +154,7 @@ impl<'a> SteadyStateMarch<'a> {
     /// Marches until the remaining change of the shear would dissipate no more than the tolerance of the
     /// cycle. The remaining change is extrapolated as a geometric series.
     pub(super) fn close(mut self) -> Result<ClosedCycle, WearError> {
-        let checks = CHECKS_PER_SPAN.min(self.span);
+        let checks = self.joint.options.checks_per_span.min(self.span);
         let mut segments: Vec<Option<Segment>> = (0..checks).map(|_| None).collect();
         let tolerance = self.joint.options.cycle_tolerance;
         let mut drift = None;

@@ -19,6 +19,7 @@ const EXACT: TangentialOptions = TangentialOptions {
     tolerance: 1e-9,
     max_steps: 400,
     max_iterations: 20_000,
+    ..TangentialOptions::DEFAULT
 };
 /// Agreement of two solvers of that gap.
 const SAME: f64 = 1e-3;

@@ -7,7 +7,7 @@ use fretwear::contact::{Boundary, ContactError, HalfSpace, Pair};
 use fretwear::grid::Grid;
 use fretwear::linalg::Matrix;
 use fretwear::structure::element::Formulation;
-use fretwear::structure::half_space::FaceCompliance;
+use fretwear::structure::half_space::{FaceCompliance, FaceResolution};
 
 use super::STEEL;
 
@@ -50,7 +50,14 @@ pub fn without_mesh(
 ) -> HalfSpace {
     let [lx, ly] = grid.size();
     let sides = [lx / counts[0] as f64, ly / counts[1] as f64];
-    let mesh = FaceCompliance::of_layered_half_space(STEEL, sides, thickness, counts, formulation);
+    let mesh = FaceCompliance::of_layered_half_space(
+        STEEL,
+        sides,
+        thickness,
+        counts,
+        formulation,
+        FaceResolution::default(),
+    );
     let mut mesh = mesh.expect("a mesh");
     mesh.add(&mesh.clone());
     let [normal, xx, yy, xy] = mesh.matrices().map(|m| m.into_iter().map(|c| -c).collect());

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use fretwear::dynamics::DynamicsError;
-use fretwear::dynamics::pseudo_modes::{PseudoModes, pseudo_modes};
+use fretwear::dynamics::pseudo_modes::{PseudoModeSettings, PseudoModes, pseudo_modes};
 use fretwear::linalg::{RowMatrix as Matrix, generalised_eigen};
 
 /// Rounding of a few products of matrices whose condition is some 1e4.
@@ -61,7 +61,7 @@ fn difference(a: &Matrix, b: &Matrix) -> f64 {
 fn all_pseudo_modes_are_the_modes_left_out() {
     let hertz = [900.0, 1400.0, 2300.0, 3100.0, 5200.0];
     let [flexibility, slope] = residual(5, &hertz);
-    let pseudo = pseudo_modes(&flexibility, &slope, 5).unwrap();
+    let pseudo = pseudo_modes(&flexibility, &slope, PseudoModeSettings::of_count(5)).unwrap();
     for (found, expected) in pseudo.omega.iter().zip(hertz) {
         assert!(
             (found / TAU / expected - 1.0).abs() < ROUNDING,
@@ -84,7 +84,7 @@ fn few_pseudo_modes_answer_where_the_series_diverges() {
     const PORTS: usize = 9;
     let hertz: Vec<f64> = (0..30).map(|r| 1000.0 * 1.13_f64.powi(r)).collect();
     let [flexibility, slope] = residual(PORTS, &hertz);
-    let pseudo = pseudo_modes(&flexibility, &slope, 4).unwrap();
+    let pseudo = pseudo_modes(&flexibility, &slope, PseudoModeSettings::of_count(4)).unwrap();
     assert_eq!(pseudo.omega.len(), 4);
     assert!(pseudo.omega.is_sorted());
     assert!(pseudo.omega[0] / TAU > hertz[0] * (1.0 - ROUNDING));
@@ -128,13 +128,23 @@ fn few_pseudo_modes_answer_where_the_series_diverges() {
 #[test]
 fn none_wanted_and_matrices_that_do_not_fit() {
     let [flexibility, slope] = residual(4, &[500.0, 700.0, 1100.0, 1900.0]);
-    let none = pseudo_modes(&flexibility, &slope, 0).unwrap();
+    let none = pseudo_modes(&flexibility, &slope, PseudoModeSettings::of_count(0)).unwrap();
     assert!(none.omega.is_empty());
     assert_eq!(none.residual, flexibility);
     // Without residual mass there is nothing that moves by itself.
-    let massless = pseudo_modes(&flexibility, &Matrix::zeros(4, 4), 3).unwrap();
+    let massless = pseudo_modes(
+        &flexibility,
+        &Matrix::zeros(4, 4),
+        PseudoModeSettings::of_count(3),
+    )
+    .unwrap();
     assert!(massless.omega.is_empty());
-    let error = pseudo_modes(&flexibility, &Matrix::zeros(3, 4), 2).unwrap_err();
+    let error = pseudo_modes(
+        &flexibility,
+        &Matrix::zeros(3, 4),
+        PseudoModeSettings::of_count(2),
+    )
+    .unwrap_err();
     assert!(matches!(error, DynamicsError::Length { .. }), "{error}");
 }
 
@@ -145,7 +155,7 @@ fn a_port_without_a_residual_gets_none() {
     const PORTS: usize = 6;
     let hertz: Vec<f64> = (0..12).map(|r| 1000.0 * 1.2_f64.powi(r)).collect();
     let [flexibility, slope] = residual(PORTS, &hertz);
-    let alone = pseudo_modes(&flexibility, &slope, 4).unwrap();
+    let alone = pseudo_modes(&flexibility, &slope, PseudoModeSettings::of_count(4)).unwrap();
     let scales = [&flexibility, &slope].map(|matrix| {
         let largest = (0..PORTS).map(|port| matrix.at(port, port));
         largest.fold(0.0, f64::max)
@@ -177,7 +187,7 @@ fn a_port_without_a_residual_gets_none() {
         };
         let flexibility = with_platen(&flexibility, rounding[0] * scales[0]);
         let slope = with_platen(&slope, rounding[1] * scales[1]);
-        let pseudo = pseudo_modes(&flexibility, &slope, 4)
+        let pseudo = pseudo_modes(&flexibility, &slope, PseudoModeSettings::of_count(4))
             .unwrap_or_else(|error| panic!("{rounding:?}: {error}"));
         for omega in [0.0, TAU * 300.0, TAU * 700.0] {
             let expected = receptance(&alone, omega);

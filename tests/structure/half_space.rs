@@ -4,7 +4,7 @@ use fretwear::material::{Elastic, Material};
 use fretwear::structure::StructureError;
 use fretwear::structure::assembly::{Spring, System};
 use fretwear::structure::element::Formulation;
-use fretwear::structure::half_space::FaceCompliance;
+use fretwear::structure::half_space::{FaceCompliance, FaceResolution};
 use fretwear::structure::mesh::Mesh;
 use fretwear::structure::reduction::{self, Ports};
 
@@ -27,6 +27,7 @@ fn from_afar_a_mesh_is_a_half_space() {
         &[1e-3; 4],
         reach,
         Formulation::IncompatibleModes,
+        FaceResolution::default(),
     )
     .expect("a mesh");
     let (e, nu) = (STEEL.youngs_modulus, STEEL.poisson_ratio);
@@ -73,6 +74,7 @@ fn lengths_that_are_none_are_refused() {
             &layers,
             [2, 2],
             Formulation::IncompatibleModes,
+            FaceResolution::default(),
         );
         let refused = matches!(found, Err(StructureError::OutOfRange { .. }));
         assert!(refused, "{sides:?} {layers:?}: {found:?}");
@@ -95,6 +97,7 @@ fn nearby_it_is_the_mesh() {
         &[layer; 14],
         reach,
         Formulation::IncompatibleModes,
+        FaceResolution::default(),
     )
     .expect("a mesh");
     let material = Material {

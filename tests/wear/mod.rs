@@ -48,9 +48,12 @@ pub const EXACT: FrettingOptions = FrettingOptions {
         tolerance: 1e-8,
         max_steps: 400,
         max_iterations: 20_000,
+        ..TangentialOptions::DEFAULT
     },
     cycle_tolerance: 1e-6,
     extrapolate: true,
+    least_extrapolated: FrettingOptions::LEAST_EXTRAPOLATED,
+    checks_per_span: FrettingOptions::CHECKS_PER_SPAN,
 };
 
 /// A displacement or a force that begins at its end.
@@ -150,6 +153,7 @@ pub fn step_of(joint: &mut FrettingJoint, state: &WornState, cycles: u64) -> Ste
         tolerance: f64::INFINITY,
         depth_step: None,
         remaining: u64::MAX,
+        safety: Limits::SAFETY,
     };
     advance(joint, state, LAW, cycles as f64, limits).expect("wear step")
 }

@@ -41,6 +41,8 @@ fn joint(height: Vec<f64>, load: f64) -> FrettingJoint {
             tangential: TangentialOptions::default(),
             cycle_tolerance: 1e-3,
             extrapolate: false,
+            least_extrapolated: FrettingOptions::LEAST_EXTRAPOLATED,
+            checks_per_span: FrettingOptions::CHECKS_PER_SPAN,
         },
     }
 }

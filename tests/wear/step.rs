@@ -36,6 +36,7 @@ fn wear(
             tolerance,
             depth_step: None,
             remaining: cycles - done,
+            safety: Limits::SAFETY,
         };
         let step = advance(joint, &state, law, proposal, limits)?;
         (done, proposal, steps) = (done + step.cycles, step.proposal, steps + 1);
@@ -196,6 +197,7 @@ fn a_depth_step_caps_the_implicit_step() {
         tolerance: 0.5,
         depth_step: Some(0.02e-6),
         remaining: u64::MAX,
+        safety: Limits::SAFETY,
     };
     let step = advance(&mut joint, &state, LAW, 1e9, limits).expect("wear step");
     let deepest = step.wear.iter().fold(0.0f64, |m, w| m.max(*w));

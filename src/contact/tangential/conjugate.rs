@@ -10,15 +10,8 @@ use super::newton::Solver;
 use super::resultants::solve_small;
 use super::vector::{dot, plus, scaled};
 
-/// Fraction of the cells that must change between stick and slip before the preconditioner's correction is reset.
-const MAX_CHANGED_FRACTION: f64 = 0.1;
-
 /// Bounds on the length of a trial step, whose natural length is one.
 const LENGTHS: (f64, f64) = (0.05, 4.0);
-
-/// Fraction of the predicted length that is tried where the shear has two components. Slip cells lie on the circle at
-/// the end of a chord and inside it in between, so a short trial is better than a long one.
-const SHORTENED: f64 = 0.9;
 
 /// Fraction of sticking cells below which, where the shear has two components, Newton steps follow. The directions of
 /// sliding shears are angles. A few Newton steps find these angles exactly; conjugate gradients on chords of the
@@ -37,7 +30,9 @@ impl<const A: usize> Solver<'_, '_, A> {
         }
         self.changed_cells += changed;
         let is_first = self.predicted == 0.0;
-        if is_first || self.changed_cells as f64 > MAX_CHANGED_FRACTION * self.freedom.len() as f64
+        if is_first
+            || self.changed_cells as f64
+                > self.options.max_changed_fraction * self.freedom.len() as f64
         {
             self.changed_cells = 0;
             self.set_springs();
@@ -81,7 +76,11 @@ impl<const A: usize> Solver<'_, '_, A> {
                 beta = (change / curvature).max(0.0);
             }
         }
-        let shortened = if A == 1 { 1.0 } else { SHORTENED };
+        let shortened = if A == 1 {
+            1.0
+        } else {
+            self.options.chord_fraction
+        };
         let mut length = if is_first {
             1.0
         } else {

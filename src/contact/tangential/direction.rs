@@ -4,20 +4,12 @@ use super::newton::{Gap, ON_CIRCLE, Solver};
 use super::resultants::{MOTIONS, Motions, solve_small};
 use super::vector::{Vector, dot, norm, plus, quarter_turn, scaled};
 
-/// Relative distance from the limit within which a shear may count as slipping in a Newton step, if the slip drives it
-/// beyond the limit. If only shears on the circle counted, a shortened chord would leave all cells just inside it, and
-/// they would stick again in the next step.
-const NEAR_CIRCLE: f64 = 0.05;
-
 /// How far the slip is assumed to drive such a shear, as a fraction of the step of a cell alone.
 const NEAR_STEP: f64 = 0.2;
 
 /// Relative residual at which an inner solve stops, divided by the root of the error, and its bounds.
 const FORCING: f64 = 0.3;
 const FORCINGS: (f64, f64) = (1e-3, 0.1);
-
-/// Largest fraction of the tolerance that an inner solve leaves as error on sticking cells.
-const INNER_SHARE: f64 = 0.25;
 
 /// Free directions of the shear on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
@@ -40,7 +32,8 @@ impl<const A: usize> Solver<'_, '_, A> {
             let (size, along) = (norm(q), dot(q, s));
             let slips = along > 0.0
                 && (size >= limit * (1.0 - ON_CIRCLE)
-                    || (size >= limit * (1.0 - NEAR_CIRCLE) && norm(plus(q, push, s)) >= limit));
+                    || (size >= limit * (1.0 - self.options.circle_width)
+                        && norm(plus(q, push, s)) >= limit));
             changed += usize::from(slips == matches!(freedom, FreeDirections::Stick));
             sticking += usize::from(!slips);
             *freedom = if slips {
@@ -122,7 +115,7 @@ impl<const A: usize> Solver<'_, '_, A> {
     /// motions that belongs to the step.
     pub(super) fn newton_direction(&mut self, gap: Gap) -> Motions {
         let forcing = forcing(gap.error);
-        let allowed_gap = INNER_SHARE * self.options.tolerance * gap.scale;
+        let allowed_gap = self.options.inner_share * self.options.tolerance * gap.scale;
         self.set_springs();
         let matrix = self.rigid_fields();
         let mut shift = [0.0; MOTIONS];

@@ -113,15 +113,35 @@ pub struct TangentialOptions {
     pub max_steps: usize,
     /// Bound on the total number of conjugate gradient iterations.
     pub max_iterations: usize,
+    /// Fraction of the cells that must change between stick and slip before the preconditioner's correction is reset.
+    pub max_changed_fraction: f64,
+    /// Fraction of the predicted length that is tried where the shear has two components. Slip cells lie on the circle at
+    /// the end of a chord and inside it in between, so a short trial is better than a long one.
+    pub chord_fraction: f64,
+    /// Relative distance from the limit within which a shear may count as slipping in a Newton step, if the slip drives it
+    /// beyond the limit. If only shears on the circle counted, a shortened chord would leave all cells just inside it, and
+    /// they would stick again in the next step.
+    pub circle_width: f64,
+    /// Largest fraction of the tolerance that an inner solve leaves as error on sticking cells.
+    pub inner_share: f64,
+}
+
+impl TangentialOptions {
+    /// Default options, also for constants.
+    pub const DEFAULT: TangentialOptions = TangentialOptions {
+        tolerance: 1e-4,
+        max_steps: 400,
+        max_iterations: 20_000,
+        max_changed_fraction: 0.1,
+        chord_fraction: 0.9,
+        circle_width: 0.05,
+        inner_share: 0.25,
+    };
 }
 
 impl Default for TangentialOptions {
     fn default() -> Self {
-        TangentialOptions {
-            tolerance: 1e-4,
-            max_steps: 400,
-            max_iterations: 20_000,
-        }
+        TangentialOptions::DEFAULT
     }
 }
 
