@@ -1,11 +1,9 @@
 //! Criteria for an update of the contact elements [A §2e, §4d(i)].
 
+use super::UpdateSettings;
 use serde::{Deserialize, Serialize};
 
 use super::{Compliance, ModelUpdateError};
-
-/// Excess of the volume growth over its limit, relative to the limit, up to which the update is still on time.
-const VOLUME_GROWTH_MARGIN: f64 = 0.15;
 
 /// Change since the last update that makes the next one due.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -199,7 +197,7 @@ impl UpdateCriterion {
             let progress = change.value.abs() / change.limit;
             match change.to {
                 UpdateCause::VolumeGrowth if progress > 1.0 => {
-                    (progress - VOLUME_GROWTH_MARGIN).max(1.0)
+                    (progress - UpdateSettings::DEFAULT.volume_growth_margin).max(1.0)
                 }
                 _ => progress,
             }

@@ -6,22 +6,11 @@
 //! of the motion becomes its backbone up to that point. Beyond it, the backbone of the push remains. The new laws
 //! change the response, so both steps repeat until the two scales agree.
 
-use super::sliders::{LEAST_LEVEL, Sliders, concave_slopes, levels, slider_bank};
-use super::{ContactElements, ElementParameters};
+use super::sliders::{Sliders, concave_slopes, levels, slider_bank};
+use super::{ContactElements, ElementParameters, UpdateSettings};
 use crate::grid::ByAxis;
 
-/// Longest step, as a fraction of the motion. With chords of a tenth, the energy of a joint that slips little is wrong
-/// by a hundredth; lifted corners correct most of that.
-const LONGEST_STEP: f64 = 0.125;
-/// Fraction of the motion at which the loading ends. While a response is computed, elements may move beyond the end of
-/// the motion.
-const LOADING_END: f64 = 1.25;
-/// Elements that move less than this fraction of the largest motion keep the law of the push. Their force depends on
-/// their neighbours and not on their own motion.
-const LEAST_REACH: f64 = 0.02;
-/// Last slope of a backbone that is below its strength at its last corner, relative to the slope before; and the
-/// smallest such slope, relative to the mean slope.
-const LAST_SLOPE: f64 = 0.5;
+/// Smallest last slope of a backbone, relative to its mean slope.
 const LEAST_SLOPE: f64 = 1e-3;
 
 /// Motion and force of each element from the middle of a motion to its end.
@@ -41,14 +30,20 @@ impl Loading {
     pub fn parts(laws: &ElementParameters, reach: &[[f64; 2]], mu: f64) -> Vec<f64> {
         let strength: f64 = mu * laws.normal_load.iter().sum::<f64>();
         let stuck = laws.kt.iter().zip(reach).map(|(kt, u)| kt * length(u));
-        let first = LEAST_LEVEL * strength / stuck.sum::<f64>().max(f64::MIN_POSITIVE);
-        let below = levels(first.min(LONGEST_STEP), LONGEST_STEP);
+        let UpdateSettings {
+            least_level,
+            longest_step,
+            loading_end,
+            ..
+        } = UpdateSettings::DEFAULT;
+        let first = least_level * strength / stuck.sum::<f64>().max(f64::MIN_POSITIVE);
+        let below = levels(first.min(longest_step), longest_step);
         let steps =
-            (1..(1.0 / LONGEST_STEP).round() as usize).map(|k| (k + 1) as f64 * LONGEST_STEP);
+            (1..(1.0 / longest_step).round() as usize).map(|k| (k + 1) as f64 * longest_step);
         below
             .into_iter()
             .chain(steps)
-            .chain([LOADING_END])
+            .chain([loading_end])
             .collect()
     }
 
@@ -87,7 +82,8 @@ impl Loading {
             let own_sliders: Vec<usize> = (0..previous.element.len())
                 .filter(|&s| previous.element[s] == element)
                 .collect();
-            let moves = length(&self.amplitude[element]) > LEAST_REACH * farthest;
+            let moves =
+                length(&self.amplitude[element]) > UpdateSettings::DEFAULT.least_reach * farthest;
             let slips = laws.normal_load[element] > 0.0 && mu > 0.0 && kt[element] > 0.0;
             if !(moves && slips) {
                 for s in own_sliders {
@@ -164,7 +160,10 @@ impl Loading {
         }
         if carried_force < strength {
             let least = LEAST_SLOPE * strength / u;
-            levels.push(u + (strength - carried_force) / (LAST_SLOPE * slope).max(least));
+            levels.push(
+                u + (strength - carried_force)
+                    / (UpdateSettings::DEFAULT.last_slope * slope).max(least),
+            );
             force.push(strength);
         }
         (levels, force, turn)

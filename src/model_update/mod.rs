@@ -14,6 +14,7 @@ mod end_loads;
 mod error;
 mod joint_motion;
 mod motion_energy;
+mod settings;
 pub mod sliders;
 mod stiffness;
 mod trend;
@@ -26,6 +27,7 @@ pub use end_loads::EndLoads;
 pub use error::ModelUpdateError;
 pub use joint_motion::Loading;
 pub use motion_energy::match_dissipation;
+pub use settings::UpdateSettings;
 pub use sliders::{Laws, Sliders};
 pub use stiffness::{
     Compliance, Distribution, ElementParameters, Linearisation, SMALLEST_COMPLIANCE, Springs,

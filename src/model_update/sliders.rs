@@ -12,17 +12,13 @@
 //! this is the theorem of Ciavarella and Jäger, T(u) = µ (N(δ) − N(δ − u/µκ)), with κ the ratio of normal to tangential
 //! compliance.
 
-use super::{ContactElements, ElementParameters};
+use super::{ContactElements, ElementParameters, UpdateSettings};
 use crate::contact::stiffness;
 use crate::contact::tangential::{self, Drive, TangentialOptions, TangentialProblem};
 use crate::contact::{ContactError, HalfSpace, Shear};
 
-/// Smallest level, relative to the displacement at which the contact would slide if nothing slid before; and the
-/// largest ratio between successive levels.
-pub(super) const LEAST_LEVEL: f64 = 0.1;
+/// Largest ratio between successive levels.
 const RATIO: f64 = 1.8;
-/// Bound on the number of levels. The ratio keeps its bound over a range of 600 to 1.
-const MOST_LEVELS: usize = 12;
 /// Relative duality gap of a level.
 const TOLERANCE: f64 = 1e-3;
 
@@ -78,7 +74,10 @@ impl Backbones {
         let contact: Vec<bool> = limit.iter().map(|limit| *limit > 0.0).collect();
         let stuck_stiffness = stiffness::tangential(half_space, &contact, shear)?.total;
         let strength = limit.iter().sum::<f64>() * half_space.grid().cell_area();
-        let displacement = levels(LEAST_LEVEL * strength / stuck_stiffness, full_displacement);
+        let displacement = levels(
+            UpdateSettings::DEFAULT.least_level * strength / stuck_stiffness,
+            full_displacement,
+        );
         let options = TangentialOptions {
             tolerance: TOLERANCE,
             ..TangentialOptions::default()
@@ -116,7 +115,7 @@ pub(super) fn levels(least: f64, most: f64) -> Vec<f64> {
     let range = (most / least).max(RATIO);
     let steps = (range.ln() / RATIO.ln())
         .ceil()
-        .min((MOST_LEVELS - 1) as f64);
+        .min((UpdateSettings::DEFAULT.max_levels - 1) as f64);
     (0..=steps as usize)
         .map(|j| most * range.powf(j as f64 / steps - 1.0))
         .collect()
@@ -259,16 +258,14 @@ pub(super) fn slider_bank(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> V
     let load: f64 = bank.iter().map(|[load, ..]| load).sum();
     let closing: Vec<Slider> = bank
         .iter()
-        .filter(|[own, _, own_kn, _]| *own_kn > 0.0 && own / own_kn < CLOSING_DEPTH * load / kn)
+        .filter(|[own, _, own_kn, _]| {
+            *own_kn > 0.0 && own / own_kn < UpdateSettings::DEFAULT.closing_depth * load / kn
+        })
         .map(|&[own, _, own_kn, own_kt]| [0.0, own / own_kn, own_kn, own_kt])
         .collect();
     bank.extend(closing);
     bank
 }
-
-/// Depth up to which a slider has a counterpart beyond the edge of the contact, relative to the depth of the element.
-/// Depth is load over stiffness.
-const CLOSING_DEPTH: f64 = 1.0;
 
 impl Sliders {
     pub(super) fn push(&mut self, element: usize, [normal_load, gap, kn, kt]: Slider) {

@@ -5,10 +5,7 @@
 //! the fine contact. The responses of lap joints change most evenly with this compliance, over the whole life.
 //! Extrapolation in the logarithm or a root of the worn volume has larger errors, and extrapolation in cycles fails.
 
-/// Largest multiple of the last change by which the motion is extrapolated.
-const MAX_MULTIPLE: f64 = 2.0;
-/// A larger change of the amplitude, relative to it, is not extrapolated: the joint begins to behave differently.
-const LARGEST_CHANGE: f64 = 0.25;
+use super::UpdateSettings;
 
 /// Change of the motion between the last two responses, and the compliances of the fine contact at these responses.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +22,7 @@ impl Trend {
         let [before, last] = self.compliance;
         let times = (compliance - last) / (last - before);
         match times.is_finite() {
-            true => times.clamp(0.0, MAX_MULTIPLE),
+            true => times.clamp(0.0, UpdateSettings::DEFAULT.max_multiple),
             false => 0.0,
         }
     }
@@ -42,6 +39,8 @@ impl Trend {
 /// must not oppose the change `before` it.
 pub fn can_extrapolate(last: &[f64], change: &[f64], before: &[f64]) -> bool {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let largest = LARGEST_CHANGE * LARGEST_CHANGE * dot(last, last);
+    let largest = UpdateSettings::DEFAULT.largest_change
+        * UpdateSettings::DEFAULT.largest_change
+        * dot(last, last);
     dot(change, change) <= largest && dot(change, before) >= 0.0
 }
