@@ -9,7 +9,8 @@ A constant decides a result if a figure of `--json` changes by more than a tenth
 Constants that the compiler needs before the run (lengths of arrays, patterns) cannot be varied; the table lists them too.
 
 The table has one row per constant: module, file, name, value, whether it decides, the largest change in units of the error bar
-(of the first case that decides), the figure and the scene of that change. Wants pyarrow and numpy, as the yardstick does.
+(of the first case that decides), the figure and the scene of that change. The committed table also has `home`: the setting that a
+constant which decides has become, or the reason why it stays a constant. Wants pyarrow and numpy, as the yardstick does.
 """
 
 import argparse
