@@ -36,7 +36,7 @@ unit: str = run.field("wear_depth", 0, as_xarray=True).attrs["units"]
 picture: Figure = run.plot("wear_volume")
 page: Path = run.report()
 run.verify()
-print(version, meaning, warnings, run.iterations, run.latest, run.scene["title"], run.units("history")["kn"], unit, page, force)
+print(version, meaning, warnings, run.iterations, run.latest, run.scene["contact"]["normal_load"], run.units("history")["kn"], unit, page, force)
 print(arrow.num_rows, len(frame), polars.height, lazy.collect().height, picture.get_axes(), run.folder, run._repr_html_())
 print(fretwear.when(run, depth=["10 nm", "1 um"], volume="1e-4 mm3")["milestones"])
 print(fretwear.campaign(sys.argv[2], jobs=2, retry=True)["done"])

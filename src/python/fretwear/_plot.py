@@ -42,10 +42,12 @@ FIELDS = ("surface", "contact_field", "wear_field")
 def plot(run: Run, figure: str, iteration: int | None, axes: Axes | None) -> Figure:
     """Draws a figure, as `Run.plot` says."""
     if axes is None:
-        # A figure of its own, which pyplot does not keep and a notebook shows once.
-        from matplotlib.figure import Figure
+        # pyplot chooses the backend. It does not keep the figure, so that a notebook shows it once.
+        from matplotlib import pyplot
 
-        axes = Figure(layout="constrained").add_subplot()
+        new = pyplot.figure(layout="constrained")
+        pyplot.close(new)
+        axes = new.add_subplot()
     if figure in CURVES:
         _curve(run, figure, iteration, axes)
     elif figure in run.history().column_names:
