@@ -185,7 +185,7 @@ fn a_table_that_does_not_fit_is_an_error() {
                 .take_while(|line| !line.starts_with("7,"))
                 .map(|line| format!("{line}\n"))
                 .collect(),
-            "it has 7 contact elements, but the structure of the scene has 88",
+            "the table has 7 contact elements, but the structure of the scene has 88",
         ),
         (String::new(), "there is no column `element`"),
     ] {

@@ -67,6 +67,6 @@ fn the_page_of_a_run_has_the_same_command() {
     assert_eq!(bench.fretwear(&begin).code(), 75);
     bench.done(&["report", "--output", "page.html", "--", "-x y"]);
     let page = fs::read_to_string(bench.path("page.html")).expect("a page");
-    let command = "(`fretwear run --run './-x y'` continues it)";
+    let command = "(continue it with `fretwear run --run './-x y'`)";
     assert!(page.contains(command), "{page}");
 }

@@ -409,7 +409,7 @@ fn what_cannot_press_is_refused() {
         (turns, "contact.rotation"),
         (total, "contact.preload"),
         (bolt + "\n", "contact.preload"),
-        (one, "one point"),
+        (one, "coincide"),
         (nowhere, "NOWHERE"),
     ] {
         let error = plates.run(

@@ -162,7 +162,7 @@ fn milestones_are_values_parts_and_changes() {
         ),
         (
             Milestone::parse(Figure::Depth, "50%"),
-            "has no largest depth",
+            "the largest depth of an unworn joint is zero",
         ),
         (
             Milestone::parse(Figure::Preload, "90"),

@@ -409,7 +409,7 @@ fn other_motions_and_loads_are_looked_at() {
     let tilted = "rotation = \"free\"\nmoment = [\"1000 N m\", \"0 N m\"]\nnormal_load = \"30 kN\"";
     let said = said_of_edited("static_contact", &[(LOAD, tilted)], None);
     assert!(
-        said[0].contains("contact.moment") && said[0].contains("reaches"),
+        said[0].contains("contact.moment") && said[0].contains("moves the resultant"),
         "{said:?}"
     );
 }

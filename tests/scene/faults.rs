@@ -132,7 +132,7 @@ kind = "resonator""#,
     (
         r#"{ diameter = "11 mm" }"#,
         r#"{ diameter = "30 mm" }"#,
-        r#"case.toml, line 5: joint.hole.diameter = "30 mm": must be less than the length of the joint, shorter side of joint.size"#,
+        r#"case.toml, line 5: joint.hole.diameter = "30 mm": must be less than the shorter side of joint.size"#,
     ),
     (
         "198.4 GPa",

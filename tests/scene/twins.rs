@@ -8,7 +8,7 @@ use std::path::Path;
 const WITHOUT_RECIPE: [&str; 18] = [
     "Duffing",
     "ElementParameters",
-    "Imported",
+    "ImportedStructure",
     "InspectArguments",
     "JenkinsOscillator",
     "Matrices",

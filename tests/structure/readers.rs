@@ -455,7 +455,7 @@ fn held_freedoms_of_a_full_file_are_left_out() {
         matrices
             .notes
             .iter()
-            .any(|note| note.contains("3 of 18 freedoms are held")),
+            .any(|note| note.contains("3 of 18 freedoms are fixed")),
         "{:?}",
         matrices.notes
     );
