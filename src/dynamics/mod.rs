@@ -14,7 +14,7 @@
 //! ```
 //! use std::f64::consts::TAU;
 //! use fretwear::dynamics::{
-//!     ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, Settings, Slider,
+//!     ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Oscillator, BalanceSettings, Slider,
 //! };
 //!
 //! // A mass of 1.5 kg on a spring and a friction contact.
@@ -41,7 +41,7 @@
 //!     vec![oscillator.element.clone()],
 //!     Harmonics::up_to(5),
 //!     vec![load],
-//!     Settings::default(),
+//!     BalanceSettings::default(),
 //! )?;
 //! let response = balance.solve(TAU * 850.0, None)?;
 //! // Friction and damping dissipate the work of the load.

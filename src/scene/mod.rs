@@ -10,7 +10,7 @@
 //! let sets = ["joint.grid=[60, 48]".to_owned()];
 //! let scene = scene::load(Path::new("pipelines/prescribed_fretting.toml"), &sets)?;
 //! let plan = Plan::of(&scene)?;
-//! The recipe contains every number that a run would use, and the plan gives the reasons.
+//! // The recipe contains every number that a run would use, and the plan gives the reasons.
 //! assert_eq!(plan.inputs.recipe.surface().map(|surface| surface.grid), Some([60, 48]));
 //! for decision in &plan.decisions {
 //!     println!("{decision:?}");
