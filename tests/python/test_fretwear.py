@@ -281,6 +281,7 @@ class Reading(Bench):
         self.refused(None, ["a table surface"], self.joint.table, "surface", "all")
         self.refused(None, ["no table nothing"], self.joint.units, "nothing")
         self.refused(None, ["nothing", "wear_depth"], self.joint.field, "nothing")
+        self.refused(None, ["no iteration 99"], self.joint.field, "height", 99)
         middle = self.refused(None, ["hysteresis"], self.joint.table, "hysteresis", 1)
         self.assertIn(f"[0, {self.joint.latest}]", str(middle))
 
@@ -342,6 +343,21 @@ class Running(Bench):
         self.assertEqual(tomllib.loads(Path("runs/scene.toml").read_text(encoding="utf-8")), scene)
         self.assertEqual(fretwear.run(scene).latest, run.latest)
         self.assertEqual(fretwear.plan(scene, rehearsal=False)["recipe"], fretwear.plan("joint.toml", rehearsal=False)["recipe"])
+        # A refused scene replaces nothing, and leaves nothing.
+        before = Path("runs/scene.toml").read_bytes()
+        self.refused(4, ["normal_load"], fretwear.run, {**scene, "contact": {**scene["contact"], "normal_load": "1 N"}})
+        self.refused(2, ["contact.normal_load"], fretwear.run, {**scene, "contact.normal_load": "1 N"})
+        self.refused(2, ["scene.toml", "contact.normal_laod"], fretwear.run, {**scene, "contact": {"normal_laod": "1 N"}})
+        self.assertEqual(Path("runs/scene.toml").read_bytes(), before)
+        self.assertEqual(sorted(path.name for path in Path("runs").iterdir()), ["joint", "scene", "scene.toml"])
+        Path("here").mkdir()
+        os.chdir("here")
+        self.assertEqual(fretwear.run(scene, run=".").folder, self.folder.resolve() / "here")
+        os.chdir("..")
+        self.assertTrue(Path("here.toml").is_file())
+        # A run without wear has figures, too.
+        static = {name: section for name, section in scene.items() if name not in ("motion", "wear")}
+        self.assertEqual(len(fretwear.run(static, run="static").plot("kn").axes), 1)
         # The file of a user stays.
         Path("own.toml").write_text("# mine", encoding="utf-8")
         self.refused(None, ["own.toml", "not written by this module"], fretwear.run, scene, run="own")

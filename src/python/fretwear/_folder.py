@@ -125,6 +125,8 @@ class Run:
         """The figures of the run with their error bars, as a table: what `fretwear status` prints."""
         status = json.loads(call("status", "--json", "--", str(self.folder)))
         title = f"{escape(str(self.folder))}: iteration {status['wear_iteration']}, {status['state']}"
+        if status["wear_iteration"] is None:
+            return f"<p>{escape(str(self.folder))}: no iteration yet, {status['state']}</p>"
         cycles = f"{status.get('cycles') or 0:,}".replace(",", "&#8239;")
         rows = [("", "unworn", f"after {cycles} cycles"), *((row["figure"], row["unworn"], row["worn"] or "") for row in status["figures"])]
         cells = ("".join(f"<td style='text-align: left'>{text if '&#' in text else escape(text)}</td>" for text in row) for row in rows)
@@ -162,11 +164,15 @@ class Run:
         """A table over all kept iterations as a Polars LazyFrame: files are read when it is collected, and only the columns in use.
 
         The column `wear_iteration` is first. Rows ascend by iteration; a column that an iteration lacks is null there. A table of the whole
-        run (`surface`, `structure`, …) or "history" has its own rows. Raises Error if the run has no such table.
+        run (`surface`, `structure`, …) or "history" has its own rows. Collect it before the run prunes iterations (`output.keep`): a pruned
+        file is an error of Polars. Raises Error if the run has no such table.
         """
         import polars as pl
 
-        once = self._history() if table == "history" else self.folder / "once" / f"{table}.parquet"
+        if table == "history":
+            # The program replaces this file at every iteration, so that it is read at once.
+            return pl.LazyFrame(self.history("polars"))
+        once = self.folder / "once" / f"{table}.parquet"
         if once.is_file():
             return pl.scan_parquet(once)
         having = self._having(table)
@@ -219,6 +225,8 @@ class Run:
         import numpy as np
 
         k = self.latest if iteration is None else iteration
+        if k not in self.iterations:
+            raise Error(f"{self.folder} has no iteration {k}; kept are {self.iterations}")
         # Other tables of cells have columns of the same names: the coarse trajectory, and samples of a cycle.
         beside = self._path("contact_field", k).parent
         files = [self.folder / "once/surface.parquet", beside / "contact_field.parquet", beside / "wear_field.parquet"]

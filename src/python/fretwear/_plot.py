@@ -96,7 +96,9 @@ def _course(run: Run, figure: str, axes: Axes) -> None:
     history, units = run.history(), run.units("history")
     if not (pa.types.is_floating(history.schema.field(figure).type) or pa.types.is_integer(history.schema.field(figure).type)):
         raise Error(f"the column {figure} of {run.folder} has no numbers to draw")
-    cycles, values = _numbers(history["cycles"]), _numbers(history[figure])
+    # A run without wear has its single state at iteration 0.
+    along = "cycles" if "cycles" in history.column_names else "wear_iteration"
+    cycles, values = _numbers(history[along]), _numbers(history[figure])
     axes.plot(cycles, values, marker=".")
     bar = BARS.get(figure, f"error_{figure}")
     if bar in history.column_names:
@@ -104,7 +106,7 @@ def _course(run: Run, figure: str, axes: Axes) -> None:
         half = np.abs(values) * _numbers(history[bar])
         axes.fill_between(cycles, values - half, values + half, alpha=0.25, label="error bar")
         axes.legend()
-    axes.set(xlabel="cycles")
+    axes.set(xlabel=along.replace("_", " "))
     _name_axis(axes.yaxis, figure, units[figure])
 
 

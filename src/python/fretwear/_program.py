@@ -178,28 +178,48 @@ def scene_text(scene: Mapping[str, Value]) -> str:
             return [absolute(inner) for inner in value]
         return value
 
+    def key(name: Any) -> str:
+        if "." in str(name):
+            raise Error(f'{name}: no key of a mapping has a dot; write {{"contact": {{"normal_load": …}}}} for contact.normal_load', 2)
+        return str(name) if re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) else toml(str(name))
+
     keys, sections = [], []
     for name, value in absolute(scene).items():
         if isinstance(value, Mapping):
-            sections.append("\n".join([f"[{name}]", *(f"{key} = {toml(inner)}" for key, inner in value.items())]))
+            sections.append("\n".join([f"[{key(name)}]", *(f"{key(inner)} = {toml(each)}" for inner, each in value.items())]))
         else:
-            keys.append(f"{name} = {toml(value)}")
+            keys.append(f"{key(name)} = {toml(value)}")
     return "\n\n".join([*(["\n".join(keys)] if keys else []), *sections]) + "\n"
 
 
-def _scene_beside(scene: Mapping[str, Value], run: Path) -> Path:
-    """Writes a scene as TOML beside the folder of its run. Raises Error if another file has that name."""
+@contextmanager
+def _scene_beside(scene: Mapping[str, Value], run: Path) -> Iterator[str]:
+    """The path of a scene as TOML beside the folder of its run. Raises Error if another file has that name.
+
+    The scene is in a file of its own until the program has accepted it, so that a refused scene replaces nothing, and two calls at the
+    same time do not share a scene.
+    """
+    run = Path(os.path.abspath(run))
+    if not run.name:
+        raise Error(f"{run} cannot be the folder of a run: the scene has no place beside it")
     path = run.with_name(f"{run.name}.toml")
-    text = WRITTEN + scene_text(scene)
-    if path.exists():
-        written = path.read_text(encoding="utf-8", errors="replace")
-        if written == text:
-            return path
-        if not written.startswith(WRITTEN):
-            raise Error(f"{path} was not written by this module and stays; choose another folder for the run")
+    if path.exists() and not path.read_text(encoding="utf-8", errors="replace").startswith(WRITTEN):
+        raise Error(f"{path} was not written by this module and stays; choose another folder for the run")
+    text = (WRITTEN + scene_text(scene)).encode()
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8")
-    return path
+    handle, written = tempfile.mkstemp(".toml", f".{run.name}-", path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(text)
+        yield written
+        os.replace(written, path)
+    except Error as error:
+        if error.code == STOPPED:
+            os.replace(written, path)
+        error.args = (str(error).replace(written, str(path)),)
+        raise
+    finally:
+        Path(written).unlink(missing_ok=True)
 
 
 @contextmanager
@@ -251,8 +271,6 @@ def run(
         if scene is None:
             raise TypeError("run() wants a scene, a run, or both")
         run = Path("runs") / ("scene" if isinstance(scene, Mapping) else Path(scene).stem)
-    if isinstance(scene, Mapping):
-        scene = _scene_beside(scene, Path(run))
     arguments = ["run", f"--run={os.fspath(run)}", *_sets(set)]
     if threads is not None:
         arguments.append(f"--threads={threads}")
@@ -260,10 +278,12 @@ def run(
         arguments.append(_wall(max_wall))
     if quiet:
         arguments.append("--quiet")
-    if scene is not None:
-        arguments += ["--", os.fspath(scene)]
     try:
-        call(*arguments, show=not quiet)
+        if isinstance(scene, Mapping):
+            with _scene_beside(scene, Path(run)) as path:
+                call(*arguments, "--", path, show=not quiet)
+        else:
+            call(*arguments, *([] if scene is None else ["--", os.fspath(scene)]), show=not quiet)
     except Error as error:
         if error.code == STOPPED:
             raise Stopped(str(error), Run(run)) from None
@@ -275,7 +295,7 @@ def plan(scene: Scene, *, set: Mapping[str, Value] | None = None, rehearsal: boo
     """What a scene will compute (`recipe`), why (`decisions`), what speaks against it (`warnings`), and what it costs (`cost`).
 
     `cost` contains the counted memory and disk per iteration [B], and ranges of wear iterations, FFT pairs and total disk [B].
-    `seconds["run"]` is the range of the time on this machine. A range is None if the coarse run gives no estimate; `cost["not_known"]`
+    A mapping has no folder: give paths in it as `pathlib.Path`. `seconds["run"]` is the range of the time on this machine. A range is None if the coarse run gives no estimate; `cost["not_known"]`
     has the reason. The coarse run takes a few seconds; `rehearsal=False` skips it and returns no cost. `set` as in `run`. Raises Error.
     """
     without = [] if rehearsal else ["--no-rehearsal"]
@@ -302,11 +322,12 @@ def campaign(
     - `retry`: True runs rows again that failed.
 
     Returns the object of `fretwear campaign run --json` (`rows`, `done`, `left`, `failed`, `stopped`, `in_use`) with `folder`. Failed rows
-    do not stop the others; a warning names them. The tables of all rows are in `folder/collected`. Raises Error.
+    do not stop the others; a warning gives their numbers and the folder with the reasons. The tables of all rows are in `folder/collected`. Raises Error.
     """
     folder = Path("campaigns") / Path(file).stem if folder is None else Path(folder)
-    call("campaign", "plan", "--no-rehearsal", f"--dir={folder}", "--", os.fspath(file))
-    arguments = ["campaign", "run", "--json", f"--dir={folder}"]
+    directory = f"--dir={folder.absolute()}"
+    call("campaign", "plan", "--no-rehearsal", directory, "--", os.fspath(file))
+    arguments = ["campaign", "run", "--json", directory]
     if jobs is not None:
         arguments.append(f"--jobs={jobs}")
     if threads is not None:
@@ -319,9 +340,10 @@ def campaign(
         arguments.append("--quiet")
     ended: dict[str, Any] = json.loads(call(*arguments, show=not quiet, codes=(0, FAILED, STOPPED)))
     if failed := ended["failed"]:
-        warnings.warn(f"{len(failed)} of {ended['rows']} rows of {folder} failed; `failed` has the reasons", stacklevel=2)
+        reasons = f"{folder / 'failed'} has the reasons"
+        warnings.warn(f"{len(failed)} of {ended['rows']} rows of {folder} failed ({failed}); {reasons}", stacklevel=2)
     if ended["done"]:
-        call("campaign", "collect", f"--dir={folder}")
+        call("campaign", "collect", directory)
     return ended | {"folder": str(folder)}
 
 
@@ -345,7 +367,7 @@ def when(
     if not within its cycles), and `done` is False for an unfinished run. For a campaign, it has quantiles. Raises Error.
     """
     asked = {"preload": preload, "resonance": resonance, "stiffness": stiffness, "depth": depth, "depth-99": depth_99, "volume": volume}
-    options = [f"--{name}={each}" for name, texts in asked.items() for each in ([texts] if isinstance(texts, str) else texts)]
+    options = [f"--{name}={each}" for name, texts in asked.items() for each in ([texts] if isinstance(texts, str) else texts or ())]
     if not options:
         raise TypeError('when() wants a milestone, as preload="90%"')
     found: dict[str, Any] = json.loads(call("when", "--json", *options, "--", os.fspath(run), codes=(0, STOPPED)))
