@@ -481,8 +481,8 @@ pub fn set_motion(
 }
 
 /// Sets a straight motion of the joint between the two ends of a response to its elements, at a `compliance` of the
-/// fine contact and under the loads at rest. The cycle keys of the recipe are ignored. For an orbit, the ends are
-/// those of its longest line. Returns the work of the elements in this motion, or `None` if the elements have no
+/// fine contact and under the loads at rest. The cycle keys of the recipe are ignored. For an orbit, the
+/// longest line in it gives the ends. Returns the work of the elements in this motion, or `None` if the elements have no
 /// friction laws of their own.
 pub fn set_motion_between_ends(
     reads: &StageInputs,

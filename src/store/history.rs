@@ -241,7 +241,7 @@ impl History {
         }
     }
 
-    /// Appends the row of the next iteration, from its commit and those of its tables that are part of a history.
+    /// Appends the row of the next iteration, from its commit and from its tables that belong to the history.
     pub(super) fn push(&mut self, commit: &Commit, tables: &[(TableName, Table)]) {
         let rows = self.links.len();
         self.links.push(Link {

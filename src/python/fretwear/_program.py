@@ -234,8 +234,16 @@ def _scene_file(scene: Scene) -> Iterator[str]:
         yield str(path)
 
 
-def _wall(max_wall: str | float) -> str:
-    return f"--max-wall={max_wall if isinstance(max_wall, str) else f'{max_wall} s'}"
+def _execution(threads: int | None, max_wall: str | float | None, quiet: bool) -> list[str]:
+    """The options that runs and campaigns share."""
+    options = []
+    if threads is not None:
+        options.append(f"--threads={threads}")
+    if max_wall is not None:
+        options.append(f"--max-wall={max_wall if isinstance(max_wall, str) else f'{max_wall} s'}")
+    if quiet:
+        options.append("--quiet")
+    return options
 
 
 def _sets(changes: Mapping[str, Value] | None) -> list[str]:
@@ -271,13 +279,7 @@ def run(
         if scene is None:
             raise TypeError("run() wants a scene, a run, or both")
         run = Path("runs") / ("scene" if isinstance(scene, Mapping) else Path(scene).stem)
-    arguments = ["run", f"--run={os.fspath(run)}", *_sets(set)]
-    if threads is not None:
-        arguments.append(f"--threads={threads}")
-    if max_wall is not None:
-        arguments.append(_wall(max_wall))
-    if quiet:
-        arguments.append("--quiet")
+    arguments = ["run", f"--run={os.fspath(run)}", *_sets(set), *_execution(threads, max_wall, quiet)]
     try:
         if isinstance(scene, Mapping):
             with _scene_beside(scene, Path(run)) as path:
@@ -327,17 +329,11 @@ def campaign(
     folder = Path("campaigns") / Path(file).stem if folder is None else Path(folder)
     directory = f"--dir={folder.absolute()}"
     call("campaign", "plan", "--no-rehearsal", directory, "--", os.fspath(file))
-    arguments = ["campaign", "run", "--json", directory]
+    arguments = ["campaign", "run", "--json", directory, *_execution(threads, max_wall, quiet)]
     if jobs is not None:
         arguments.append(f"--jobs={jobs}")
-    if threads is not None:
-        arguments.append(f"--threads={threads}")
-    if max_wall is not None:
-        arguments.append(_wall(max_wall))
     if retry:
         arguments.append("--retry")
-    if quiet:
-        arguments.append("--quiet")
     ended: dict[str, Any] = json.loads(call(*arguments, show=not quiet, codes=(0, FAILED, STOPPED)))
     if failed := ended["failed"]:
         reasons = f"{folder / 'failed'} has the reasons"
