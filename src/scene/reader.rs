@@ -333,6 +333,17 @@ impl<'a> Reader<'a> {
                 break;
             }
             let key = join(section, name);
+            // TOML splits a dotted key into sections unless it is quoted.
+            if name.contains('.') {
+                let problem = Problem::UnknownKey {
+                    nearest: keys::find(&key).map(|_| key),
+                    value: entry.shown(),
+                    siblings: owned(keys::children(section)),
+                    key: format!("{name:?}"),
+                };
+                faults.value_or_record(Err::<(), _>(SceneError::new(&entry.place, problem)));
+                continue;
+            }
             let declared = keys::find(&key);
             let has_keys = !keys::children(&key).is_empty();
             let is_section = matches!(entry.content, Content::Section(_));
@@ -351,6 +362,10 @@ impl<'a> Reader<'a> {
     }
 }
 
+fn owned(names: Vec<&str>) -> Vec<String> {
+    names.into_iter().map(str::to_owned).collect()
+}
+
 /// Creates the fault for an unknown key.
 fn unknown(section: &str, key: String, entry: &Node) -> Problem {
     let value = entry.shown();
@@ -363,10 +378,7 @@ fn unknown(section: &str, key: String, entry: &Node) -> Problem {
         None => Problem::UnknownKey {
             nearest: keys::nearest_key(&key),
             value,
-            siblings: keys::children(section)
-                .into_iter()
-                .map(str::to_owned)
-                .collect(),
+            siblings: owned(keys::children(section)),
             key,
         },
     }

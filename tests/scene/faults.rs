@@ -1,8 +1,8 @@
-//! Every fault, word for word: the message names the file and the line, the key, the value, and what would be right.
+//! Messages for all faults, word for word: each one names file, line, key and value, and suggests a correct value.
 
 use super::{CASE, Folder, assert_faults, edited, message_of};
 
-/// What is replaced in the case, by what, and the message.
+/// Replaced text of the case, new text, and message.
 const IN_FILE: &[(&str, &str, &str)] = &[
     (
         r#"title = "Case""#,
@@ -18,6 +18,11 @@ const IN_FILE: &[(&str, &str, &str)] = &[
         r#"title = "Case""#,
         r#"normal_load = "3 N""#,
         r#"case.toml, line 1: normal_load = "3 N": there is no such key; did you mean contact.normal_load?"#,
+    ),
+    (
+        r#"title = "Case""#,
+        r#""contact.normal_load" = "3 N""#,
+        r#"case.toml, line 1: "contact.normal_load" = "3 N": there is no such key; did you mean contact.normal_load?"#,
     ),
     (
         r#"title = "Case""#,
@@ -472,7 +477,7 @@ fn syntax() {
     }
 }
 
-/// What no scene is told as such, and is not waited for.
+/// The program rejects pipes, devices and folders as scenes, without waiting for data.
 #[cfg(unix)]
 #[test]
 fn what_is_no_file() {
@@ -495,7 +500,7 @@ fn what_is_no_file() {
     let folder = folder.with("based.toml", "base = \"pipe.toml\"");
     let message = folder.message("based.toml", &[]);
     assert!(message.contains("it is a pipe or a device"), "{message}");
-    // A link to a file is one.
+    // A link to a file is a valid scene.
     let folder = folder.with("case.toml", CASE);
     std::os::unix::fs::symlink(folder.path("case.toml"), folder.path("link.toml")).expect("a link");
     folder.scene("link.toml", &[]);
@@ -512,7 +517,7 @@ fn a_file_of_too_many_bytes() {
     );
 }
 
-/// Some times what a file of many keys takes on a loaded machine. Counting the lines before each key anew takes ten times this.
+/// Limit of the time \[s\], several times the time on a loaded machine. Recounting the lines for each key would take ten times the limit.
 const SECONDS: u64 = 4;
 
 #[test]
@@ -527,14 +532,14 @@ fn a_file_of_many_keys() {
         faults[0],
         "case.toml, line 24: output.k0 = 0: there is no such key; known here: keep, cycle_fields, curves_every, stiffness, response_at, resonance, durability"
     );
-    // A name is not compared letter by letter with all that are known.
+    // A long name is not compared with each known key letter by letter.
     let folder = Folder::new().with("case.toml", &format!("{} = 1", "x".repeat(1 << 20)));
     let begin = std::time::Instant::now();
     assert!(folder.message("case.toml", &[]).contains("no such key"));
     assert!(begin.elapsed().as_secs() < SECONDS, "{:?}", begin.elapsed());
 }
 
-/// The reader of TOML refuses what nests too deep for those that go through it.
+/// The TOML reader rejects text that is nested too deeply for a recursive function.
 #[test]
 fn deep_nesting() {
     let deep = 100_000;
