@@ -131,7 +131,9 @@ impl ReducedStructure {
         let in_mode = |r: usize| forces.iter().map(move |&(p, f)| self.rigid[(p, r)] * f);
         let mut work: Vec<f64> = modes.clone().map(|r| in_mode(r).sum()).collect();
         let sizes = modes.map(|r| in_mode(r).map(f64::abs).sum::<f64>());
-        let size: f64 = sizes.fold(0.0, f64::max);
+        // A motion of unit mass is the scale of rounding where no rigid mode moves the loaded ports.
+        let unit = forces.iter().map(|(_, f)| f.abs()).sum::<f64>() / self.mass.sqrt();
+        let size: f64 = sizes.fold(unit, f64::max);
         let along = planes.free.iter().map(|free| {
             let square: f64 = free.parts.iter().map(|a| a * a).sum();
             if square == 0.0 {

@@ -1,4 +1,4 @@
-//! What loads that stay do at a joint, of structures whose rigid motions and flexibility are written by hand.
+//! Static loads at a joint of structures with given rigid motions and flexibility.
 
 use fretwear::linalg::Matrix;
 use fretwear::structure::StructureError;
@@ -9,7 +9,7 @@ const COUNTS: [usize; 2] = [5, 4];
 const SIDES: [f64; 2] = [2e-3, 3e-3];
 const MASS: f64 = 0.4;
 const LOAD: f64 = 700.0;
-/// Where the load acts \[m\].
+/// Position of the load \[m\].
 const AT: [f64; 2] = [1.5e-3, -2e-3];
 
 fn centres() -> Vec<[f64; 2]> {
@@ -20,11 +20,11 @@ fn centres() -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// A rigid motion of the upper body, and the same or none of the lower one: x, y, z at a place.
+/// Rigid motion of the upper body: displacements along x, y, z at a place.
 type Motion = fn([f64; 2]) -> [f64; 3];
 
-/// A structure with these rigid motions of its upper body; the lower one stands. Its only point is on the upper body at [`AT`]. Its flexibility along the normal
-/// is that of springs by area and of a plane on softer springs.
+/// Structure with these rigid motions of the upper body and a fixed lower body. Its only point is on the upper body at [`AT`]. The
+/// flexibility along the normal decays with the distance and adds a plane scaled by `soft`.
 fn structure(motions: &[Motion], soft: f64) -> ReducedStructure {
     let centres = centres();
     let ports = 3 * centres.len() + 3;
@@ -65,15 +65,15 @@ const ABOUT_X: Motion = |[_, y]| [0.0, 0.0, 80.0 * y];
 const ABOUT_Y: Motion = |[x, _]| [0.0, 0.0, -110.0 * x];
 const ALONG_X: Motion = |_| [1.0, 0.0, 0.0];
 const ABOUT_Z: Motion = |[x, y]| [-60.0 * y, 60.0 * x, 0.0];
-/// About an axis along y at x = −20 mm.
+/// Rotation about an axis along y at x = −20 mm.
 const HINGED: Motion = |[x, _]| [0.0, 0.0, 90.0 * (x + 20e-3)];
 
-/// A force on the point that presses the upper body down.
+/// Force on the point that presses the upper body down.
 fn pressing(reduced: &ReducedStructure) -> Vec<PortForce> {
     vec![(reduced.ports.of_point("top", 2).expect("a point"), -LOAD)]
 }
 
-/// Opposing forces on all faces, by parts that grow along x.
+/// Opposing forces on all faces that increase along x.
 fn on_faces() -> Vec<PortForce> {
     let centres = centres();
     let count = centres.len() as f64;
@@ -109,7 +109,7 @@ fn a_free_body_leaves_its_load_and_moments_to_the_pressure() {
 
 #[test]
 fn a_hinged_body_is_free_about_its_hinge_alone() {
-    // A stiff hinge is a part of the flexibility; only a soft one is told apart.
+    // A stiff hinge belongs to the flexibility. The program separates only a soft hinge.
     let [stiff, reduced] = [0.0, 1e-3].map(|soft| structure(&[HINGED], soft));
     let of = |reduced: &ReducedStructure| {
         let loads = [pressing(reduced)];
@@ -128,10 +128,10 @@ fn a_hinged_body_is_free_about_its_hinge_alone() {
     );
     let [approach, x, y] = found.free_motions[0];
     assert!((approach / -y - 20e-3).abs() < 1e-9 && x.abs() < 1e-9);
-    // The moment about the hinge, in the measure of the motion.
+    // Moment about the hinge, in the normalization of the motion.
     let moment = LOAD * (AT[0] + 20e-3) * -y;
     assert!((found.loads[0].resultants[0] - moment).abs() < 1e-9 * LOAD);
-    // With the load that of the pressure, it may come closer too, and its own resultant stays.
+    // If the pressure carries the load, the body may also approach. The resultant of the load does not change.
     let loads = [on_faces()];
     let found = reduced.statics(&centres(), &loads, true).expect("statics");
     assert_eq!(
@@ -153,7 +153,8 @@ fn a_hinged_body_is_free_about_its_hinge_alone() {
     }
 }
 
-/// What holds the bodies may be as soft as it likes: it is told apart, and what is left is positive and knows nothing of it.
+/// For any softness of the supports, the program separates the support motions. The remaining flexibility is positive and does not depend
+/// on the softness.
 #[test]
 fn softness_of_held_bodies_is_told_apart() {
     let mut stiff: Option<Matrix> = None;
@@ -210,7 +211,7 @@ fn loads_that_nothing_bears_and_faces_of_three_bodies_are_refused() {
         matches!(found, Err(StructureError::UnbalancedLoad { load: 1, .. })),
         "{found:?}"
     );
-    // Half of a face goes its own way.
+    // Half of a face moves separately.
     let torn: Motion = |[x, _]| [0.0, 0.0, if x > 0.0 { 1.0 } else { 0.0 }];
     let reduced = structure(&[torn], 0.0);
     let found = reduced.statics(&centres(), &[], false);
@@ -220,7 +221,7 @@ fn loads_that_nothing_bears_and_faces_of_three_bodies_are_refused() {
     );
 }
 
-/// A spring between two points of a structure: statically 1/k more flexible in series, and a rigid motion less where it holds one.
+/// A spring between two points of a structure adds a flexibility of 1/k in series and removes one rigid motion.
 #[test]
 fn a_spring_holds_what_it_pulls_at() {
     let reduced = structure(&[DOWN, ABOUT_X], 0.0);
@@ -230,7 +231,7 @@ fn a_spring_holds_what_it_pulls_at() {
         .with_spring(&[(port, 1.0)], stiffness)
         .expect("modes");
     assert_eq!((held.rigid.columns(), held.omega.len()), (1, 1));
-    // A unit force there strains the spring alone: the body stands on it, but for what it turns freely.
+    // A unit force at the point strains only the spring. The body still turns freely about the point.
     let own = held.flexibility(port, port);
     let free_part = held.rigid[(port, 0)];
     assert!(
@@ -238,4 +239,15 @@ fn a_spring_holds_what_it_pulls_at() {
         "the spring's point does not move freely: {free_part}"
     );
     assert!((own * stiffness - 1.0).abs() < 1e-6, "{own}");
+}
+
+/// Rigid modes of connected bodies move the faces apart only by rounding, so opposing forces on the faces need no balance.
+#[test]
+fn opposing_forces_on_connected_bodies_need_no_balance() {
+    const ROUNDING: Motion = |[x, _]| [0.0, 0.0, 1e-14 * (1.0 + 1e3 * x)];
+    let reduced = structure(&[ALONG_X, ROUNDING], 0.0);
+    let found = reduced.statics(&centres(), &[on_faces()], false);
+    let found = found.expect("statics");
+    assert!(found.free_motions.is_empty());
+    assert_eq!(found.supported_motions.len(), 3);
 }
