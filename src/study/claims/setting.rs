@@ -1,4 +1,4 @@
-//! Setting of a run, from its recipe. It determines the role of the run in a study.
+//! Setting of a run, from its recipe. The setting determines the role of the run in a study.
 
 use serde_json::{Value, json};
 
@@ -34,7 +34,7 @@ pub struct Setting {
     pub tangent: bool,
     /// Shorter side of the joint \[m\].
     pub side: Option<f64>,
-    /// Side along x \[m\]. Its half is the lever of the moments.
+    /// Side of the joint along x \[m\]. Half of this side is the lever of the moments.
     pub length: Option<f64>,
     /// Depth of an explicit wear step \[m\], `None` for other schemes.
     pub explicit: Option<f64>,
@@ -134,6 +134,8 @@ fn base(scene: &Value) -> String {
         ("contact", "pressure_cap"),
         ("contact", "stiffness"),
         ("contact", "distribution"),
+        // The default depends on the preset, which is not part of the setting.
+        ("contact", "pressing"),
         ("dynamics", "harmonics"),
         // End of the run, and wear steps.
         ("wear", "cycles"),
