@@ -1,6 +1,6 @@
-//! Imports run one way: numerics know no scene, no store, no table and no file; each library is named in one place.
+//! Checks the order of the imports: numerics import no scene, store, table or file, and each library is named in one place.
 //!
-//! The sources are read as text: every path that a `use` names, or that stands in the code in full, counts. Comments do not.
+//! The test reads the sources as text. Every path in a `use` and every full path in the code counts. Comments do not count.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use fretwear::tables::{TableLocation, TableName};
 use regex::Regex;
 
-/// One file of `src/`: its path below it with `/`, its text, and its code without comments and texts.
+/// File of `src/`: its path with `/`, its text, and its code without comments and strings.
 struct Source {
     path: String,
     text: String,
@@ -47,7 +47,7 @@ fn sources() -> Vec<Source> {
         .collect()
 }
 
-/// The lines without `//` comments and without what stands in quotes.
+/// Lines without `//` comments and without quoted text.
 fn code(text: &str) -> String {
     let mut code = String::new();
     for line in text.lines() {
@@ -69,7 +69,7 @@ fn code(text: &str) -> String {
     code
 }
 
-/// True if the code names the path: not as a part of a longer word.
+/// True if the code contains the path as whole words.
 fn names(code: &str, path: &str) -> bool {
     let word = |c: char| c.is_alphanumeric() || c == '_';
     code.match_indices(path).any(|(at, _)| {
@@ -79,7 +79,7 @@ fn names(code: &str, path: &str) -> bool {
     })
 }
 
-/// The modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
+/// Modules of the crate that a file names, from `crate::x`, `fretwear::x`, `use crate::{x, y}` and enough `super::`.
 fn modules(source: &Source) -> Vec<String> {
     const MODULES: [&str; 32] = [
         "campaign",
@@ -133,7 +133,7 @@ fn modules(source: &Source) -> Vec<String> {
                 found.push(module.to_owned());
             }
         }
-        // A list: what it begins with is a module, up to the brace that ends it.
+        // In a list, each item begins with a module, up to the closing brace.
         for (at, opening) in source.code.match_indices(&format!("{root}::{{")) {
             let list = &source.code[at + opening.len()..];
             let mut level = 0;
@@ -166,7 +166,7 @@ fn modules(source: &Source) -> Vec<String> {
         .collect()
 }
 
-/// What a part of the crate may import of the rest, by the first matching prefix of the path.
+/// Allowed imports of each part of the crate, by the first matching prefix of the path.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("files.rs", &[]),
     ("gauge.rs", &[]),
@@ -351,7 +351,7 @@ fn imports_run_one_way() {
     }
 }
 
-/// What a run is computed from is its recipe: a scene is what the user writes, and what is decided of it is decided once.
+/// A run is computed from its recipe. The user writes the scene, and the program converts the scene once.
 #[test]
 fn outside_of_its_room_and_the_command_line_nothing_reads_a_scene() {
     let sources = sources();
@@ -368,12 +368,12 @@ fn outside_of_its_room_and_the_command_line_nothing_reads_a_scene() {
     assert_eq!(readers, Vec::<&str>::new());
 }
 
-/// Where a library, or a part of the standard one, may be named.
+/// Files that may name a library or a part of the standard library.
 const NAMED_IN: &[(&[&str], &[&str])] = &[
     (&["rayon"], &["fft/", "threads.rs"]),
     (&["rustfft"], &["fft/"]),
     (&["faer", "pulp"], &["linalg/"]),
-    // A foreign table of heights has no schema of ours, so that `tables` cannot read it.
+    // A foreign table of heights has no schema of this program, so `tables` cannot read the table.
     (
         &[
             "arrow_array",
@@ -460,7 +460,7 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "terminal.rs",
         ],
     ),
-    // The macros panic where nobody can be told; and what goes to a terminal must not be obeyed by it.
+    // These macros panic if the output fails. Text for a terminal must not contain control sequences.
     (
         &[
             "println!",
@@ -475,17 +475,17 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "stdout",
             "stderr",
         ],
-        // Those of the processes that a campaign starts.
+        // The second file prints the output of the processes that a campaign starts.
         &["terminal.rs", "cli/campaign/jobs.rs"],
     ),
-    // What surrounds the program is known at the edge.
+    // Only the outer modules read the environment of the program.
     (
         &["std::env", "std::process"],
         &[
             "cli/",
             "main.rs",
             "progress/",
-            // A program that is started without the terminal.
+            // The program starts a viewer without the terminal.
             "terminal.rs",
             "store/record.rs",
             "store/file_system.rs",
@@ -496,11 +496,11 @@ const NAMED_IN: &[(&[&str], &[&str])] = &[
             "report/output.rs",
         ],
     ),
-    // The clock influences no number.
+    // The clock does not influence any result.
     (
         &["std::time"],
         &[
-            // How often is kept, which no result depends on.
+            // The journal stores results at time intervals that do not influence any result.
             "journal.rs",
             "cli/",
             "progress/",
@@ -530,7 +530,7 @@ fn each_library_has_its_place() {
     }
 }
 
-/// Parts of paths in a run folder that the code of a source spells: names of files, and folders that are joined or stand beside a slash.
+/// Path components of a run folder in the strings of a source: file names, and folders that are joined or next to a slash.
 fn parts_of_runs(text: &str) -> Vec<String> {
     let tables = TableName::ALL.iter();
     let tables = tables.filter(|table| table.schema().place != TableLocation::Beside);
@@ -578,7 +578,7 @@ fn the_store_alone_knows_where_a_run_keeps_its_files() {
     assert!(parts_of_runs(words).is_empty());
 }
 
-/// The reader of sources sees what it is to see.
+/// The test recognizes imports correctly.
 #[test]
 fn what_counts_as_an_import() {
     let source = |path: &str, text: &str| Source {
@@ -612,8 +612,7 @@ fn what_counts_as_an_import() {
     assert!(names("use rustfft::Fft;", "rustfft") && !names("my_rustfft()", "rustfft"));
 }
 
-/// A kind of something is told apart in one place, so that another kind has one place to be added to; beside it stand the words for it
-/// in a scene.
+/// One file distinguishes the kinds of something, so a new kind is added in one place. The same file contains their names in a scene.
 #[test]
 fn each_kind_is_matched_in_one_file() {
     const KINDS: [(&[&str], &[&str]); 7] = [
@@ -656,12 +655,12 @@ fn each_kind_is_matched_in_one_file() {
                     let before = source.code[..at].chars().next_back();
                     let after = source.code[at + kind.len()..].chars().next();
                     let whole = !before.is_some_and(|c| c.is_alphanumeric() || c == ':');
-                    // What is in capitals at its beginning is a kind; what is not, a function.
+                    // An uppercase first letter marks a kind. A lowercase first letter marks a function.
                     whole && after.is_some_and(char::is_uppercase)
                 });
                 assert!(
                     !found || places.contains(&source.path.as_str()),
-                    "src/{} tells kinds of {kind} apart, which belongs to {places:?}",
+                    "src/{} distinguishes kinds of {kind}, which belongs to {places:?}",
                     source.path
                 );
             }

@@ -1,4 +1,4 @@
-//! All tests of the crate's outside, one binary; its modules mirror `src/`.
+//! All tests of the public interface in one binary. The modules mirror `src/`.
 
 mod campaign;
 mod cli;

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Measures the seconds of every test but those of documentation, and lists the slowest.
+"""Measures the seconds of every test except doctests, and lists the slowest tests.
 
     python3 tests/seconds.py [--threads N] [--ignored] [--slowest N] [--table FILE] [--before FILE] [FILTER ...]
 
-Builds the tests as `cargo test --release` does, runs all of them (or those whose names contain a FILTER) and prints the slowest, the sums
-of the modules, and the whole. `--ignored` runs the ignored tests too. `--table` writes a CSV with the columns test, seconds, result;
-`--before` reads such a table of another state and prints it beside. Seconds are wall time, beside the other tests that run at the
-same time. Exit code 1 if a test fails.
+The script builds the tests like `cargo test --release`, runs all tests (or the tests with a FILTER in their names) and prints the slowest
+tests, the sum of each module, and the total. `--ignored` also runs the ignored tests. `--table` writes a CSV file with the columns test,
+seconds, result. `--before` reads such a table of another version and prints its seconds in a second column. Seconds are wall time while
+other tests run. The exit code is 1 if a test fails.
 """
 
 import argparse
@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def executables():
-    """Builds the tests; returns their programs."""
+    """Builds the tests and returns their executables."""
     build = ["cargo", "test", "--release", "--no-run", "--message-format=json-render-diagnostics"]
     done = subprocess.run(build, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     messages = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
@@ -32,22 +32,22 @@ def executables():
 
 
 def run(executable, options):
-    """Runs the tests of a program; yields name, seconds and result of each. The test harness gives seconds behind a flag that is
-    not stable, and the flag behind a variable, which the build above must not see."""
+    """Runs the tests of an executable; yields name, seconds and result of each. The test harness reports seconds only with an unstable
+    option, which needs an environment variable. The build must not have this variable."""
     command = [executable, "-Z", "unstable-options", "--report-time", "--format", "json", *options]
     config = tomllib.loads((ROOT / ".cargo/config.toml").read_text(encoding="utf-8"))
     environment = {**os.environ, **config["env"], "RUSTC_BOOTSTRAP": "1"}
     with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True) as tests:
         for line in tests.stdout:
-            # Tests that print pass their lines on.
+            # Some tests print other lines.
             event = json.loads(line) if line.startswith('{ "type"') or line.startswith('{"type"') else {}
             if event.get("type") == "test" and event["event"] in ("ok", "failed", "ignored"):
                 yield event["name"], event.get("exec_time", 0.0), event["event"]
                 if event["event"] == "failed":
                     print(f"{event['name']} failed:\n{event.get('stdout', '')}", file=sys.stderr)
-    # 101 is that of tests that failed.
+    # Exit code 101 means failed tests.
     if tests.returncode not in (0, 101):
-        sys.exit(f"{executable} ended early, with {tests.returncode}")
+        sys.exit(f"{executable} ended with exit code {tests.returncode}")
 
 
 def read(path):

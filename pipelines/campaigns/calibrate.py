@@ -1,12 +1,12 @@
-"""Which rigs of a campaign come nearest to the paper, what each of its statements needs of a rig, and which exclude each other.
+"""Finds the rigs of a campaign that agree best with the paper, the requirements of each claim, and claims that exclude each other.
 
-    fretwear campaign collect --dir calibration          # of calibration.toml or another campaign that keeps its runs
+    fretwear campaign collect --dir calibration          # for calibration.toml or another campaign with keep = "runs"
     python pipelines/campaigns/calibrate.py calibration [MORE ...] --out calibration
 
-A rig is what shares all keys but the roughness; it is judged where its runs at all four roughnesses have ended, by the criteria of claims.py (by
-the values alone, without error bars). Writes calibration.csv, a row a rig: keys in SI units, what the paper has numbers for, verdicts; prints tables
-in Markdown. Steps of the explicit algorithm are counted without it: wear at the fastest cell of each state, integrated over the cycles by
-trapezoids, over 0.1 µm. Wants Polars and numpy.
+All runs of a rig share all keys except the roughness. The script judges a rig if its runs at all four roughnesses are finished, with the
+criteria of claims.py and without error bars. The script writes calibration.csv with one row per rig: keys in SI units, numbers to compare
+with the paper, and verdicts. It prints tables in Markdown. The script computes the steps of the explicit algorithm without running it:
+the wear rate of the fastest cell of each state, integrated over the cycles by trapezoids, divided by 0.1 µm. It needs Polars and numpy.
 """
 
 import argparse
@@ -18,20 +18,20 @@ import polars as pl
 
 from claims import OF_A_RUN, OF_FIELDS, OF_FOUR, RQ, by, number, of_rig, runs_of, scene_of, spread
 
-# The check of the runs themselves: no statement of the paper.
+# Check of the runs. This check is not a claim of the paper.
 CHECK = 47
-# A key tells a statement where it sorts the rigs in which it holds from the others: probability that of two such the first has more of it.
+# Smallest probability for a key that separates the rigs with a claim from the other rigs: of two such rigs, the first has the larger value.
 TELLS = 0.75
-# Fewest rigs on either side for that.
+# Smallest number of rigs in each group.
 FEWEST = 4
-# Pairs of statements that never come together are listed where by chance they would have in as many rigs.
+# Pairs of claims that never hold together are listed if chance gives at least this number of common rigs.
 BY_CHANCE = 1.0
-# The phase resonance, which wears the joint, and the peak are one where they lie closer than that.
+# Largest relative distance between the phase resonance, which wears the joint, and the peak. Other rigs are not judged.
 ELSEWHERE = 0.05
 
 
 def figures(four):
-    """What the paper has numbers or words for; of the rig's run at Rq 5 µm where nothing else is said."""
+    """Returns the numbers of a rig to compare with the paper. By default, the numbers are from the run at Rq 5 µm."""
     main = four[2]
     ratio = lambda run, name: run.last(name) / run.first(name)
     at = lambda name, end: [getattr(run, end)(name) for run in four]
@@ -59,7 +59,7 @@ def figures(four):
 
 
 def plain(value):
-    """A number of what is written as one with a unit, in that; a law of the contact elements by its word."""
+    """Returns the number of a quantity with a unit, or the name of a law of the contact elements."""
     words = value.replace('"', " ").split() if isinstance(value, str) else []
     try:
         return float(words[0])
@@ -68,13 +68,13 @@ def plain(value):
 
 
 def drawn(folder):
-    """Keys that vary in a campaign, but the roughness; what its table begins with is none."""
+    """Returns the varied keys of a campaign except the roughness. The first columns of the table are not keys."""
     names = pl.scan_parquet(Path(folder) / "campaign.parquet").collect_schema().names()
     return [name for name in names[names.index("memory") + 1 :] if name != RQ]
 
 
 def shipped(run, key):
-    """What its scene has where another campaign draws: a number, or the law of the contact elements."""
+    """Returns the value of a key that another campaign varies: a number, or the law of the contact elements."""
     value = scene_of(run)
     for name in key.split("."):
         value = value[name]
@@ -83,7 +83,7 @@ def shipped(run, key):
 
 
 def rigs_of(folders):
-    """Rows of the table: keys, figures, verdicts; and of how many rigs a run is missing."""
+    """Returns the rows of the table (keys, numbers, verdicts) and the number of rigs with missing runs."""
     rows, missing, elsewhere = [], 0, 0
     keys_of = {folder: drawn(folder) for folder in folders}
     every = list(dict.fromkeys(key for keys in keys_of.values() for key in keys))
@@ -132,14 +132,14 @@ def best(rows, keys, most):
 
 
 def sorting(inside, outside):
-    """Probability that a value of the first is above one of the second."""
+    """Returns the probability that a value of the first group exceeds a value of the second group."""
     first, second = np.asarray(inside, float)[:, None], np.asarray(outside, float)[None]
     return (first > second).mean() + (first == second).mean() / 2
 
 
 def needs(rows, keys):
     names = {number(name): name.split(": ", 1)[1] for name in reversed([*OF_A_RUN, *OF_FIELDS, *OF_FOUR])}
-    lines = ["| claim | holds in | where it holds | which is told by |", "|---|---:|---|---|"]
+    lines = ["| claim | holds in | range where it holds | separating keys |", "|---|---:|---|---|"]
     numeric = [key for key in keys if all(isinstance(row[key], float) for row in rows)]
     words = [key for key in keys if key not in numeric]
     shown = ["viscous_share", "sliding"]
@@ -169,27 +169,27 @@ def needs(rows, keys):
 
 
 def exclusions(rows):
-    lines, pairs = ["| claims | met in | both by chance in |", "|---|---:|---:|"], []
+    lines, pairs = ["| claims | hold in | both by chance in |", "|---|---:|---:|"], []
     for a, b in itertools.combinations(judged(rows), 2):
         known = [row for row in rows if row[f"claim_{a}"] is not None and row[f"claim_{b}"] is not None]
         first, second = ({row["rig"] for row in known if row[f"claim_{k}"]} for k in (a, b))
         if first and second and not first & second:
             pairs.append((len(first) * len(second) / len(known), f"| {a}, {b} | {len(first)}, {len(second)} of {len(known)}"))
     lines += [f"{text} | {chance:.1f} |" for chance, text in sorted(pairs, reverse=True) if chance >= BY_CHANCE]
-    return "\n".join([*lines, "", f"{len(pairs)} pairs in all"])
+    return "\n".join([*lines, "", f"{len(pairs)} pairs in total"])
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folders", nargs="+", help="of campaigns that are collected")
+    parser.add_argument("folders", nargs="+", help="folders of collected campaigns")
     parser.add_argument("--out", type=Path, default=Path("."), help="folder of calibration.csv")
-    parser.add_argument("--best", type=int, default=8, help="rigs that are listed")
+    parser.add_argument("--best", type=int, default=8, help="number of listed rigs")
     arguments = parser.parse_args()
     rows, missing, elsewhere, keys = rigs_of(arguments.folders)
     arguments.out.mkdir(parents=True, exist_ok=True)
     table = pl.DataFrame(rows, infer_schema_length=None)
     table.with_columns(pl.selectors.float().round_sig_figs(5)).write_csv(arguments.out / "calibration.csv")
-    print(f"{len(rows)} rigs; {missing} lack a run, {elsewhere} wear under another resonance than that of the peak\n")
+    print(f"{len(rows)} rigs; {missing} rigs lack a run, {elsewhere} rigs wear at a resonance away from the peak\n")
     print(best(rows, keys, arguments.best), needs(rows, keys), exclusions(rows), sep="\n\n")
 
 

@@ -1,4 +1,4 @@
-"""What each failing statement of docs/study.md hangs on: one key varied at a time, on the coarse joint.
+"""Finds the causes of the failing claims of docs/trust/paper.md: varies one key at a time, on the coarse joint.
 
     for file in pipelines/campaigns/causes/*.toml; do
         name=$(basename $file .toml)
@@ -6,7 +6,7 @@
     done
     python pipelines/campaigns/causes.py causes
 
-Prints a table in Markdown, of the campaigns that are there. Criteria are those of claims.py. Wants Polars and numpy.
+Prints a table in Markdown for the existing campaigns, with the criteria of claims.py. The script needs Polars and numpy.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from claims import (
 )  # fmt: skip
 
 HELD = {number(name): judge for name, judge in [*OF_FOUR.items(), *OF_FIELDS.items(), *OF_A_RUN.items()]}
-# Wavelength of the Gaussian filter that takes the form away, in correlation lengths, and its constant (ISO 16610-61).
+# Cut-off wavelength, in correlation lengths, and constant of the Gaussian filter that removes the form (ISO 16610-61).
 CUTOFF, ALPHA = 5, 0.4697186391
 
 
@@ -72,7 +72,7 @@ def longer(found):
 
 
 def heights(run, k):
-    """Worn heights [m], cells x, y, and none where the hole is."""
+    """Returns the worn heights [m] with NaN in the hole, the cell sizes and the correlation lengths."""
     scene = scene_of(run)
     surface = pl.read_parquet(run.folder / "once" / "surface.parquet").filter(pl.col("kept"))
     worn = pl.read_parquet(run.folder / "iterations" / f"wear_iteration={int(run['wear_iteration'][k])}" / "wear_field.parquet")
@@ -208,7 +208,7 @@ def sliding(found, plastic):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("root", type=Path, help="folder of the campaigns, by the names of their files")
+    parser.add_argument("root", type=Path, help="folder that contains the folders of the campaigns")
     root = parser.parse_args().root
     rows = [*damping(runs(root, "damping")), *longer(runs(root, "longer")), *wear(runs(root, "wear")), *rotation(runs(root, "rotation"))]
     rows += [*harmonics(runs(root, "harmonics")), *updates(runs(root, "updates"), runs(root, "updates_plastic"))]
@@ -216,7 +216,7 @@ def main():
         *pressure(runs(root, "pressure"), runs(root, "pressure_plastic")),
         *sliding(runs(root, "sliding"), runs(root, "sliding_plastic")),
     ]
-    print("| claim | varied | what came out |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows), sep="\n")
+    print("| claim | varied | result |", "|---|---|---|", *(f"| {' | '.join(row)} |" for row in rows), sep="\n")
 
 
 if __name__ == "__main__":

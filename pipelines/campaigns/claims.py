@@ -1,12 +1,13 @@
-"""Which statements of the paper hold in how many of the runs of a campaign, from its collected shards.
+"""Counts the runs of a campaign in which each claim of the paper holds, from the collected shards.
 
-    fretwear campaign collect --dir seeds           # and so on, of seeds.toml, seeds_plastic.toml and draws.toml
+    fretwear campaign collect --dir seeds           # likewise for seeds_plastic.toml and draws.toml
     python pipelines/campaigns/claims.py --seeds seeds --plastic seeds_plastic --draws draws --out figures
 
-Numbers and criteria of the statements are those of docs/study.md; judged is by the values alone, without error bars, by what the history
-of a run tells, and where its folder is kept (keep = "runs") by its fields and cycles. A statement about all roughnesses is judged on the runs
-that share everything else. Prints a Markdown table, and draws ensembles_wear.svg into the folder, and ensembles_keys.svg of the sensitivities
-that `fretwear campaign report` has written for the draws. Wants Polars, numpy and matplotlib. calibrate.py and causes.py judge by the same.
+Numbers and criteria of the claims are in docs/trust/paper.md. The script judges the values without error bars, from the history of a run,
+and also from its fields and cycles if the run folder exists (keep = "runs"). A claim about all roughnesses applies to runs that share all
+other keys. The script prints a Markdown table and draws ensembles_wear.svg into the folder. If `fretwear campaign report` has computed the
+sensitivities of the draws, the script also draws ensembles_keys.svg. calibrate.py and causes.py use the same criteria. The script needs
+Polars, numpy and matplotlib.
 """
 
 import argparse
@@ -19,17 +20,17 @@ import numpy as np
 import polars as pl
 
 RQ, SEED = "surface.rq", "surface.seed"
-# Correlation length, and the face of the joint where no field tells it: 40 mm x 40 mm less 21 of its 361 contact elements.
+# Correlation length, and area of the joint for runs without fields: 40 mm x 40 mm minus 21 of the 361 contact elements.
 LENGTH = 0.5e-3
 FACE = 0.04 * 0.04 * 340 / 361
 MAIN = 5e-6
 CAP = 600e6
-# [A 4b]: steps of the explicit algorithm, and the depth of one.
+# Number of steps of the explicit algorithm, and depth of a step [A 4b].
 STEPS, STEP = 231, 1e-7
 
 
 class Run:
-    """The history of a run: columns by name; of Rq 5 µm where that does not vary. With the folder of the run, what its fields and cycles tell beyond."""
+    """History of a run by column. The default roughness is Rq 5 µm. With the run folder, `fields` contains results of fields and cycles."""
 
     def __init__(self, frame, folder=None):
         frame = frame.sort("wear_iteration")
@@ -44,7 +45,7 @@ class Run:
 
     @cached_property
     def sigma(self):
-        """Deviation of the skewness of a Gaussian surface of the size of the face."""
+        """Standard deviation of the skewness of a Gaussian surface with the area of the joint."""
         return math.sqrt(2 * math.pi * LENGTH**2 / (self.fields.area if self.fields else FACE))
 
     def __getitem__(self, name):
@@ -66,7 +67,7 @@ def scene_of(run):
 
 
 class Fields:
-    """Of the folder of a run: figures of its first and its last state, or of all."""
+    """Results from a run folder, for the first and the last state or for all states."""
 
     def __init__(self, run):
         scene = scene_of(run)
@@ -89,7 +90,7 @@ class Fields:
         self.moment = max(cycle[name].abs().max() for name in ("moment_x", "moment_y"))
         u = cycle["displacement_x"].to_numpy()
         self.shift = abs(u.mean()) / (np.ptp(u) / 2)
-        # Of µN under the load of the same time.
+        # Relative to µN under the load at the same time.
         share = lambda cycle: (np.hypot(cycle["force_x"], cycle["force_y"]) / (self.friction * cycle["normal_load"])).max()
         self.sliding = np.array([share(table(place, "cycle")) for place in places])
         loops = [place / "hysteresis.parquet" for place in (places[0], places[-1])]
@@ -97,7 +98,7 @@ class Fields:
 
     @staticmethod
     def pressure(field):
-        """Median of the peaks of all sections along x, 99th percentile and mean of what is loaded."""
+        """Returns the median of the peaks of all sections along x, and the 99th percentile and the mean of the loaded cells."""
         peaks = np.zeros(field["j"].max() + 1)
         np.maximum.at(peaks, field["j"].to_numpy(), field["pressure"].to_numpy())
         loaded = np.sort(field["pressure"].to_numpy()[field["pressure"].to_numpy() > 0])
@@ -105,7 +106,7 @@ class Fields:
 
 
 def fullness(loop):
-    """Area of a loop over that of the parallelogram with its force, its half range and the slope after its reversal."""
+    """Returns the area of a loop over the area of the parallelogram with its force, its half range and the slope after its reversal."""
     u, f = loop["displacement"].to_numpy(), loop["load"].to_numpy()
     far = len(u) - 1 - int(np.argmax(u[::-1]))
     after = np.roll(np.arange(len(u)), -far - 1)
@@ -152,7 +153,7 @@ def changed(run):
     return fall > 0.05 and rq < -0.05 and run.last("sk") - run.first("sk") < -0.3 and run.last("ku") - run.first("ku") > 0.3
 
 
-# Of one run.
+# Claims about one run.
 OF_A_RUN = {
     "7: steady after 10⁷ cycles": lambda r: abs(r.last("dissipated_energy") - r.at("dissipated_energy", 8e6)) / 2 < 0.05 * r.last("dissipated_energy"),
     "9: Rq falls": lambda r: r["rq"].max() <= r.first("rq") * (1 + 1e-4) and r.last("rq") < r.first("rq"),
@@ -186,7 +187,7 @@ def sharper(run):
     return softer and less and after > before
 
 
-# Of one run, by its fields and cycles. None: nothing can be said.
+# Claims about fields and cycles of one run. None: undecided.
 OF_FIELDS = {
     "1: 231 steps of 0.1 µm, within a factor of 1.5": lambda r: STEPS / 1.5 <= r.fields.steps <= 1.5 * STEPS,
     "5: deepest wear below 231 × 0.1 µm": lambda r: r.fields.deepest <= STEPS * STEP,
@@ -198,7 +199,7 @@ OF_FIELDS = {
     "45: wear is shallow": lambda r: r.fields.deepest / min(r.fields.size) < 1e-3,
     "46: the joint slides as a whole": lambda r: 0.999 <= r.fields.sliding.max() <= 1.001,
 }
-# Said of Rq 5 µm alone; all others of each roughness.
+# Claims about Rq 5 µm only. All other claims are about each roughness.
 OF_MAIN = {1, 5, 8, 16, 26, 34, 35, 36, 46}
 
 
@@ -212,7 +213,7 @@ def rates(runs):
     return rises(first) and all(b < a for a, b in zip(first, last)) and spread(last) < 0.1
 
 
-# Of the four roughnesses, from the smoothest on.
+# Claims about the four roughnesses, in ascending order.
 OF_FOUR = {
     "17: smoother starts with more area": lambda four: rises([-run.first("contact_area_fraction") for run in four])
     and four[0].first("contact_area_fraction") > 2 * four[-1].first("contact_area_fraction"),
@@ -229,7 +230,7 @@ OF_FOUR = {
 
 
 def apart(runs, name, first):
-    """Largest part by which two of the runs differ, from so many cycles on."""
+    """Returns the largest relative difference between two of the runs, from `first` cycles on."""
     at = np.geomspace(first, 1e7, 40)
     courses = [run.at(name, at) for run in runs]
     return max(np.abs(a / b - 1).max() for k, a in enumerate(courses) for b in courses[k + 1 :])
@@ -242,7 +243,7 @@ def alike(runs):
 
 
 def jumps(run):
-    """By what part the energy of a cycle changes at each update; before it as the volume of the step says, if it changed linearly."""
+    """Returns the relative change of the energy per cycle at each update. The energy before follows from the volume of a linear step."""
     energy, volume, n_cycles = run["dissipated_energy"], run["wear_volume"], run["n_cycles"]
     alpha = run.first("wear_rate") / energy[0]
     found = []
@@ -258,7 +259,7 @@ def jump_down(runs):
     return None if any(len(own) == 0 for own in found) else all((own < -0.01).all() for own in found)
 
 
-# Of the runs with updates at 5, 10 and 20 %, and then the one without.
+# Claims about the runs with updates at 5, 10 and 20 %, followed by the run without updates.
 OF_UPDATES = {
     "29: the wear rate jumps down at each update": lambda runs: jump_down(runs[:-1]),
     "30: alike in wear rate after 10⁶ cycles": lambda runs: apart(runs[:-1], "wear_rate", 1e6) < 0.05,
@@ -269,18 +270,18 @@ OF_UPDATES = {
 
 
 def more_harmonics(runs):
-    """What harmonics to the most change of the unworn peak, and of its frequency."""
+    """Returns the changes of the unworn peak and of its frequency between the fewest and the most harmonics."""
     few, most = runs[0], runs[-1]
     of = lambda name: abs(most.first(name) / few.first(name) - 1)
     return of("worn_response_peak_amplitude"), of("worn_response_peak_frequency")
 
 
-# Of the unworn joint with harmonics to 3, 5 and 7.
+# Claims about the unworn joint with harmonics up to 3, 5 and 7.
 OF_HARMONICS = {"27: three harmonics suffice": lambda runs: more_harmonics(runs)[0] < 0.01 and more_harmonics(runs)[1] < 5e-4}
 
 
 def local_stiffness(run):
-    """Median of kn over the area that touches, over the contact elements: unworn and at the last update."""
+    """Returns the median over the contact elements of kn per touching area, unworn and at the last update."""
     scene = scene_of(run)
     cells, size = scene["joint"]["grid"], scene["joint"]["size"]
     step = [a / b for a, b in zip(size, cells)]
@@ -304,7 +305,7 @@ def falls_locally(run):
     return after < before and run.last("kn") > run.first("kn") and run.last("contact_area_fraction") > run.first("contact_area_fraction")
 
 
-# Of a run whose contact elements have a stiffness of their own.
+# Claims about a run whose contact elements have separate stiffnesses.
 OF_TANGENT = {"22: local stiffness falls while the global one rises": falls_locally}
 
 
@@ -313,7 +314,7 @@ def ratio(pair, name, first, last):
     return np.abs(pair[1].at(name, at) / pair[0].at(name, at) - 1).max()
 
 
-# Of an elastic and a plastic run of the same surface.
+# Claims about an elastic and a plastic run of the same surface.
 OF_A_PAIR = {
     "40: peaks above the limit come to it": lambda pair: pair[0].first("max_pressure") > CAP and abs(pair[1].first("max_pressure") / CAP - 1) < 1e-9,
     "41: the limit makes the area slightly larger, kn lower": lambda pair: 1 < pair[1].first("contact_area_fraction") / pair[0].first("contact_area_fraction") < 1.5
@@ -326,7 +327,7 @@ OF_A_PAIR = {
 }
 
 
-# Rows that stand beside a statement and are none.
+# Additional rows that are not claims.
 BESIDE = {"37: in frequency alone", "38: rougher wears faster at first", "41: kn lower", "43: dissipation alike from 2 × 10⁶ cycles"}
 
 
@@ -339,7 +340,7 @@ def together(verdicts):
 
 
 def of_rig(four):
-    """What holds of a rig, by the number of the claim: its runs at the four roughnesses, never updated, from the smoothest on."""
+    """Returns the verdicts of a rig by claim number, from its runs without updates at the four roughnesses in ascending order."""
     main = min(four, key=lambda run: abs(math.log(run.rq / MAIN)))
     found = {}
     own = {**OF_A_RUN, **(OF_FIELDS if all(run.fields for run in four) else {})}
@@ -354,7 +355,7 @@ def of_rig(four):
 
 
 def runs_of(folder):
-    """The runs of a campaign, by index."""
+    """Returns the runs of a campaign by index."""
     frame = pl.scan_parquet(Path(folder) / "collected" / "*.parquet").collect()
     own = lambda index: Path(folder) / "runs" / f"{index:06}"
     return {index[0]: Run(rows, own(index[0])) for index, rows in sorted(frame.group_by("index"), key=lambda item: item[0][0])}
@@ -404,7 +405,7 @@ def table(seeds, plastic, draws):
 
 
 def further(fields, updates, harmonics, tangent):
-    """Of the smaller campaigns on some of the surfaces: rows by seed."""
+    """Returns the table of the smaller campaigns on some of the surfaces."""
     lines = ["| of one run | " + " | ".join(f"Rq {rq * 1e6:g} µm" for rq in sorted({run.rq for run in fields})) + " |"]
     lines.append("|---|" + "---:|" * (lines[0].count("|") - 2))
     of_rq = [[run for run in fields if run.rq == rq] for rq in sorted({run.rq for run in fields})]
@@ -445,9 +446,9 @@ def draw_wear(seeds, plastic, path):
 
     panels = [
         ("wear_volume", 1e9, "worn volume / mm³"),
-        ("dissipated_energy", 1, "friction of a cycle / J"),
+        ("dissipated_energy", 1, "friction energy per cycle / J"),
         ("kn", 1e-9, "normal stiffness / (kN/µm)"),
-        ("contact_area_fraction", 100, "area in contact / %"),
+        ("contact_area_fraction", 100, "contact area / %"),
     ]
     at = np.concatenate([[0], np.geomspace(2e4, 1e7, 60)])
     figure, axes = plt.subplots(2, 2, figsize=(7.2, 5.2), layout="constrained")
@@ -476,13 +477,13 @@ KEYS = {
 ANSWERS = {
     "peak_amplitude": "peak of the vibration",
     "peak_frequency": "its frequency",
-    "dissipated_energy": "friction of a cycle, in the end",
-    "wear_rate": "worn volume of a cycle, in the end",
+    "dissipated_energy": "friction energy per cycle, at the end",
+    "wear_rate": "worn volume per cycle, at the end",
     "wear_volume": "worn volume",
     "rq": "Rq of the worn face",
-    "kn": "normal stiffness, in the end",
-    "loaded_area_fraction": "loaded area, in the end",
-    "max_pressure": "largest pressure, in the end",
+    "kn": "normal stiffness, at the end",
+    "loaded_area_fraction": "loaded area, at the end",
+    "max_pressure": "largest pressure, at the end",
 }
 
 
@@ -518,8 +519,8 @@ def main():
     parser.add_argument("--plastic", required=True, help="folder of seeds_plastic.toml")
     parser.add_argument("--draws", help="folder of draws.toml")
     for name in ("fields", "updates", "harmonics", "tangent"):
-        parser.add_argument(f"--{name}", help=f"folder of seeds_{name}.toml" + ("; --fields too" if name == "updates" else ""))
-    parser.add_argument("--out", type=Path, default=Path("."), help="folder of the figure")
+        parser.add_argument(f"--{name}", help=f"folder of seeds_{name}.toml" + ("; requires --fields" if name == "updates" else ""))
+    parser.add_argument("--out", type=Path, default=Path("."), help="folder of the figures")
     arguments = parser.parse_args()
     seeds, plastic = (list(runs_of(folder).values()) for folder in (arguments.seeds, arguments.plastic))
     draws = list(runs_of(arguments.draws).values()) if arguments.draws else []

@@ -1,20 +1,20 @@
 #!/bin/bash
-# The rows of a campaign as a task array of HyperQueue (https://it4innovations.github.io/hyperqueue), a task a row.
+# Submits the rows of a campaign as a task array of HyperQueue (https://it4innovations.github.io/hyperqueue), with one task per row.
 #
 #     hq server start &                                       # and workers, or `hq alloc add slurm …`
 #     fretwear campaign plan campaign.toml --dir DIR
 #     pipelines/hyperqueue/submit.sh DIR                      # all rows; more arguments go to `hq submit`
 #     fretwear campaign status --dir DIR
 #
-# For HyperQueue a task that ends with another code than 0 has failed, one that was stopped (75) too: submit again what is not done
-# (the same command; rows that are done take no time). A task whose worker is lost is started again by itself, up to --crash-limit
-# times; should the lost worker still live, the lock of the run lets one of them compute, and the other ends with 75.
+# In HyperQueue, a task with an exit code other than 0 has failed, also a stopped task (75). Submit the unfinished rows again with the
+# same command; finished rows take no time. HyperQueue restarts a task whose worker is lost, up to --crash-limit times. If the lost worker
+# still runs, the lock of the run lets only one task compute, and the other task ends with exit code 75.
 #
-# The command `hq` comes as a release binary and is not among the tests; the same tasks are run by HyperQueue's Python interface in
-# tests/campaign/on_hyperqueue.py.
+# The command `hq` is a release binary, and no test runs it. tests/campaign/on_hyperqueue.py runs the same tasks with the Python interface
+# of HyperQueue.
 #
-# FRETWEAR        the program [fretwear]
-# FRETWEAR_CACHE  where reduced structures are shared [DIR/cache]
+# FRETWEAR        program [fretwear]
+# FRETWEAR_CACHE  folder of the shared reduced structures [DIR/cache]
 set -euo pipefail
 dir=$(realpath "${1:?"the folder of the campaign is missing: submit.sh DIR [options of hq submit]"}")
 shift

@@ -1,8 +1,8 @@
-//! What a contact solve costs: `cargo bench`, or `cargo bench -- cold pair` for the cases whose names have one of these words.
+//! Cost of a contact solve: run `cargo bench`, or `cargo bench -- cold pair` for the cases with one of these words in their name.
 //!
-//! The joint is the one that published times of other programs refer to: 40 x 30 mm, steel (198.4 GPa), 30 kN, correlation
-//! length 0.5 mm. After divan's table of times comes one with the FFT pairs of each solve and its time over that of the pairs
-//! alone: 1 would be a solver that computes nothing else.
+//! Published times of other programs refer to the joint of these cases: 40 x 30 mm, steel (198.4 GPa), 30 kN, correlation length 0.5 mm.
+//! After the table of times by divan, a second table lists the FFT pairs of each solve and the ratio of its time to the time of its pairs.
+//! A ratio of 1 means that the solver computes only FFT pairs.
 
 use std::collections::BTreeMap;
 use std::hint::black_box;
@@ -22,10 +22,10 @@ const CAP: f64 = 600e6;
 const FRICTION: f64 = 0.6;
 const SEED: u64 = 1;
 
-/// Force of the tangential cases, over that at which everything slides.
+/// Force of the tangential cases relative to the force of full sliding.
 const PARTIAL_SLIP: f64 = 0.6;
 
-/// Surfaces of the battery.
+/// Number of surfaces of the battery.
 const SURFACES: u64 = 20;
 
 /// Deepest wear of the step before the warm solve \[m\].
@@ -42,13 +42,13 @@ const STEEL: Pair = Pair {
     },
 };
 
-/// The samples of every case.
+/// Samples of every case.
 static MEASURED: Mutex<BTreeMap<String, Vec<Sample>>> = Mutex::new(BTreeMap::new());
 
 fn main() {
     divan::main();
     let measured = MEASURED.lock().expect("no benchmark panicked");
-    // Others on the machine only ever add to a time: the ratio is of the fastest samples.
+    // Other processes on the machine only increase a time, so the ratio uses the fastest samples.
     let sorted = |name: &str| {
         let mut samples = measured.get(name)?.clone();
         samples.sort_by_key(|sample| sample.time);
@@ -66,7 +66,7 @@ fn main() {
         let mut pairs: Vec<f64> = samples.iter().map(|sample| sample.pairs).collect();
         pairs.sort_by(f64::total_cmp);
         let (usual, worst) = (pairs[pairs.len() / 2], pairs[pairs.len() - 1]);
-        // The last word of a name is its grid. Pairs are counted in units of a scalar one.
+        // The last word of a name is its grid. The unit of the pairs is a scalar pair.
         let grid = name.rsplit(' ').next().unwrap_or_default();
         let ratio = sorted(&format!("pair {grid}")).map_or("-".to_owned(), |pair| {
             let alone = pair[0].time.as_secs_f64();
@@ -79,14 +79,14 @@ fn main() {
     }
 }
 
-/// What one solve took.
+/// Cost of one solve.
 #[derive(Debug, Clone, Copy)]
 struct Sample {
     time: Duration,
     pairs: f64,
 }
 
-/// Runs `work` once a sample and notes what it took.
+/// Runs `work` once per sample and stores its cost.
 fn measure(bencher: Bencher, name: &str, joint: &mut Joint, mut work: impl FnMut(&mut Joint)) {
     let mut samples = Vec::new();
     joint.half_space.take_pairs();
@@ -97,7 +97,7 @@ fn measure(bencher: Bencher, name: &str, joint: &mut Joint, mut work: impl FnMut
         let pairs = joint.half_space.take_pairs();
         samples.push(Sample { time, pairs });
     });
-    // A case that the command line leaves out has no samples.
+    // A case that the command line does not select has no samples.
     if !samples.is_empty() {
         MEASURED
             .lock()
@@ -106,7 +106,7 @@ fn measure(bencher: Bencher, name: &str, joint: &mut Joint, mut work: impl FnMut
     }
 }
 
-/// A rough joint under its load.
+/// Rough joint under its load.
 struct Joint {
     patch: Patch,
     height: Vec<f64>,
@@ -139,13 +139,13 @@ impl Joint {
         .expect("a converged contact")
     }
 
-    /// A step of one axis or both by `stroke` \[m\]; the force over that of full sliding.
+    /// Solves a step along one axis or both by `stroke` \[m\]; returns the force relative to the force of full sliding.
     fn slide(&mut self, limit: &[f64], axes: usize, stroke: f64) -> f64 {
         let problem = TangentialProblem {
             patch: &self.patch,
             limit,
             previous: None,
-            // Neither along an axis nor along a diagonal.
+            // The direction is neither an axis nor a diagonal.
             drive: &[0.8, 0.6][..axes]
                 .iter()
                 .map(|part| Drive::Displacement(stroke * part))
@@ -175,7 +175,7 @@ fn heights(patch: &Patch, rq: f64, seed: u64) -> Vec<f64> {
     random(patch, &surface).expect("a surface").heights
 }
 
-/// A zero-padded convolution: 512 x 512 points for 256 x 256 cells.
+/// Zero-padded convolution: 512 x 512 points for 256 x 256 cells.
 #[divan::bench(args = [256, 1024], max_time = 1)]
 fn pair(bencher: Bencher, cells: usize) {
     let mut joint = Joint::new(cells, 5e-6);
@@ -187,7 +187,7 @@ fn pair(bencher: Bencher, cells: usize) {
     });
 }
 
-/// Two components in, two out.
+/// Two input components and two output components.
 #[divan::bench(args = [256], max_time = 1)]
 fn vector_pair(bencher: Bencher, cells: usize) {
     let mut joint = Joint::new(cells, 5e-6);
@@ -222,7 +222,7 @@ fn capped(bencher: Bencher) {
     });
 }
 
-/// After wear in proportion to the pressure, from the pressure before it.
+/// Solve after wear in proportion to the pressure, with the pressure before the wear as the start.
 #[divan::bench(args = [5.0, 0.5], sample_count = 7, sample_size = 1)]
 fn warm(bencher: Bencher, rq: f64) {
     let mut joint = Joint::new(256, rq * 1e-6);
@@ -249,7 +249,7 @@ fn large(bencher: Bencher) {
     });
 }
 
-/// A surface of its own each sample, their Rq spread evenly over the decade.
+/// Each sample has another surface; the values of Rq are evenly spaced (logarithmic) over the decade.
 #[divan::bench(sample_count = SURFACES as u32, sample_size = 1)]
 fn battery(bencher: Bencher) {
     let mut joint = Joint::new(256, 5e-6);
@@ -268,13 +268,13 @@ fn battery(bencher: Bencher) {
     });
 }
 
-/// From rest to partial slip.
+/// Step from rest to partial slip.
 #[divan::bench(args = [(5.0, 1), (5.0, 2), (0.5, 1), (0.5, 2)], sample_count = 5, sample_size = 1)]
 fn tangential_step(bencher: Bencher, (rq, axes): (f64, usize)) {
     let mut joint = Joint::new(256, rq * 1e-6);
     let pressure = joint.press(None, None).pressure;
     let limit: Vec<f64> = pressure.iter().map(|p| FRICTION * p).collect();
-    // The force rises with the stroke and never beyond that of sliding: halving the interval cannot fail.
+    // The force increases with the stroke up to the force of full sliding, so the bisection always converges.
     let (mut low, mut high) = (0.0, 1e-7);
     while joint.slide(&limit, axes, high) < PARTIAL_SLIP {
         (low, high) = (high, 2.0 * high);

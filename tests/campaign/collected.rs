@@ -1,4 +1,4 @@
-//! Collected runs: whole shards, appended.
+//! Tests of `campaign collect`, which appends whole shards.
 
 use std::fs;
 
@@ -61,7 +61,7 @@ fn every_row_of_a_shard_has_its_index_and_its_keys() {
         assert_eq!(volume[at], Some(summary(&root, k as u64, "wear_volume")));
     }
 
-    // What ends later is appended; what is there stays as it is.
+    // Later rows are appended in another shard; existing shards do not change.
     bench.done(&["campaign", "run", "--dir", "c", "--jobs", "2", "-q"]);
     assert_eq!(collect(&bench)["runs"], 3);
     assert_eq!(collect(&bench)["collected"], 6);
@@ -71,7 +71,7 @@ fn every_row_of_a_shard_has_its_index_and_its_keys() {
     assert!(rows.is_sorted());
     rows.dedup();
     assert_eq!(rows, [0, 1, 5]);
-    // Half a shard has another name, and no columns of one shard are of other types in another.
+    // The shards have the same columns with the same types.
     let types = |found: &std::collections::BTreeMap<String, Nullable>| {
         let kinds = found
             .iter()
@@ -97,7 +97,7 @@ fn a_history_that_was_touched_is_left_out_and_said() {
     bench.done(&["campaign", "run", "--dir", "c", "--index", "1", "-q"]);
     assert_eq!(collect(&bench)["runs"], 1);
     assert_eq!(collect(&bench)["collected"], 2);
-    // Leftovers of a collection that was killed are no shards.
+    // Leftovers of a killed collection do not count as shards.
     fs::write(bench.path("c/collected/shard-00002.parquet.77.new"), "half").expect("written");
     assert_eq!(collect(&bench)["collected"], 2);
     crate::support::flip(&bench.path("c/collected/shard-00000.parquet"));

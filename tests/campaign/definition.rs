@@ -1,4 +1,4 @@
-//! A campaign file: which rows it has, and what is wrong with one.
+//! Tests of a campaign file: its rows, and its errors.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn rows(campaign: &str) -> Vec<Vec<String>> {
     read(&bench(campaign)).rows().iter().map(texts).collect()
 }
 
-/// The number that a row sets a key to.
+/// Number to which a row sets a key.
 fn number(row: &[Setting], key: &str) -> f64 {
     let setting = row.iter().find(|setting| setting.key == key).expect("set");
     match setting.as_written() {
@@ -64,7 +64,7 @@ fn a_list_is_read_row_by_row_and_is_repeated_at_every_point_of_the_grid() {
 
 const DRAWS: &str = "[random]\nn = 256\nseed = 4\ncontact.friction_coefficient = { distribution = \"uniform\", low = 0.4, high = 0.8 }\nmotion.amplitude = { distribution = \"uniform\", low = \"1 um\", high = \"3 um\" }\n";
 
-/// 256 points of a scrambled Sobol sequence in two dimensions lie one in each of 16 x 16 cells, and in each of 4 x 64 too.
+/// 256 points of a scrambled Sobol sequence in two dimensions: one point in each of 16 x 16 cells, and one in each of 4 x 64 cells.
 #[test]
 fn draws_of_the_sobol_sequence_are_evenly_spread() {
     let rows = read(&bench(DRAWS)).rows();
@@ -78,7 +78,7 @@ fn draws_of_the_sobol_sequence_are_evenly_spread() {
         }
         assert_eq!(cells.len(), 256, "{nx} x {ny}");
     }
-    // The unit that was written is that of the draw.
+    // A draw has the unit that the campaign file gives.
     assert!(
         rows[0][1].text().ends_with(" um\""),
         "{}",
@@ -100,7 +100,7 @@ fn more_draws_begin_with_the_same_and_another_seed_has_others() {
     }
 }
 
-/// Draws at the points of a grid are the same: the difference of two points is none of chance.
+/// All points of a grid have the same draws, so the difference between two points has no random part.
 #[test]
 fn draws_are_common_to_the_points_of_a_grid() {
     let draws = DRAWS.replace("n = 256", "n = 5");
@@ -112,13 +112,13 @@ fn draws_are_common_to_the_points_of_a_grid() {
     }
 }
 
-/// The parts of draws below some values, against the distribution functions.
+/// Shares of draws below some values, against the distribution functions.
 #[test]
 fn distributions() {
-    // The Sobol sequence of so many points counts a part of them to within some of one.
+    // With this number of points, the share from the Sobol sequence is accurate to a few points.
     const DRAWN: usize = 4096;
     const OFF: f64 = 4.0 / DRAWN as f64;
-    // Of the normal distribution: one deviation, and two.
+    // Normal distribution function at one and at two standard deviations.
     const ONE: f64 = 0.841_344_746;
     const TWO: f64 = 0.977_249_868;
     let cases: [(&str, &[(f64, f64)]); 8] = [
@@ -134,7 +134,7 @@ fn distributions() {
             "distribution = \"normal\", mean = 3, sd = 0.5",
             &[(3.0, 0.5), (3.5, ONE), (2.0, 1.0 - TWO)],
         ),
-        // Between one deviation below and two above.
+        // Truncated from one standard deviation below the mean to two above it.
         (
             "distribution = \"normal\", mean = 3, sd = 0.5, low = 2.5, high = 4",
             &[
@@ -200,7 +200,7 @@ fn paths_of_files_are_relative_to_the_campaign() {
     assert!(Path::new("/b.npy").is_absolute());
 }
 
-/// What is wrong, and what the error says of it beside the file.
+/// Errors of a campaign file, and the words of each message in addition to the file name.
 #[test]
 fn faults_of_a_campaign_name_the_key_its_value_and_what_would_be_right() {
     let random = |line: &str| format!("[random]\nn = 4\nseed = 1\n{line}\n");

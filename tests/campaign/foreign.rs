@@ -1,4 +1,4 @@
-//! Folders and files that a campaign did not write: links, runs of other scenes, unreadable and forged files, and leftovers.
+//! Tests of folders and files from other sources in a campaign: links, runs of other scenes, unreadable and forged files, and leftovers.
 
 use std::fs;
 use std::io;
@@ -20,7 +20,7 @@ use crate::support::faulty::{Fault, FaultyFileSystem};
 
 const RUN: [&str; 5] = ["campaign", "run", "--dir", "c", "-q"];
 
-/// A campaign of six rows that keeps histories alone.
+/// Campaign of six rows that keeps only histories.
 fn keeping_history() -> Bench {
     let bench = bench(GRID);
     let text = fs::read_to_string(bench.path("case.toml")).expect("a file");
@@ -29,7 +29,7 @@ fn keeping_history() -> Bench {
     bench
 }
 
-/// Every file below a folder, with its bytes.
+/// All files below a folder, with their bytes.
 fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -62,7 +62,7 @@ fn folders_that_are_links_are_rejected_before_anything_is_touched() {
         "--no-rehearsal",
     ]);
     bench.done(&["campaign", "run", "--dir", "mine", "-q"]);
-    // A run of the other campaign that it keeps.
+    // A run that the other campaign keeps.
     bench.done(&["run", "small.toml", "--run", "mine/runs/000000", "-q"]);
     for name in ["runs", "ended", "collected", "failed", "locks"] {
         fs::create_dir_all(bench.path("mine").join(name)).expect("a folder");
@@ -92,7 +92,7 @@ fn the_campaign_folder_and_the_folder_of_a_single_run_may_be_links() {
     symlink(bench.path("elsewhere"), bench.path("c/runs/000001")).expect("a link");
     bench.done(&RUN);
     bench.done(&["campaign", "collect", "--dir", "c"]);
-    // Nothing is removed through a link.
+    // The program removes nothing through a link.
     assert!(bench.path("elsewhere/run.json").exists());
     let left = fs::read_dir(bench.path("c/runs")).expect("a folder");
     let left: Vec<_> = left
@@ -120,7 +120,7 @@ fn the_run_of_another_scene_in_the_place_of_a_row_is_kept() {
         }
         fs::rename(&run, bench.path("other")).expect("moved");
     }
-    // Without both, nobody can tell whose it is, and it stands where this campaign keeps nothing.
+    // Without both records, the program cannot identify the run. It removes the run, because this campaign keeps no runs in this folder.
     fs::rename(bench.path("other"), &run).expect("moved");
     for name in ["run.json", "run.copy.json"] {
         fs::remove_file(run.join(name)).expect("removed");
@@ -129,7 +129,7 @@ fn the_run_of_another_scene_in_the_place_of_a_row_is_kept() {
     assert!(!run.exists());
 }
 
-/// The run is that of a row, killed at every call that removes something. Until it is gone, one of its records says whose it is.
+/// The run of a row is killed at each call that removes something. Until the run is removed, one of its records identifies it.
 #[test]
 fn a_removal_that_is_killed_is_completed() {
     let bench = planned("[grid]\nsurface.seed = [4]\n");
@@ -162,19 +162,19 @@ fn a_removal_that_is_killed_is_completed() {
         remove_run(&RealFileSystem, &run, &key).expect("removed");
         assert!(!run.exists(), "{call}");
     }
-    // Whoever writes it keeps it.
+    // The program does not remove a run while another process has its lock.
     let LockAttempt::Taken(guard) = RealFileSystem
         .try_lock(&whole.join("lock"))
         .expect("a lock")
     else {
-        panic!("nobody else holds it");
+        panic!("the run is locked");
     };
     remove_run(&RealFileSystem, &whole, &key).expect("looked at");
     assert!(whole.join("run.json").exists());
     drop(guard);
 }
 
-/// A file system on which one file cannot be read.
+/// File system on which one file is unreadable.
 struct Unreadable {
     name: &'static str,
     errno: i32,
@@ -225,7 +225,7 @@ impl FileSystem for Unreadable {
     }
 }
 
-/// An error of the system says nothing of what is in a file, so nobody is advised to remove it.
+/// A system error gives no information about the content of a file, so the message does not advise the user to remove the file.
 #[test]
 fn a_read_error_is_not_damage() {
     let bench = planned(GRID);
@@ -274,7 +274,7 @@ fn a_read_error_is_not_damage() {
             errno,
         );
     }
-    // A file that was read and is not a history is damage still, and so is a link.
+    // A readable file that is not a history counts as damaged, and so does a link.
     let path = bench.path("c/ended/000001.parquet");
     fs::rename(&path, bench.path("kept")).expect("moved");
     symlink(bench.path("kept"), &path).expect("a link");
@@ -287,7 +287,7 @@ fn a_read_error_is_not_damage() {
     );
 }
 
-/// Writes a table of a campaign again with another column.
+/// Rewrites a table of a campaign with another column.
 fn forge(bench: &Bench, name: &str, change: impl Fn(&str, Nullable) -> Nullable) {
     let bytes = fs::read(bench.path(name)).expect("a file");
     let entry = metadata_entry(&bytes, "campaign")
@@ -345,7 +345,7 @@ fn a_table_without_rows_or_with_a_key_that_is_no_number_is_damaged() {
     }
 }
 
-/// A shard that says the same range a million times would keep every command busy for hours.
+/// A shard that lists the same range a million times would delay every command by hours.
 #[test]
 fn ranges_of_a_shard_ascend_and_do_not_overlap() {
     let bench = planned(GRID);
@@ -382,7 +382,7 @@ fn what_a_killed_start_left_in_scratch_is_removed_by_a_start_with_the_same_scrat
     let key: String = content_key(&bench, 2).chars().take(16).collect();
     let left = bench.path("s").join(format!("000002-{key}"));
     assert!(!left.exists());
-    // The run of the row, as a start that was killed leaves it; and that of a row of another campaign.
+    // Run of the row as a killed start has it, and run of a row of another campaign.
     let sets = ["wear.cycles=200_000", "joint.grid=[16, 12]"];
     let correlation = "surface.correlation_length=[\"0.8 mm\", \"0.7 mm\"]";
     let mut begun: Vec<&str> = vec!["run", "small.toml", "-q", "--run", "left"];
@@ -403,25 +403,28 @@ fn what_a_killed_start_left_in_scratch_is_removed_by_a_start_with_the_same_scrat
     fs::create_dir_all(bench.path("c/failed")).expect("a folder");
     bench.write("c/failed/000002.json.new", "{");
     bench.done(&RUN);
-    assert!(left.exists(), "it was not given");
+    assert!(left.exists(), "the start did not name the scratch folder");
     assert!(!bench.path("c/failed/000002.json.new").exists());
     for jobs in [&[][..], &["--jobs", "2"]] {
         let mut with: Vec<&str> = [&RUN[..], &["--scratch", "s"]].concat();
         with.extend(jobs);
         let LockAttempt::Taken(guard) = RealFileSystem.try_lock(&left.join("lock")).expect("ours")
         else {
-            panic!("nobody else holds it");
+            panic!("the run is locked");
         };
         bench.done(&with);
-        assert!(left.exists(), "somebody else writes it");
+        assert!(left.exists(), "the start removed a locked run");
         drop(guard);
     }
     bench.done(&[&RUN[..], &["--scratch", "s"]].concat());
     assert!(!left.exists());
-    assert!(other.exists(), "two campaigns may share a folder");
+    assert!(
+        other.exists(),
+        "the start removed the run of another campaign"
+    );
 }
 
-/// Two starts of the same rows where locks have no effect: a row that is done has the history of one of them.
+/// Two starts of the same rows without effective locks: a completed row has the history of one of the starts.
 #[cfg(target_os = "linux")]
 #[test]
 fn without_locks_a_row_is_done_only_with_a_whole_history() {
@@ -438,7 +441,7 @@ fn without_locks_a_row_is_done_only_with_a_whole_history() {
     let columns = |folder: &str| -> Vec<_> {
         let history = |row: usize| {
             let found = super::rows::columns(&bench, &format!("{folder}/ended/{row:06}.parquet"));
-            // Sizes of files count the times.
+            // The sizes of the files depend on the times.
             let found = found
                 .into_iter()
                 .filter(|(name, _)| !name.starts_with("timing") && name != "bytes");
@@ -468,7 +471,7 @@ fn without_locks_a_row_is_done_only_with_a_whole_history() {
             let said = String::from_utf8_lossy(&did.stderr);
             assert!(!said.contains("panicked"), "{said}");
         }
-        // The next starts end what is left; a failure of the disk is tried again.
+        // The next start completes the remaining rows and retries a failure of the disk.
         bench.done(&run);
         assert_eq!(columns(&folder), expected, "round {round}");
     }

@@ -1,4 +1,4 @@
-//! What keeps the rows of a campaign apart from each other, from other campaigns, and from a second process.
+//! Tests of the protection of the rows of a campaign from each other, from other campaigns, and from a second process.
 
 use std::fs;
 use std::path::Path;
@@ -22,7 +22,7 @@ fn history_alone(campaign: &str) -> Bench {
     bench
 }
 
-/// Processes that start all rows at once: each row is computed once, whoever comes while its folder is removed.
+/// Several processes start all rows at once: the program computes each row once, also while another process removes its folder.
 #[test]
 fn a_row_is_computed_by_one_alone() {
     const ROWS: usize = 40;
@@ -64,7 +64,7 @@ fn a_row_is_computed_by_one_alone() {
     }
 }
 
-/// Two commands at the same rows, again and again: no history is cut short, and all of them are those of one command.
+/// Several commands run the same rows repeatedly: every history is complete and equals the history of a single command.
 #[test]
 fn two_commands_at_the_same_rows_end_in_the_same() {
     let run = ["campaign", "run", "--dir", "c", "-q"];
@@ -106,7 +106,7 @@ fn another_way_to_keep_runs_is_another_campaign() {
     assert!(bench.path("c/runs/000000/run.json").is_file());
 }
 
-/// What rows have ended in belongs to the rows that were planned, and to no others.
+/// Results belong to the planned rows only.
 #[test]
 fn results_are_those_of_the_plan() {
     let bench = planned(GRID);
@@ -114,7 +114,7 @@ fn results_are_those_of_the_plan() {
     let text = fs::read_to_string(bench.path("case.toml")).expect("a file");
     let table = bench.path("c/campaign.parquet");
     let planned_table = fs::read(&table).expect("a table");
-    // Without its table the folder still knows what was planned.
+    // Without its table, the folder still identifies the planned campaign.
     fs::remove_file(&table).expect("removed");
     bench.write("case.toml", text.replace("[0.5, 0.7]", "[0.5, 0.8]"));
     fails(&bench, &PLAN, 4, &["another campaign", "another --dir"]);
@@ -122,7 +122,7 @@ fn results_are_those_of_the_plan() {
     bench.done(&PLAN);
     assert_eq!(fs::read(&table).expect("a table"), planned_table);
 
-    // A campaign of another layout is neither read nor planned over.
+    // The program neither reads a campaign of another layout nor plans over it.
     let about = bench.path("c/campaign.json");
     let whole = fs::read(&about).expect("a file");
     for other in [LAYOUT - 1, LAYOUT + 1] {
@@ -141,7 +141,7 @@ fn results_are_those_of_the_plan() {
     }
     fs::write(&about, &whole).expect("put back");
 
-    // Nor is all lost with what says what it is: the table does, and which runs are kept.
+    // If `campaign.json` is damaged, the table and the setting of `keep` still protect the results.
     fs::write(&about, &whole[..100]).expect("cut short");
     let told = ["campaign", "status", "--dir", "c"];
     fails(
@@ -156,7 +156,7 @@ fn results_are_those_of_the_plan() {
     bench.done(&PLAN);
     assert_eq!(fs::read(&about).expect("a file"), whole);
 
-    // Sections that have other points than there are rows, none and more than memory holds.
+    // Numbers of points of a section that differ from the number of rows: zero, too many, and more than fits into memory.
     let told = String::from_utf8(whole.clone()).expect("text");
     assert!(told.contains("\"points\": 2"), "{told}");
     for points in ["0", "3", "9000000000000000000"] {
@@ -167,7 +167,7 @@ fn results_are_those_of_the_plan() {
     }
     bench.write("c/campaign.json", &whole);
 
-    // A table of another campaign.
+    // The table belongs to another campaign.
     let other = planned(&GRID.replace("[0.5, 0.7]", "[0.5, 0.8]"));
     fs::copy(other.path("c/campaign.parquet"), &table).expect("copied");
     for command in [
@@ -184,7 +184,7 @@ fn results_are_those_of_the_plan() {
     }
     fs::write(&table, planned_table).expect("put back");
 
-    // Histories under each other's names, a link, an empty file: the others are collected.
+    // Two histories are exchanged, one is a link, and one is empty: the program collects the others.
     let ended = |row: usize| bench.path(&format!("c/ended/{row:06}.parquet"));
     let sound: Vec<Vec<u8>> = (0..6)
         .map(|row| fs::read(ended(row)).expect("a history"))
@@ -213,7 +213,7 @@ fn results_are_those_of_the_plan() {
     bench.done(&collect);
     assert_eq!(status(&bench)["collected"], 6);
 
-    // A shard of another campaign.
+    // The shard belongs to another campaign.
     other.done(&["campaign", "run", "--dir", "c", "-q"]);
     other.done(&collect);
     let foreign = fs::read(other.path("c/collected/shard-00000.parquet")).expect("a shard");
@@ -227,7 +227,7 @@ fn results_are_those_of_the_plan() {
     );
 }
 
-/// A row that failed by itself fails again without being computed, with the code of the first time.
+/// A row that failed because of its settings fails again without computation, with the same exit code.
 #[test]
 fn a_repeated_failure_has_the_code_of_the_first() {
     let bench = planned("[grid]\nfidelity.normal_tolerance = [1e-17, 1e-5]\n");
@@ -236,7 +236,7 @@ fn a_repeated_failure_has_the_code_of_the_first() {
     fails(&bench, &run, 3, &["failed before", "--retry"]);
 }
 
-/// What a process leaves that is killed just after its row has ended, and a lock that is none: other rows go on.
+/// Leftovers of a process that was killed just after the end of its row, and a path that is not a lock: the other rows continue.
 #[test]
 fn what_was_left_behind_is_cleared() {
     let bench = history_alone(GRID);
@@ -261,7 +261,7 @@ fn what_was_left_behind_is_cleared() {
     }
 }
 
-/// The script of a job array: what is not there is no success, and a task beyond the last row is.
+/// Script of a job array: a missing campaign or program is an error, and a task beyond the last row is a success.
 #[test]
 fn a_task_that_did_nothing_says_so() {
     let bench = planned(GRID);

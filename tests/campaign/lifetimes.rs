@@ -1,4 +1,4 @@
-//! After how many cycles runs pass a milestone, of which some ended before, against numbers worked by hand.
+//! Tests of the number of cycles after which runs pass a milestone, with runs that end before it, against values worked by hand.
 
 use std::fs;
 
@@ -32,7 +32,7 @@ fn near(found: f64, worked: f64) {
 #[test]
 fn the_product_limit_of_six_runs_is_the_one_by_hand() {
     let survival = Survival::estimate(&lives(&[1.0, 3.0, 5.0, 6.0], &[2.0, 4.0]));
-    // 1/6; of the 5 left one is left at 2; 1 - 5/6 3/4; 1 - 5/8 1/2; none is left.
+    // 1/6; one of the 5 remaining runs ends at 2; 1 - 5/6 3/4; 1 - 5/8 1/2; no run remains.
     for (cycles, passed) in [
         (0.5, 0.0),
         (1.0, 1.0 / 6.0),
@@ -45,27 +45,28 @@ fn the_product_limit_of_six_runs_is_the_one_by_hand() {
     }
     assert_eq!(survival.quantile(0.5).cycles, Some(5.0));
     assert_eq!(survival.quantile(0.25).cycles, Some(3.0));
-    // Without those that were left the median would be another.
+    // Without the runs that end before the milestone, the median would be different.
     let dropped = Survival::estimate(&lives(&[1.0, 3.0, 5.0, 6.0], &[]));
     assert_eq!(dropped.quantile(0.5).cycles, Some(3.0));
-    // One that is left at the cycles at which another passes was there to pass.
+    // A run that ends at the cycle at which another run passes counts as at risk at this cycle.
     near(
         Survival::estimate(&lives(&[2.0], &[2.0])).share_passed(2.0),
         0.5,
     );
-    // Nothing is known beyond.
+    // The share is unknown beyond the last run.
     let few = Survival::estimate(&lives(&[1.0], &[2.0, 2.0, 3.0]));
     near(few.share_passed(1e9), 0.25);
     assert_eq!((few.quantile(0.5).cycles, few.end), (None, 3.0));
     assert_eq!(Survival::estimate(&[]).quantile(0.5).cycles, None);
 }
 
-/// A hundred runs that pass at 1 to 70 thousand cycles, 30 of them left at 100 to 3000 among them.
+/// A hundred runs that pass after 1 to 100 cycles, one run per cycle.
 #[test]
 fn quantiles_have_the_bounds_of_order_statistics() {
     let all: Vec<f64> = (1..=100).map(f64::from).collect();
     let whole = Survival::estimate(&lives(&all, &[]));
-    // Of binomial tables: with 100 runs the median of all lies between the 40th and the 61st, the 5 % quantile between the 1st and the 11th.
+    // From binomial tables: with 100 runs, the median of the population lies between the 40th and the 61st run, the 5 % quantile between
+    // the 1st and the 11th run.
     let median = whole.quantile(0.5);
     assert_eq!(
         (median.low, median.cycles, median.high),
@@ -88,7 +89,7 @@ fn quantiles_have_the_bounds_of_order_statistics() {
     assert_eq!(ten.quantile(0.95).high, None);
 }
 
-/// 1 less the product over all that passed before of 1 less one over those that were there.
+/// 1 minus the product of 1 - 1/(runs at risk) over all runs that passed before.
 fn by_definition(lives: &[(f64, bool)], cycles: f64) -> f64 {
     let there = |at: f64| lives.iter().filter(|life| life.0 >= at).count() as f64;
     let passed = lives.iter().filter(|life| life.1 && life.0 <= cycles);
@@ -97,7 +98,7 @@ fn by_definition(lives: &[(f64, bool)], cycles: f64) -> f64 {
         .product::<f64>()
 }
 
-/// Runs of two frictions that end at other cycles each, one of which failed: each is followed to where it ended.
+/// Runs of two friction coefficients, each with another last cycle, one of them failed: the estimate includes each run up to its end.
 #[test]
 fn a_campaign_follows_each_run_to_where_it_ended() {
     let bench = planned(
@@ -152,7 +153,10 @@ fn a_campaign_follows_each_run_to_where_it_ended() {
             }
         }
     }
-    assert!(left > 4 && left < 28, "{left} of 32 were left");
+    assert!(
+        left > 4 && left < 28,
+        "{left} of 32 lifetimes end before the milestone"
+    );
     let said = bench.done(&["when", "c", milestone]).stdout();
     assert!(
         said.contains("contact.friction_coefficient = 0.7"),

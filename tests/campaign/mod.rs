@@ -1,4 +1,4 @@
-//! Campaigns: what a file means, what becomes of its rows, and what their runs say together.
+//! Tests of campaigns: the meaning of a campaign file, the states of its rows, and the results of its runs together.
 
 mod collected;
 mod definition;
@@ -13,7 +13,7 @@ mod statistics;
 
 use crate::support::Bench;
 
-/// A folder with a scene of so few cells that its run takes some hundredths of a second, and a campaign file.
+/// Folder with a campaign file and a scene of few cells, whose run takes a few hundredths of a second.
 pub fn bench(campaign: &str) -> Bench {
     let bench = Bench::new();
     bench.write(
@@ -23,11 +23,11 @@ pub fn bench(campaign: &str) -> Bench {
     bench
 }
 
-/// Two frictions with three surfaces.
+/// Two friction coefficients with three surfaces.
 pub const GRID: &str =
     "[grid]\ncontact.friction_coefficient = [0.5, 0.7]\nsurface.seed = { from = 1, to = 3 }\n";
 
-/// Plans the case.
+/// Command that plans the case.
 pub const PLAN: [&str; 6] = [
     "campaign",
     "plan",

@@ -1,10 +1,9 @@
-"""A campaign on HyperQueue, through its Python interface (`pip install hyperqueue`):
+"""Runs a campaign on HyperQueue through its Python interface (`pip install hyperqueue`):
 
     python tests/campaign/on_hyperqueue.py target/release/fretwear
 
-A task a row on a cluster of this machine. One long row is killed outright, and is submitted again, as is a row that was stopped with exit
-code 75; then the server is ended with tasks under way, and a new one gets all rows once more. The tables are those of a local campaign,
-bit for bit.
+A local cluster runs one task per row. The script kills one long row and stops another row with exit code 75. Then it ends the server while
+tasks are running, and submits all rows to a new server. The tables must equal the tables of a local campaign bit for bit.
 """
 
 import os
@@ -22,7 +21,7 @@ PROGRAM = Path(sys.argv[1]).resolve()
 SHORT = 14
 LONG = 2
 ROWS = SHORT + LONG
-# Submissions until a worker of the ended server has let its row go.
+# Largest number of submissions until the workers of the ended server have released their rows.
 REPEATS = 60
 
 SCENE = """
@@ -55,7 +54,7 @@ def campaign(*arguments, code=0):
 
 
 def job(rows, folder, more=()):
-    """A task a row."""
+    """Returns a job with one task per row."""
     job = Job()
     for row in rows:
         arguments = [str(PROGRAM), "campaign", "run", "--dir", folder, "--index", str(row), "--quiet", *more]
@@ -64,7 +63,7 @@ def job(rows, folder, more=()):
 
 
 def tables(folder):
-    """All tables of all runs but the times, by name."""
+    """Returns all tables of all runs by path, except the tables that contain times."""
     found = {}
     for path in sorted(Path(folder, "runs").rglob("*.parquet")):
         if path.name not in ("timing.parquet", "history.parquet"):
@@ -77,7 +76,7 @@ def wait_for(what, seconds=60):
         if what():
             return
         time.sleep(0.05)
-    raise SystemExit("it never came")
+    raise SystemExit("the condition is still false")
 
 
 def cluster():
@@ -111,7 +110,7 @@ def main():
             print("failed tasks, killed and stopped:", [len(each) for each in failed])
             assert [len(each) for each in failed] == [1, 1], failed
             assert "75" in str(list(failed[1].values())[0]), failed[1]
-            # Under way when the server ends.
+            # This task is running when the server ends.
             client.submit(job([killed], folder))
             time.sleep(1.0)
         state = campaign("status", "--dir", "hq")
@@ -125,19 +124,19 @@ def main():
             for _ in range(REPEATS):
                 if not again:
                     break
-                # A worker of the ended server may still have held its row.
-                print("rows that were still held:", again)
+                # A worker of the ended server may still lock its row.
+                print("rows that are still locked:", again)
                 time.sleep(1.0)
                 last = client.submit(job(range(ROWS), folder))
                 client.wait_for_jobs([last], raise_on_error=False)
                 again = sorted(client.get_failed_tasks(last))
-            assert not again, f"rows {again} fail again and again"
+            assert not again, f"rows {again} still fail after all submissions"
             print(f"all rows are done after {time.perf_counter() - begin:.1f} s of the second server")
         campaign("run", "--dir", "local", "--jobs", "2", "--quiet")
         found, expected = tables("hq"), tables("local")
         assert found.keys() == expected.keys()
         assert found == expected
-        print(f"{len(found)} tables of {ROWS} rows are the same, bit for bit")
+        print(f"{len(found)} tables of {ROWS} rows are equal bit for bit")
 
 
 if __name__ == "__main__":

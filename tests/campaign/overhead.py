@@ -1,9 +1,10 @@
-"""What starting many short runs costs by a campaign and without one:
+"""Measures the cost of starting many short runs, with and without a campaign:
 
     python tests/campaign/overhead.py target/release/fretwear [RUNS]
 
-The same scene with another surface in every run, two at a time: `xargs fretwear run`, `xargs fretwear campaign run --index`, and
-`fretwear campaign run --jobs 2` with all that it keeps and with histories alone. Prints seconds of the clock and of the processor a run.
+The runs have the same scene with different surfaces; two runs compute at a time. The compared commands are `xargs fretwear run`,
+`xargs fretwear campaign run --index`, and `fretwear campaign run --jobs 2`, which keeps whole runs or only histories. The script prints
+wall seconds and CPU seconds per run.
 """
 
 import os
@@ -17,7 +18,7 @@ from pathlib import Path
 
 PROGRAM = Path(sys.argv[1]).resolve()
 RUNS = int(sys.argv[2]) if len(sys.argv) > 2 else 1000
-# The ways take turns, since other work on the machine comes and goes.
+# The commands alternate, because the load of the machine varies.
 ROUNDS = 4
 
 SCENE = """
@@ -91,7 +92,7 @@ def main():
             print(f"load {os.getloadavg()[0]:.1f}", flush=True)
     for name, (seconds, cpu) in sums.items():
         rounds = " ".join(f"{second:.3f}" for second in seconds)
-        print(f"{name:45} {sum(seconds) / ROUNDS:.3f} s ({rounds}), {sum(cpu) / ROUNDS:.3f} CPU s a run")
+        print(f"{name:45} {sum(seconds) / ROUNDS:.3f} s ({rounds}), {sum(cpu) / ROUNDS:.3f} CPU s per run")
 
 
 if __name__ == "__main__":

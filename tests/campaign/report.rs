@@ -1,4 +1,4 @@
-//! The report of a campaign.
+//! Tests of the report of a campaign.
 
 use std::fs;
 
@@ -9,7 +9,7 @@ use super::planned;
 
 use crate::support::{Bench, latest, summary};
 
-/// The worn volume is as the wear coefficient, so that the other key has next to nothing to say.
+/// The worn volume is proportional to the wear coefficient, so the other key has almost no influence.
 const DRAWS: &str = "[random]\nn = 24\nseed = 2\nwear.coefficient = { distribution = \"log_uniform\", low = \"1e3 um^3/J\", high = \"4e3 um^3/J\" }\nfidelity.normal_tolerance = { distribution = \"log_uniform\", low = 1e-7, high = 1e-6 }\n";
 
 fn reported(bench: &Bench) -> serde_json::Value {
@@ -23,7 +23,7 @@ fn reported(bench: &Bench) -> serde_json::Value {
 fn a_report_has_bands_sensitivities_and_failures() {
     let bench = planned(DRAWS);
     bench.done(&["campaign", "run", "--dir", "c", "--jobs", "2", "-q"]);
-    // One that failed, as it would be kept.
+    // A failed row, as the program stores it.
     let ended = bench.path("c/ended/000009.parquet");
     fs::remove_file(ended).expect("removed");
     fs::create_dir(bench.path("c/failed")).expect("a folder");
@@ -56,7 +56,7 @@ fn a_report_has_bands_sensitivities_and_failures() {
         "{tolerance}"
     );
 
-    // The figures are those of the runs.
+    // The figures equal the figures of the runs.
     let mut ends: Vec<f64> = (0..24)
         .filter(|k| *k != 9)
         .map(|k| {
@@ -74,7 +74,7 @@ fn a_report_has_bands_sensitivities_and_failures() {
     let mean = ends.iter().sum::<f64>() / 23.0;
     assert!((volume["mean"].as_f64().expect("a number") / mean - 1.0).abs() < 1e-12);
 
-    // A band begins without wear and ends where the runs do.
+    // A band begins without wear and ends at the last cycle of the runs.
     let band: Vec<_> = found["bands"]
         .as_array()
         .expect("rows")
@@ -106,7 +106,7 @@ fn a_report_has_bands_sensitivities_and_failures() {
         assert!(page.contains(part), "no {part:?}");
     }
     assert!(!page.contains("<b>broke"));
-    // It needs no other file.
+    // The page does not load other files.
     for loads in ["http://", "https://", " src=", "@import", "url("] {
         let outside = page.replace("data:,", "");
         assert!(!outside.contains(loads), "{loads}");
@@ -122,7 +122,7 @@ fn a_report_has_bands_sensitivities_and_failures() {
     }
 }
 
-/// Draws that meet each of three values that change nothing: a draw counts once, at one of the values too where the others are not run.
+/// Each draw is combined with three values that have no effect: a draw counts once, also if the other values have not run.
 #[test]
 fn repeated_draws_are_no_more_samples() {
     let draws = DRAWS.replace("n = 24", "n = 12");
@@ -152,7 +152,7 @@ fn repeated_draws_are_no_more_samples() {
             tolerance["share"].as_f64().expect("a number") < 0.5,
             "{tolerance}"
         );
-        // Of one value there is nothing to tell; of several equal figures their mean may be off by rounding.
+        // A single value has no share. With several values of equal figures, their mean may have a rounding error.
         let expected = (rows == "12-35").then_some(0.0);
         let share = inert["share"].as_f64();
         assert_eq!(
@@ -163,7 +163,7 @@ fn repeated_draws_are_no_more_samples() {
     }
 }
 
-/// Two keys of a grid, a list and draws, each with every other: shares are those of the runs' own means.
+/// Two keys of a grid, a list and draws, combined with each other: the shares follow from the means of the runs.
 #[test]
 fn keys_that_cross_have_the_shares_of_their_means() {
     let bench = planned(
@@ -218,7 +218,7 @@ fn there_is_no_report_of_nothing() {
         "{}",
         did.stderr()
     );
-    // One run alone has a figure, and nothing that varies.
+    // A single run has figures, but no sensitivities.
     bench.done(&["campaign", "run", "--dir", "c", "--index", "5", "-q"]);
     let found = reported(&bench);
     assert_eq!(found["runs"], 1);

@@ -1,4 +1,4 @@
-//! Rows: planned, run, stopped, killed, failed, and run again.
+//! Tests of rows: planned, run, stopped, killed, failed, and run again.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ use super::{GRID, PLAN, bench, planned};
 use crate::support::faulty::{Fault, FaultyFileSystem};
 use crate::support::{Bench, assert_same, content};
 
-/// The columns of a Parquet file by name.
+/// Columns of a Parquet file by name.
 pub fn columns(bench: &Bench, path: &str) -> std::collections::BTreeMap<String, Nullable> {
     let bytes = fs::read(bench.path(path)).expect("a file");
     let found = nullable_from_parquet(&bytes, "test", 1 << 20).expect("a table");
@@ -55,13 +55,13 @@ fn a_plan_has_the_keys_as_resolved_and_the_content_of_every_run() {
     assert_eq!(found["surface.seed"], Nullable::I64(vec![Some(5); 4]));
     let words = ["balanced", "balanced", "fast", "fast"].map(|word| Some(word.to_owned()));
     assert_eq!(found["fidelity.preset"], Nullable::Text(words.to_vec()));
-    // Rows that differ in a word may differ in their cost, those that differ in a roughness are alike.
+    // Rows with different words may have different costs; rows with different roughness have similar costs.
     assert_eq!(
         found["group"],
         Nullable::I64([0, 0, 1, 1].map(Some).to_vec())
     );
 
-    // The content is that of the run.
+    // The content key is the key of the run.
     bench.done(&["campaign", "run", "--dir", "c", "--index", "2", "-q"]);
     let record = fs::read_to_string(bench.path("c/runs/000002/run.json")).expect("a record");
     let record: Value = serde_json::from_str(&record).expect("JSON");
@@ -122,11 +122,15 @@ fn a_row_ends_in_the_bits_of_the_same_scene_run_alone_and_takes_no_time_again() 
     let log = bench.path("c/runs/000004/log.txt");
     let before = fs::read(&log).expect("a log");
     bench.done(&["campaign", "run", "--dir", "c", "--index", "4", "-q"]);
-    assert_eq!(fs::read(&log).expect("a log"), before, "it was begun again");
+    assert_eq!(
+        fs::read(&log).expect("a log"),
+        before,
+        "the row started again"
+    );
     let found = status(&bench);
     assert_eq!((&found["done"], &found["waiting"]), (&1.into(), &5.into()));
 
-    // A range, and all others by two processes; a campaign file that is changed meanwhile changes nothing.
+    // A range of rows, and then all rows by two processes; a changed campaign file has no effect on planned rows.
     bench.write("case.toml", "scene = \"gone.toml\"\n");
     bench.write("small.toml", "");
     let range = ["campaign", "run", "--dir", "c", "--index", "3-5", "--json"];
@@ -163,7 +167,7 @@ fn one_row_that_fails_stops_no_other_and_its_reason_is_kept() {
         assert_eq!(failed["settings"][0], "fidelity.normal_tolerance=1e-17");
         let words = bench.done(&["campaign", "status", "--dir", "c"]).stdout();
         assert!(words.contains(&format!("row 1: {reason}\n")), "{words}");
-        // It is known to fail, and not tried again unless that is asked for.
+        // The program has stored the failure of the row, and runs the row again only on request.
         let one = ["campaign", "run", "--dir", "c", "--index", "1", "-q"];
         fails(&bench, &one, 3, &["failed before", "--retry"]);
         fails(
@@ -176,12 +180,12 @@ fn one_row_that_fails_stops_no_other_and_its_reason_is_kept() {
     }
 }
 
-/// Waits until something is there.
+/// Waits until a condition is true.
 fn awaited(child: &mut Child, what: &dyn Fn() -> bool) {
     const LONGEST: Duration = Duration::from_secs(60);
     let begin = Instant::now();
     while !what() {
-        assert!(begin.elapsed() < LONGEST, "it never came");
+        assert!(begin.elapsed() < LONGEST, "the condition is still false");
         if let Some(status) = child.try_wait().expect("a process") {
             panic!("it ended before, with {status}");
         }
@@ -189,7 +193,7 @@ fn awaited(child: &mut Child, what: &dyn Fn() -> bool) {
     }
 }
 
-/// A run of a second or two, of many iterations.
+/// Campaign with runs of one or two seconds and many iterations.
 const LONG: &str = "[grid]\njoint.size = [[\"4 mm\", \"3 mm\"]]\nsurface.seed = [3, 4]\n";
 
 fn long() -> Bench {
@@ -216,7 +220,7 @@ fn a_row_that_is_killed_or_stopped_goes_on_to_the_same_bits() {
     let second = root.join("iterations/wear_iteration=1");
     let mut child = bench.command(&run).spawn().expect("started");
     awaited(&mut child, &|| second.exists());
-    // Another at the same row meanwhile is told to come again.
+    // A second command for the same row ends with the exit code for "try again".
     assert_eq!(status(&bench)["running"][0], 0);
     let other = bench.fretwear(&["campaign", "run", "--dir", "c", "--index", "0", "--json"]);
     assert_eq!(
@@ -257,7 +261,7 @@ fn a_signal_to_many_processes_stops_them_all_and_the_same_command_goes_on() {
     assert_eq!(status(&bench)["done"], 2);
 }
 
-/// A run as another processor has left it.
+/// Changes the record of a run as if another processor had started the run.
 fn moved_from_another_processor(run: &Path) {
     for file in ["run.json", "run.copy.json"] {
         let path = run.join(file);
@@ -271,7 +275,7 @@ fn moved_from_another_processor(run: &Path) {
     }
 }
 
-/// A run that continues on another processor may end in other bits: rows say so, as runs do.
+/// A run that continues on another processor may have different bits: rows report this as runs do.
 #[test]
 fn rows_show_the_notices_of_their_starts() {
     let bench = planned(GRID);
@@ -326,7 +330,7 @@ fn of_runs_whose_history_is_kept_there_is_one_file_each() {
     let expected: Vec<String> = (0..6).map(|k| format!("00000{k}.parquet")).collect();
     assert_eq!(names("c/ended"), expected);
     assert_eq!(status(&bench)["done"], 6);
-    // Computed elsewhere it ends in the same, and leaves nothing there.
+    // A row with a scratch folder has the same history, and the program removes its files there.
     let history = || {
         fretwear::store::History::of_bytes(
             &fs::read(bench.path("c/ended/000002.parquet")).expect("a file"),
@@ -401,25 +405,25 @@ fn what_is_planned_again_may_only_become_longer() {
         bench.write("case.toml", changed);
         fails(&bench, &plan, 4, &parts);
     }
-    // What is planned is as it was.
+    // The plan has not changed.
     assert_eq!(status(&bench)["rows"], 5);
 }
 
 #[test]
 fn faults_of_rows_folders_and_indices() {
-    // A mistyped key, with the one that was meant.
+    // A mistyped key: the error suggests the correct key.
     let typo = bench("[grid]\nsurface.seeed = [1, 2]\n");
     let parts = ["row 0 (surface.seeed=1)", "1 other rows", "surface.seed"];
     fails(&typo, &PLAN, 2, &parts);
     assert!(!typo.path("c").exists(), "a folder for nothing");
-    // A draw that no joint has, where the first rows are sound.
+    // A draw outside the valid range, after a valid row.
     let negative = "[list]\ncontact.friction_coefficient = [0.3, -0.1]\n";
     let parts = [
         "row 1 (contact.friction_coefficient=-0.1)",
         "contact.friction_coefficient",
     ];
     fails(&bench(negative), &PLAN, 2, &parts);
-    // Two rows of the same content are run, and said.
+    // The program runs two rows of the same content, and reports the repetition.
     let twice = bench("[list]\nsurface.rq = [\"1 um\", \"1000 nm\", \"2 um\"]\n");
     let did = twice.done(&PLAN);
     assert!(
@@ -493,14 +497,14 @@ fn a_file_of_the_scene_that_changes_after_the_plan_is_no_longer_the_row() {
         4,
         &["row 0 differs from its plan", "restore the file"],
     );
-    // Nor is it without the file; put back, it is tried again without being asked to.
+    // The row also fails without the file; with the original file, it runs again without `--retry`.
     fs::remove_file(bench.path("moves.csv")).expect("removed");
     fails(&bench, &run, 2, &["moves.csv"]);
     bench.write("moves.csv", history(1e-6));
     bench.done(&run);
 }
 
-/// A disk that is full when a row ends: nothing is half there, and the row is not done.
+/// The disk is full when a row ends: the history is complete or absent, and the row counts as done only if the history is complete.
 #[test]
 fn what_ends_is_there_whole_or_not_at_all() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -524,13 +528,13 @@ fn what_ends_is_there_whole_or_not_at_all() {
                 assert!(matches!(error, CampaignError::Io { .. }), "{error}");
             }
         }
-        // The next start ends it.
+        // The next start completes the row.
         real.complete(7, history).expect("ended");
         assert_eq!(real.state(7).expect("looked at"), State::Complete);
     }
 }
 
-/// One plans or collects at a time.
+/// Only one process plans or collects at a time.
 #[test]
 fn a_folder_that_is_planned_is_not_collected() {
     let bench = planned(GRID);
@@ -538,7 +542,7 @@ fn a_folder_that_is_planned_is_not_collected() {
         .try_lock(&bench.path("c/lock"))
         .expect("a lock");
     let LockAttempt::Taken(guard) = lock else {
-        panic!("nobody else holds it");
+        panic!("the folder is locked");
     };
     fails(
         &bench,
@@ -550,7 +554,7 @@ fn a_folder_that_is_planned_is_not_collected() {
     bench.done(&["campaign", "collect", "--dir", "c"]);
 }
 
-/// Archard's coefficient is divided by the friction coefficient of each row.
+/// The program divides Archard's coefficient by the friction coefficient of each row.
 #[test]
 fn rows_by_archards_law_have_their_own_friction() {
     let bench = planned(

@@ -1,4 +1,4 @@
-//! Statistics against samples whose figures are known.
+//! Tests of statistics against samples with known figures.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use fretwear::campaign::statistics::{
 
 use crate::support::Chance;
 
-/// Of sums in floating point.
+/// Rounding of floating-point sums.
 const ROUNDING: f64 = 1e-12;
 
 #[test]
@@ -21,9 +21,9 @@ fn the_spread_of_a_sample() {
     let found = sample_statistics(&values).expect("values");
     assert_eq!((found.count, found.least, found.most), (101, 0.0, 100.0));
     assert!((found.mean - 50.0).abs() < ROUNDING);
-    // n(n + 1)/12 of n + 1 equidistant values.
+    // n(n + 1)/12 for n + 1 equidistant values.
     assert!((found.sd - (101.0_f64 * 102.0 / 12.0).sqrt()).abs() < ROUNDING);
-    // h = (n + 1/3) p + 1/3 of Hyndman and Fan, from 1.
+    // h = (n + 1/3) p + 1/3 of Hyndman and Fan, counted from 1.
     for (part, quantile) in [0.05, 0.25, 0.5, 0.75, 0.95]
         .into_iter()
         .zip(found.quantiles)
@@ -55,7 +55,7 @@ fn ranks_agree_whatever_the_form() {
     );
 }
 
-/// y = 3a + b with independent a and b of the same spread: nine tenths, and one.
+/// y = 3a + b with independent a and b of the same variance: their shares are nine tenths and one tenth.
 #[test]
 fn parts_of_the_variance() {
     let (mut a, mut b, mut y) = (Vec::new(), Vec::new(), Vec::new());
@@ -67,7 +67,7 @@ fn parts_of_the_variance() {
         }
     }
     let share = |x: &[f64]| first_order_index(&classes(x), &y).expect("a number");
-    // Of 144 runs and 12 values, of which chance takes (k - 1)/(n - k) of what is left.
+    // 144 runs with 12 values; chance explains (k - 1)/(n - k) of the remainder.
     for (x, part) in [(&a, 0.9), (&b, 0.1)] {
         let expected = 1.0 - (1.0 - part) * 143.0 / 132.0;
         assert!(
@@ -80,12 +80,12 @@ fn parts_of_the_variance() {
     assert_eq!(first_order_index(&[0, 1, 2], &[1.0, 2.0, 3.0]), None);
 }
 
-/// Ishigami and Homma's function, whose indices are known (a = 7, b = 0.1): the second key has no rank correlation, and the third no
-/// part of its own.
+/// The function of Ishigami and Homma, whose indices are known (a = 7, b = 0.1): the second key has no rank correlation, and the
+/// first-order index of the third key is zero.
 #[test]
 fn a_function_whose_indices_are_known() {
     const N: u32 = 8192;
-    // Classes of 91 values, whose means are off by a tenth of the deviation within them.
+    // Classes of 91 values, whose means have an error of a tenth of the standard deviation within them.
     const OFF: f64 = 0.02;
     let points: Vec<[f64; 3]> = (0..N)
         .map(|k| [0, 1, 2].map(|d| PI * (2.0 * f64::from(sobol_burley::sample(k, d, 3)) - 1.0)))
@@ -109,7 +109,7 @@ fn a_function_whose_indices_are_known() {
     }
 }
 
-/// A key without any influence explains next to nothing: chance is taken off.
+/// A key without influence explains almost nothing, because the share of chance is subtracted.
 #[test]
 fn chance_explains_nothing() {
     let mut chance = Chance::new(5);
@@ -120,7 +120,7 @@ fn chance_explains_nothing() {
         shares.push(first_order_index(&classes(&x), &y).expect("a number"));
     }
     let mean = shares.iter().sum::<f64>() / 50.0;
-    // 15 classes would explain 7 % by chance; what is below zero is cut, which leaves some 2 %.
+    // By chance 15 classes would explain 7 %; negative values are set to zero, so about 2 % remain.
     assert!(mean < 0.03, "{mean}");
 }
 
@@ -146,7 +146,7 @@ fn a_course_between_its_points() {
     assert_eq!(interpolate(&course, -0.1), None);
 }
 
-/// y = 2 g + x + 3 e with draws of x and e that every point of the grid shares: shares by the variances of the parts.
+/// y = 2 g + x + 3 e, where every point of the grid has the same draws of x and e: the shares follow from the variances of the terms.
 #[test]
 fn draws_that_cross_a_grid_count_once() {
     const DRAWS: usize = 300;
@@ -163,7 +163,7 @@ fn draws_that_cross_a_grid_count_once() {
         .map(|d| grid.iter().map(|g| y(*g, *d)).collect())
         .collect();
     let whole = variance(&by_grid.concat());
-    // Nothing in common with what is drawn: exact.
+    // The grid does not interact with the draws, so its share is exact.
     let share = crossed_share(&[0, 1, 2, 3], &by_grid, whole).expect("a share");
     let exact = variance(&grid.map(|g| 2.0 * g)) / whole;
     assert!((share - exact).abs() < 1e-12, "{share} {exact}");
@@ -172,10 +172,10 @@ fn draws_that_cross_a_grid_count_once() {
         let x = of_key(key);
         let share = drawn_share(&classes(&x), &by_draw, whole).expect("a share");
         let exact = factor * factor * variance(&x) / whole;
-        // Of 300 draws in 18 classes.
+        // Tolerance for 300 draws in 18 classes.
         assert!((share - exact).abs() < 0.04, "key {key}: {share} {exact}");
     }
-    // A grid that changes nothing: every draw is there four times, and is one sample all the same.
+    // A grid without effect: each draw appears four times but counts as one sample.
     let repeated: Vec<Vec<f64>> = draws.iter().map(|d| vec![y(1.0, *d); 4]).collect();
     let inert: Vec<f64> = of_key(2);
     let share =
@@ -188,12 +188,12 @@ fn draws_that_cross_a_grid_count_once() {
         crossed_share(&[0, 1, 2, 3], &same, variance(&same.concat())),
         Some(0.0)
     );
-    // A drawn name, as a seed: as many classes as samples say nothing.
+    // A drawn name, such as a seed: with as many classes as samples there is no share.
     let names: Vec<usize> = (0..DRAWS).collect();
     assert_eq!(drawn_share(&names, &by_draw, whole), None);
 }
 
-/// A grid whose points scatter by chance alone, each draw in its own way: what chance makes of their means is taken off.
+/// The points of a grid scatter only by chance, each draw differently: the share of chance in their means is subtracted.
 #[test]
 fn an_inert_grid_has_no_share_of_what_scatters() {
     let mut chance = Chance::new(3);
@@ -205,6 +205,6 @@ fn an_inert_grid_has_no_share_of_what_scatters() {
         shares.push(crossed_share(&[0, 1, 2], &y, variance(&y.concat())).expect("a share"));
     }
     let mean = shares.iter().sum::<f64>() / 60.0;
-    // Three means of twelve would explain 6 %; what is below zero is cut.
+    // By chance three means of twelve values would explain 6 %; negative values are set to zero.
     assert!(mean < 0.035, "{mean}");
 }

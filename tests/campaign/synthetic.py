@@ -1,8 +1,8 @@
-"""A campaign of many finished runs: files, bytes, and the time and memory of plan, status, collect and report:
+"""Measures a campaign of many finished runs: files, bytes, and the time and memory of plan, status, collect and report:
 
     python tests/campaign/synthetic.py target/release/fretwear [ROWS]
 
-Some rows are run; their histories stand for those of all others. Polars and DuckDB read the shards where they are installed.
+The script runs some rows and copies their histories to all other rows. Polars and DuckDB read the shards if they are installed.
 """
 
 import math
@@ -52,7 +52,7 @@ DRAWN = {
     "wear.coefficient": [f"{DRAW.lognormvariate(math.log(2e3), 0.26):.6g} um^3/J" for _ in range(RUN)],
     "surface.seed": [DRAW.randrange(1, 1_000_000) for _ in range(RUN)],
 }
-# The same draws again and again: a history belongs to the content of its row.
+# The draws repeat, because a history belongs to the content of its row.
 LIST = "".join(f"{key} = {(values * (ROWS // RUN + 1))[:ROWS]}\n" for key, values in DRAWN.items())
 CAMPAIGN = f"""
 scene = "scene.toml"
@@ -62,7 +62,7 @@ keep = "history"
 
 
 def measured(name, *arguments):
-    """Runs a command of the campaign; prints its seconds and the peak of its memory."""
+    """Runs a command of the campaign; prints its seconds and its peak memory."""
     begin = time.perf_counter()
     process = subprocess.Popen([PROGRAM, "campaign", *arguments, "--dir", "c"], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)

@@ -1,4 +1,4 @@
-//! `fretwear backbone`: of a scene, of iterations of a run, as text, as JSON, as a table and as a picture.
+//! Tests of `fretwear backbone` with scenes and with iterations of runs: text, JSON, Parquet table and picture.
 
 use std::f64::consts::TAU;
 use std::fs;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::support::{Bench, OSCILLATOR, SLIDER, content, latest, table, verified};
 
-/// One mass on a spring and a friction contact.
+/// Scene of one mass on a spring and a friction contact.
 fn bench() -> Bench {
     let bench = Bench::new();
     bench.write("slider.toml", [OSCILLATOR, SLIDER].concat());
@@ -28,7 +28,7 @@ fn written(bench: &Bench, name: &str) -> typed::Backbone {
     typed::Backbone::of(&table).expect("its columns")
 }
 
-/// With one harmonic and a steady normal load it has a closed form, to what 256 samples leave.
+/// With one harmonic and a steady normal load, the backbone has a closed form; 256 samples per cycle limit the accuracy.
 #[test]
 fn a_scene_has_the_backbone_of_its_unworn_joint() {
     let bench = bench();
@@ -76,7 +76,7 @@ fn a_scene_has_the_backbone_of_its_unworn_joint() {
             force[k]
         );
     }
-    // From sticking to sliding: the table holds the same numbers.
+    // The JSON object and the table contain the same numbers from stick to full slip.
     let table = written(&bench, "b.parquet");
     assert_eq!((&table.force, &table.damping_ratio), (&force, &damping));
     assert_eq!(
@@ -92,16 +92,16 @@ fn a_scene_has_the_backbone_of_its_unworn_joint() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines[0], "slider.toml, unworn");
     assert_eq!(lines.len(), 6, "{text}");
-    // A unit may stand close to its number.
+    // The command accepts a force without a space before the unit.
     let close = ["backbone", "slider.toml", "--from", "0.1N", "--levels", "3"];
     assert_eq!(bench.done(&close).stdout(), text);
-    // A thousandth of the scene's force, and twice it.
+    // The default range of forces is 0.001 to 2 times the scene's force.
     assert!(lines[3].trim_start().starts_with("1.00000e-1 "), "{text}");
     assert!(lines[5].trim_start().starts_with("2.00000e2 "), "{text}");
 }
 
-/// Over the damping the resonance is that of the closed form at each value, upwards as downwards; over the normal load, in another unit at
-/// each end, where the joint sticks it is that of the spring.
+/// With `--over structure.damping`, each resonance equals the closed form in both directions of the sweep. With `--over
+/// contact.normal_load` from N to kN, the resonance of the sticking joint is the natural frequency of the mass on both springs.
 #[test]
 fn any_key_may_vary_in_place_of_the_force() {
     let bench = bench();
@@ -155,7 +155,7 @@ fn any_key_may_vary_in_place_of_the_force() {
             .iter()
             .all(|key| key == "structure.damping")
     );
-    // Keys that lie deeper, in another unit at each end.
+    // `--over` accepts keys of nested sections, with a different unit at each end of the range.
     let force = over(
         "dynamics.force.amplitude",
         "10 N",
@@ -175,7 +175,7 @@ fn any_key_may_vary_in_place_of_the_force() {
         (value[1] / (2000.0 * 200_000f64).sqrt() - 1.0).abs() < 1e-6,
         "{value:?}"
     );
-    // √(10 N/µm / 1 kg): the dashpot leaves the phase resonance where it is.
+    // The natural frequency is √(10 N/µm / 1 kg); the dashpot does not shift the phase resonance.
     assert!(
         (frequency[2] * TAU / 1e7f64.sqrt() - 1.0).abs() < 1e-6,
         "{frequency:?}"
@@ -197,11 +197,11 @@ fn any_key_may_vary_in_place_of_the_force() {
         text.starts_with("slider.toml, unworn\nover structure.damping in N s/m\n"),
         "{text}"
     );
-    let picture = fs::read_to_string(bench.path("up.svg")).expect("a picture");
+    let picture = fs::read_to_string(bench.path("up.svg")).expect("the picture up.svg");
     assert!(picture.contains("structure.damping, SI"));
 }
 
-/// What cannot vary is told, by its name.
+/// The error message names the key that `--over` cannot vary.
 #[test]
 fn a_key_that_cannot_vary_is_refused() {
     let bench = bench();
@@ -251,7 +251,7 @@ fn a_key_that_cannot_vary_is_refused() {
     }
 }
 
-/// What was found is not lost with a scene that cannot be read.
+/// An unreadable second scene does not discard the result of the first scene.
 #[test]
 fn a_second_scene_that_is_not_there_leaves_the_first() {
     let bench = bench();
@@ -263,7 +263,7 @@ fn a_second_scene_that_is_not_there_leaves_the_first() {
     assert!(!written(&bench, "b.parquet").force.is_empty());
 }
 
-/// Nothing is computed for a place where nothing can be written.
+/// The command checks that the output folder exists before the computation.
 #[test]
 fn a_table_in_no_folder_is_refused_at_once() {
     let bench = bench();
@@ -287,12 +287,12 @@ fn friction_that_bounds_nothing_ends_the_curve_and_is_named() {
     let did = bench.done(&[&["backbone", "slider.toml"], &undamped[..]].concat());
     let text = did.stdout();
     let last = text.lines().last().expect("a line");
-    // 4 / π of the friction limit of 300 N.
+    // The upper limit of the force is 4 / π of the friction limit of 300 N.
     assert!(last.starts_with("it ends below 38"), "{text}");
     assert!(last.contains("friction is at its limit"), "{text}");
 }
 
-/// At the force of the scene it is the resonance that the run has found by itself.
+/// At the scene's force, the point of the backbone equals the resonance that the run has stored.
 #[test]
 fn an_iteration_has_the_backbone_of_the_worn_joint() {
     let bench = bench();
@@ -326,7 +326,7 @@ fn an_iteration_has_the_backbone_of_the_worn_joint() {
         assert!(amplitude.abs() < 1e-6, "{place}: {amplitude}");
         let friction = at_scene(place, "friction_energy") / resonance(k, "friction_energy") - 1.0;
         assert!(friction.abs() < 1e-5, "{place}: {friction}");
-        // And the peak of the forced response, which is looked for without the phase.
+        // The backbone also agrees with the peak of the forced response, which the run computes without a phase condition.
         let top = at_scene(place, "amplitude") / resonance(k, "peak_amplitude") - 1.0;
         assert!(top.abs() < 1e-3, "{place}: {top}");
         let top = at_scene(place, "frequency") / resonance(k, "peak_frequency") - 1.0;
@@ -335,13 +335,16 @@ fn an_iteration_has_the_backbone_of_the_worn_joint() {
     let [unworn, worn] = [1, 2].map(|state| at_scene(state, "frequency"));
     assert!(
         (unworn / worn - 1.0).abs() > 1e-5,
-        "wear has changed nothing: {unworn} Hz"
+        "wear did not change the resonance frequency: {unworn} Hz"
     );
     let written = written(&bench, "b.parquet");
     assert_eq!(written.iteration, [0, 0, 0, 0, last as i64, last as i64]);
     assert_eq!(written.cycles[0], 0);
     assert_eq!(written.cycles[5], 500_000);
-    assert!(before == content(&root), "the run has changed");
+    assert!(
+        before == content(&root),
+        "`backbone` changed the files of the run"
+    );
     verified(&root);
 }
 

@@ -1,10 +1,10 @@
-//! `fretwear check`: all that is wrong, at once; and what `plan` and `run` refuse before there is a folder.
+//! Tests of `fretwear check`, which reports all errors of a scene, and of the errors of `plan` and `run` before a run folder exists.
 
 use fretwear::tables::TableName;
 
 use crate::support::{Bench, SMALL, latest, table};
 
-/// Six mistakes of six kinds, in four sections.
+/// Scene with six errors of six kinds in four sections.
 fn broken() -> String {
     SMALL
         .replace("rq = \"1 um\"", "rq = \"1 um/s\"")
@@ -32,7 +32,7 @@ fn all_errors_of_a_scene_are_said_at_once() {
         .iter()
         .map(|error| error["key"].as_str().expect("a key"))
         .collect();
-    // By line, and last what stands nowhere. What is spelt wrong is not missing too.
+    // `check` sorts errors by line, and reports missing keys last. A misspelt key is not reported as missing, too.
     assert_eq!(
         keys,
         [
@@ -51,7 +51,7 @@ fn all_errors_of_a_scene_are_said_at_once() {
     assert!(message.contains("greater than zero"), "{message}");
     assert_eq!(lines[1]["errors"], serde_json::json!([]));
     assert_eq!(lines[1]["warnings"], serde_json::json!([]));
-    // The others say the same.
+    // The text output and the other commands report the same errors.
     let words = bench.fretwear(&["check", "broken.toml"]).stdout();
     assert!(words.ends_with("broken.toml: 6 errors\n"), "{words}");
     for command in [&["plan", "broken.toml"][..], &["run", "broken.toml"]] {
@@ -82,7 +82,7 @@ fn what_can_be_run_is_warned_of_and_no_error() {
     assert_eq!(bench.fretwear(&["check", "nowhere.toml"]).code(), 2);
 }
 
-/// What a run would find out when it is there already is found by its plan.
+/// `plan` reports all errors that `run` would report.
 #[test]
 fn a_plan_refuses_what_a_run_refuses_and_no_folder_is_left() {
     let bench = Bench::new();
@@ -102,7 +102,7 @@ fn a_plan_refuses_what_a_run_refuses_and_no_folder_is_left() {
     }
 }
 
-/// A run that begins says what an engineer would look at, and at its end what no metal would bear.
+/// At the start, a run prints plausibility checks; at the end, the run warns of unrealistic pressures.
 #[test]
 fn a_run_says_what_to_look_at() {
     let bench = Bench::new();
@@ -130,12 +130,12 @@ fn a_run_says_what_to_look_at() {
     }
     let status = bench.done(&["status", "a"]).stdout();
     assert!(status.contains("largest pressure, unworn"), "{status}");
-    // Not said again where it goes on, nor to who wants quiet.
+    // A restart and `--quiet` do not print the plausibility checks.
     let again = bench.done(&[&["run", "small.toml", "--run", "a"][..], &rough].concat());
     assert!(!again.stderr().contains("plausibility checks"));
     let quiet = bench.done(&["run", "small.toml", "--run", "b", "--quiet"]);
     assert!(!quiet.stderr().contains("plausibility checks"));
-    // Cells that do not touch move more than those that do, and rub nowhere.
+    // Cells without contact move more than cells in contact, but do not rub.
     let root = bench.path("b");
     let fields = table(&root, latest(&root), TableName::ContactField);
     let column = |name: &str| fields.f64(name).expect("a column");
@@ -148,7 +148,7 @@ fn a_run_says_what_to_look_at() {
     assert!(end.contains(&told), "{told}: {end}");
 }
 
-/// Where the size of a joint and its hole do not fit, the one that is no bolted joint's is named.
+/// If the size of the joint does not fit the hole, the error names the implausible dimension.
 #[test]
 fn a_size_that_does_not_fit_its_hole_is_named() {
     let shipped = |name: &str| format!("{}/pipelines/{name}.toml", env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,4 @@
-//! Exit codes, and messages that name the key or file, its value, and what would be right.
+//! Tests of exit codes, and of messages that name the key or file, its value and the expected value.
 
 use crate::support::{Bench, SMALL};
 
@@ -6,7 +6,7 @@ const USAGE: i32 = 2;
 const NOT_CONVERGED: i32 = 3;
 const DAMAGED: i32 = 4;
 
-/// Runs a command that must fail with a code, and whose error says all of `parts`.
+/// Runs a command, and checks the exit code and that the error message contains all `parts`.
 fn fails(bench: &Bench, arguments: &[&str], code: i32, parts: &[&str]) {
     let did = bench.fretwear(arguments);
     let said = did.stderr();
@@ -14,7 +14,10 @@ fn fails(bench: &Bench, arguments: &[&str], code: i32, parts: &[&str]) {
     assert_eq!(did.stdout(), "", "{arguments:?} printed a result");
     assert!(said.contains("error: "), "{arguments:?}: {said}");
     for part in parts {
-        assert!(said.contains(part), "{arguments:?}: no {part:?} in {said}");
+        assert!(
+            said.contains(part),
+            "{arguments:?}: {part:?} is missing in {said}"
+        );
     }
     assert!(!said.contains("panicked"), "{said}");
 }
@@ -67,7 +70,7 @@ fn usage() {
     }
     assert!(
         !bench.path("runs").exists(),
-        "a wrong command left something"
+        "a wrong command created a folder"
     );
 }
 
@@ -200,7 +203,7 @@ fn scenes() {
             &[parts, &["h.csv"]].concat(),
         );
     }
-    assert!(!bench.path("runs").exists(), "a wrong scene left a run");
+    assert!(!bench.path("runs").exists(), "a wrong scene created a run");
 }
 
 #[test]
@@ -267,7 +270,7 @@ fn not_converged() {
         "committed iterations in a are kept",
     ];
     fails(&bench, &sets, NOT_CONVERGED, &parts);
-    // What was computed before is there: with a tolerance that can be met, it goes on.
+    // The run keeps the tables of the completed stages and continues with a larger tolerance.
     assert!(bench.path("a/once/surface.parquet").is_file());
     sets.pop();
     sets.extend([
@@ -279,7 +282,7 @@ fn not_converged() {
     bench.done(&["verify", "a"]);
 }
 
-/// Help and version are no errors.
+/// Help and version exit with code 0.
 #[test]
 fn help() {
     let bench = Bench::new();

@@ -1,4 +1,4 @@
-//! Shell completions.
+//! Tests of the shell completions.
 
 use crate::support::Bench;
 
@@ -16,7 +16,7 @@ fn every_shell_has_its_completions() {
     assert!(did.stderr().contains("powershell"), "{}", did.stderr());
 }
 
-/// What a shell makes of it: `fretwear tr<TAB>`.
+/// Completion of `fretwear tr<TAB>` by bash.
 #[test]
 fn bash_completes_a_command() {
     let bench = Bench::new();
@@ -29,7 +29,7 @@ fn bash_completes_a_command() {
         .output();
     match output {
         Ok(output) => assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "trade"),
-        // A machine without bash completes nothing.
+        // The test skips a machine without bash.
         Err(error) => assert_eq!(error.kind(), std::io::ErrorKind::NotFound),
     }
 }

@@ -1,4 +1,4 @@
-//! `export`: the deck in a file, its frequencies on stdout.
+//! Tests of `export`: the deck as a file, its natural frequencies on stdout.
 
 use std::fs;
 
@@ -24,7 +24,7 @@ fn stiffnesses_make_springs() {
         .json();
     assert_eq!(found["rigid_modes"], 6);
     let lowest = found["elastic_frequencies"][0].as_f64().expect("a number");
-    // The first of the frequencies with these springs that an independent program found.
+    // An independent program computed 456.3 Hz as the lowest elastic frequency with these springs.
     assert!((lowest - 456.3).abs() < 0.05, "{lowest}");
     let deck = fs::read_to_string(bench.path("sprung.inp")).expect("the deck");
     let stiffness = |axis: usize| {
@@ -66,7 +66,7 @@ fn a_scene_says_what_is_exported() {
         bench.done(&[&["export", "-o", "found.inp"], more].concat());
         fs::read_to_string(bench.path("found.inp")).expect("the deck")
     };
-    // The shipped dimensions, and springs of the whole joint: what the options alone give.
+    // The scene has the shipped dimensions and springs for the whole joint, so the options give the same deck.
     let expected = export(&["--kt", "1e4 N/um", "--kn", "1.2e4 N/um"]);
     assert_eq!(export(&["springs.toml"]), expected);
     assert_eq!(export(&["springs.toml", "--tied"]), export(&[]));
@@ -77,7 +77,7 @@ fn a_scene_says_what_is_exported() {
     );
     let longer = export(&["springs.toml", "--set", "structure.window_length=90 mm"]);
     assert!(longer.contains(", 1.74") && !expected.contains(", 1.74"));
-    // A gap bears nothing: neither springs nor nodes for them.
+    // A joint with a gap has no contact stiffness, so the deck has no springs and no nodes for springs.
     bench.write(
         "gap.toml",
         SCENE.replace(r#"normal_load = "30 kN""#, r#"gap = "1 um""#),
@@ -94,7 +94,7 @@ fn what_cannot_be_exported() {
     assert_eq!(
         code(&["-o", "a.inp", "--kt", "1e4 N/um"]),
         2,
-        "half a joint"
+        "--kt without --kn"
     );
     let lengths = ["-o", "a.inp", "--kt", "1 um", "--kn", "1 N/um"];
     assert_eq!(code(&lengths), 2);
@@ -102,7 +102,7 @@ fn what_cannot_be_exported() {
     assert_eq!(code(&["-o", "no/such/folder.inp"]), 1);
     let both = ["--tied", "--kt", "1 N/um", "--kn", "1 N/um"];
     assert_eq!(code(&[&["-o", "a.inp"], &both[..]].concat()), 2);
-    // The scene of the other tests has no structure.
+    // The scene `small.toml` has no structure.
     let did = bench.fretwear(&["export", "small.toml", "-o", "a.inp"]);
     assert_eq!(did.code(), 2);
     assert!(did.stderr().contains("resonator"), "{}", did.stderr());

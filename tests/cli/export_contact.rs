@@ -1,4 +1,4 @@
-//! `fretwear export RUN@K --contact csv`, and scenes of such a table.
+//! Tests of `fretwear export RUN@K --contact csv`, and of scenes that read the exported table.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use fretwear::tables::TableName;
 
 use crate::support::{Bench, latest, table};
 
-/// The small resonator with a bank of sliders an element, two more harmonics, and no wear.
+/// Settings of the small resonator: several sliders per contact element, two more harmonics and no wear.
 const BANKS: [&str; 5] = [
     "contact.stiffness=sliders",
     "dynamics.harmonics=[0, 1, 3]",
@@ -32,7 +32,7 @@ fn run(bench: &Bench, scene: &str, folder: &str, sets: &[&str]) {
     bench.done(&arguments);
 }
 
-/// The structure, vibration and accuracy of a scene, with its contact by a table.
+/// Scene with the sections for structure, vibration and accuracy of another scene, and with the contact elements from a CSV table.
 fn by_table(scene: &str) -> String {
     let mut kept = String::new();
     let mut section = "";
@@ -89,7 +89,7 @@ fn the_table_of_a_run_has_its_response() {
             "{column}"
         );
     }
-    // Exported once more it is the same table, whatever reads it.
+    // A second export from the scene with the table writes the same table in every format.
     for (form, own) in [
         ("csv", "vibration.json"),
         ("pyharm", "pyharm_joint.py"),

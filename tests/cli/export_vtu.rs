@@ -1,4 +1,4 @@
-//! What `fretwear export RUN --vtu FOLDER` writes, read back.
+//! Tests read the files that `fretwear export RUN --vtu FOLDER` writes.
 
 use std::fs;
 use std::path::Path;
@@ -71,7 +71,7 @@ fn cells_are_where_they_are_and_carry_their_figures() {
             let found = values(&grid.data.cell, name);
             assert_eq!(found, table.f64(name).expect("a column"), "{name} of {k}");
         }
-        // 26 x 22 cells of 4 mm x 3 mm about the middle.
+        // The grid has 26 x 22 cells, and its centre is the origin; the joint measures 4 mm x 3 mm.
         let (i, j) = (fields.i32("i").expect("i"), fields.i32("j").expect("j"));
         let points: Vec<f64> = grid.points.cast_into().expect("numbers");
         let (corners, offsets) = grid.cells.cell_verts.into_xml();
@@ -91,7 +91,7 @@ fn cells_are_where_they_are_and_carry_their_figures() {
         }
     }
     assert!(!bench.path("all/elements.pvd").exists(), "no elements");
-    // One iteration alone.
+    // `RUN@1` exports only iteration 1.
     bench.done(&["export", "a@1", "--vtu", "one"]);
     assert_eq!(
         attribute(&bench.path("one/joint.pvd"), "file"),

@@ -1,4 +1,4 @@
-//! `inspect`: matrices of other programs, on stdout for a person and for a program.
+//! Tests of `inspect`: matrices of other programs, reported as text and as JSON.
 
 use std::path::Path;
 
@@ -9,9 +9,9 @@ fn sample(name: &str) -> String {
     samples.join(name).display().to_string()
 }
 
-/// Free frequencies of the sample, by scipy (`tests/structure/samples/expected.json`).
+/// Natural frequencies of the free sample \[Hz\], from scipy (`tests/structure/samples/expected.json`).
 const FREE: [f64; 2] = [172.9669915618, 187.2808807192];
-/// Lowest frequency of the sample with nodes 1 and 2 held, by scipy (`tests/structure/samples/expected.json`).
+/// Lowest natural frequency of the sample with nodes 1 and 2 fixed \[Hz\], from scipy (`tests/structure/samples/expected.json`).
 const CLAMPED: f64 = 139.8389250205;
 const SAME: f64 = 1e-9;
 
@@ -136,7 +136,7 @@ fn what_is_doubtful_is_warned_of() {
     assert_eq!(found["frequencies"], serde_json::Value::Null);
 }
 
-/// A map is told from matrices by its name, and an NPY file by what is in it.
+/// `inspect` distinguishes surface heights from matrices by the file name; for an NPY file, by the content.
 #[test]
 fn a_map_is_inspected_as_one() {
     let bench = crate::support::Bench::new();
@@ -157,7 +157,7 @@ fn a_map_is_inspected_as_one() {
     assert_eq!(found["stated_unit"], 1e-9);
     let [x, y] = [0, 1].map(|axis| found["spacing"][axis].as_f64().expect("a spacing"));
     assert!((x / 2e-6 - 1.0).abs() < 1e-9 && (y / 3e-6 - 1.0).abs() < 1e-9);
-    // 5 nm a point, over 20 points.
+    // The heights rise by 5 nm per point over 20 points.
     let rise = found["rise"][0].as_f64().expect("a rise");
     assert!((rise / 1e-7 - 1.0).abs() < 0.02, "{rise:e}");
     let said = bench.done(&["inspect", "map.txt"]).stdout();
@@ -165,7 +165,7 @@ fn a_map_is_inspected_as_one() {
         said.contains("nm, from the file") && said.contains("a line of the text is one y"),
         "{said}"
     );
-    // Without a unit the heights are said as they stand.
+    // Without a unit, `inspect` reports the heights as the numbers of the file.
     bench.write(
         "plain.csv",
         "0.5,1.5,2.5,9\n1.5,2.5,3.25,4.5\n0.5,1.5,0.5,0.5\n",

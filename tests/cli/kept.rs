@@ -1,4 +1,4 @@
-//! What a run keeps for people: the scene as it was written, the log, and what has computed it.
+//! A run stores the original scene, the log, and the version of the program.
 
 use std::fs;
 
@@ -23,7 +23,7 @@ fn the_scene_is_kept_as_it_was_written() {
     assert!(kept.contains("\n# # the joint of the bench\n"), "{kept}");
     assert!(kept.contains("\n# --set wear.cycles=100_000\n"), "{kept}");
     kept.parse::<toml::Table>().expect("TOML");
-    // The resolved one is what goes on, and who goes on without the file leaves the other as it is.
+    // A restart reads the resolved scene. A restart without the scene file does not change `scene.original.toml`.
     assert!(text(&bench, "a/scene.toml").contains("150 N"));
     bench.done(&[
         "run",
@@ -34,7 +34,7 @@ fn the_scene_is_kept_as_it_was_written() {
         "--quiet",
     ]);
     assert_eq!(text(&bench, "a/scene.original.toml"), kept);
-    // It is verified, and the next start writes it anew.
+    // `verify` checks `scene.original.toml`, and the next start writes a damaged or missing file again.
     for replaced in [Some("no TOML ["), None] {
         let file = bench.path("a/scene.original.toml");
         match replaced {
@@ -69,7 +69,7 @@ fn what_was_said_stands_in_the_log_over_all_starts() {
         assert!(!rest.is_empty());
     }
     assert!(log.contains("static_contact of iteration 0"), "{log}");
-    // Of a quiet start too.
+    // A start with `--quiet` appends to the log, too.
     bench.done(&[&run[..], &["--quiet"]].concat());
     let longer = text(&bench, "a/log.txt");
     assert!(
@@ -83,7 +83,7 @@ fn what_was_said_stands_in_the_log_over_all_starts() {
             .count()
             == 2
     );
-    // One that cannot be written changes nothing.
+    // A log that cannot be written does not change the results.
     fs::remove_file(bench.path("a/log.txt")).expect("removed");
     fs::create_dir(bench.path("b")).expect("a folder");
     bench.done(&[&["run", "small.toml", "--run", "b", "--quiet"][..], &FEW].concat());
@@ -92,7 +92,7 @@ fn what_was_said_stands_in_the_log_over_all_starts() {
     bench.done(&["verify", "b"]);
 }
 
-/// A log is appended to, so that it must not be a way to a file of somebody else.
+/// The program appends to the log, so the log must not be a link to another file.
 #[cfg(unix)]
 #[test]
 fn a_log_that_leads_elsewhere_is_refused() {
@@ -115,7 +115,7 @@ fn a_log_that_leads_elsewhere_is_refused() {
 fn a_run_says_when_and_by_what_it_was_begun() {
     let bench = Bench::new();
     bench.done(&[&["run", "small.toml", "--run", "a", "--quiet"][..], &FEW].concat());
-    // The file ends in a line with its hash.
+    // The last line of `run.json` contains the hash of the file.
     let record = text(&bench, "a/run.json");
     let began = record.split("\"began\"").nth(1).expect("a date");
     let began = began.split('"').nth(1).expect("a text");
@@ -144,14 +144,14 @@ fn a_run_keeps_the_accuracy_that_it_began_with() {
     let began = with(&["wear.cycles=1000", "--set", "wear.tolerance=0.02"]);
     assert_eq!(began.code(), 0, "{}", began.stderr());
     let told = "note: wear.tolerance=0.02, as at the start of a: the scene does not give it";
-    // Once more by its scene, and once the run keeps the key itself.
+    // The first restart takes the key from the run and stores it in the scene; the second restart reads the stored key.
     for cycles in ["wear.cycles=1100", "wear.cycles=1200"] {
         let gone_on = with(&[cycles]);
         assert_eq!(gone_on.code(), 0, "{}", gone_on.stderr());
         assert!(gone_on.stderr().contains(told), "{}", gone_on.stderr());
     }
     assert!(text(&bench, "a/scene.toml").contains("tolerance = 0.02"));
-    // What a scene gives is another scene, by either name of the key.
+    // A different value in the scene changes the scene under both names of the key.
     for given in ["wear.tolerance=0.03", "fidelity.wear_tolerance=0.03"] {
         let refused = with(&[given]);
         assert_eq!(refused.code(), 4, "{}", refused.stderr());
@@ -160,7 +160,7 @@ fn a_run_keeps_the_accuracy_that_it_began_with() {
     }
 }
 
-/// The small joint with a coefficient whose unit is that of both wear laws.
+/// Small scene whose wear coefficient has a unit that both wear laws accept.
 fn of_both_laws(law: &str) -> String {
     let given = "coefficient = \"2e3 um^3/J\"\n";
     assert!(SMALL.contains(given));
@@ -182,7 +182,7 @@ fn archards_law_wears_by_the_friction_coefficient_more() {
             "wear.cycles=2000",
         ]);
     }
-    // The first cycle is the same; wear of so few cycles hardly alters the next ones.
+    // Both wear laws give the same first cycle, and wear of few cycles hardly changes the following cycles.
     for (iteration, column, error) in [(0, "wear_rate", 1e-12), (1, "wear_volume", 1e-3)] {
         let [energy, archard] =
             ["energy", "archard"].map(|law| summary(&bench.path(law), iteration, column));

@@ -1,4 +1,4 @@
-//! A run of another layout, or with a plan that this program does not write, is rejected and stays as it is.
+//! The program rejects a run with another layout or with an unknown plan, and does not change the run.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use crate::support::{Bench, every_file, forge_record};
 
 const DAMAGED: i32 = 4;
 
-/// A finished run `a`, without what only a process at work needs.
+/// A finished run `a` without its lock and log files.
 fn bench() -> Bench {
     let bench = Bench::new();
     let few = ["--set", "wear.cycles=2000", "-q"];
@@ -19,7 +19,7 @@ fn bench() -> Bench {
     bench
 }
 
-/// Runs a command that must be rejected with all of `parts`, in one sentence, and leave the run as it is.
+/// Runs a command and checks that the program rejects the run with one error that contains all `parts`, and does not change the run.
 fn rejected(bench: &Bench, command: &[&str], parts: &[&str]) {
     let root = bench.path("a");
     let before = every_file(&root);
@@ -33,7 +33,7 @@ fn rejected(bench: &Bench, command: &[&str], parts: &[&str]) {
     assert!(every_file(&root) == before, "{command:?} changed the run");
 }
 
-/// What reads the plan of a run; without Polars there is no report.
+/// Commands that read the plan of a run. `report` needs Polars.
 fn readers() -> Vec<Vec<&'static str>> {
     let mut commands = vec![vec!["status", "a"], vec!["export", "a", "--vtu", "vtu"]];
     if cfg!(feature = "polars") {
@@ -65,13 +65,13 @@ fn a_run_of_another_layout_is_rejected_and_stays_as_it_is() {
         for command in commands {
             rejected(&bench, &command, &[&said]);
         }
-        assert!(!bench.path("b").exists(), "a sibling was begun");
+        assert!(!bench.path("b").exists(), "`run --from` created a run");
         let listed = bench.done(&["status", "."]).stdout();
         assert!(listed.contains("has layout"), "{listed}");
     }
 }
 
-/// The files of another layout may have no hash at their end, and name no version.
+/// Files of another layout may lack the hash in the last line and the version of the program.
 #[test]
 fn another_layout_may_have_any_form() {
     let bench = bench();
@@ -83,7 +83,7 @@ fn another_layout_may_have_any_form() {
     rejected(&bench, &["run", "--run", "a"], &[said]);
 }
 
-/// The plan of `a`, changed.
+/// Text of the plan of `a` after `change`.
 fn plan(root: &Path, change: impl FnOnce(&mut Value)) -> String {
     let text = fs::read_to_string(root.join("plan.json")).expect("a plan");
     let mut plan = serde_json::from_str(&text).expect("JSON");
@@ -158,7 +158,7 @@ fn a_plan_that_this_program_does_not_write_is_rejected() {
         for command in commands {
             rejected(&bench, &command, &said);
         }
-        // Where `run.json` says that it was another, it is damaged: readers reject it, and a start writes it again.
+        // `run.json` has the hash of another plan, so the plan is damaged: readers reject the run, and `run` writes the plan again.
         forge_record(&root, |record| record["plan_hash"] = json!(hash(&sound)));
         rejected(&bench, &["status", "a"], &said);
         bench.done(&["run", "--run", "a", "-q"]);
@@ -166,7 +166,7 @@ fn a_plan_that_this_program_does_not_write_is_rejected() {
         assert_eq!(fs::read(root.join("plan.json")).expect("a plan"), sound);
         bench.done(&["status", "a"]);
     }
-    // One that reads well and is not as the run wrote it.
+    // The plan is valid, but differs from the plan that the run wrote.
     let edited = plan(&root, |plan| {
         plan["recipe"]["wear"]["tolerance"] = json!(0.5)
     });

@@ -1,4 +1,4 @@
-//! The command line: exit codes, messages, and what stdout holds for a program.
+//! Tests of the command line: exit codes, messages and stdout.
 
 mod backbone;
 mod check;

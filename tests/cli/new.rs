@@ -1,8 +1,8 @@
-//! `fretwear new`, and the list of runs of `fretwear status`.
+//! Tests of `fretwear new`, and of the list of runs by `fretwear status`.
 
 use crate::support::{Bench, Did, copy};
 
-/// Every scene to begin from is one that `plan` takes, with the comments of the one that is shipped.
+/// `plan` accepts every scene that `new` writes. The new scene has the comments of the shipped scene.
 #[test]
 fn a_new_scene_is_a_shipped_one_that_runs() {
     let bench = Bench::new();
@@ -23,7 +23,7 @@ fn a_new_scene_is_a_shipped_one_that_runs() {
         let shipped = format!("{}/pipelines/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let text = |path: &str| std::fs::read_to_string(path).expect("a scene");
         let written = bench.path(&format!("{path}.toml"));
-        // The shipped text under a head that says whence it is, with the command that runs this one.
+        // The new file consists of a header with the source, the shipped text, and the command with the path of the new file.
         let command = |path: &str| format!("fretwear run {path}.toml");
         let own = text(&shipped).replacen(
             &command(&format!("pipelines/{name}")),
@@ -51,7 +51,7 @@ fn values_are_changed_where_they_stand_and_comments_stay() {
     let shipped = include_str!("../../pipelines/prescribed_fretting.toml");
     let head = "# A new joint, based on the scene prescribed_fretting that is shipped with fretwear.\n#\n#     fretwear run mine.toml\n#\n# Changed keys: contact.normal_load, wear.cycles.";
     assert!(text.starts_with(head) && !text.contains("Armand"), "{text}");
-    // Below its head.
+    // The function returns the lines below the header.
     let below = |text: &str| {
         let lines = text.lines().skip_while(|line| line.starts_with('#'));
         lines.map(str::to_owned).collect::<Vec<String>>()
@@ -81,7 +81,7 @@ fn values_are_changed_where_they_stand_and_comments_stay() {
         ]
     );
     bench.done(&["check", "mine.toml"]);
-    // What is wrong is not written.
+    // `new` does not write a scene with a wrong key.
     for (set, named) in [
         ("contact.normal_load=20 km", "length"),
         ("joint.hole.diameter=9 mm", "no line of its own"),
@@ -93,7 +93,7 @@ fn values_are_changed_where_they_stand_and_comments_stay() {
     }
 }
 
-/// Words that were typed, and the grid that is as fine as that of the shipped scene.
+/// `new` accepts phrases such as `no hole` and `20 x 30 mm`, and keeps the cell size of the shipped scene.
 #[test]
 fn a_joint_is_described_as_one_says_it() {
     let bench = Bench::new();
@@ -133,7 +133,7 @@ fn a_scene_that_is_there_is_not_replaced() {
     );
 }
 
-/// A folder from a stranger must not look like several.
+/// `status` lists a run in one line, even if the name of the run contains line breaks.
 #[cfg(unix)]
 #[test]
 fn a_name_of_a_run_stays_on_its_line() {

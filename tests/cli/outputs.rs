@@ -1,4 +1,4 @@
-//! What the commands print: results on stdout, the rest on stderr.
+//! Commands print results on stdout, and all other messages on stderr.
 
 use std::collections::BTreeSet;
 
@@ -41,7 +41,7 @@ fn json_is_the_last_summary() {
     for column in &expected {
         let value = found[column].as_f64().expect("a number");
         let stored = summary(&root, latest(&root), column);
-        // Reading a number from JSON may change its last bit.
+        // A number that is read from JSON may differ in the last bit.
         assert!(
             (value - stored).abs() <= f64::EPSILON * stored.abs(),
             "{column}"
@@ -78,13 +78,13 @@ fn json_is_the_last_summary() {
         let value = cost[name].as_f64().expect("a number");
         assert!(value > 0.0, "{name}");
     }
-    // A finished run says the same.
+    // A finished run prints the same summary.
     assert_eq!(run_in(&bench, &["--json"]).json(), found);
 
     let status = bench.done(&["status", "a", "--json"]).json();
     expected.remove("timing");
     expected.remove("timing_fft_pairs");
-    // What a start said is in the log of the run.
+    // The log of the run contains the notices of a start; `status` omits the notices.
     expected.remove("notices");
     expected.extend(super::status::KEYS.map(str::to_owned));
     assert_eq!(keys(&status), expected);
@@ -113,16 +113,16 @@ fn json_of_a_run_without_an_iteration() {
 fn progress_is_one_line_an_iteration_on_stderr() {
     let bench = Bench::new();
     let did = run_in(&bench, &[]);
-    // But for the figures to look at.
+    // The test skips the lines of the plausibility checks.
     let is_figure =
         |line: &&str| line.starts_with("plausibility checks") || line.starts_with("    ");
     let said = did.stderr();
     let lines: Vec<&str> = said.lines().filter(|line| !is_figure(line)).collect();
     let last = latest(&bench.path("a"));
-    // What it has cost and what to do next close them.
+    // The last lines contain the cost and the next commands.
     assert_eq!(lines.len() as u64, 5 + last, "{lines:?}");
     assert_eq!(lines[0], "begins a");
-    // The time to go is known from a fifth of the run on.
+    // The run estimates the remaining time after 20 % of the cycles.
     let first = "iteration 0, 0 of 100 000 cycles, worn 0 mm³";
     assert_eq!(lines[1], first);
     let end = &lines[1 + last as usize];
@@ -135,7 +135,7 @@ fn progress_is_one_line_an_iteration_on_stderr() {
     assert!(did.stdout().contains("worn volume"), "{}", did.stdout());
     assert!(
         !did.stdout().contains('\u{1b}'),
-        "colours where no terminal is"
+        "the output to a pipe contains colours"
     );
     assert_eq!(run_in(&bench, &["--quiet"]).stderr(), "");
 }
@@ -196,7 +196,7 @@ fn schema_explains_every_column() {
             );
         }
         assert!(one.contains(&schema.written), "{one}");
-        // A section of the same name stands behind it.
+        // If the word is also the name of a section, the explanation of the section follows the table.
         let own = one.split("    key     ").next().unwrap_or_default();
         assert!(all.contains(own), "{own}");
     }
@@ -229,7 +229,7 @@ fn schema_explains_every_column() {
     }
 }
 
-/// Every key with its type, default and meaning, in all forms.
+/// `schema` explains every key with its type, default and meaning, in all formats.
 #[test]
 fn schema_explains_every_key_of_a_scene() {
     let bench = Bench::new();
@@ -264,7 +264,7 @@ fn schema_explains_every_key_of_a_scene() {
         "only        with a [surface]\n",
         "\"free\"   the bodies tilt",
     ] {
-        assert!(one.contains(part), "no {part:?} in {one}");
+        assert!(one.contains(part), "{part:?} is missing in {one}");
     }
     let section = bench.done(&["schema", "joint.hole"]).stdout();
     assert!(section.contains("\n[joint.hole] A round hole"), "{section}");
@@ -273,7 +273,7 @@ fn schema_explains_every_key_of_a_scene() {
     assert_eq!(object["key"], "contact.kn");
 }
 
-/// A word that names a table and a section explains both, to a person and to a program.
+/// If a word is the name of a table and of a section, `schema` explains both, as text and as JSON.
 #[test]
 fn a_word_of_both() {
     let bench = Bench::new();
@@ -286,7 +286,7 @@ fn a_word_of_both() {
     assert!(object["keys"]["surface.rq"].is_object(), "{object}");
 }
 
-/// Any other word is searched for in names and texts, in any case.
+/// `schema` searches names and texts for any other word, without regard to case.
 #[test]
 fn a_word_is_searched_for() {
     let bench = Bench::new();
@@ -311,7 +311,7 @@ fn a_word_is_searched_for() {
     assert!(said.contains("did you mean contact.normal_load?"), "{said}");
 }
 
-/// Files are where the schemas say, and a table that every such run has is there.
+/// Runs store every table in the file that its schema gives.
 #[test]
 fn tables_are_where_their_schemas_say() {
     let bench = Bench::new();
@@ -340,10 +340,10 @@ fn tables_are_where_their_schemas_say() {
     let expected = TableName::ALL
         .into_iter()
         .filter(|table| table.schema().place != TableLocation::Beside)
-        // Of files with a damping matrix alone, and of a run with a twin.
+        // Only a structure with a damping matrix and a run with a twin grid have these tables.
         .filter(|table| !matches!(table, TableName::StructureDamping | TableName::GridTwin));
     assert!(expected.eq(found));
-    // A single pass does not wear, and has no tables that say so.
+    // A run without wear has no tables for wear.
     let end = SMALL.find("[wear]").expect("a section");
     bench.write("once.toml", &SMALL[..end]);
     bench.done(&["run", "once.toml", "--run", "c"]);
@@ -369,7 +369,7 @@ fn a_plan_in_words() {
     }
 }
 
-/// A pipe that is closed early, as by `head`, is no reason to crash.
+/// A pipe whose reader closes early, such as `head`, does not crash the program.
 #[test]
 fn a_closed_pipe() {
     let bench = Bench::new();

@@ -1,11 +1,11 @@
-//! The command that goes on with a run, as a shell takes it.
+//! A shell accepts the command that continues a run.
 
 use std::fs;
 use std::process::Command;
 
 use crate::support::{Bench, latest, verified};
 
-/// Names that a shell, or the program, would take for something else.
+/// Names with characters that a shell or the program could interpret.
 const NAMES: [&str; 6] = [
     "it's $HOME; touch owned",
     "-x",
@@ -54,11 +54,11 @@ fn the_command_to_go_on_can_be_pasted() {
         assert!(latest(&root) > 0, "{command}");
         verified(&root);
         let entries = fs::read_dir(bench.path(".")).expect("a folder");
-        assert_eq!(entries.count(), 3, "{command} left something else");
+        assert_eq!(entries.count(), 3, "{command} created another file");
     }
 }
 
-/// The page on a run that was stopped says the same.
+/// The report of an interrupted run contains the same command.
 #[cfg(feature = "polars")]
 #[test]
 fn the_page_of_a_run_has_the_same_command() {

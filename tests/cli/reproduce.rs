@@ -1,4 +1,4 @@
-//! `fretwear reproduce`: the paper's scenes, made small by `--set`; what it writes, and that it goes on where it was stopped.
+//! Tests of `fretwear reproduce` with the paper's scenes, which `--set` reduces: output files, and restarts of an interrupted study.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use fretwear::tables::{Table, TableName, from_parquet};
 
 use crate::support::{Bench, Did, RESONATOR, content, verified};
 
-/// The paper's resonator with a coarse mesh, a coarse surface and a short life: seconds in place of minutes.
+/// The paper's resonator with a coarse mesh, a coarse surface and a short life. The test takes seconds instead of minutes.
 const SMALL: [&str; 21] = [
     "joint.grid=[27, 27]",
     "joint.elements=[9, 9]",
@@ -68,7 +68,7 @@ fn claims(folder: &Path) -> Table {
     from_parquet(&bytes, TableName::Claims.schema()).expect("the table")
 }
 
-/// All rows but those on wall time.
+/// All rows except the rows for wall time.
 fn rows(table: &Table) -> Vec<String> {
     let column = |name| table.text(name).expect("texts");
     let (verdicts, runs, measured) = (column("verdict"), column("runs"), column("measured"));
@@ -79,7 +79,7 @@ fn rows(table: &Table) -> Vec<String> {
         .collect()
 }
 
-/// The whole study without scenes at hand, in one go and in many: the same runs to the bit, and the same claims.
+/// The complete study without scene files: an uninterrupted and an interrupted study give bit-identical runs and the same claims.
 #[test]
 #[ignore = "long: a minute"]
 fn the_papers_study_goes_on_where_it_was_stopped() {
@@ -98,7 +98,7 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
     );
     let page = fs::read_to_string(direct.join("report.html")).expect("a page");
     for (figure, other) in fretwear::study::claims::FIGURES {
-        // Drawn where a scene asks for states in between.
+        // The command draws this figure only if a scene stores intermediate states.
         if figure == "responses-over-wear" {
             continue;
         }
@@ -115,13 +115,13 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
     let table = claims(&direct);
     let found = table.i32("claim").expect("numbers");
     assert!((1..=47).all(|claim| found.contains(&claim)));
-    // The sets are found: four roughnesses, an elastic and a plastic joint, three criteria, spheres; in the paper's setting.
+    // The study contains four roughnesses, an elastic and a plastic joint, three update criteria and spheres, with the paper's settings.
     let all = rows(&table).join("\n");
     for part in [
         "17 rq05 rq1 rq5 rq10 ",
         "40 rq5 plastic ",
         "31 update05 update10 update20 ",
-        // These speak of 10⁷ cycles, which the short runs do not reach.
+        // These claims need 10⁷ cycles, and the short runs end earlier.
         "32  not applicable needs finished runs to 10⁷ cycles",
         "33  not applicable needs two finished runs",
         "27 rq5 harmonics5 harmonics7 ",
@@ -135,7 +135,7 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
             .iter()
             .all(|setting| setting == "total, by_load; never updated")
     );
-    // Spheres are those of the paper's figure whatever is set, and the claim holds on them.
+    // Other keys do not change the spheres of the paper's figure, and the claim is confirmed for the spheres.
     let plateau = |row: &&String| row.starts_with("39 ") && row.contains(" holds ");
     assert!(rows(&table).iter().any(|row| plateau(&row)), "{all}");
 
@@ -148,13 +148,13 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
             break;
         }
         assert_eq!(did.code(), 75, "{}", did.stderr());
-        // Between scenes and iterations, or, on a machine with other work, within a stage or on the way to it.
+        // The study stops between scenes or iterations. On a busy machine, the study may also stop within or before a stage.
         let said = did.stderr();
         let between = said.contains("of 16 scenes; run the same command again to continue");
         let hard = said.contains("continue with: the same command")
             || said.contains("repeat the command to begin it");
         assert!(between || hard, "{said}");
-        // What is longer than a start is to get through once the starts are long enough.
+        // The test doubles the time limit until the stage finishes.
         seconds = if hard {
             1.0f64.max(2.0 * seconds)
         } else {
@@ -162,9 +162,9 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
         };
         assert_eq!(did.stdout(), "");
         assert!(!bench.path("stopped/claims.md").exists());
-        assert!(starts < 200, "it gets nowhere");
+        assert!(starts < 200, "the study made no progress");
     }
-    assert!(starts > 16, "it was stopped {starts} times only");
+    assert!(starts > 16, "the study ended after {starts} starts");
     for name in NAMES {
         verified(&direct.join(name));
         let run = |folder: &str| content(&bench.path(folder).join(name));
@@ -172,7 +172,7 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
     }
     assert_eq!(rows(&claims(&bench.path("stopped"))), rows(&table));
 
-    // The same command again computes nothing, and says the same.
+    // A repeated command computes nothing and prints the same text.
     let before = content(&direct.join("rq5"));
     let again = reproduce(&bench, "direct", &["--quiet"]);
     assert_eq!((again.code(), again.stderr().as_str()), (0, ""));
@@ -187,7 +187,7 @@ fn the_papers_study_goes_on_where_it_was_stopped() {
     assert!(json["numbers"][0]["paper"] == 231.0);
 }
 
-/// Scenes of one's own; a scene that fails is told, and the others are judged.
+/// A study with the user's scenes reports a failed scene and evaluates the other scenes.
 #[test]
 fn scenes_of_a_folder() {
     let bench = Bench::new().sharing();
@@ -218,7 +218,7 @@ fn scenes_of_a_folder() {
     );
 }
 
-/// As a row of a campaign that another process computes.
+/// Another process computes a run of the study, as in a campaign.
 #[test]
 fn a_run_of_another_process_stops_a_study_that_can_go_on() {
     let bench = Bench::new().sharing();
@@ -260,13 +260,13 @@ fn a_run_of_another_process_stops_a_study_that_can_go_on() {
     ]);
 }
 
-/// What nobody waits for any more computes nothing, and keeps no run from who comes next.
+/// The processes of a study end with the study, and release their runs.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_processes_of_a_study_end_with_it() {
     let bench = Bench::new();
     fs::create_dir(bench.path("scenes")).expect("a folder");
-    // Hours, of short iterations.
+    // The runs consist of short iterations and would take hours.
     let long = crate::support::SMALL
         .replace("600_000", "60_000_000_000")
         .replace("1e-3", "1e-5");
@@ -291,18 +291,21 @@ fn the_processes_of_a_study_end_with_it() {
         holders.map(|holder| holder.expect("readable").is_some())
     };
     awaited(&|| held() == [true; 2]);
-    // As `kill -9` does.
+    // `kill` ends the study by SIGKILL, as `kill -9` does.
     child.kill().expect("killed");
     child.wait().expect("ended");
     awaited(&|| held() == [false; 2]);
 }
 
-/// Waits until something is so.
+/// Waits until a condition is true.
 fn awaited(what: &dyn Fn() -> bool) {
     const LONGEST: Duration = Duration::from_secs(30);
     let begin = Instant::now();
     while !what() {
-        assert!(begin.elapsed() < LONGEST, "it never came");
+        assert!(
+            begin.elapsed() < LONGEST,
+            "the condition did not become true within 30 s"
+        );
         sleep(Duration::from_millis(5));
     }
 }

@@ -1,10 +1,10 @@
-//! What `fretwear plan` says of the resonance, against the closed form of one mass on a spring and a slider.
+//! Tests of the resonances that `fretwear plan` computes, by the closed form for one mass on a spring and a slider.
 
 use std::f64::consts::TAU;
 
 use crate::support::{Bench, OSCILLATOR, SLIDER};
 
-/// Friction that holds \[N\], the stiffness \[N/m\] and the damping \[N s/m\] of the scene, whose mass is 1 kg.
+/// Friction limit \[N\], stiffness \[N/m\] and damping \[N s/m\] of the scene. The mass is 1 kg.
 const HELD: f64 = 300.0;
 const CONTACT: f64 = 6e6;
 const SPRING: f64 = 4e6;
@@ -35,7 +35,7 @@ fn a_plan_has_the_resonances_and_what_the_drive_does_there() {
     is_near(number(&["stuck", "frequency"]), omega / TAU);
     is_near(number(&["free", "frequency"]), SPRING.sqrt() / TAU);
     is_near(number(&["stuck", "damping_ratio"]), DAMPING / (2.0 * omega));
-    // Nothing is tied to the ground.
+    // The mass has no frequency with tied joint, because the joint connects the mass to the ground.
     assert!(found["tied"].is_null(), "{found}");
     let amplitude = json["recipe"]["response"]["forces"][0]["amplitude"].as_f64();
     let amplitude = amplitude.expect("a force");
@@ -72,7 +72,7 @@ fn a_range_without_resonance_is_said_with_those_outside() {
     assert!(without.json()["resonances"].is_null());
 }
 
-/// Two bars whose upper one is loose along the joint, and a range that the band is not in.
+/// Two bars; the upper bar can move freely along the joint. The range of frequencies does not contain the band of the resonances.
 #[test]
 fn a_mesh_has_all_three() {
     let bench = Bench::new();
@@ -84,7 +84,7 @@ fn a_mesh_has_all_three() {
     let frequency = |name: &str| found[name]["frequency"].as_f64().expect("a frequency");
     let [free, stuck, tied] = ["free", "stuck", "tied"].map(frequency);
     assert!(free < 1.0 && free < stuck && stuck < tied, "{found}");
-    // The same mesh without contact, whose facing nodes are one, those too that do not touch at rest.
+    // The bonded structure has the same mesh without contact; facing nodes are merged even where the surfaces do not touch at rest.
     let text = std::fs::read_to_string(scene).expect("the scene");
     let part = |from: &str, to: &str| {
         let begin = text.find(from).expect("a section");

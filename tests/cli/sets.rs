@@ -1,4 +1,4 @@
-//! `--set` on the scenes that are shipped.
+//! Tests of `--set` with the shipped scenes.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ fn pipeline(name: &str) -> String {
     path.to_str().expect("a path of text").to_owned()
 }
 
-/// A map of heights as NPY (version 1.0): 64-bit floats, axis 0 is x.
+/// Surface heights as NPY (version 1.0): 64-bit floats, axis 0 is x.
 fn npy(shape: [usize; 2], height: impl Fn(usize, usize) -> f64) -> Vec<u8> {
     let mut header = format!(
         "{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}",
@@ -35,7 +35,7 @@ fn npy(shape: [usize; 2], height: impl Fn(usize, usize) -> f64) -> Vec<u8> {
 #[test]
 fn a_file_in_place_of_a_generated_surface() {
     let bench = Bench::new();
-    // In millimetres, a ridge along y: contact lies on it alone.
+    // The heights are in millimetres. Only a ridge along y is in contact.
     bench.write(
         "x.npy",
         npy([20, 14], |i, j| if i == 5 { 1e-2 } else { 1e-5 * j as f64 }),
@@ -64,9 +64,9 @@ fn a_file_in_place_of_a_generated_surface() {
     let area = found["contact_area_fraction"].as_f64().expect("a number");
     assert!(
         (area - 1.0 / 20.0).abs() < 1e-12,
-        "{area} of the cells touch"
+        "contact area fraction: {area}"
     );
-    // The run remembers: it goes on without its scene and its working folder.
+    // A run restarts without its scene file and from another working folder.
     let elsewhere = Bench::new();
     let run = root.to_str().expect("a path of text");
     assert_eq!(

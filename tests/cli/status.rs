@@ -1,11 +1,11 @@
-//! `fretwear status`: what it says of runs that are stopped, killed within an iteration, and done.
+//! Tests of `fretwear status` for interrupted runs, for runs that were killed within an iteration, and for finished runs.
 
 use fretwear::tables::TableName;
 use serde_json::{Value, json};
 
 use crate::support::{Bench, Did, OSCILLATOR, SLIDER, latest, summary, table};
 
-/// What `status --json` has beside the row of the summary.
+/// Keys of `status --json` that the summary table does not contain.
 pub const KEYS: [&str; 17] = [
     "figures",
     "state",
@@ -34,7 +34,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value}"))
 }
 
-/// Runs an iteration.
+/// Runs one iteration.
 fn step(bench: &Bench, scene: &str, run: &str) -> Did {
     bench.fretwear(&["run", scene, "--run", run, "--max-wall", "1 ms"])
 }
@@ -61,10 +61,10 @@ fn a_stopped_run_says_how_far_it_is_and_how_to_go_on() {
     assert_eq!(number(&found["cycles_left"]), 600_000.0 - cycles);
     assert_eq!(found["wear_volume_goal"], Value::Null);
     assert!((number(&found["part_done"]) - cycles / 600_000.0).abs() < 1e-12);
-    // The pace is that of the last three steps, by the time that their stages took.
+    // The pace is the mean of the last three jumps, over the time of their stages.
     let rate = number(&found["cycles_per_second"]);
     assert!(rate > 0.0);
-    // The remaining time is estimated once a fifth of the run is done.
+    // `status` estimates the remaining time after 20 % of the cycles.
     let left = &found["seconds_left"];
     assert_eq!(left.is_null(), number(&found["part_done"]) < 0.2, "{found}");
     assert_eq!(found["continue"], "fretwear run --run a");
@@ -79,7 +79,7 @@ fn a_stopped_run_says_how_far_it_is_and_how_to_go_on() {
         assert!(words.contains(part), "{part:?} in {words}");
     }
 
-    // What a killed iteration has left counts, and where it goes on is told.
+    // `status` counts the finished stages of a killed iteration, and reports the next stage.
     bench.done(&["run", "--run", "a", "--until", "static_contact"]);
     let found = status(&bench, "a");
     assert_eq!(found["stage"], "fretting_cycle");
@@ -102,7 +102,7 @@ fn a_stopped_run_says_how_far_it_is_and_how_to_go_on() {
         found["continue"].is_null() && found["stage"].is_null(),
         "{found}"
     );
-    // Further than before: it is stopped again, once the scene says so.
+    // With more cycles in the scene, the finished run becomes an interrupted run.
     assert_eq!(
         bench
             .fretwear(&[
@@ -139,12 +139,12 @@ fn the_last_update_is_told() {
         words.contains(&format!("  {:<24} iteration {k}, at ", "last update")),
         "{words}"
     );
-    // A prescribed motion has no contact elements to renew.
+    // A run with prescribed motion has no contact elements and thus no update.
     step(&bench, "small.toml", "b");
     assert_eq!(status(&bench, "b")["last_update"], Value::Null);
 }
 
-/// What a run prints at its end is what its report says first, under the same names.
+/// The result of `run` contains the same quantities under the same names as the top of the report.
 #[test]
 fn the_end_of_a_run_has_the_resonance_of_the_worn_joint() {
     let bench = Bench::new();
@@ -179,7 +179,7 @@ fn the_end_of_a_run_has_the_resonance_of_the_worn_joint() {
     assert!(driving.contains(" µm at most"), "{driving}");
 }
 
-/// The figures at the end of a run and in its state are the same lines, and no columns of tables.
+/// `run` and `status` print the same figures in the same lines, without column names of tables.
 #[test]
 fn status_prints_the_figures_and_what_to_do_next() {
     let bench = Bench::new();
@@ -236,7 +236,7 @@ fn status_prints_the_figures_and_what_to_do_next() {
     );
 }
 
-/// Why a run failed is told until it goes on.
+/// `status` reports the error of a failed run until the run continues.
 #[test]
 fn a_failed_run_says_why() {
     let bench = Bench::new();
@@ -263,7 +263,7 @@ fn a_failed_run_says_why() {
     assert_eq!(line.lines().count(), 1, "{line}");
     let listed = bench.done(&["status", ".", "--json"]).json();
     assert_eq!(listed["failure"], message);
-    // A message that was changed is none of the run.
+    // `status` ignores an edited error message.
     let file = bench.path("a/failure.json");
     let kept = std::fs::read_to_string(&file).expect("a file");
     std::fs::write(&file, kept.replace("no phase", "a phase")).expect("written");
@@ -275,7 +275,7 @@ fn a_failed_run_says_why() {
     assert!(!file.exists());
 }
 
-/// A run may end by volume: then the way to go is that.
+/// For a run that ends at a wear volume, the progress is the fraction of this volume.
 #[test]
 fn a_run_to_a_volume() {
     let bench = Bench::new();

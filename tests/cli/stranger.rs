@@ -1,4 +1,4 @@
-//! The program and a run folder that is not as a run left it: edited, lost in part, damaged, or made by somebody to do harm.
+//! Tests of run folders that another person has edited, damaged or prepared as an attack.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use crate::support::{Bench, Did, flip, latest};
 
 const FEW_CYCLES: [&str; 2] = ["--set", "wear.cycles=100_000"];
 
-/// A bench with the run `a`, finished.
+/// A bench with the finished run `a`.
 fn finished() -> Bench {
     let bench = Bench::new();
     bench.done(&[&["run", "small.toml", "--run", "a"][..], &FEW_CYCLES].concat());
@@ -31,7 +31,7 @@ fn a_lost_scene_is_taken_from_the_record() {
     bench.done(&["run", "--from", "a@1", "--until", "static_contact"]);
 }
 
-/// An edited scene is what its user wants, as far as that can alter nothing that is computed.
+/// A run accepts an edited scene if the edit does not change the computed iterations; otherwise the run rejects the scene.
 #[test]
 fn an_edited_scene_is_gone_on_with_or_told() {
     let bench = finished();
@@ -59,7 +59,7 @@ fn an_edited_scene_is_gone_on_with_or_told() {
     }
 }
 
-/// What a stranger has a run keep as its scene leads to no file of its reader's.
+/// The stored scene of a run must not refer to a base file, because the base could be a private file of the reader.
 #[test]
 fn a_kept_scene_has_no_base() {
     let bench = finished();
@@ -94,7 +94,7 @@ fn verify_names_every_file_that_was_touched() {
         let did = bench.fretwear(&["verify", "a"]);
         assert_eq!(did.code(), 4, "{file}: {}", did.stdout());
         assert!(did.stdout().contains(&format!("{file}: content has hash")));
-        // The scene of the run is the one that is given here.
+        // The scene `small.toml` is the scene of the run, so the run repairs its files.
         bench.done(&[&["run", "small.toml", "--run", "a"][..], &FEW_CYCLES].concat());
         bench.done(&["verify", "a"]);
     }
@@ -129,5 +129,8 @@ fn nothing_outside_of_a_run_is_touched() {
         assert!(bench.path("a/report.html").is_file());
     }
     let text = fs::read_to_string(&precious).expect("still there");
-    assert!(text == "a month of measurements", "overwritten");
+    assert!(
+        text == "a month of measurements",
+        "a command changed a file outside the run"
+    );
 }

@@ -1,18 +1,18 @@
-//! What the program does where nobody can be told, and what of the texts of others it lets pass to a terminal.
+//! Tests of a closed or full stdout and stderr, and of control characters in foreign texts.
 
 use std::fs;
 use std::process::Stdio;
 
 use crate::support::{Bench, Did, OSCILLATOR, SMALL, flip};
 
-/// A disk that is full.
+/// A full disk.
 #[cfg(target_os = "linux")]
 fn full() -> Stdio {
     let file = fs::File::options().write(true).open("/dev/full");
     file.expect("a full disk").into()
 }
 
-/// A pipe whose reader has gone.
+/// A pipe whose reader is closed.
 #[cfg(target_os = "linux")]
 fn unread() -> Stdio {
     let (reader, writer) = std::io::pipe().expect("a pipe");
@@ -20,7 +20,7 @@ fn unread() -> Stdio {
     writer.into()
 }
 
-/// A folder with what the commands want: a run that is done, one that is damaged, and one that was stopped.
+/// A folder with the input of the commands: a finished, a damaged and an interrupted run.
 fn bench() -> Bench {
     let bench = Bench::new();
     bench.write("tiny.toml", SMALL.replace("600_000", "100_000"));
@@ -33,7 +33,7 @@ fn bench() -> Bench {
     bench
 }
 
-/// Every command, and how it ends.
+/// Every command with its exit code.
 fn commands() -> Vec<(Vec<&'static str>, i32)> {
     let mut commands = vec![
         (vec!["run", "tiny.toml", "--run", "done"], 0),
@@ -76,7 +76,7 @@ fn commands() -> Vec<(Vec<&'static str>, i32)> {
     commands
 }
 
-/// A command that asks for no more than one iteration more, and is stopped after it.
+/// Command that continues the run by one iteration.
 const STOPPED: [&str; 7] = [
     "run",
     "--run",
@@ -98,7 +98,7 @@ fn a_result_that_cannot_be_printed() {
             .output()
             .expect("the program runs"));
         let said = heard.stderr();
-        // What became of a run counts for more.
+        // The exit code of a failed run takes precedence over the code for an output error.
         let expected = if code == 0 { 1 } else { code };
         assert_eq!(heard.code(), expected, "{arguments:?}: {said}");
         assert!(
@@ -107,7 +107,7 @@ fn a_result_that_cannot_be_printed() {
         );
         assert!(!said.contains("panicked"), "{arguments:?}: {said}");
 
-        // These compute for long before they print.
+        // The test skips these commands because of their computing time.
         if ["trade", "doctor", "export"].contains(&arguments[0]) {
             continue;
         }
@@ -130,7 +130,7 @@ fn a_result_that_cannot_be_printed() {
 #[test]
 fn a_log_that_cannot_be_written() {
     let bench = bench();
-    // What says something while it works, and what says in the end that something is wrong.
+    // The commands include commands with progress messages and commands that end with an error.
     let mut commands = commands();
     commands.retain(|(arguments, code)| arguments[0] == "run" || *code != 0);
     let not_converged = ["fidelity.cycle=stepped", "fidelity.normal_tolerance=1e-17"];
@@ -162,7 +162,7 @@ fn a_log_that_cannot_be_written() {
         let did = Did(did.expect("the program runs"));
         assert_eq!(did.code(), code, "{arguments:?}");
     }
-    // Nobody can be told anything of a run that can be continued.
+    // An interrupted run exits with code 75 even if stdout and stderr cannot be written.
     for nowhere in [full, unread] {
         let mut command = bench.command(&STOPPED);
         let status = command.stdout(nowhere()).stderr(nowhere()).status();
@@ -170,7 +170,7 @@ fn a_log_that_cannot_be_written() {
     }
 }
 
-/// Clears the screen, names the window, turns the text around.
+/// Control characters that clear the screen, set the window title and reverse the text.
 const HOSTILE: &str = "a\u{1b}[2J\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}b\u{2066}\u{7f}\r";
 const SHOWN: &str = "a\\u{1b}[2J\\u{1b}]0;owned\\u{7}\\u{9b}2J\\u{202e}b\\u{2066}\\u{7f}\\u{d}";
 
@@ -186,7 +186,7 @@ fn obeyed(text: &str) -> Option<char> {
 #[test]
 fn nothing_in_the_texts_of_others_is_obeyed() {
     let bench = Bench::new();
-    // JSON and TOML escape alike.
+    // JSON and TOML use the same escapes.
     let escaped: String = HOSTILE
         .chars()
         .map(|c| format!("\\u{:04x}", c as u32))
@@ -218,7 +218,7 @@ fn nothing_in_the_texts_of_others_is_obeyed() {
         commands.push((vec!["report", HOSTILE], 0, true));
     }
     for (arguments, code, named) in commands {
-        // So wide that no name is wrapped.
+        // The terminal is so wide that the program does not wrap names.
         let did = bench.command(&arguments).env("COLUMNS", "400").output();
         let did = Did(did.expect("the program runs"));
         let said = did.stdout() + &did.stderr();
@@ -226,7 +226,7 @@ fn nothing_in_the_texts_of_others_is_obeyed() {
         assert_eq!(obeyed(&said), None, "{arguments:?}: {said:?}");
         assert!(!named || said.contains(SHOWN), "{arguments:?}: {said}");
     }
-    // A program gets the name itself, and a terminal that shows the object nothing to obey.
+    // The JSON object contains the unescaped name, but its text contains no control characters.
     let limited = ["run", "hostile.toml", "--run", HOSTILE, "--set"];
     let limited = [&limited[..], &["wear.cycles=6e6", "--max-wall", "1 us"]].concat();
     let did = bench.fretwear(&limited);

@@ -1,4 +1,4 @@
-//! `fretwear trade`: what it runs, what it writes, and that it goes on where it was stopped.
+//! Tests of `fretwear trade`: variants, output files, and restarts of an interrupted study.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::support::{Bench, RESONATOR, SMALL, content, verified};
 
-/// A scene without accuracy of its own, with few iterations.
+/// Scene without keys for accuracy, and with few wear iterations.
 fn bench() -> Bench {
     let bench = Bench::new();
     let scene = SMALL
@@ -26,7 +26,7 @@ fn trade_table(folder: &Path) -> Table {
     from_parquet(&bytes, TableName::Trade.schema()).expect("the table")
 }
 
-/// Errors of a row by their columns.
+/// Errors of a row by column name.
 fn errors(table: &Table, row: usize) -> BTreeMap<String, Option<f64>> {
     table
         .columns()
@@ -46,7 +46,7 @@ fn row_of(table: &Table, variant: &str) -> usize {
         .unwrap_or_else(|| panic!("no {variant}"))
 }
 
-/// Every file below a folder, but for locks and logs, which say who looked last, and drafts, which are put away.
+/// All files below a folder, except locks, logs and drafts, which depend on the last start.
 fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -95,15 +95,15 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
         assert!(table.i64("memory").expect("memory")[row] > 0);
         assert!(table.i64("iterations").expect("iterations")[row] > 0);
     }
-    // Absent physics has no column.
+    // The table has no columns for quantities that the scene does not compute.
     assert!(!table.has("resonance_frequency") && !table.has("error_peak_amplitude"));
-    // The approximation is one, and a stepped cycle dearer.
+    // The `superposition` variant changes the wear volume, and the `stepped` variant needs more than 3 times the FFT pairs.
     let volume = |variant| errors(&table, row_of(&table, variant))["error_wear_volume"];
     assert!(volume("cycle-superposition").expect("an error").abs() > 1e-3);
     let pairs = table.f64("fft_pairs").expect("pairs");
     assert!(pairs[row_of(&table, "cycle-stepped")] > 3.0 * pairs[row_of(&table, "balanced")]);
 
-    // The same preset again is the same run, at the same cost; a finer grid costs more than its pairs.
+    // Equal presets give equal results at equal cost. A finer grid increases the cost more than the number of FFT pairs.
     let relative = table.maybe_f64("relative_cost").expect("costs");
     assert_eq!(relative[row_of(&table, "balanced_again")], Some(1.0));
     assert!(errors(&table, 0) == errors(&table, 6));
@@ -113,7 +113,7 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
 
     let said = did.stdout();
     let text = fs::read_to_string(folder.join("trade.md")).expect("text");
-    // But for how Markdown escapes a bracket, and how wide a column is by that.
+    // The two texts may differ in the escapes of Markdown and in the widths of the columns.
     let bare = |text: &str| text.replace(['\\', ' ', '-'], "");
     assert_eq!(bare(&said), bare(&text));
     for part in [
@@ -133,7 +133,7 @@ fn runs_every_variant_and_compares_it_with_the_reference() {
     for outside in ["src=", "href=", "@import", "<script"] {
         assert!(
             !html.contains(outside),
-            "{outside} in a file that is to need no other"
+            "{outside}: trade.html refers to another file"
         );
     }
     assert!(
@@ -151,7 +151,10 @@ fn the_same_command_again_computes_nothing() {
     let before = files(&bench.path("a"));
     let second = bench.done(&command);
     assert_eq!(first.stdout(), second.stdout());
-    assert!(before == files(&bench.path("a")), "a file changed");
+    assert!(
+        before == files(&bench.path("a")),
+        "a repeated command changed a file"
+    );
     let object = first.json();
     assert_eq!(object["rows"].as_array().map(Vec::len), Some(6));
     assert_eq!(object["rows"][1]["variant"], "reference");
@@ -163,7 +166,7 @@ fn the_same_command_again_computes_nothing() {
             <= kept["promise"].as_f64().expect("a number");
         assert_eq!(kept["passed"], within, "{kept}");
     }
-    // A scene that says nothing of its own is no variant of its own.
+    // `trade` adds no variant `as_written` if the scene sets only a preset.
     let preset = ["--set", "fidelity.preset=fast"];
     let did = bench.done(&[&command[..], &preset[..]].concat());
     let left = did.json()["left_out"].to_string();
@@ -171,7 +174,7 @@ fn the_same_command_again_computes_nothing() {
     assert!(!bench.path("a/as_written").exists());
 }
 
-/// Everything but times is the same in the end, whoever stops it how often.
+/// An interrupted study gives the same results as an uninterrupted study, except for the times.
 #[test]
 fn goes_on_where_it_was_stopped() {
     let bench = bench();
@@ -192,9 +195,9 @@ fn goes_on_where_it_was_stopped() {
             did.stderr()
         );
         assert_eq!(did.stdout(), "");
-        assert!(starts < 100, "a start computes something in any case");
+        assert!(starts < 100, "a start made no progress: {starts} starts");
     }
-    assert!(starts > 5, "it was stopped {starts} times only");
+    assert!(starts > 5, "the study ended after {starts} starts");
     let [direct, stopped] = ["direct", "stopped"].map(|folder| trade_table(&bench.path(folder)));
     for (schema, column) in direct.columns() {
         if !["seconds", "cpu_seconds"].contains(&schema.name.as_str()) {
@@ -208,7 +211,7 @@ fn goes_on_where_it_was_stopped() {
     }
 }
 
-/// Three modes leave out one in the range: that variant is a row that says so.
+/// With three modes, a mode within the range of frequencies is missing. The row of this variant contains the error message.
 #[test]
 fn a_variant_that_fails_is_a_row() {
     let bench = Bench::new();
@@ -227,7 +230,7 @@ fn a_variant_that_fails_is_a_row() {
     assert!(message.contains("raise dynamics.modes"), "{message}");
     assert!(errors(&table, failed).values().all(Option::is_none));
     assert!(did.stdout().contains(message), "{}", did.stdout());
-    // What failed is tried again, and is the same row.
+    // A second command repeats the failed variant and writes the same row.
     let again = bench.done(
         &[
             &["trade", "still.toml", "--knob", "modes", "--json"],
@@ -247,7 +250,7 @@ fn refuses_what_it_cannot_do() {
     assert!(
         unknown.stderr().contains("\"gird\" is no knob") && unknown.stderr().contains(", grid")
     );
-    // A folder with the runs of another scene stays as it is.
+    // `trade` does not change a folder that contains the runs of another scene.
     let of_scene = |set| ["trade", "tiny.toml", "--knob", "load_steps", "--set", set];
     bench.done(&of_scene("surface.seed=3"));
     let before = files(&bench.path("trade/tiny"));
@@ -258,10 +261,13 @@ fn refuses_what_it_cannot_do() {
         "{}",
         other.stderr()
     );
-    assert!(before == files(&bench.path("trade/tiny")), "a file changed");
+    assert!(
+        before == files(&bench.path("trade/tiny")),
+        "a rejected command changed a file"
+    );
 }
 
-/// Three scenes of two kinds of motion, two of them in a folder.
+/// Three scenes with two kinds of motion; one folder contains two of the scenes.
 fn scenes() -> Bench {
     let bench = bench();
     let scene = fs::read_to_string(bench.path("tiny.toml")).expect("the scene");
@@ -321,14 +327,14 @@ fn several_scenes_are_held_against_their_references() {
         "{}",
         did.stderr()
     );
-    // The runs are those of the scene alone, and are there.
+    // A study of several scenes and a study of one scene share their runs.
     let before = files(&folder.join("tiny/reference"));
     bench.done(&["trade", "tiny.toml", "--knob", "load_steps"]);
     assert!(
         before == files(&folder.join("tiny/reference")),
-        "a file changed"
+        "the study of one scene changed a file"
     );
-    // The same again is the same.
+    // A repeated command gives the same table.
     let object = bench.done(&[&command[..], &["--json"]].concat()).json();
     assert_eq!(trade_table(&folder), table);
     assert_eq!(object["rows"].as_array().map(Vec::len), Some(9));
@@ -342,7 +348,7 @@ fn several_scenes_are_held_against_their_references() {
 #[test]
 fn several_scenes_go_on_where_they_were_stopped() {
     let bench = scenes();
-    // A stage that takes longer than the grace of a stop would begin anew at each start: few cells take a tenth of it.
+    // Each start needs to finish at least one stage within the time limit; fewer cells shorten a stage by a factor of 10.
     for scene in ["line", "orbit"] {
         let path = format!("set/{scene}.toml");
         let fine = fs::read_to_string(bench.path(&path)).expect("the scene");
@@ -354,9 +360,9 @@ fn several_scenes_go_on_where_they_were_stopped() {
     let mut starts = 0;
     while bench.fretwear(&stopped).code() == 75 {
         starts += 1;
-        assert!(starts < 100, "a start computes something in any case");
+        assert!(starts < 100, "a start made no progress: {starts} starts");
     }
-    assert!(starts > 5, "it was stopped {starts} times only");
+    assert!(starts > 5, "the study ended after {starts} starts");
     let did = bench.done(&["trade", "set", "--dir", "direct"]);
     let [direct, stopped] = ["direct", "s"].map(|folder| trade_table(&bench.path(folder)));
     for (schema, column) in direct.columns() {

@@ -1,4 +1,4 @@
-//! `fretwear when`: after how many cycles a run reaches milestones.
+//! Tests of `fretwear when`: number of cycles at which a run reaches milestones.
 
 use serde_json::Value;
 
@@ -20,7 +20,7 @@ fn a_run_says_when_it_has_lost_load() {
     let last = latest(&root);
     let load = |k| summary(&root, k, "normal_load");
     let middle = last / 2;
-    // The load of an iteration is passed at its cycles.
+    // The preload of an iteration is a milestone at the cycles of this iteration.
     let wanted = format!("--preload={} N", load(middle));
     let part = format!("--preload={}%", 100.0 * load(middle) / load(0));
     let found = bench
@@ -125,7 +125,7 @@ fn a_run_ends_when_a_part_of_its_load_is_lost() {
     assert_eq!(found["has_lost_preload"], true);
     let told = bench.done(&["status", "b"]).stdout();
     assert!(told.contains("ended by wear.until.preload"), "{told}");
-    // It is an end like another: without it the run goes on.
+    // With a lower limit of the preload, the run continues like any other finished run.
     bench.done(&["run", "--run", "b", "--set", "wear.until.preload=0.01"]);
     assert_eq!(latest(&other), last);
     let stays = bench.fretwear(&["plan", "small.toml", "--set", &until, "--no-rehearsal"]);
@@ -139,7 +139,7 @@ fn a_run_ends_when_a_part_of_its_load_is_lost() {
     );
 }
 
-/// A bolt by its dimensions is one of the stiffness that they give beside the half spaces, which have a part of what it clamps.
+/// Dimensions of a bolt give the same run as the bolt stiffness from these dimensions without the compliance of the half spaces.
 #[test]
 fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
     let bench = Bench::new();
@@ -150,7 +150,7 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
     let line = plan
         .lines()
         .find(|line| line.starts_with("bolt: "))
-        .expect("what the bolt is");
+        .expect("the line on the bolt");
     let after = |name: &str| {
         let rest = line.split_once(name).expect(name).1;
         let number = rest.split([',', ' ', ';']).find(|word| !word.is_empty());
@@ -158,7 +158,7 @@ fn a_bolt_by_its_dimensions_is_one_of_its_stiffness() {
     };
     let (of_bolt, plates, half_spaces) =
         (after("delta_S "), after("delta_P "), after("give way by "));
-    // um/kN, N/um.
+    // Units of the compliances and of the stiffness: um/kN and N/um.
     let stiffness = after("k_b ");
     assert!(
         (stiffness * (of_bolt + plates - half_spaces) / 1e3 - 1.0).abs() < 1e-3,

@@ -1,4 +1,4 @@
-//! Files that commands write: whole or not at all, also on a full disk, and through links and pipes.
+//! Tests of output files: commands write a file completely or not at all, on a full disk, and through links and pipes.
 #![cfg(unix)]
 
 use std::fs;
@@ -13,7 +13,7 @@ use fretwear::report::output::{replace, write};
 
 use crate::support::{Bench, Did, OSCILLATOR, SLIDER};
 
-/// The program where no regular file may grow, as on a full disk.
+/// Runs the program with a file size limit of 0, as on a full disk.
 fn on_a_full_disk(bench: &Bench, arguments: &[&str]) -> Did {
     let mut command = Command::new("sh");
     command.args(["-c", "ulimit -f 0; trap '' XFSZ; exec \"$0\" \"$@\""]);
@@ -44,7 +44,7 @@ fn pipe(path: &Path) {
 
 const FORMER: &str = "the former file";
 
-/// What a command writes: its arguments, and the files.
+/// Arguments of a command, and the files that the command writes.
 type Writes = (&'static [&'static str], &'static [&'static str]);
 
 const WRITES: [Writes; 5] = [
@@ -77,7 +77,7 @@ const REPORTS: [Writes; 7] = [
 #[cfg(not(feature = "polars"))]
 const REPORTS: [Writes; 0] = [];
 
-/// A folder with all that the commands read.
+/// A folder with the input files of all commands.
 fn bench() -> Bench {
     let bench = Bench::new();
     bench.write("mass.toml", OSCILLATOR.to_owned() + SLIDER);
@@ -116,8 +116,8 @@ fn on_a_full_disk_the_former_file_stays_and_the_reason_is_said() {
             assert!(said.contains(&reason), "{arguments:?}: {said}");
         }
         let after = files_below(&bench.path(""));
-        assert_eq!(after, before, "{arguments:?} left half a file");
-        // The same command replaces it on a disk with space.
+        assert_eq!(after, before, "{arguments:?} wrote an incomplete file");
+        // With free disk space, the same command replaces the file.
         bench.done(arguments);
         for file in files {
             let bytes = fs::read(bench.path(file)).expect("a file");
@@ -136,7 +136,7 @@ fn a_file_is_replaced_with_its_permissions() {
     write(&path, b"new").expect("written");
     assert_eq!(fs::read_to_string(&path).expect("text"), "new");
     assert_eq!(mode(&path), 0o640);
-    // Who has it open reads on in the former one.
+    // A reader with an open file still reads the former content.
     assert_eq!(io::read_to_string(open).expect("text"), FORMER);
     write(&bench.path("other"), b"new").expect("written");
     assert_eq!(mode(&bench.path("other")), mode(&bench.path("small.toml")));
@@ -151,13 +151,13 @@ fn a_link_that_is_named_stays_and_one_that_the_program_names_is_replaced() {
     bench.write("deep/target", FORMER);
     let is_link = |name: &str| bench.path(name).is_symlink();
     let text = |name: &str| fs::read_to_string(bench.path(name)).expect("text");
-    // Over two links, the second relative to its own folder.
+    // The path contains two links; the target of the second link is relative to the folder of the link.
     symlink("deep/far/link", bench.path("link")).expect("a link");
     symlink("../target", bench.path("deep/far/link")).expect("a link");
     write(&bench.path("link"), b"new").expect("written");
     assert!(is_link("link") && is_link("deep/far/link"));
     assert_eq!(text("deep/target"), "new");
-    // Without a target, which is then made; its folder is not.
+    // `write` creates a missing target of a link, but no missing folder.
     fs::remove_file(bench.path("deep/target")).expect("removed");
     write(&bench.path("link"), b"anew").expect("written");
     assert!(is_link("link") && is_link("deep/far/link"));
@@ -204,7 +204,7 @@ fn a_pipe_or_a_socket_is_written_and_not_replaced() {
     );
 }
 
-/// A page on a campaign in a pipe has no tables beside it; one that a link leads to has.
+/// A report of a campaign writes no tables beside a pipe. If the output path is a link, the report writes tables beside the target.
 #[cfg(all(feature = "polars", target_os = "linux"))]
 #[test]
 fn the_page_on_a_campaign_may_be_a_pipe() {
@@ -239,7 +239,7 @@ fn the_page_on_a_campaign_may_be_a_pipe() {
     assert!(bench.path("linked/page").is_symlink());
     assert!(bench.path("kept/page").is_file());
     assert_eq!((names("linked"), names("kept")), (1, 4));
-    // As `-o /dev/stdout > page`.
+    // The link to stdout tests the case `-o /dev/stdout > page`.
     fs::create_dir(bench.path("redirected")).expect("a folder");
     symlink("/proc/self/fd/1", bench.path("linked/stdout")).expect("a link");
     let file = fs::File::create(bench.path("redirected/page")).expect("a file");
@@ -247,7 +247,7 @@ fn the_page_on_a_campaign_may_be_a_pipe() {
     let status = bench.command(&out).stdout(file).status();
     assert!(status.expect("the program runs").success());
     assert_eq!((names("linked"), names("redirected")), (2, 4));
-    // The names in the folder of the campaign are the program's.
+    // A report replaces a link with a reserved name in the campaign's folder, and does not write to its target.
     let precious = bench.write("precious", FORMER);
     symlink("../precious", bench.path("c/report.html")).expect("a link");
     bench.done(&["campaign", "report", "--dir", "c"]);

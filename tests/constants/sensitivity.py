@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""Measure which numeric constants of the solvers decide a result.
+"""Finds the numeric constants of the solvers that decide a result.
 
     python tests/constants/sensitivity.py FOLDER [--module dynamics] [--table sensitivity.csv] [--jobs 2]
 
-A copy of the sources is built in FOLDER in which every `const NAME: f64 = …` (also usize, u64, u32, i32) of the modules below can
-be scaled by the environment. Each constant is halved and doubled, and the scenes of the yardstick that read it run again.
-A constant decides a result if a figure of `--json` changes by more than a tenth of its error bar, or if a run ends otherwise.
-Constants that the compiler needs before the run (lengths of arrays, patterns) cannot be varied; the table lists them too.
+The script builds a copy of the sources in FOLDER. In this copy, the environment can scale every `const NAME: f64 = …` (also usize, u64,
+u32, i32) of the modules below. The script halves and doubles each constant and runs the scenes of the yardstick that read it.
+A constant decides a result if a figure of `--json` changes by more than a tenth of its error bar, or if the exit code changes.
+Constants that the compiler needs (lengths of arrays, patterns) cannot be varied; the table lists them, too.
 
-The table has one row per constant: module, file, name, value, whether it decides, the largest change in units of the error bar
-(of the first case that decides), the figure and the scene of that change. The committed table also has `home`: the setting that a
-constant which decides has become, or the reason why it stays a constant. Wants pyarrow and numpy, as the yardstick does.
+The table has one row per constant: module, file, name, value, whether the constant decides a result, the largest change in units of the
+error bar (of the first case with a decisive change), and the figure and the scene of this change. The committed table also has the column
+`home`: the setting that replaced a decisive constant, or the reason why it stays a constant. The script needs pyarrow and numpy, as the
+yardstick does.
 """
 
 import argparse
@@ -33,9 +34,9 @@ import scenes  # noqa: E402
 
 MODULES = ["dynamics", "contact", "structure", "wear", "model_update"]
 FACTORS = [0.5, 2.0]
-# Share of the error bar above which a change counts.
+# Fraction of the error bar above which a change counts.
 SHARE = 0.1
-# A run that takes so many times as long does not end [s].
+# A run that takes longer counts as endless [s].
 LONGEST = 120.0
 
 DECLARATION = re.compile(
@@ -45,12 +46,12 @@ DECLARATION = re.compile(
 COPIED = ["schemas", "pipelines", "data", "docs", "Cargo.toml", "Cargo.lock", "README.md"]
 
 TUNED = """
-//! Constants that the environment scales: FRETWEAR_SCALE="file:NAME=2.0". FRETWEAR_READ names a file that lists those that a run reads.
+//! Scales one constant: FRETWEAR_SCALE="file:NAME=2.0". FRETWEAR_READ names a file that lists all constants that a run reads.
 
 use std::io::Write;
 use std::sync::OnceLock;
 
-/// A constant, scaled.
+/// Returns the scaled value of a constant.
 pub fn scaled(key: &str, value: f64) -> f64 {
     static SCALE: OnceLock<Option<(String, f64)>> = OnceLock::new();
     if let Some(path) = std::env::var_os("FRETWEAR_READ") {
@@ -71,7 +72,7 @@ pub fn scaled(key: &str, value: f64) -> f64 {
 
 
 class Constant:
-    """One declaration in the sources."""
+    """One declaration of a constant in the sources."""
 
     def __init__(self, path, found):
         self.path, self.name = path, found["name"]
@@ -80,7 +81,7 @@ class Constant:
         self.module = path.split("/")[0]
 
     def function(self, found):
-        """The function that stands in its place."""
+        """Returns the function that replaces the constant."""
         whole = "" if self.type == "f64" else ".round().max(1.0)"
         first = found["indent"] + (found["visibility"] or "")
         return (
@@ -90,7 +91,7 @@ class Constant:
 
 
 def declared(modules):
-    """All constants, by file."""
+    """Returns all constants by file."""
     found = {}
     for module in modules:
         for path in sorted((REPOSITORY / "src" / module).rglob("*.rs")):
@@ -103,7 +104,7 @@ def declared(modules):
 
 
 def rewrite(folder, constants, left):
-    """Writes the sources in which all constants but those `left` are functions."""
+    """Writes the sources with functions in place of all constants except the constants in `left`."""
     source = folder / "src"
     shutil.rmtree(source, ignore_errors=True)
     shutil.copytree(REPOSITORY / "src", source)
@@ -115,7 +116,7 @@ def rewrite(folder, constants, left):
     for constant in varied:
         own.setdefault(constant.path, {})[constant.name] = constant
     shared = {constant.name for constant in varied}
-    # The files that declare a name, by what a path ends with.
+    # Stems of the files that declare a name; a path to the constant ends with this stem.
     declaring = {}
     for constant in varied:
         declaring.setdefault(constant.name, set()).add(Path(constant.path).stem)
@@ -148,7 +149,7 @@ def rewrite(folder, constants, left):
 
 
 def build(folder, constants):
-    """Builds the program, leaving out constants that the compiler wants to know; returns it and those left out."""
+    """Builds the program with all constants that the compiler does not need; returns the program and the keys of the other constants."""
     for name in COPIED:
         target = folder / name
         if (REPOSITORY / name).is_dir():
@@ -187,7 +188,7 @@ def build(folder, constants):
 
 
 def figures(printed):
-    """Figures with error bars of what a start prints: value and absolute bar."""
+    """Returns the figures with error bars in the output of a start: value and absolute error bar."""
     found = {}
     for line in printed.splitlines():
         try:
@@ -207,7 +208,7 @@ def figures(printed):
 
 
 def start(program, case, folder, environment):
-    """Exit codes and figures of the starts of a case."""
+    """Returns the exit codes and figures of all starts of a case."""
     place = Path(tempfile.mkdtemp(dir=folder))
     case.prepare(place / "case")
     found = []
@@ -231,7 +232,7 @@ def start(program, case, folder, environment):
 
 
 def change(before, after):
-    """The largest change in units of the bar, and its figure; infinite where a start ends otherwise."""
+    """Returns the largest change in units of the error bar, and its figure; infinite if an exit code changes."""
     largest = (0.0, "")
     for (code, old), (other, new) in zip(before, after, strict=True):
         if code != other:
@@ -250,9 +251,9 @@ def main():
     parser.add_argument("--table", type=Path, default=Path("sensitivity.csv"))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--case", action="append", help="only this case of the yardstick; may be repeated")
-    parser.add_argument("--most", type=int, default=10, help="cases per constant, spread over those that read it [default: %(default)s]")
-    parser.add_argument("--longest", type=float, default=3.0, help="leave out cases that take longer [s, default: %(default)s]")
-    parser.add_argument("--built", action="store_true", help="use the program that FOLDER has from before")
+    parser.add_argument("--most", type=int, default=10, help="cases per constant, spread over its readers [default: %(default)s]")
+    parser.add_argument("--longest", type=float, default=3.0, help="skip cases that take longer [s, default: %(default)s]")
+    parser.add_argument("--built", action="store_true", help="use the program that an earlier start has built in FOLDER")
     given = parser.parse_args()
     folder = given.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
@@ -280,7 +281,7 @@ def main():
         return case, found, read, time.monotonic() - begun
 
     with concurrent.futures.ThreadPoolExecutor(given.jobs) as pool:
-        # Quick cases first, so that those chosen for a constant are of all lengths.
+        # Quick cases first, so that the selected cases of a constant have different lengths.
         plain = sorted(pool.map(read_by, cases), key=lambda found: found[3])
         plain = [found for found in plain if found[3] <= given.longest]
         print(f"{len(plain)} cases take at most {given.longest} s", flush=True)

@@ -1,4 +1,4 @@
-//! The corrected area of contact and its grid error, against Hertz and against fine grids.
+//! Tests of the corrected contact area and its grid error, by Hertz's solution and by fine grids.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use fretwear::wear::slip_band::SlipBand;
 use super::{PAIR, half_space, paraboloid};
 use crate::support::Chance;
 
-/// Part of a cell that an edge has too much, as published.
+/// Excess area per edge of a contact spot, relative to a cell, as published.
 const OF_EDGE: f64 = (PI - 1.0 + std::f64::consts::LN_2) / 24.0;
 
 fn patch() -> Patch {
@@ -24,19 +24,19 @@ fn patch() -> Patch {
 fn edges_of_the_joint_and_of_its_holes_are_no_rim() {
     let mut patch = patch();
     let cell = patch.grid.cell_area();
-    // Two cells in a corner: three edges to others, two on either side of the joint.
+    // Two cells in a corner have three edges to other cells of the joint. Edges on the border of the joint do not count.
     let corner = |cell: usize| cell == 0 || cell == 1;
     let area = ContactArea::new(&patch, false, corner);
     assert!((area.corrected / cell - (2.0 - 3.0 * OF_EDGE)).abs() < 1e-12);
     assert!((area.grid_error / cell - 2.0 * 2f64.sqrt()).abs() < 1e-12);
-    // The same cells of a periodic contact have three edges more.
+    // In a periodic contact, the same cells have three more edges.
     let wrapped = ContactArea::new(&patch, true, corner);
     assert!((wrapped.corrected / cell - (2.0 - 6.0 * OF_EDGE)).abs() < 1e-12);
-    // One that lies in the hole is no edge.
+    // An edge to a cell in the hole does not count.
     patch.is_in_joint[2] = false;
     let holed = ContactArea::new(&patch, false, corner);
     assert!((holed.corrected / cell - (2.0 - 2.0 * OF_EDGE)).abs() < 1e-12);
-    // What touches as a whole is as large as the joint.
+    // In full contact, the corrected area equals the area of the joint.
     let whole = ContactArea::new(&patch, true, |_| true);
     assert!((whole.corrected - patch.area()).abs() < 1e-12 * cell);
     assert_eq!(
@@ -80,7 +80,8 @@ fn a_sphere_of_few_cells_is_within_its_grid_error() {
     }
 }
 
-/// The face on a grid of so many cells in the shortest wave along x and y, and its share in contact: as it is counted, and its area.
+/// Contact area of a rough face on a grid with `cells` cells per shortest wave along x and y: area of the cells in contact, and corrected
+/// area.
 fn rough(hurst: f64, cells: [usize; 2], load: f64) -> (f64, ContactArea) {
     let shortest = 31;
     let patch = Patch::full(Grid::over(
@@ -106,7 +107,7 @@ fn rough(hurst: f64, cells: [usize; 2], load: f64) -> (f64, ContactArea) {
     (count as f64 * patch.grid.cell_area(), area)
 }
 
-/// From 1 to 30 % of the face in contact.
+/// Between 1 and 30 % of the face is in contact.
 #[test]
 fn a_rough_face_of_few_cells_is_within_its_grid_error() {
     for hurst in [0.3, 0.8] {
@@ -119,7 +120,7 @@ fn a_rough_face_of_few_cells_is_within_its_grid_error() {
                 let said = format!("H {hurst}, {load} N, {cells:?}: {found:?}, limit {limit:e}");
                 assert!(off.abs() <= found.grid_error, "{said}");
                 assert!(off.abs() < 0.3 * (plain - limit), "{said}");
-                // A hundredth of this face is some 20 spots.
+                // A contact area of 1 % consists of about 20 contact spots.
                 let least = if load < 100.0 { 0.06 } else { 0.03 };
                 if cells[0] >= 4 {
                     assert!(off.abs() < least * limit, "{said}");
@@ -132,7 +133,7 @@ fn a_rough_face_of_few_cells_is_within_its_grid_error() {
 #[test]
 fn a_slip_band_is_counted_spot_by_spot() {
     let patch = patch();
-    // One spot of 2 x 3 cells of which two slip, and one cell that slips as a whole.
+    // The contact has a spot of 2 x 3 cells with two slipping cells, and one spot of a single slipping cell.
     let mut pressure = vec![0.0; patch.grid.len()];
     let mut energy = pressure.clone();
     for (i, j) in [(1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2), (5, 4)] {
@@ -142,11 +143,11 @@ fn a_slip_band_is_counted_spot_by_spot() {
         energy[patch.grid.index(i, j)] = dissipated;
     }
     let band = SlipBand::measure(&patch, false, &pressure, &energy);
-    // Its rim has 8 edges, but for those of the joint.
+    // The rim has 8 edges, without the edges on the border of the joint.
     assert!((band.cells - 2.0 / 8.0).abs() < 1e-12, "{band:?}");
     assert!((band.spread - 5.0 / 7.0).abs() < 1e-12, "{band:?}");
     assert!((band.relative_error() - 1.2 * 5.0 / 7.0).abs() < 1e-12);
-    // Where no spot sticks there is none.
+    // If every spot slips completely, the error is zero.
     let all: Vec<f64> = pressure.iter().map(|p| p * 1e-6).collect();
     let whole = SlipBand::measure(&patch, false, &pressure, &all);
     assert_eq!((whole.cells, whole.relative_error()), (7.0 / 10.0, 0.0));

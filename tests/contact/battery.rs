@@ -1,6 +1,6 @@
-//! Normal contact of many random joints, each certified: what a solve costs at the median and at the worst.
+//! Tests of normal contacts of many random joints. The tests certify each solution, and bound the median and the largest cost.
 //!
-//! The small grids run with the other tests. The full size, 256 x 256 cells:
+//! Small grids are part of the normal tests. The following command runs the full size of 256 x 256 cells:
 //! `cargo test --release --test main -- --ignored --nocapture contact::battery`
 
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem, Rotation};
@@ -12,10 +12,10 @@ use super::PAIR;
 use super::certificate::{Direct, certify};
 use super::random::Random;
 
-/// As in `extremes`.
+/// Bound of the gap error, as in `extremes`.
 const GAP: f64 = 2e-6;
 
-/// Gaussian heights of the given correlation lengths \[m\].
+/// Gaussian heights with the given correlation lengths \[m\].
 pub fn waves(
     grid: Grid,
     random_numbers: &mut Random,
@@ -43,14 +43,14 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// A joint of about `cells` cells a side, some worn, capped, bored, free to turn or periodic.
+    /// A random joint of about `cells` cells per side. Some joints are worn, have a pressure cap, a hole or free rotation, or are periodic.
     pub fn random(seed: u64, cells: f64) -> Joint {
         let mut random = Random::new(seed);
         let mut side = || (cells * random.between(0.8, 1.2)) as usize;
         let (nx, ny) = (side(), side());
         let grid = Grid::over([40e-3, 30e-3], [nx, ny]);
         let rq = random.decades(1e-8, 1e-4);
-        // From noise to a few hills.
+        // The correlation length ranges from one cell to a few hills per side.
         let length = random.decades(1.0, 0.2 * cells);
         let stretch = random.decades(0.5, 2.0);
         let mut height = waves(
@@ -62,7 +62,7 @@ impl Joint {
         let bored = random.chance(0.3);
         let worn = random.chance(0.4);
         if worn {
-            // Tops polished away, to a bearing area of up to nine tenths.
+            // Wear removes the tops, down to a plateau on up to 90 % of the face.
             let mut sorted = height.clone();
             sorted.sort_by(f64::total_cmp);
             let level = sorted[(sorted.len() as f64 * random.between(0.1, 0.99)) as usize];
@@ -74,7 +74,7 @@ impl Joint {
             Patch::full(grid)
         };
         let mean = random.decades(1e4, 1e9);
-        // From just above the mean pressure to a hundred times it.
+        // The pressure cap ranges from just above the mean pressure to a hundred times the mean pressure.
         let cap = random
             .chance(0.35)
             .then(|| mean * (1.0 + random.decades(1e-3, 100.0)));
@@ -98,7 +98,7 @@ impl Joint {
         }
     }
 
-    /// Half spaces with the pressure of the joint's problem.
+    /// Half spaces and pressure of the solved normal contact.
     pub fn pressed(&self) -> Result<(HalfSpace, Vec<f64>), String> {
         let mut half_space = HalfSpace::new(self.patch.grid, PAIR, self.boundary);
         let options = NormalOptions::default();
@@ -119,7 +119,7 @@ impl Joint {
         }
     }
 
-    /// FFT pairs of a solve that has been certified, by direct sums if asked for.
+    /// FFT pairs of a certified solve; `direct` selects direct sums for the certificate.
     fn pairs(&self, direct: bool) -> Result<f64, String> {
         let grid = self.patch.grid;
         let mut half_space = HalfSpace::new(grid, PAIR, self.boundary);
@@ -142,7 +142,7 @@ impl Joint {
     }
 }
 
-/// Solves and certifies all; returns the median and the largest number of pairs.
+/// Solves and certifies all joints; returns the median and the largest number of FFT pairs.
 fn battery(joints: u64, cells: f64, direct: bool) -> (f64, f64) {
     let mut faults = Vec::new();
     let mut pairs = Vec::new();
@@ -161,14 +161,14 @@ fn battery(joints: u64, cells: f64, direct: bool) -> (f64, f64) {
     );
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (median, worst) = (pairs[pairs.len() / 2].0, &pairs[pairs.len() - 1]);
-    println!("{joints} joints of about {cells} cells a side: {median:.1} FFT pairs at the median");
+    println!("{joints} joints of about {cells} cells per side: {median:.1} FFT pairs, median");
     for (count, about) in pairs.iter().rev().take(5) {
         println!("{count:7.1}  {about}");
     }
     (median, worst.0)
 }
 
-/// Bounds with room for other rounding: a solver that needs twice as many has become another one.
+/// The bounds have a margin for different rounding. A solver that needs twice as many FFT pairs fails.
 #[test]
 fn small_joints() {
     let (median, worst) = battery(300, 30.0, true);

@@ -8,7 +8,7 @@ use fretwear::reference::CattaneoMindlin;
 
 use super::{PAIR, distance, limit_of, moved_by, paraboloid, relative_l2, sheared};
 
-/// The sphere pressed on a grid whose contact radius is about sixteen cells, its apex off centre.
+/// The sphere on a grid with about 16 cells per contact radius and an apex outside the centre.
 struct Sphere {
     exact: CattaneoMindlin,
     patch: Patch,
@@ -65,13 +65,14 @@ impl Sphere {
     }
 }
 
-/// Force and energy at a/h = 16: `doctor::orders` finds errors of 1e-4 and 3e-3 at this width.
+/// Tolerances of force and energy at a/h = 16; `doctor::orders` measures errors of 1e-4 and 3e-3 at this grid.
 const FORCE: f64 = 5e-4;
 const ENERGY: f64 = 1e-2;
 
-/// The displacement of a given force at this width; up to 0.95 of sliding it is more sensitive than the force to the rim.
+/// Tolerance of the displacement under a given force. Up to 95 % of the sliding force, the displacement is more sensitive to the rim than
+/// the force.
 const DISPLACEMENT: f64 = 5e-3;
-/// A force that is asked for is met to the rounding of sums.
+/// Rounding error of a given force, relative to the force.
 const ASKED: f64 = 1e-9;
 
 #[test]
@@ -111,7 +112,7 @@ fn first_loading_has_the_stick_circle_and_the_traction() {
 fn a_cycle_dissipates_the_area_of_masings_loop() {
     let mut sphere = Sphere::pressed(PAIR);
     let exact = sphere.exact;
-    // Beyond 1 the whole contact slides at the end of each stroke.
+    // Above a share of 1, the complete contact slides at the end of each stroke.
     for (share, tolerance) in [
         (0.4, 2.0 * ENERGY),
         (0.8, ENERGY),
@@ -130,13 +131,13 @@ fn a_cycle_dissipates_the_area_of_masings_loop() {
         );
         assert!(
             (back.dissipation / forth.dissipation - 1.0).abs() < 1e-4,
-            "both strokes are alike"
+            "both strokes have the same dissipation"
         );
         assert!(
             relative_l2(&forth.shear[0], &loaded.shear[0]) < 1e-3,
-            "the loop closes"
+            "the shear after a cycle differs from the shear before the cycle"
         );
-        // Half way back the force is on Masing's branch.
+        // During the return, the force is on Masing's unloading curve.
         let half_way = sphere.step(Some(&loaded.shear), vec![-0.7 * amplitude]);
         let branch = exact.unloading_force(amplitude, 0.3 * amplitude);
         assert!(
@@ -159,8 +160,8 @@ fn a_stroke_in_parts_ends_where_the_whole_one_does() {
         shear = Some(next.shear);
     }
     assert!(relative_l2(&shear.unwrap()[0], &whole.shear[0]) < 1e-3);
-    // A backward step takes q·s with q at its end: the cells that stick in part of the stroke slip at their limit alone, so
-    // parts change nothing but for the tolerance.
+    // A step computes the dissipation from the shear at its end. Cells that stick during a part of the stroke slip only at their friction
+    // limit, so subdivision changes the dissipation only within the tolerance.
     assert!(
         (dissipation / whole.dissipation - 1.0).abs() < 1e-3,
         "{dissipation:e} {:e}",
@@ -216,11 +217,11 @@ fn a_given_force_moves_the_sphere_by_mindlins_displacement() {
         let error = found.displacement[0] / exact.displacement(force) - 1.0;
         assert!(error.abs() < DISPLACEMENT, "{share}: {error:e}");
     }
-    // Reversed after a loading, the force goes down Masing's branch, twice as long.
+    // After a reversal, the force follows Masing's unloading curve, which is scaled by two.
     let loaded = sphere.driven(None, pushed(0.7)).unwrap();
     let back = sphere.driven(Some(&loaded.shear), pushed(-0.7)).unwrap();
     assert!((back.displacement[0] / (-2.0 * loaded.displacement[0]) - 1.0).abs() < 1e-3);
-    // Just below what the cells carry there is an answer, beyond it there is none.
+    // A force just below the friction limit has a solution; a larger force is an error.
     let nearly = sphere.driven(None, pushed(1.0 - 1e-6)).unwrap();
     assert!(nearly.displacement[0] > 0.9 * exact.sliding_displacement());
     let ContactError::FrictionExceeded { asked, limit, .. } =

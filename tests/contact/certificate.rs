@@ -1,4 +1,4 @@
-//! Whether a normal contact is one: the conditions on every cell, checked with sums that share no code with the solver.
+//! Certificate of a normal contact: the conditions on every cell, with sums that share no code with the solver.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,17 +7,17 @@ use fretwear::contact::Pair;
 use fretwear::contact::normal::{Control, NormalProblem, NormalSolution, Rotation};
 use fretwear::grid::Grid;
 
-/// Of the load and moments asked for: the rounding of their sums.
+/// Rounding error of the load and the moments, relative to the given values.
 const RESULTANT: f64 = 1e-11;
 
-/// Rounding of a displacement, a sum over all cells, and of the gap as the difference of it, the height and the approach.
+/// Rounding error of a displacement as a sum over all cells, and of the gap as a difference of displacement, height and approach.
 const ROUNDING: f64 = 1e-13;
 
 /// Displacements by direct sums over the cells.
 pub struct Direct {
     grid: Grid,
     boundary: Boundary,
-    /// Free: displacement of a cell by unit pressure on one that is (i, j) cells away.
+    /// Displacement of a free half space under unit pressure on a cell at the distance of (i, j) cells.
     influence: Vec<f64>,
     modulus: f64,
 }
@@ -41,7 +41,7 @@ impl Direct {
         }
     }
 
-    /// Displacement of one cell under unit pressure on it alone \[m/Pa\].
+    /// Displacement of one cell under unit pressure on this cell only \[m/Pa\].
     pub fn own(&self) -> f64 {
         self.influence[0]
     }
@@ -66,7 +66,7 @@ impl Direct {
         sum
     }
 
-    /// 2/(E* |k|) on every wave but the mean, transformed along one axis after the other.
+    /// Displacement of a periodic half space: 2/(E* |k|) for every wave except the mean, by transforms along both axes.
     fn periodic(&self, pressure: &[f64]) -> Vec<f64> {
         let Grid { nx, ny, dx, dy } = self.grid;
         let wave = |m: usize, n: usize, d: f64| TAU * m.min(n - m) as f64 / (n as f64 * d);
@@ -100,7 +100,7 @@ impl Direct {
     }
 }
 
-/// ∫∫ dx dy / r over a cell whose centre is at (x, y) from the point.
+/// Integral ∫∫ dx dy / r over a cell whose centre has the distance (x, y) from the point.
 fn cell(x: f64, y: f64, grid: Grid) -> f64 {
     let corner = |x: f64, y: f64| {
         let term = |a: f64, b: f64| {
@@ -116,14 +116,14 @@ fn cell(x: f64, y: f64, grid: Grid) -> f64 {
     corner(x + a, y + b) - corner(x - a, y + b) - corner(x + a, y - b) + corner(x - a, y - b)
 }
 
-/// Whether a number is larger than its bound, or none at all.
+/// True if a number exceeds its bound or is NaN.
 pub fn beyond(value: f64, bound: f64) -> bool {
     value.is_nan() || value > bound
 }
 
-/// Fails unless `step_displacements` solves `problem`: admissible pressures, gaps of the right sign wherever one is asked for, up to
-/// `tolerance` of the displacement `own` of one cell under the peak pressure, and the resultants. `displacement` is that of
-/// the pressures found, from elsewhere than the solver.
+/// Checks that `found` solves `problem`: admissible pressures, gaps of the right sign and the resultants. The tolerance of the gaps is
+/// `tolerance` times the displacement `own` of one cell under the peak pressure. `displacement` belongs to the computed pressures and is
+/// independent of the solver.
 pub fn certify(
     problem: &NormalProblem,
     found: &NormalSolution,
@@ -167,12 +167,12 @@ pub fn certify(
         }
         if p > 0.0 && gap > slack {
             return Err(format!(
-                "cell ({i}, {j}) bears {p:e} at a gap of {gap:e}, {slack:e} allowed"
+                "cell ({i}, {j}) has a pressure of {p:e} at a gap of {gap:e}, {slack:e} allowed"
             ));
         }
         if beyond((gap - found.gap[c]).abs(), 2.0 * slack) {
             return Err(format!(
-                "cell ({i}, {j}): a gap of {gap:e} is told as {:e}",
+                "cell ({i}, {j}): a gap of {gap:e} is reported as {:e}",
                 found.gap[c]
             ));
         }
@@ -183,14 +183,14 @@ pub fn certify(
         .find(|&c| found.pressure[c] != 0.0 || found.gap[c] != 0.0)
     {
         return Err(format!(
-            "cell {c} is masked and has {:e} Pa",
+            "cell {c} is outside the joint and has {:e} Pa",
             found.pressure[c]
         ));
     }
     let arm = (nx as f64 * dx).hypot(ny as f64 * dy);
-    let mut sums = vec![("load told", found.load, load, load)];
+    let mut sums = vec![("reported load", found.load, load, load)];
     if let Control::Load(asked) = problem.control {
-        sums.push(("load asked for", asked, load, load));
+        sums.push(("given load", asked, load, load));
     }
     if let Rotation::Free { moment: asked } = problem.rotation {
         sums.push(("moment x", asked[0], moment[0], load * arm));

@@ -5,7 +5,7 @@ use fretwear::grid::{Grid, Patch};
 
 use super::{PAIR, influence, relative_l2};
 
-/// Even along x, odd along y, so that both kinds of highest wave number occur.
+/// The even number of cells along x and the odd number along y cover both kinds of highest wave number.
 const GRID: Grid = Grid {
     nx: 12,
     ny: 7,
@@ -13,17 +13,17 @@ const GRID: Grid = Grid {
     dy: 0.8e-4,
 };
 
-/// Transforms of a few hundred points lose a few units in the last place.
+/// Rounding error of transforms of a few hundred points.
 const ROUNDING: f64 = 1e-13;
 
-/// A field without any symmetry.
+/// A field without symmetry.
 fn field(seed: f64) -> Vec<f64> {
     (0..GRID.len())
         .map(|k| 1e8 * (seed + 1.7 * k as f64 + 0.31 * (k * k) as f64).sin())
         .collect()
 }
 
-/// Σ over both bodies of a compliance in G and ν.
+/// Sum of a compliance term in G and ν over both bodies.
 fn both(term: impl Fn(f64, f64) -> f64) -> f64 {
     [PAIR.lower, PAIR.upper]
         .iter()
@@ -31,7 +31,7 @@ fn both(term: impl Fn(f64, f64) -> f64) -> f64 {
         .sum()
 }
 
-/// u = Σ K p over all pairs of cells of a free half space: order zz, xx, yy, xy.
+/// Displacement u = Σ K p of a free half space, by a sum over all pairs of cells. The order of the kernels is zz, xx, yy, xy.
 fn direct_free(which: usize, traction: &[f64]) -> Vec<f64> {
     let (row, column) = [(0, 0), (1, 1), (2, 2), (1, 2)][which];
     let at = |at: usize| {
@@ -42,7 +42,7 @@ fn direct_free(which: usize, traction: &[f64]) -> Vec<f64> {
     (0..GRID.len()).map(at).collect()
 }
 
-/// u = Σ K p of a periodic half space, a slow sum over wave numbers: order zz, xx, yy, xy.
+/// Displacement u = Σ K p of a periodic half space, by a sum over wave numbers. The order of the kernels is zz, xx, yy, xy.
 fn direct_periodic(which: usize, traction: &[f64]) -> Vec<f64> {
     let mut displacement = vec![0.0; GRID.len()];
     let signed = |m: usize, n: usize| {
@@ -62,7 +62,7 @@ fn direct_periodic(which: usize, traction: &[f64]) -> Vec<f64> {
                 TAU * signed(n, GRID.ny) / GRID.size()[1],
             );
             let k = kx.hypot(ky);
-            // A shear wave displaces by (1 − ν)/Gk along its wave vector and by 1/Gk across it.
+            // A shear wave displaces the surface by (1 − ν)/Gk along its wave vector and by 1/Gk across its wave vector.
             let (along, across) = (
                 both(|g, nu| (1.0 - nu) / (g * k)),
                 both(|g, _| 1.0 / (g * k)),
@@ -72,7 +72,7 @@ fn direct_periodic(which: usize, traction: &[f64]) -> Vec<f64> {
                 0 => both(|g, nu| (1.0 - nu) / (g * k)),
                 1 => along * cx * cx + across * cy * cy,
                 2 => along * cy * cy + across * cx * cx,
-                // The highest wave number of an even length has no sign, so an odd product has no real value there.
+                // The highest wave number of an even length has no sign, so the odd kernel is zero there.
                 _ if 2 * m == GRID.nx => 0.0,
                 _ => (along - across) * cx * cy,
             };
@@ -103,7 +103,7 @@ fn compare(boundary: Boundary, direct: impl Fn(usize, &[f64]) -> Vec<f64>) {
     half_space.shear_x(&x, &mut found);
     assert!(
         relative_l2(&found, &direct(1, &x)) < ROUNDING,
-        "shear along x alone"
+        "shear along x"
     );
     let (mut ux, mut uy) = (vec![0.0; GRID.len()], vec![0.0; GRID.len()]);
     half_space.shear([&x, &y], [&mut ux, &mut uy]);
@@ -117,7 +117,7 @@ fn compare(boundary: Boundary, direct: impl Fn(usize, &[f64]) -> Vec<f64>) {
         relative_l2(&uy, &sum(direct(3, &x), direct(2, &y))) < ROUNDING,
         "u_y"
     );
-    // The coupling block by itself: it is small beside the others and would hide among them.
+    // The coupling between x and y is small, so a separate comparison is necessary.
     let zero = vec![0.0; GRID.len()];
     half_space.shear([&x, &zero], [&mut ux, &mut uy]);
     assert!(relative_l2(&uy, &direct(3, &x)) < ROUNDING, "u_y from q_x");
@@ -190,13 +190,13 @@ fn displacement_far_away_is_that_of_a_point_force() {
     for i in [10, 39] {
         let r = i as f64 * grid.dx;
         let expected = force * both(|g, nu| (1.0 - nu) / (TAU * g)) / r;
-        // The first correction of a rectangle is of order (cell/r)²/24.
+        // The first correction for a rectangle is of order (cell/r)²/24.
         let tolerance = 1.0 / (10.0 * (i * i) as f64);
         assert!((displacement[grid.index(i, 1)] / expected - 1.0).abs() < tolerance);
     }
 }
 
-/// Rows are shared out in twos, columns in blocks: none of it may show, however they divide.
+/// Threads process rows in pairs and columns in blocks. The number of threads does not change the result.
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let sizes = [(12, 7), (1, 9), (2, 1), (17, 16), (30, 41)];

@@ -1,5 +1,5 @@
-//! What solves cost, in FFT pairs: each within a band about what it is, so that a solver that got slower is seen, and one that
-//! got faster has its band moved.
+//! The tests compare the FFT pairs of each solve with an expected number. A slower solver fails, and a faster solver needs new expected
+//! numbers.
 
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
 use fretwear::contact::tangential::{self, Drive, TangentialOptions};
@@ -9,13 +9,13 @@ use fretwear::surface::generate::{RandomSurface, Spectrum, random};
 
 use super::{STEEL, limit_of, sheared};
 
-/// The mean pressure of 30 kN on 40 x 30 mm.
+/// Mean pressure of 30 kN on 40 x 30 mm.
 const MEAN: f64 = 25e6;
 
-/// Surfaces of which the mean is taken: that of one depends on rounding.
+/// Number of surfaces per mean, because the number of FFT pairs for one surface depends on rounding.
 const SURFACES: u64 = 5;
 
-/// A corner of the joint of the benchmarks: as many cells a correlation length, of a sixteenth of the area.
+/// A corner of the joint of the benchmarks, with the same number of cells per correlation length and a sixteenth of the area.
 struct Corner {
     patch: Patch,
     height: Vec<f64>,
@@ -49,7 +49,7 @@ impl Corner {
     }
 }
 
-/// Pairs of a solve, and its solution.
+/// FFT pairs of a solve, and its solution.
 fn press(
     half_space: &mut HalfSpace,
     problem: &NormalProblem,
@@ -61,13 +61,13 @@ fn press(
     (half_space.take_pairs(), found)
 }
 
-/// The mean over some surfaces has to lie within three quarters and five quarters of `expected`.
+/// The mean over the surfaces must be between 75 % and 125 % of `expected`.
 fn costs(what: &str, expected: f64, pairs: impl Fn(u64) -> f64) {
     let mean = (0..SURFACES).map(pairs).sum::<f64>() / SURFACES as f64;
-    println!("{what}: {mean:.1} pairs");
+    println!("{what}: {mean:.1} FFT pairs");
     assert!(
         (0.75 * expected..=1.25 * expected).contains(&mean),
-        "{what}: {mean:.1} pairs, {expected} expected"
+        "{what}: {mean:.1} FFT pairs, {expected} expected"
     );
 }
 
@@ -78,15 +78,15 @@ const CASES: [(f64, Boundary); 4] = [
     (0.5e-6, Boundary::Periodic),
 ];
 
-/// What another solve begins from, and which it is.
+/// Problem and starting values of a normal solve.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     Cold,
-    /// Under a pressure cap: the hardness of the published case, and less on smoother joints, which do not reach it.
+    /// Contact under a pressure cap: the hardness of the published case, and a lower cap for smooth joints.
     Capped,
-    /// After wear in proportion to the pressure, from the pressure before it.
+    /// Worn contact, which starts from the former pressure. The wear is proportional to this pressure.
     Worn,
-    /// The implicit wear step: a compliance where there is slip, which is more where pressure is low, from the pressure before it.
+    /// Implicit wear step, which starts from the former pressure. Slipping cells with less pressure have a larger compliance.
     Compliant,
 }
 
@@ -136,7 +136,7 @@ fn normal_contacts() {
     }
 }
 
-/// From rest to 0.6 of the force at which everything slides.
+/// A step from rest to 60 % of the sliding force.
 #[test]
 fn a_tangential_step() {
     for ((rq, boundary), expected) in
@@ -167,7 +167,7 @@ fn a_tangential_step() {
     }
 }
 
-/// What a bolt changes of a load is less than what a cell carries; spread over all cells it would close every open one.
+/// A bolt changes the load by less than the load of one cell. A uniform change of the pressure would load every open cell.
 #[test]
 fn a_warm_start_for_a_load_that_is_hardly_larger() {
     for (rq, boundary) in CASES {
@@ -184,14 +184,14 @@ fn a_warm_start_for_a_load_that_is_hardly_larger() {
                 let (warm, _) = press(&mut half_space, &problem, Some(&before.pressure));
                 assert!(
                     warm <= 1.2 * cold,
-                    "{warm} pairs, cold {cold}, {more:e} more, Rq {rq:e} m, {boundary:?}"
+                    "{warm} FFT pairs, {cold} from a cold start, load increase {more:e}, Rq {rq:e} m, {boundary:?}"
                 );
             }
         }
     }
 }
 
-/// kn, and kt begun from it, as figures of a contact: along x alone and in the plane.
+/// The cost of kn, and of kt with kn as starting values, for shear along x and in the plane.
 #[test]
 fn stiffness_of_a_contact() {
     for ((rq, boundary), expected) in

@@ -1,4 +1,4 @@
-//! Contact with friction of bodies that differ elastically: a dense solution, closed forms, and the uncoupled limit.
+//! Tests of frictional contact of elastically different bodies, by a dense solution, by closed forms and by the limit without coupling.
 
 use fretwear::contact::coupled::{self, CoupledOptions, CoupledProblem, CoupledSolution};
 use fretwear::contact::normal::{self, Control, NormalOptions, NormalProblem};
@@ -11,7 +11,7 @@ use fretwear::reference::elliptic;
 use super::coupling::coupling_block;
 use super::{distance, influence, limit_of, moved_by, paraboloid, relative_l2, sheared};
 
-/// So stiff that its displacement is rounding.
+/// A body so stiff that its displacement is below the rounding error.
 const RIGID: Elastic = Elastic {
     youngs_modulus: 1e22,
     poisson_ratio: 0.3,
@@ -27,7 +27,7 @@ fn on_rigid(poisson_ratio: f64) -> Pair {
     }
 }
 
-/// Tolerances at which what is left is that of the grid or of rounding.
+/// Tolerances that are below the errors of grid and rounding.
 fn tight() -> CoupledOptions {
     CoupledOptions {
         normal: NormalOptions {
@@ -42,8 +42,8 @@ fn tight() -> CoupledOptions {
     }
 }
 
-/// The whole K of a small grid: the uncoupled blocks from the cell integrals, the coupled ones by quadrature of point forces
-/// on single bodies. Rows are the gap's opening and the slip's lag along x and y.
+/// Complete matrix K of a small grid: uncoupled terms from the cell integrals, coupling terms from quadrature of point forces on single
+/// bodies. The rows are the opening of the gap and the loss of slip along x and y.
 struct Dense {
     grid: Grid,
     blocks: Vec<[[f64; 3]; 3]>,
@@ -65,7 +65,7 @@ impl Dense {
         Dense { grid, blocks }
     }
 
-    /// Tractions (p, q_x, q_y) at a given approach, cell after cell, until no traction changes any more.
+    /// Tractions (p, q_x, q_y) at a given approach, by relaxation of single cells until no traction changes.
     fn solve(
         &self,
         height: &[f64],
@@ -92,7 +92,7 @@ impl Dense {
                 let own = &row[at];
                 let old = traction[at];
                 let p = (old[0] - gap / own[0][0]).max(0.0);
-                // One step length for both components, so that the projection is on the disc of the true law.
+                // Both components have the same step length, so the projection on the friction circle solves the friction law.
                 let give = own[1][1].max(own[2][2]);
                 let q = [old[1] + slip[0] / give, old[2] + slip[1] / give];
                 let part = (friction * p / q[0].hypot(q[1])).min(1.0);
@@ -105,7 +105,7 @@ impl Dense {
                 return traction;
             }
         }
-        panic!("the dense solution did not settle");
+        panic!("the dense solution did not converge");
     }
 }
 
@@ -141,7 +141,7 @@ fn a_small_contact_is_its_dense_solution() {
         let mut before = vec![[0.0; 3]; grid.len()];
         let mut last: Option<CoupledSolution> = None;
         let mut slipped = 0;
-        // Pressed, pressed further while it moves, then relieved while it moves back.
+        // The load increases during the motion, and decreases during the return.
         for (load, displacement) in [
             (0.4, [0.0, 0.0]),
             (0.7, [1.5e-8 * friction, -0.4e-8 * friction]),
@@ -163,7 +163,7 @@ fn a_small_contact_is_its_dense_solution() {
                 displacement,
             );
             let error = difference(&interleaved(&found), &expected);
-            // Tractions are one order worse than the residuals they were stopped at.
+            // The errors of tractions exceed the residuals of the solver by one order of magnitude.
             assert!(error < 1e-5, "friction {friction}, load {load}: {error:e}");
             let closed = expected.iter().filter(|t| t[0] > 0.0).count();
             assert!(closed > 10 && closed < grid.len());
@@ -173,7 +173,10 @@ fn a_small_contact_is_its_dense_solution() {
             before = interleaved(&found);
             last = Some(found);
         }
-        assert!(slipped > 3, "neither stick nor slip alone is a test");
+        assert!(
+            slipped > 3,
+            "the test needs cells in stick and cells in slip"
+        );
     }
 }
 
@@ -215,7 +218,8 @@ fn alike_bodies_are_solved_as_without_coupling() {
 
 #[test]
 fn a_bonded_flat_punch_has_its_closed_stiffness() {
-    // Mossakovskii (1954), Spence (1968): P/δ = 4Ga ln(3 − 4ν)/(1 − 2ν) where nothing slips, against 4Ga/(1 − ν) without friction.
+    // The normal stiffness without slip is P/δ = 4Ga ln(3 − 4ν)/(1 − 2ν), and without friction 4Ga/(1 − ν) (Mossakovskii 1954, Spence
+    // 1968).
     let grid = Grid::over([2.1e-3, 2.1e-3], [45, 51]);
     let radius = 1e-3;
     let kept = (0..grid.len())
@@ -244,11 +248,12 @@ fn a_bonded_flat_punch_has_its_closed_stiffness() {
         assert!(!bonded.tangential.state.contains(&CellState::Slip));
         let found = free.approach / bonded.normal.approach;
         let expected = (3.0 - 4.0 * nu).ln() * (1.0 - nu) / (1.0 - 2.0 * nu);
-        // The rim, where the tractions oscillate, is a cell wide; the staircase drops out of the ratio.
+        // The oscillating tractions at the rim are one cell wide. The error of the staircase rim cancels in the ratio.
         let effect = (found - 1.0) / (expected - 1.0);
         assert!((effect - 1.0).abs() < 0.05, "{found} for {expected}");
 
-        // Linear where nothing slips: the secants are the stiffnesses. The punch is symmetric, so that it does not lift.
+        // Without slip, the contact is linear, so the secants are the stiffnesses. The punch is symmetric, so a shear does not lift the
+        // punch.
         let set = &patch.is_in_joint;
         let kn = stiffness::coupled(
             &mut half_space,
@@ -311,8 +316,8 @@ fn stiffness_of_alike_bodies_is_that_of_the_blocks() {
 
 #[test]
 fn frictional_hertz_is_self_similar() {
-    // Spence (1975): the stick radius is the same part of the contact radius at any load. With the effect of shear on pressure
-    // left out, (a/2c) ln((a + c)/(a − c)) = (µ/β) K'(c/a) (Johnson, Contact Mechanics, §5.4), of first order in β.
+    // The ratio of stick radius and contact radius does not depend on the load (Spence 1975). Without the effect of shear on pressure, the
+    // ratio follows from (a/2c) ln((a + c)/(a − c)) = (µ/β) K'(c/a) (Johnson, Contact Mechanics, §5.4), to first order in β.
     let grid = Grid::over([1.0e-3, 0.9e-3], [61, 61]);
     let patch = Patch::full(grid);
     let height = paraboloid(grid, 0.05, (0.0, 0.0));
@@ -343,11 +348,11 @@ fn frictional_hertz_is_self_similar() {
         },
     )
     .unwrap();
-    // One cell of 25 in the contact radius.
+    // The tolerance is one cell, with 25 cells per contact radius.
     for ratio_found in &found[steps / 2..] {
         assert!((ratio_found - ratio).abs() < 0.04, "{found:?}");
     }
-    // The lower body is the compliant one: its surface is drawn inwards and the upper body slips outwards over it.
+    // The lower body is more compliant. Pressure moves its surface inwards, and the upper body slips outwards relative to the lower body.
     let mut outward = 0;
     for c in 0..grid.len() {
         if last.tangential.state[c] == CellState::Slip {
@@ -360,14 +365,14 @@ fn frictional_hertz_is_self_similar() {
         }
     }
     assert!(outward > 100);
-    // By symmetry no resultant.
+    // The resultant shear force is zero by symmetry.
     let load = full * friction;
     assert!(last.tangential.force.iter().all(|f| f.abs() < 1e-6 * load));
 }
 
 #[test]
 fn bodies_exchanged_are_the_same_contact_seen_from_below() {
-    // Turned about x, so that y and z change their signs: pressure stays, and so does the shear but for its y component.
+    // The rotation about x reverses y and z. The pressure does not change, and the shear changes only in its y component.
     let grid = Grid::over([1.0e-3, 0.7e-3], [33, 24]);
     let patch = Patch::full(grid);
     let height = paraboloid(grid, 0.05, (3e-5, -5e-5));
@@ -394,8 +399,7 @@ fn bodies_exchanged_are_the_same_contact_seen_from_below() {
         upper: pair.lower,
     };
     let above = solve(pair, &height, [5e-8, 2e-8]);
-    // The motion of the former lower body against the upper is opposite; seen turned, its y component is opposite again. The
-    // shear on it is opposite too.
+    // The relative motion of the exchanged bodies is opposite, and the rotation reverses its y component again. The shear is opposite, too.
     let below = solve(turned, &mirrored, [-5e-8, 2e-8]);
     for c in 0..grid.len() {
         let (i, j) = grid.cell(c);
@@ -449,7 +453,7 @@ fn caps_periodic_contacts_and_one_axis_hold_the_joint_conditions() {
         let load: f64 = p.iter().sum::<f64>() * grid.cell_area();
         assert!((load / found.normal.load - 1.0).abs() < 1e-12);
 
-        // Gap and slip anew from the tractions.
+        // The test recomputes gap and slip from the tractions.
         let mut opening = vec![0.0; grid.len()];
         let mut from_shear = vec![0.0; grid.len()];
         half_space.normal(p, &mut opening);
@@ -470,8 +474,11 @@ fn caps_periodic_contacts_and_one_axis_hold_the_joint_conditions() {
             assert!((gap - found.normal.gap[c]).abs() < 0.01 * tolerance);
             let is_capped = cap.is_some_and(|cap| p[c] >= cap);
             capped += usize::from(is_capped);
-            assert!(p[c] == 0.0 || gap < tolerance, "closed");
-            assert!(is_capped || gap > -tolerance, "open or elastic");
+            assert!(p[c] == 0.0 || gap < tolerance, "a loaded cell is open");
+            assert!(
+                is_capped || gap > -tolerance,
+                "a cell overlaps although its pressure is below the cap"
+            );
             let size =
                 |f: &dyn Fn(usize) -> f64| (0..axes).map(|a| f(a).powi(2)).sum::<f64>().sqrt();
             let slip = |a: usize| displacement[a] - lag[a][c] - from_pressure[a][c];
@@ -583,7 +590,7 @@ fn what_cannot_be_solved_is_said() {
         ..problem
     };
     assert!(refused(failure(wrong, 60)).contains("axes"));
-    // No load is no traction, whatever was before.
+    // Without load, all tractions are zero, whatever their former values.
     let before = (vec![1e8; grid.len()], vec![vec![1e7; grid.len()]; 2]);
     let released = CoupledProblem {
         normal: NormalProblem::new(&patch, &height, 0.0),

@@ -1,4 +1,4 @@
-//! The blocks of K between pressure and shear, against point forces on two single bodies in their own axes.
+//! Tests of the coupling of pressure and shear in K, by point forces on two separate bodies in their own axes.
 
 use std::f64::consts::{PI, TAU};
 
@@ -8,7 +8,7 @@ use fretwear::grid::Grid;
 use super::{PAIR, STEEL};
 use crate::quadrature::integrate_rectangle;
 
-/// Even along x, odd along y, so that both kinds of highest wave number occur.
+/// The even number of cells along x and the odd number along y cover both kinds of highest wave number.
 const GRID: Grid = Grid {
     nx: 12,
     ny: 7,
@@ -16,14 +16,14 @@ const GRID: Grid = Grid {
     dy: 0.8e-4,
 };
 
-/// What cancellation of the corner terms costs at sixteen cells, with room for their number.
+/// Rounding error of the closed form, by cancellation of the corner terms at a distance of 16 cells.
 const CLOSED_FORM: f64 = 1e-12;
 
-/// Transforms of a few hundred points lose a few units in the last place.
+/// Rounding error of transforms of a few hundred points.
 const ROUNDING: f64 = 1e-13;
 
-/// Surface displacement (x, y, z) at (x, y) of a half space with z into it under a point force at the origin: Johnson, Contact
-/// Mechanics, eq. 3.19 and 3.75 at z = 0, of which only the terms with 1 − 2ν couple.
+/// Surface displacement (x, y, z) of a half space under a point force at the origin, with z into the half space: Johnson, Contact
+/// Mechanics, eq. 3.19 and 3.75 at z = 0, reduced to the coupling terms with 1 − 2ν.
 fn point_force(body: Elastic, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     let r = x.hypot(y);
     let factor = (1.0 - 2.0 * body.poisson_ratio) / (4.0 * PI * body.shear_modulus() * r * r);
@@ -34,8 +34,8 @@ fn point_force(body: Elastic, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     ]
 }
 
-/// Surface displacement (x, y, z) at (x, y) of a body that fills z > 0 (upper) or z < 0 under a point force at the origin, in axes with z
-/// upwards: the lower one is turned about x.
+/// Surface displacement (x, y, z) under a point force at the origin, with z upwards. The upper body fills z > 0, and the lower body is
+/// rotated about x.
 fn body(pair: Pair, upper: bool, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     if upper {
         point_force(pair.upper, force, x, y)
@@ -45,7 +45,7 @@ fn body(pair: Pair, upper: bool, force: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     }
 }
 
-/// How far a point force p, q_x, q_y between the bodies opens the gap, and how far the slip along x and y falls behind.
+/// Opening of the gap and loss of slip along x and y under a point force p, q_x, q_y between the bodies.
 fn opening_and_lag(pair: Pair, traction: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     let [p, qx, qy] = traction;
     let upper = body(pair, true, [-qx, -qy, p], x, y);
@@ -57,8 +57,8 @@ fn opening_and_lag(pair: Pair, traction: [f64; 3], x: f64, y: f64) -> [f64; 3] {
     ]
 }
 
-/// K from one cell to another: how far a unit traction of each kind opens the gap and holds the slip back, by quadrature of
-/// point forces. Only the coupling terms; on the own cell they cancel.
+/// Coupling terms of K between two cells: opening of the gap and loss of slip per unit traction, by quadrature of point forces. In the
+/// loaded cell, the terms cancel.
 pub fn coupling_block(pair: Pair, grid: Grid, at: usize, from: usize) -> [[f64; 3]; 3] {
     let mut block = [[0.0; 3]; 3];
     if at == from {
@@ -72,7 +72,7 @@ pub fn coupling_block(pair: Pair, grid: Grid, at: usize, from: usize) -> [[f64; 
     for kind in 0..3 {
         let mut traction = [0.0; 3];
         traction[kind] = 1.0;
-        // The force moves over its cell, so what lies between it and the point moves over a cell around the offset.
+        // The force acts on all points of its cell, so the distance varies over a cell around the offset.
         for pick in [[0, 1], [1, 2]] {
             let found = integrate_rectangle(centre, (grid.dx, grid.dy), 4, |x, y| {
                 let w = opening_and_lag(pair, traction, x, y);
@@ -128,7 +128,7 @@ fn integrals_are_their_quadratures() {
 
 #[test]
 fn integrals_off_the_lattice_are_the_difference_of_their_parts() {
-    // The point inside the cell: what lies at the same distance on both sides of it cancels, a strip on the far side is left.
+    // For a point inside the cell, parts at equal distance on both sides cancel, and a strip on the far side remains.
     let (dx, dy) = (1.0, 0.7);
     let shift = 0.2;
     let [found, across] = coupling_integrals(shift, 0.0, dx, dy);
@@ -138,7 +138,7 @@ fn integrals_off_the_lattice_are_the_difference_of_their_parts() {
     assert!((found - strip).abs() < CLOSED_FORM, "{found} {strip}");
     assert_eq!(across, 0.0);
     assert_eq!(coupling_integrals(0.0, 0.0, dx, dy), [0.0, 0.0]);
-    // On an edge: the nearer half of the cell alone, by the angle about the point.
+    // For a point on an edge, only the nearer half of the cell contributes; the integral uses the angle about the point.
     let [edge, _] = coupling_integrals(0.5 * dx, 0.0, dx, dy);
     let corner = (0.5 * dy).atan2(dx);
     let expected = crate::quadrature::integrate(-corner, corner, 8, |_| dx)
@@ -164,14 +164,14 @@ fn convolution_is_the_sum_over_two_bodies_in_their_own_axes() {
     let shear = traction[1..].to_vec();
     let mut opening = vec![0.0; GRID.len()];
     half_space.normal_of_shear(&shear, &mut opening);
-    // The quadrature beside the cell is good to 1e-10.
+    // The accuracy of the quadrature beside the cell is 1e-10.
     close(&opening, &expected[0], 1e-9);
     let mut lag = vec![vec![0.0; GRID.len()]; 2];
     half_space.shear_of_normal(&traction[0], &mut lag);
     close(&lag[0], &expected[1], 1e-9);
     close(&lag[1], &expected[2], 1e-9);
 
-    // Along one axis alone: the same kernels without the other's share, at two transforms each.
+    // Along one axis, the convolutions apply the same kernels and need two transforms each.
     let mut half_space = HalfSpace::new(GRID, PAIR, Boundary::Free);
     let mut one = vec![vec![0.0; GRID.len()]];
     half_space.shear_of_normal(&traction[0], &mut one);
@@ -205,8 +205,8 @@ fn work_of_one_traction_on_the_other_is_mutual() {
 
 #[test]
 fn a_periodic_wave_of_pressure_draws_the_surfaces_along() {
-    // Two half spaces under p cos kx: each body's surface moves by −(1 − 2ν)/(2Gk) p sin kx along x (plane strain), so that
-    // the slip falls behind by the difference of both.
+    // Under p cos kx, the surface of each half space moves by −(1 − 2ν)/(2Gk) p sin kx along x (plane strain). The loss of slip is the
+    // difference between the bodies.
     let (m, n) = (2.0, 1.0);
     let [lx, ly] = GRID.size();
     let (kx, ky) = (TAU * m / lx, TAU * n / ly);
@@ -227,7 +227,7 @@ fn a_periodic_wave_of_pressure_draws_the_surfaces_along() {
             .collect();
         close(&lag[axis], &expected, 1e-12);
     }
-    // The highest wave number along x has no sign: nothing couples there.
+    // The highest wave number along x has no sign, so its coupling is zero.
     let highest: Vec<f64> = (0..GRID.len())
         .map(|c| {
             if GRID.cell(c).0.is_multiple_of(2) {
@@ -243,7 +243,8 @@ fn a_periodic_wave_of_pressure_draws_the_surfaces_along() {
 
 #[test]
 fn uniform_pressure_on_a_disc_shrinks_the_more_compliant_surface() {
-    // Johnson, eq. 3.29: u_r = −(1 − 2ν)(1 + ν)/(2E) p r inside the loaded circle, and by a²/r outside it.
+    // The radial displacement is u_r = −(1 − 2ν)(1 + ν)/(2E) p r inside the loaded circle, and decreases outside by a²/r² (Johnson, eq.
+    // 3.29).
     let grid = Grid::over([2.6e-3, 2.2e-3], [91, 83]);
     let lower = Elastic {
         youngs_modulus: 70e9,
@@ -295,11 +296,11 @@ fn uniform_pressure_on_a_disc_shrinks_the_more_compliant_surface() {
             }
             let reach = (area / PI / (r * r)).min(1.0);
             for (w, x) in [(lag[0][c], x), (lag[1][c], y)] {
-                // The lag is the lower surface's displacement less the upper one's.
+                // The loss of slip is the displacement of the lower surface minus the displacement of the upper surface.
                 worst = worst.max((w - sign * slope * reach * x).abs() / (slope * radius));
             }
         }
-        // A rim of steps: of the order of a step over the distance from it, averaged over many.
+        // The rim is a staircase. The error is of the order of a cell over the distance from the rim.
         assert!(worst < 1e-2, "{worst:e}");
     }
 }

@@ -1,4 +1,4 @@
-//! Tangential steps under a given force, moment or displacement field, against closed forms and a dense solver.
+//! Tests of tangential steps under a given force, moment or displacement field, by closed forms and a dense solver.
 
 use std::f64::consts::PI;
 
@@ -12,18 +12,18 @@ use fretwear::reference::CircularPunch;
 use super::extremes::in_units_of;
 use super::{PAIR, distance, influence, moved_by, relative_l2, sheared};
 
-/// Of a circle of cells whose radius is that of its area: its rim is a staircase, and the moment has a³.
+/// Error of a circle of cells, whose radius follows from its area. The rim is a staircase, and the moment depends on a³.
 const STAIRCASE: f64 = 1.5e-2;
-/// What the duality gap asked for here leaves in forces, shears and displacements, which go with its root.
+/// Tolerances of the tests. Errors of forces, shears and displacements are proportional to the square root of the duality gap.
 const EXACT: TangentialOptions = TangentialOptions {
     tolerance: 1e-9,
     max_steps: 400,
     max_iterations: 20_000,
     ..TangentialOptions::DEFAULT
 };
-/// Agreement of two solvers of that gap.
+/// Agreement of two solvers at this duality gap.
 const SAME: f64 = 1e-3;
-/// A force that is asked for is met to the rounding of its sum.
+/// Rounding error of a given force, relative to the force.
 const FORCE: f64 = 1e-9;
 
 type Field = ByAxis<Vec<f64>>;
@@ -35,7 +35,7 @@ fn solve(
     tangential::solve(half_space, problem, None, EXACT)
 }
 
-/// A grid small enough for a dense matrix, its limits uneven, some cells without contact.
+/// A joint with a grid that is small enough for a dense matrix, with uneven friction limits and with some cells without contact.
 fn uneven(pair: Pair, size: f64) -> (Patch, HalfSpace, Vec<f64>) {
     let patch = Patch::full(Grid::over([9.0 * size, 8.4 * size], [9, 7]));
     let limit = (0..patch.grid.len())
@@ -54,7 +54,7 @@ fn uneven(pair: Pair, size: f64) -> (Patch, HalfSpace, Vec<f64>) {
     )
 }
 
-/// Shear of a step whose cells are moved by `motion`: block by block, over and over, without a Newton step in it.
+/// Shear of a step whose cells move by `motion`, by block relaxation without Newton steps.
 fn relax(patch: &Patch, pair: Pair, limit: &[f64], previous: &Field, motion: &Field) -> Field {
     let n = limit.len();
     let block = |c: usize, k: usize| {
@@ -154,7 +154,7 @@ fn a_stuck_circle_twists_as_reissner_and_sagoci_have_it() {
                 .iter()
                 .all(|f| f.abs() < 1e-6 * expected / punch.radius)
         );
-        // The moment turns it as far, whether the centre is held or free.
+        // A given moment causes the same rotation, with a fixed or a free centre.
         for held in [still.clone(), vec![Drive::Force(0.0); 2]] {
             let by_moment = TangentialProblem {
                 drive: &held,
@@ -215,7 +215,7 @@ fn partial_slip_under_force_and_moment_is_that_of_a_dense_solver() {
         assert!((found.force[0] - fx).abs() < SAME * scale);
         assert!(found.state.contains(&CellState::Slip) && found.state.contains(&CellState::Stick));
     }
-    // The same motion as a field given on the cells.
+    // A displacement field on the cells with the same motion gives the same shear.
     let still = moved_by(&[0.0, 0.0]);
     let with_offset = TangentialProblem {
         offset: Some(&field),
@@ -236,7 +236,7 @@ fn a_free_transverse_axis_carries_no_force() {
     assert!(found.force[1].abs() < FORCE * found.force[0]);
     assert!(
         found.displacement[1].abs() > 1e-12,
-        "an uneven contact moves aside"
+        "the motion of an uneven contact has a transverse component"
     );
     let zero = vec![vec![0.0; grid.len()]; 2];
     let motion = rigid(grid, 4e-7, found.displacement[1], 0.0);
@@ -247,7 +247,7 @@ fn a_free_transverse_axis_carries_no_force() {
 
 #[test]
 fn units_do_not_matter() {
-    // Lengths times 1000, tractions and moduli over 1e6: newtons as they were.
+    // Lengths are multiplied by 1000, and tractions and moduli by 1e-6; forces do not change.
     let scaled = in_units_of(1e-6);
     let (patch, mut half_space, limit) = uneven(PAIR, 1e-4);
     let (large_patch, mut large_half_space, _) = uneven(scaled, 1e-1);
@@ -282,7 +282,7 @@ fn what_friction_cannot_carry_is_refused_with_numbers() {
         };
         solve(&mut half_space, &problem)
     };
-    // The force is carried in any direction, not in two at once, and not with a moment beside it.
+    // The joint carries the force along one axis, but neither along two axes nor together with a moment.
     let share = 0.9 * carried;
     assert!(solve(&limit, vec![Drive::Force(share), Drive::Force(0.0)], None).is_ok());
     for (drive, rotation) in [

@@ -1,4 +1,4 @@
-//! Normal contact at the edges of what can be asked: each solution certified by direct sums, each refusal typed.
+//! Tests of normal contact at extreme inputs. The tests certify each solution by direct sums and check the type of each error.
 
 use fretwear::contact::normal::{
     self, Control, NormalOptions, NormalProblem, NormalSolution, Rotation,
@@ -17,19 +17,19 @@ pub const GRID: Grid = Grid {
     dy: 1.6e-4,
 };
 
-/// What the solver promises of a gap, and as much again for its promise being of its own sums.
+/// Bound of the gap error: the solver's bound, plus the same amount for the different sums of the test.
 const GAP: f64 = 2e-6;
 
-/// Pressures that follow from a gap within `GAP`, of the largest: contact sets here are some ten cells across.
+/// Bound of the pressure error at the gap error `GAP`, relative to the largest pressure, for contact spots of about ten cells.
 const PRESSURE: f64 = 1e-4;
 
-/// A contact at the edge of the possible is exact to the rounding of sums.
+/// Rounding error of a contact with a closed solution.
 const EXACT: f64 = 1e-9;
 
-/// Rounding that the same steps in other units leave.
+/// Rounding error between solutions in different units.
 const SCALED: f64 = 1e-9;
 
-/// Heights without correlation, of the given root mean square.
+/// Uncorrelated heights with the given root mean square.
 pub fn rough(grid: Grid, seed: u64, rq: f64) -> Vec<f64> {
     let mut random = Random::new(seed);
     (0..grid.len()).map(|_| rq * random.normal()).collect()
@@ -44,7 +44,7 @@ fn solve(
     normal::solve(&mut half_space, problem, None, NormalOptions::default())
 }
 
-/// Solves and certifies.
+/// Solves a problem and certifies the solution.
 fn certified(problem: &NormalProblem, pair: Pair, boundary: Boundary) -> NormalSolution {
     let about = || {
         format!(
@@ -65,7 +65,7 @@ fn touching(found: &NormalSolution) -> usize {
     found.pressure.iter().filter(|p| **p > 0.0).count()
 }
 
-/// The largest difference, in parts of the largest value expected.
+/// Largest difference, relative to the largest expected value.
 pub fn apart(found: &[f64], expected: impl Iterator<Item = f64>) -> f64 {
     let (mut difference, mut largest) = (0.0f64, 0.0f64);
     for (a, b) in found.iter().zip(expected) {
@@ -77,20 +77,20 @@ pub fn apart(found: &[f64], expected: impl Iterator<Item = f64>) -> f64 {
 
 pub const BOTH: [Boundary; 2] = [Boundary::Free, Boundary::Periodic];
 
-/// Cells that are nearly square, and fifty times as long as wide \[m\].
+/// Cell sizes: nearly square, and fifty times as long as wide \[m\].
 pub const CELLS: [(f64, f64); 3] = [(1e-4, 1.3e-4), (1e-5, 5e-4), (5e-4, 1e-5)];
 
-/// Units of length and of pressure in parts of metre and pascal: millimetres and megapascals, and powers of two, among others.
+/// Units of length and pressure, relative to metre and pascal: millimetres and megapascals, powers of two, and others.
 pub const UNITS: [(f64, f64); 5] = [
     (1e3, 1e-6),
     (1e6, 1e-12),
     (1e9, 1.0),
     (1e-9, 1e9),
-    // 2²⁰ and 2⁻³⁰.
+    // These units are 2²⁰ and 2⁻³⁰.
     (1_048_576.0, 1.0 / 1_073_741_824.0),
 ];
 
-/// The bodies with their moduli in another unit of pressure.
+/// The bodies with moduli in another unit of pressure.
 pub fn in_units_of(modulus: f64) -> Pair {
     let body = |m: Elastic| Elastic {
         youngs_modulus: m.youngs_modulus * modulus,
@@ -102,7 +102,7 @@ pub fn in_units_of(modulus: f64) -> Pair {
     }
 }
 
-/// Soft on soft, hard on hard, soft on hard, and bodies without lateral contraction.
+/// Pairs of two soft bodies, two hard bodies, a soft and a hard body, and two bodies with a Poisson's ratio of 0.
 pub fn rubber_to_diamond() -> [Pair; 4] {
     let body = |youngs_modulus: f64, poisson_ratio: f64| Elastic {
         youngs_modulus,
@@ -129,7 +129,7 @@ fn from_a_nanometre_to_a_millimetre_over_twelve_decades_of_load() {
             let mut before = 0;
             for load in (-6..=6).map(|e| 10f64.powi(e)) {
                 let found = certified(&NormalProblem::new(&patch, &height, load), PAIR, boundary);
-                // More load touches more.
+                // A larger load does not reduce the number of cells in contact.
                 assert!(touching(&found) >= before, "Rq {rq:e} m, {load:e} N");
                 before = touching(&found);
             }
@@ -145,9 +145,9 @@ fn full_contact_of_a_periodic_wave_and_just_less() {
         |index: usize| (std::f64::consts::TAU * GRID.cell(index).0 as f64 / GRID.nx as f64).cos();
     let amplitude = 1e-6;
     let height: Vec<f64> = (0..GRID.len()).map(|c| amplitude * wave(c)).collect();
-    // p = p̄ + π E* Δ/λ cos kx, complete where p̄ holds the trough down [K. L. Johnson, Contact Mechanics, eq. 13.7].
+    // The pressure is p = p̄ + π E* Δ/λ cos kx, with full contact if p̄ closes the trough [K. L. Johnson, Contact Mechanics, eq. 13.7].
     let swing = std::f64::consts::PI * PAIR.effective_modulus() * amplitude / GRID.size()[0];
-    // The deepest cell of an odd number is not quite in the trough.
+    // With an odd number of cells, the centre of the deepest cell is not exactly in the trough.
     let trough = (0..GRID.len()).map(wave).fold(1.0, f64::min);
     let complete = -swing * trough * patch.area();
     for share in [1.0 + 1e-6, 1.5, 1e3] {
@@ -164,7 +164,7 @@ fn full_contact_of_a_periodic_wave_and_just_less() {
     }
     let less = NormalProblem::new(&patch, &height, 0.98 * complete);
     let found = certified(&less, PAIR, Boundary::Periodic);
-    // The trough is one cell wide, or two where they lie symmetrically about it.
+    // The open part of the trough is one cell wide, or two cells wide if the cells are symmetric about the trough.
     let open = GRID.len() - touching(&found);
     assert!(open == 2 * GRID.ny || open == GRID.ny, "{open}");
 }
@@ -205,7 +205,7 @@ fn a_flat_surface_at_any_height() {
         );
         assert_eq!(touching(&found), GRID.len());
         assert!(apart(&found.pressure, reference.pressure.iter().copied()) < PRESSURE);
-        // What is left of the digits at a millimetre.
+        // The offset of 1 mm reduces the accuracy of the approach by rounding.
         let approach = found.approach + level;
         assert!(
             (approach / reference.approach - 1.0).abs()
@@ -238,7 +238,7 @@ fn one_cell_in_contact_and_none() {
 
         let found = certified(&NormalProblem::new(&patch, &height, 0.0), PAIR, boundary);
         assert_eq!((touching(&found), found.approach), (0, -1e-6));
-        // Far away, and just not touching.
+        // The bodies are far apart, or just do not touch.
         for approach in [-1.0, -1.0001e-6] {
             let apart = NormalProblem {
                 control: Control::Approach(approach),
@@ -255,7 +255,7 @@ fn bodies_that_turn_until_the_load_is_where_it_acts() {
     let patch = Patch::full(GRID);
     for (rq, load) in [(1e-8, 1.0), (1e-7, 100.0), (1e-5, 1e3), (1e-9, 1e5)] {
         let height = rough(GRID, 9, rq);
-        // From the middle to near the edge of the patch.
+        // The load acts at the centre or near the edge of the joint.
         for share in [0.0, 0.1, 0.3] {
             let [lx, ly] = GRID.size();
             let problem = NormalProblem {
@@ -291,7 +291,7 @@ fn a_cap_below_at_and_above_the_mean_pressure() {
             }
             other => panic!("{other:?}"),
         }
-        // The smallest cap whose product with the area is not below the load by rounding.
+        // The smallest cap for which the rounded product of cap and area is at least the load.
         let just = mean * (1.0 + 4.0 * f64::EPSILON);
         let found = certified(&capped(just), PAIR, boundary);
         assert_eq!(touching(&found), patch.cells());
@@ -360,7 +360,7 @@ fn masks_that_leave_one_cell_islands_or_nothing() {
     let height = rough(GRID, 11, 1e-7);
     let masks: [fn(usize, usize) -> bool; 4] = [
         |i, j| (i, j) == (22, 0),
-        // Four corners; a chequerboard; one line.
+        // The masks are four corners, a chequerboard and one line.
         |i, j| !(3..=19).contains(&i) && !(3..=13).contains(&j),
         |i, j| (i + j) % 2 == 0,
         |_, j| j == 8,
@@ -371,7 +371,7 @@ fn masks_that_leave_one_cell_islands_or_nothing() {
             let (i, j) = GRID.cell(c);
             patch.is_in_joint[c] = kept(i, j);
         }
-        // What is masked is not read.
+        // The solver does not read heights outside the joint.
         let mut height = height.clone();
         for (c, h) in height
             .iter_mut()
@@ -402,7 +402,7 @@ fn masks_that_leave_one_cell_islands_or_nothing() {
     ));
 }
 
-/// The implicit wear step's problem: the gap of a loaded cell is K p + D p − h − δ = 0.
+/// Problem of an implicit wear step: the gap of a loaded cell is K p + D p − h − δ = 0.
 #[test]
 fn a_compliance_of_each_cell() {
     let patch = Patch::full(GRID);
@@ -427,7 +427,7 @@ fn input_without_sense_is_named() {
     let height = rough(GRID, 1, 1e-7);
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut height = height.clone();
-        // The first is named.
+        // The error names the first wrong cell.
         for (i, j) in [(20, 3), (4, 16), (4, 5)] {
             height[GRID.index(i, j)] = wrong;
         }
@@ -465,7 +465,7 @@ fn input_without_sense_is_named() {
     }
 }
 
-/// The same problem in other units: metres and pascals against millimetres and megapascals, and powers of two of both.
+/// A solution does not depend on the units: metres and pascals, millimetres and megapascals, and powers of two.
 #[test]
 fn units_do_not_matter() {
     for (rq, load, cap) in [
@@ -506,7 +506,7 @@ fn units_do_not_matter() {
     }
 }
 
-/// `cargo test --release --test main -- --ignored contact::extremes`
+/// The following command runs this test: `cargo test --release --test main -- --ignored contact::extremes`
 #[test]
 #[ignore = "long: some seconds and 600 MB"]
 fn four_million_cells() {
@@ -519,7 +519,7 @@ fn four_million_cells() {
     let begin = std::time::Instant::now();
     let found = normal::solve(&mut half_space, &problem, None, NormalOptions::default()).unwrap();
     println!(
-        "{:?}, {:.1} pairs",
+        "{:?}, {:.1} FFT pairs",
         begin.elapsed(),
         half_space.take_pairs()
     );

@@ -13,7 +13,7 @@ fn exact() -> Hertz {
     }
 }
 
-/// 45 × 31 cells over the contact, which lies off centre and touches no edge.
+/// A grid of 45 × 31 cells. The contact lies outside the centre and reaches no edge.
 fn grid() -> Grid {
     let a = exact().contact_radius();
     Grid::over([3.6 * a, 2.9 * a], [45, 31])
@@ -40,7 +40,7 @@ fn off_centre_contact_is_hertz_within_the_grid() {
     let patch = Patch::full(grid);
     let height = paraboloid(grid, exact.radius, apex());
     let solution = solve_load(&mut half_space(&patch), &patch, &height, exact.load);
-    // a/dx is 12.5: approach converges like 0.03 (dx/a)², a point's pressure away from the rim like 0.3 (dx/a)².
+    // With a/dx = 12.5, the error of the approach is about 0.03 (dx/a)², and the pressure error away from the rim is about 0.3 (dx/a)².
     assert!((solution.approach / exact.approach() - 1.0).abs() < 5e-4);
     for (index, p) in solution.pressure.iter().enumerate() {
         let r = distance(grid, index, apex());
@@ -79,8 +79,8 @@ fn stiffness_is_the_slope_of_the_indentation_curve() {
     let solution = solve_load(&mut half_space, &patch, &height, exact.load);
     let set: Vec<bool> = solution.pressure.iter().map(|p| *p > 0.0).collect();
     let kn = stiffness::normal(&mut half_space, &set).unwrap().total;
-    // Steps so small that no cell enters or leaves: the load is linear in the approach there, to the tolerance of a solve
-    // (1e-6 of the displacement) over the step (3e-5 of it).
+    // The load steps are so small that the set of cells in contact does not change, and the load is linear in the approach. The error is
+    // the tolerance of a solve, 1e-6 of the displacement, over the step of 3e-5.
     let step = 1e-5 * exact.load;
     let up = solve_load(&mut half_space, &patch, &height, exact.load + step);
     let down = solve_load(&mut half_space, &patch, &height, exact.load - step);
@@ -131,7 +131,7 @@ fn tangential_stiffness_of_the_contact_is_mindlins() {
         let kt = stiffness::tangential(&mut half_space, &set, shear)
             .unwrap()
             .total;
-        // The staircase rim is the same for both, so the ratio is far better than either stiffness.
+        // Both stiffnesses have the same staircase rim, so the ratio is more accurate than either stiffness.
         assert!(
             (kt / kn / expected - 1.0).abs() < 1e-3,
             "{shear:?} {}",

@@ -1,4 +1,4 @@
-//! Steps that are hard for the tangential solver, each of them certified, with bounds on what they cost.
+//! Tests of difficult tangential steps. The tests certify each solution and bound its cost.
 
 use fretwear::contact::tangential::{
     self, Drive, TangentialOptions, TangentialProblem, TangentialSolution,
@@ -9,16 +9,16 @@ use proptest::prelude::*;
 
 use super::{PAIR, moved_by, sheared};
 
-/// Pairs of transforms an axis that a step takes at most, at a gap of 1e-4 or 1e-6: the worst of 13 000 cases of other seeds
-/// took 249, one in six hundred more than 160.
+/// Largest number of FFT pairs per axis and step, at a duality gap of 1e-4 or 1e-6. In 13 000 cases with other seeds, the largest number
+/// was 249; one case in 600 needed more than 160.
 const WORST: f64 = 300.0;
-/// Pairs of transforms an axis that a step with free motions takes at most, at a gap of 1e-4 or 1e-6: each of these motions costs the
-/// preconditioner once more a Newton step.
+/// Largest number of FFT pairs per axis and step with free motions, at a duality gap of 1e-4 or 1e-6. For each free motion, a Newton step
+/// applies the preconditioner once more.
 const WORST_DRIVEN: f64 = 400.0;
-/// Pairs of transforms an axis that the step in the middle of all takes at most.
+/// Upper bound of the median number of FFT pairs per axis and step.
 const MEDIAN: f64 = 40.0;
 
-/// What the sums asked for may be off by, in parts of what friction carries.
+/// Allowed error of given forces, relative to the largest friction force.
 const FORCE: f64 = 1e-9;
 
 const GRID: Grid = Grid {
@@ -28,7 +28,7 @@ const GRID: Grid = Grid {
     dy: 1.3e-3,
 };
 
-/// Waves of a few cells and longer; above `share` of the cells the tops are cut off, as wear does.
+/// Friction limits from waves of a few cells and longer. A plateau replaces the tops above the share `cut` of the cells, as after wear.
 fn limits(seed: u64, sharpness: f64, cut: f64, peak: f64, mask: bool) -> (Patch, Vec<f64>) {
     let patch = if mask {
         Patch::with_hole(GRID, 8e-3)
@@ -58,9 +58,9 @@ fn limits(seed: u64, sharpness: f64, cut: f64, peak: f64, mask: bool) -> (Patch,
 
 #[derive(Debug, Clone)]
 struct Step {
-    /// What the limits are multiplied by.
+    /// Factor of the friction limits.
     load: f64,
-    /// Of the displacement, or the part of what friction carries, of the first axis and the second, and of the rotation.
+    /// Displacement or share of the largest friction force, along both axes and for the rotation.
     amount: [f64; 3],
 }
 
@@ -105,7 +105,7 @@ fn cases(amounts: impl Strategy<Value = [f64; 3]> + Clone) -> impl Strategy<Valu
         )
 }
 
-/// Runs a case step by step and gives the pairs an axis of each.
+/// Solves a case step by step, and returns the FFT pairs per axis for each step.
 fn march(
     case: &Case,
     axes: usize,
@@ -153,7 +153,7 @@ fn march(
         let found = tangential::solve(&mut half_space, &problem, None, options);
         let found: TangentialSolution = match found {
             Err(ContactError::FrictionExceeded { asked, limit, .. }) => {
-                // The limit comes from another minimisation than the refusal.
+                // The reported limit and the rejection come from two different minimisations.
                 prop_assert!(asked != 0.0 && limit <= asked.abs() * (1.0 + 1e-6));
                 continue;
             }
@@ -166,7 +166,7 @@ fn march(
     Ok(pairs)
 }
 
-/// The displacement at which the limits would all be reached, as for a punch of their area.
+/// Displacement of gross slip, as for a punch of the same contact area.
 fn sliding(limit: &[f64]) -> f64 {
     let area = limit.iter().filter(|l| **l > 0.0).count() as f64 * GRID.cell_area();
     let force = limit.iter().sum::<f64>() * GRID.cell_area();
@@ -176,7 +176,7 @@ fn sliding(limit: &[f64]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Displacements from a millionth to a hundred times that of gross slip, under limits that fall and rise a thousandfold.
+    /// Displacements range from 1e-6 to 100 times the displacement of gross slip, and friction limits vary by a factor of 1000.
     #[test]
     fn every_displacement_is_solved(
         case in cases((-6.0..2.0f64, 0.0..6.3f64).prop_map(|(size, angle)| [size, angle, 0.0])),
@@ -189,11 +189,11 @@ proptest! {
             (moved_by(&motion[..axes]), None)
         })?;
         for cost in pairs {
-            prop_assert!(cost <= WORST, "{cost} pairs");
+            prop_assert!(cost <= WORST, "{cost} FFT pairs");
         }
     }
 
-    /// Forces and moments up to what friction carries and beyond it.
+    /// Forces and moments range up to the friction limit and beyond.
     #[test]
     fn every_force_is_met_or_refused(
         case in cases([-1.1..1.1f64, -0.9..0.9f64, -0.6..0.6f64]),
@@ -212,13 +212,13 @@ proptest! {
             }
         })?;
         for cost in pairs {
-            prop_assert!(cost <= WORST_DRIVEN, "{cost} pairs");
+            prop_assert!(cost <= WORST_DRIVEN, "{cost} FFT pairs");
         }
     }
 }
 
-/// Shears all but at a limit that rose a little, a motion far beyond gross slip and a little aside: chords between such shears
-/// end inside of the circles again, so that a solver that only takes cells on them to slip never finds any.
+/// All shears are just below friction limits that rose slightly, and the motion far exceeds gross slip with a small component aside. A
+/// chord between two such shears lies inside the friction circle, so a solver must not require shears on the circle before slip.
 #[test]
 fn shears_just_inside_their_limits_come_to_slip() {
     let mut costs = Vec::new();

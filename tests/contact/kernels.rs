@@ -7,10 +7,10 @@ use crate::quadrature::{integrate, integrate_rectangle};
 const DX: f64 = 1.3e-4;
 const DY: f64 = 0.8e-4;
 
-/// What cancellation of the corner terms costs at sixteen cells, (r/cell)² · 1e-16, with room for sixteen terms.
+/// Rounding error of the closed form, by cancellation of sixteen corner terms at a distance of 16 cells: (r/cell)² · 1e-16 per term.
 const CLOSED_FORM: f64 = 1e-12;
 
-/// 1/r, x²/r³, y²/r³, xy/r³.
+/// The integrands are 1/r, x²/r³, y²/r³ and xy/r³.
 fn integrands(x: f64, y: f64) -> [f64; 4] {
     let r = x.hypot(y);
     [
@@ -25,7 +25,7 @@ fn fields(cell: CellIntegrals) -> [f64; 4] {
     [cell.inverse, cell.xx, cell.yy, cell.xy]
 }
 
-/// Polar quadrature about the origin, at the centre of the cell: the integrands are f(θ)/r, so ∫ = ∫ f(θ) R(θ) dθ.
+/// Polar quadrature about the centre of the cell: the integrands are f(θ)/r, so ∫ = ∫ f(θ) R(θ) dθ.
 fn polar(dx: f64, dy: f64) -> [f64; 4] {
     let corner = dy.atan2(dx);
     let breaks = [-corner, corner, PI - corner, PI + corner, 2.0 * PI - corner];
@@ -90,7 +90,7 @@ fn other_cells_are_their_tensor_integrals() {
 
 #[test]
 fn offsets_off_the_lattice_and_shared_edges_hold() {
-    // The point of displacement on an edge, on a corner and inside off centre: the sum of parts with the point on a corner.
+    // For a point on an edge, on a corner or inside the cell, the integral is the sum of rectangles with the point on a corner.
     for (x, y) in [
         (0.5 * DX, 0.0),
         (0.5 * DX, 0.5 * DY),
@@ -119,7 +119,7 @@ fn offsets_off_the_lattice_and_shared_edges_hold() {
     }
 }
 
-/// The integrals over \[0, wx\] × \[0, wy\] by polar quadrature.
+/// Integrals over \[0, wx\] × \[0, wy\] by polar quadrature.
 fn corner_rectangle(wx: f64, wy: f64) -> [f64; 4] {
     let corner = wy.atan2(wx);
     std::array::from_fn(|which| {

@@ -1,4 +1,4 @@
-//! The contact solvers against integrals, direct sums and closed forms that share no code with them.
+//! Tests of the contact solvers by integrals, direct sums and closed forms, without shared code.
 
 mod area;
 mod battery;
@@ -29,13 +29,13 @@ use fretwear::contact::tangential::{Drive, TangentialProblem};
 use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, cell_integrals};
 use fretwear::grid::{ByAxis, Grid, Patch};
 
-/// The published material.
+/// Material of the published case.
 pub const STEEL: Elastic = Elastic {
     youngs_modulus: 198.4e9,
     poisson_ratio: 0.3,
 };
 
-/// Two different bodies, so that a kernel that forgets one of them fails.
+/// Two different bodies. A kernel that ignores one body fails the tests.
 pub const PAIR: Pair = Pair {
     lower: STEEL,
     upper: Elastic {
@@ -48,7 +48,7 @@ pub fn half_space(patch: &Patch) -> HalfSpace {
     HalfSpace::new(patch.grid, PAIR, Boundary::Free)
 }
 
-/// Heights of a paraboloid whose apex lies at height 0 and at `centre`, measured from the grid's centre \[m\].
+/// Heights of a paraboloid with its apex at height 0 and at `centre`, relative to the centre of the grid \[m\].
 pub fn paraboloid(grid: Grid, radius: f64, centre: (f64, f64)) -> Vec<f64> {
     (0..grid.len())
         .map(|index| -0.5 * distance(grid, index, centre).powi(2) / radius)
@@ -62,7 +62,7 @@ pub fn distance(grid: Grid, index: usize, centre: (f64, f64)) -> f64 {
     (x - centre.0).hypot(y - centre.1)
 }
 
-/// A step on bodies that do not turn, from the shear before it if there is one.
+/// Tangential step without rotation, from the former shear, if any.
 pub fn sheared<'a>(
     patch: &'a Patch,
     limit: &'a [f64],
@@ -91,8 +91,8 @@ pub fn limit_of(friction_coefficient: f64, pressure: &[f64]) -> Vec<f64> {
     limit.collect()
 }
 
-/// Displacement along the normal, x and y at one cell under a unit traction along each on another, by Boussinesq and Cerruti, without
-/// the coupling of pressure and shear \[m/Pa\].
+/// Displacement along the normal, x and y of a cell under unit tractions on another cell, by Boussinesq and Cerruti, without the coupling
+/// of pressure and shear \[m/Pa\].
 pub fn influence(pair: Pair, grid: Grid, at: usize, from: usize) -> [[f64; 3]; 3] {
     let of_both = |part: fn(f64) -> f64| -> f64 {
         let bodies = [pair.lower, pair.upper];

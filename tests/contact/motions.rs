@@ -1,4 +1,4 @@
-//! Normal contact under given approach, given rotation and given moments, against closed forms and a dense solution.
+//! Tests of normal contact under given approach, rotation and moments, by closed forms and a dense solution.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use super::certificate::{Direct, certify};
 use super::extremes::{apart, rough};
 use super::{PAIR, distance, paraboloid, relative_l2};
 
-/// A grid small enough for a dense matrix.
+/// A grid that is small enough for a dense matrix.
 const GRID: Grid = Grid {
     nx: 11,
     ny: 8,
@@ -21,13 +21,13 @@ const GRID: Grid = Grid {
     dy: 1.6e-4,
 };
 
-/// Two solutions to a gap of 1e-10 of a cell's displacement, at the conditions of some hundred cells.
+/// Agreement of two solutions with a gap error of 1e-10 of a cell's displacement. A problem with some hundred cells amplifies this error.
 const SAME: f64 = 1e-6;
 const EXACT: NormalOptions = NormalOptions {
     tolerance: 1e-10,
     max_iterations: 4000,
 };
-/// As in `certificate`, of the default tolerance.
+/// Allowed gap error at the default tolerance, as in `certificate`.
 const GAP: f64 = 2e-6;
 
 fn solve(problem: &NormalProblem) -> Result<NormalSolution, ContactError> {
@@ -35,8 +35,8 @@ fn solve(problem: &NormalProblem) -> Result<NormalSolution, ContactError> {
     normal::solve(&mut half_space, problem, None, EXACT)
 }
 
-/// Pressures under given motions, cell after cell, over and over: Gauss and Seidel's method within the bounds, which needs no
-/// transform, no rigid motion and no search.
+/// Pressures under a given motion by a projected Gauss–Seidel method, without transforms, without unknown rigid motions and without line
+/// search.
 fn relax(patch: &Patch, height: &[f64], cap: f64, motion: [f64; 3]) -> Vec<f64> {
     let grid = patch.grid;
     let direct = Direct::new(grid, PAIR, Boundary::Free);
@@ -53,7 +53,7 @@ fn relax(patch: &Patch, height: &[f64], cap: f64, motion: [f64; 3]) -> Vec<f64> 
         for c in (0..grid.len()).filter(|&c| patch.is_in_joint[c]) {
             let (i, j) = grid.cell(c);
             let (x, y) = grid.centre(i, j);
-            // The matrix is symmetric.
+            // The influence matrix is symmetric.
             let displacement: f64 = columns[c].iter().zip(&pressure).map(|(k, p)| k * p).sum();
             let gap = displacement - height[c] - motion[0] - motion[1] * y + motion[2] * x;
             let next = (pressure[c] - gap / columns[c][c]).clamp(0.0, cap);
@@ -68,7 +68,7 @@ fn relax(patch: &Patch, height: &[f64], cap: f64, motion: [f64; 3]) -> Vec<f64> 
     pressure
 }
 
-/// Load and moments.
+/// Load and moments of a pressure field.
 fn resultants(grid: Grid, pressure: &[f64]) -> (f64, [f64; 2]) {
     let (mut load, mut moment) = (0.0, [0.0; 2]);
     for (c, p) in pressure.iter().enumerate() {
@@ -97,7 +97,7 @@ fn an_approach_presses_with_hertz_load() {
         ..NormalProblem::new(&patch, &height, 0.0)
     };
     let found = solve(&problem).unwrap();
-    // The load goes with the approach to the 3/2; of the approach, see `hertz`.
+    // The load is proportional to the approach to the power of 3/2; `hertz` tests the approach.
     assert!((found.load / exact.load - 1.0).abs() < 1e-3);
     assert_eq!(
         (found.approach, found.rotation),
@@ -106,7 +106,7 @@ fn an_approach_presses_with_hertz_load() {
     let load = found.load;
     assert!((found.moment[0] / (load * apex.1) - 1.0).abs() < 1e-3);
     assert!((found.moment[1] / (-load * apex.0) - 1.0).abs() < 1e-3);
-    // Tilted by θ, a paraboloid is one with its apex Rθ aside: the load acts there.
+    // A paraboloid with radius R that rotates by θ is a paraboloid with its apex shifted by Rθ; the load acts at the new apex.
     let tilt = 0.2 * a / exact.radius;
     let tilted = NormalProblem {
         control: Control::Load(exact.load),
@@ -117,7 +117,7 @@ fn an_approach_presses_with_hertz_load() {
     let moved = (apex.0 - exact.radius * tilt, apex.1 + exact.radius * tilt);
     assert!((found.moment[0] / exact.load - moved.1).abs() < 1e-3 * a);
     assert!((-found.moment[1] / exact.load - moved.0).abs() < 1e-3 * a);
-    // And its apex is higher by θ² R/2 for either rotation, and by what the rotations lift the old one.
+    // Each rotation raises the apex by θ² R/2, and the rotations also lift the former apex.
     let lifted = exact.radius * tilt * tilt + tilt * apex.1 - tilt * apex.0;
     assert!((found.approach + lifted - exact.approach()).abs() < 1e-3 * exact.approach());
 }
@@ -172,11 +172,11 @@ fn given_motions_are_those_of_a_dense_solution_and_their_resultants_bring_them_b
     }
 }
 
-/// A disc whose pressure is that of a flat punch that is turned, p = (N/2πa + (2E*/π)(θ_x y − θ_y x))/√(a² − r²), so that
-/// M = 4E*a³θ/3 [K. L. Johnson, Contact Mechanics, eq. 3.36 and its first moment].
+/// A disc under the load and moment of a rotated flat punch: p = (N/2πa + (2E*/π)(θ_x y − θ_y x))/√(a² − r²), so that M = 4E*a³θ/3 [K. L.
+/// Johnson, Contact Mechanics, eq. 3.36 and its first moment].
 #[test]
 fn a_flat_punch_turns_as_its_moment_says() {
-    // Of a circle of cells whose radius is that of its area: its rim is a staircase, and the moment has a³.
+    // Error of a circle of cells, whose radius follows from its area. The rim is a staircase, and the moment depends on a³.
     const STAIRCASE: f64 = 2e-2;
     let grid = Grid::over([2.2e-3, 2.3e-3], [64, 57]);
     let mut patch = Patch::full(grid);
@@ -187,7 +187,7 @@ fn a_flat_punch_turns_as_its_moment_says() {
     let modulus = elastic::effective_modulus(&PAIR);
     let height = vec![0.0; grid.len()];
     let (load, turned) = (1e3, [0.3, -0.2]);
-    // In these parts of the rotation that would lift the rim.
+    // The rotations are given as parts of the rotation that would lift the rim.
     let full = load / (4.0 * modulus * a * a);
     let expected = turned.map(|part| part * full);
     let moment = expected.map(|angle| 4.0 / 3.0 * modulus * a.powi(3) * angle);
@@ -220,7 +220,7 @@ fn a_flat_punch_turns_as_its_moment_says() {
 
 #[test]
 fn a_joint_balances_on_one_cell_and_on_two() {
-    // Odd numbers of cells: one is in the middle, where the load acts.
+    // The numbers of cells are odd, so the load acts at the centre of a cell.
     let grid = Grid {
         nx: 13,
         ny: 9,
@@ -265,7 +265,7 @@ fn moments_beyond_the_joint_are_refused() {
     let height = rough(GRID, 4, 1e-6);
     let load = 100.0;
     let [lx, ly] = GRID.size();
-    // The centres of the outermost cells bound where the load may act.
+    // The load can only act between the centres of the outermost cells.
     let reach = [0.5 * (ly - GRID.dy), 0.5 * (lx - GRID.dx)];
     let turned = |moment: [f64; 2]| NormalProblem {
         rotation: Rotation::Free { moment },
@@ -287,10 +287,10 @@ fn moments_beyond_the_joint_are_refused() {
             other => panic!("{moment:?}: {other:?}"),
         }
     }
-    // Just inside: nearly all on one row of cells.
+    // With a moment just below the limit, nearly the complete load acts on one row of cells.
     let found = solve(&turned([0.99 * load * reach[0], 0.0])).unwrap();
     assert!((found.moment[0] / (0.99 * load * reach[0]) - 1.0).abs() < 1e-10);
-    // A cap bounds the moment too.
+    // A pressure cap bounds the moment, too.
     let capped = NormalProblem {
         pressure_cap: Some(1.1 * load / patch.area()),
         ..turned([0.5 * load * reach[0], 0.0])
@@ -299,7 +299,7 @@ fn moments_beyond_the_joint_are_refused() {
         solve(&capped),
         Err(ContactError::MomentNotCarried { .. })
     ));
-    // Without a load there is no moment.
+    // A joint without load cannot carry a moment.
     let unloaded = NormalProblem {
         control: Control::Load(0.0),
         ..turned([1e-9, 0.0])
@@ -310,7 +310,7 @@ fn moments_beyond_the_joint_are_refused() {
     ));
 }
 
-/// Without a load or a moment to measure resultants by: they are measured by the pressures themselves.
+/// Without a given load or moment, the tolerance of the resultants follows from the pressures.
 #[test]
 fn a_given_approach_of_bodies_that_turn_without_moments() {
     let grid = Grid::over([4e-3, 3e-3], [61, 47]);

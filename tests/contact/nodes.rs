@@ -1,4 +1,4 @@
-//! A compliance between nodes of a coarse mesh beside that of the half spaces.
+//! Tests of the nodal compliance of a coarse mesh in addition to the compliance of the half spaces.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use fretwear::structure::half_space::{FaceCompliance, FaceResolution};
 
 use super::STEEL;
 
-/// Rounding of a sum over a grid, relative to its largest term.
+/// Rounding error of a sum over a grid, relative to its largest term.
 const ROUNDING: f64 = 1e-12;
 
 fn noise(count: usize, seed: f64) -> Vec<f64> {
@@ -21,7 +21,7 @@ fn noise(count: usize, seed: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Matrices without any symmetry but that of a compliance.
+/// Random symmetric compliance matrices.
 fn nodal(interpolation: Interpolation) -> NodalCompliance {
     let n = interpolation.nodes();
     let symmetric = |seed: f64| -> Vec<f64> {
@@ -41,7 +41,7 @@ fn nodal(interpolation: Interpolation) -> NodalCompliance {
     }
 }
 
-/// Half spaces without what the meshes of both have of them, for `counts` boxes along x and y and so thick ones \[m\].
+/// Half spaces without the compliance of their meshes. Each mesh has `counts` boxes along x and y, in layers with these thicknesses \[m\].
 pub fn without_mesh(
     grid: Grid,
     counts: [usize; 2],
@@ -73,7 +73,7 @@ pub fn without_mesh(
     half_space
 }
 
-/// Mean of the hat of a node over a cell along an axis with so many cells and rectangles: trapezoids between the corners of the hat.
+/// Mean of the hat function of a node over a cell along one axis: exact trapezoids between the corners of the hat function.
 fn mean_hat(cells: usize, rectangles: usize, cell: usize, node: usize) -> f64 {
     let hat = |at: f64| (1.0 - (at - node as f64).abs()).max(0.0);
     let [low, high] = [cell, cell + 1].map(|end| end as f64 * rectangles as f64 / cells as f64);
@@ -90,7 +90,7 @@ fn mean_hat(cells: usize, rectangles: usize, cell: usize, node: usize) -> f64 {
     pieces.sum::<f64>() / (high - low)
 }
 
-/// S as a dense matrix, from the hat functions of the nodes.
+/// Entry of the interpolation matrix S, from the hat functions of the nodes.
 fn weight(grid: Grid, counts: [usize; 2], cell: usize, node: usize) -> f64 {
     let (i, j) = grid.cell(cell);
     let (m, n) = (node / (counts[1] + 1), node % (counts[1] + 1));
@@ -109,7 +109,7 @@ fn interpolation_is_that_of_hats() {
             let naive: f64 = terms.map(|(c, v)| v * weight(grid, counts, c, node)).sum();
             assert!((sum - naive).abs() < ROUNDING * grid.len() as f64);
         }
-        // Work of the field on what nodes move is that of its sums on the nodes.
+        // A field on the cells and its sums on the nodes do the same work on a motion of the nodes.
         let moved = noise(interpolation.nodes(), 0.2);
         let mut cells = vec![0.0; grid.len()];
         interpolation.add_interpolated(1.0, &moved, &mut cells);
@@ -122,7 +122,7 @@ fn interpolation_is_that_of_hats() {
     }
 }
 
-/// Each kernel of the half space with the nodes' compliance added, against sums over pairs of cells and nodes.
+/// Each kernel of the half space with added nodal compliance equals direct sums over cells and nodes.
 #[test]
 fn displacements_are_those_of_a_double_sum_more() {
     let (grid, counts) = (Grid::over([6e-3, 5e-3], [13, 10]), [4, 3]);
@@ -171,7 +171,7 @@ fn displacements_are_those_of_a_double_sum_more() {
     };
     let plus =
         |a: Vec<f64>, b: Vec<f64>| -> Vec<f64> { a.iter().zip(&b).map(|(a, b)| a + b).collect() };
-    let of = added.shear.expect("one in the plane");
+    let of = added.shear.expect("a shear compliance");
     let moved = [
         times(&added.normal, false, &forces[0]),
         times(&of.xx, false, &forces[0]),
@@ -203,7 +203,7 @@ fn displacements_are_those_of_a_double_sum_more() {
 fn matrices_and_grids_that_do_not_fit_are_refused() {
     let grid = Grid::over([6e-3, 5e-3], [13, 10]);
     let mut half_space = HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free);
-    // As many cells in all, turned; and the same cells, longer.
+    // One grid has the same number of cells in the other order, and the other grid has longer cells.
     let turned = Grid::over([6e-3, 5e-3], [10, 13]);
     let longer = Grid::over([7e-3, 5e-3], [13, 10]);
     for wrong in 0..6 {
@@ -213,7 +213,7 @@ fn matrices_and_grids_that_do_not_fit_are_refused() {
             _ => grid,
         };
         let mut added = nodal(Interpolation::new(over, [4, 3]));
-        let of = added.shear.as_mut().expect("one in the plane");
+        let of = added.shear.as_mut().expect("a shear compliance");
         let matrices = [&mut added.normal, &mut of.xx, &mut of.yy, &mut of.xy];
         if let Some(matrix) = matrices.into_iter().nth(wrong) {
             matrix.pop();
@@ -227,7 +227,7 @@ fn matrices_and_grids_that_do_not_fit_are_refused() {
     }
 }
 
-/// Where nodes are not there, cells between the others keep force and moments, and none has a part in a node that is not.
+/// At a hole, the weights of a cell conserve force and moments, and refer only to existing nodes.
 #[test]
 fn cells_at_a_hole_belong_to_the_nodes_that_are_there() {
     let (grid, counts) = (Grid::over([7e-3, 5e-3], [17, 11]), [4, 3]);
@@ -246,7 +246,7 @@ fn cells_at_a_hole_belong_to_the_nodes_that_are_there() {
         let around: Vec<(usize, f64)> = interpolation.nodal_weights(c).collect();
         let before: Vec<(usize, f64)> = whole.nodal_weights(c).collect();
         if around.iter().any(|(node, _)| absent.contains(node)) {
-            // No cell of a joint: its centre lies next to a node that is not there.
+            // Each of these cells has its centre beside a missing node, so the cell lies outside the joint.
             assert_eq!(around, before);
             continue;
         }
@@ -263,7 +263,10 @@ fn cells_at_a_hole_belong_to_the_nodes_that_are_there() {
         assert!((sum(&|at| at[0]) - x).abs() < ROUNDING, "cell {c}");
         assert!((sum(&|at| at[1]) - y).abs() < ROUNDING, "cell {c}");
     }
-    assert!(changed > 5, "{changed} cells had a part in the hole");
+    assert!(
+        changed > 5,
+        "the hole changed the weights of {changed} cells"
+    );
     let field = noise(grid.len(), 0.1);
     let sums = interpolation.apply_transpose(&field);
     let moved = noise(interpolation.nodes(), 0.2);
@@ -280,8 +283,8 @@ fn cells_at_a_hole_belong_to_the_nodes_that_are_there() {
     }
 }
 
-/// What a mesh has of a half space may be taken from it on every contact: what is left resists. Boxes as thick as long, and as thick as
-/// the shipped resonator's; cells that lie within boxes, and cells across their borders; both hexahedra.
+/// The compliance of a half space minus the compliance of its mesh is positive definite on every contact. Both types of hexahedra are
+/// tested; boxes are as thick as long, or as thick as the boxes of the shipped resonator; cells lie within boxes or across their borders.
 #[test]
 fn what_a_mesh_leaves_of_a_half_space_is_positive_on_any_contact() {
     use Formulation::{IncompatibleModes, Plain};
@@ -308,7 +311,7 @@ fn what_a_mesh_leaves_of_a_half_space_is_positive_on_any_contact() {
             let columns: Vec<Vec<f64>> = (0..cells)
                 .map(|c| column(&mut half_space, c, tangential))
                 .collect();
-            // The whole face, which bounds every part of it.
+            // The eigenvalues of the complete face bound the eigenvalues of every part.
             let block = Matrix::from_fn(cells, cells, |i, j| 0.5 * (columns[j][i] + columns[i][j]));
             let (values, _) = block.symmetric_eigen().expect("eigenvalues");
             let (least, largest) = values

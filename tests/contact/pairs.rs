@@ -1,4 +1,4 @@
-//! What tangential steps of one rough joint cost, held in bands: a solver that needs more pairs has become another one.
+//! The test bounds the number of FFT pairs per tangential step of one rough joint. A change of the bounds needs a reason in the solver.
 
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::tangential::{self, Drive, TangentialOptions, TangentialSolution};
@@ -18,7 +18,7 @@ struct Joint {
     limit: Vec<f64>,
 }
 
-/// A quarter of the cells in contact, in spots of a few cells.
+/// Rough joint with a quarter of its cells in contact, in spots of a few cells.
 fn joint() -> Joint {
     let patch = Patch::full(Grid::over([10e-3, 7.5e-3], [60, 48]));
     let height = waves(patch.grid, &mut Random::new(7), 0.7e-6, [0.5e-3; 2]);
@@ -37,7 +37,7 @@ fn joint() -> Joint {
 }
 
 impl Joint {
-    /// A step from `previous`, and its pairs.
+    /// Solves a step from `previous`, and returns the solution and the number of FFT pairs.
     fn step(
         &mut self,
         previous: Option<&ByAxis<Vec<f64>>>,
@@ -53,20 +53,21 @@ impl Joint {
     }
 }
 
-/// Share of sliding and the bands, a fifth above what was measured: pairs at most along one axis and along two, by displacement and by force.
+/// Name of the case, share of the sliding force, and upper bounds of the FFT pairs, 20 % above the measurements. The order of the bounds
+/// is: given displacement along one axis and along two axes, given force along one axis and along two axes.
 const BANDS: [(&str, f64, [f64; 4]); 3] = [
     ("near stick", 0.1, [25.0, 62.0, 23.0, 58.0]),
     ("partial slip", 0.6, [19.0, 50.0, 18.0, 48.0]),
     ("near sliding", 0.97, [14.0, 50.0, 12.0, 46.0]),
 ];
 
-/// Gross sliding, along one axis and along two.
+/// Bounds for gross slip along one axis and along two axes.
 const SLIDING: [f64; 2] = [4.0, 26.0];
 
-/// A step back from a state of partial slip, along one axis and along two.
+/// Bounds for a return from partial slip, along one axis and along two axes.
 const REVERSAL: [f64; 2] = [20.0, 65.0];
 
-/// Neither along an axis nor along a diagonal.
+/// Direction that is parallel neither to an axis nor to a diagonal.
 fn along(axes: usize, amount: f64) -> ByAxis<f64> {
     match axes {
         1 => vec![amount],
@@ -80,9 +81,9 @@ fn steps_stay_within_their_pairs() {
     let sliding = FRICTION * LOAD;
     let mut over = Vec::new();
     let mut hold = |case: String, pairs: f64, band: f64| {
-        println!("{case}: {pairs} of {band}");
+        println!("{case}: {pairs} FFT pairs, bound {band}");
         if pairs > band {
-            over.push(format!("{case}: {pairs} pairs, {band} at most"));
+            over.push(format!("{case}: {pairs} FFT pairs, bound {band}"));
         }
     };
     for axes in [1, 2] {

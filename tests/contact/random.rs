@@ -1,6 +1,6 @@
-//! Numbers that are the same everywhere and every time.
+//! Reproducible random numbers for all platforms.
 
-/// SplitMix64.
+/// SplitMix64 generator.
 pub struct Random(u64);
 
 impl Random {
@@ -16,17 +16,17 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1).
+    /// Uniform random number in [0, 1).
     pub fn uniform(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Uniform between two numbers.
+    /// Uniform random number between two bounds.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.uniform()
     }
 
-    /// Uniform in its logarithm.
+    /// Random number with a uniform logarithm.
     pub fn decades(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
@@ -35,7 +35,7 @@ impl Random {
         self.uniform() < share
     }
 
-    /// Of mean zero and unit variance, by the sum of twelve uniform ones.
+    /// Random number with mean 0 and variance 1, from the sum of twelve uniform numbers.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }

@@ -1,6 +1,6 @@
-//! Tangential steps at the edges of what can be asked, and on many random joints: each solution certified, each refusal typed.
+//! Tests of tangential steps at extreme inputs and of many random joints. The tests certify each solution and check the type of each error.
 //!
-//! The full size of the battery: `cargo test --release --test main -- --ignored --nocapture contact::sliding`
+//! The following command runs the tests at full size: `cargo test --release --test main -- --ignored --nocapture contact::sliding`
 
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
 use fretwear::contact::tangential::{
@@ -15,22 +15,22 @@ use super::extremes::{BOTH, CELLS, GRID, UNITS, apart, in_units_of, rough, rubbe
 use super::random::Random;
 use super::{PAIR, moved_by, sheared};
 
-/// What the solver promises of every step, and its own sums.
+/// Bound of the duality gap of a step, with a margin for the different sums of the test.
 const DUALITY_GAP: f64 = 1.01e-4;
 
-/// A motion below this part of the displacement of a cell alone under its limit counts as that much.
+/// Lower bound of the motion in the certificate, relative to the displacement of one isolated cell under its friction limit.
 const LEAST_MOTION: f64 = 1e-8;
 
-/// Twice the rounding of shears and their displacements that the solver allows for, since these sums are others.
+/// Rounding error of shears and displacements: twice the allowance of the solver, because the test computes different sums.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// A shear beyond its limit is one by rounding.
+/// Rounding error of the friction limit, relative to the limit.
 const LIMIT: f64 = 1e-9;
 
-/// A force that is asked for is met to the rounding of its sum, as a part of what friction carries.
+/// Rounding error of a given force, relative to the largest friction force.
 const FORCE: f64 = 1e-9;
 
-/// A joint that is pressed and about to slide.
+/// A pressed joint before its first tangential step.
 struct Pressed {
     patch: Patch,
     half_space: HalfSpace,
@@ -56,12 +56,12 @@ impl Pressed {
         self
     }
 
-    /// What friction carries \[N\].
+    /// Largest friction force \[N\].
     fn carried(&self) -> f64 {
         self.limit.iter().sum::<f64>() * self.patch.grid.cell_area()
     }
 
-    /// The displacement at which all of a joint without elastic rest would slide, about.
+    /// Approximate displacement of gross slip \[m\].
     fn reach(&mut self) -> f64 {
         let mut displacement = vec![0.0; self.limit.len()];
         self.half_space.shear_x(&self.limit, &mut displacement);
@@ -76,7 +76,7 @@ impl Pressed {
         tangential::solve(&mut self.half_space, &problem, None, options)
     }
 
-    /// Solves and certifies.
+    /// Solves and certifies a step.
     fn step(&mut self, drive: &ByAxis<Drive>) -> Result<TangentialSolution, String> {
         let found = self
             .solve(drive)
@@ -86,8 +86,8 @@ impl Pressed {
         Ok(found)
     }
 
-    /// Fails unless shears are within their limits, the slips computed anew leave no more than the duality gap that is promised,
-    /// and the forces are those asked for.
+    /// Checks that shears are within their friction limits, that the duality gap of the recomputed slip is within its bound, and that the
+    /// solution has the given forces.
     fn certify(&mut self, drive: &ByAxis<Drive>, found: &TangentialSolution) -> Result<(), String> {
         let axes = drive.len();
         let mut change = found.shear.clone();
@@ -137,7 +137,7 @@ impl Pressed {
         let peak = self.limit.iter().copied().fold(0.0, f64::max);
         let before = self.previous.iter().flatten().flatten();
         let largest = before.fold(peak, |peak, q| peak.max(q.abs()));
-        // Where nearly everything sticks the relative gap has the floor of a ten-thousandth of gross slip.
+        // If nearly all cells stick, the duality gap is relative to a ten-thousandth of the work of gross slip.
         let floor = 1e-4 * sum * reach.max(LEAST_MOTION * own * peak);
         let allowed = DUALITY_GAP * bound.max(floor) + ROUNDING * own * largest * sum;
         if beyond(gap, allowed) {
@@ -146,10 +146,12 @@ impl Pressed {
             ));
         }
         let area = self.patch.grid.cell_area();
-        // No slip is taken as none beyond what the certificate is about.
+        // The solver must not neglect more work of slip than the certificate allows.
         let dropped = (found.dissipation / area - done).abs();
         if beyond(dropped, allowed) {
-            return Err(format!("{dropped:e} of the work of friction are not told"));
+            return Err(format!(
+                "the dissipation neglects {dropped:e} of the work of friction"
+            ));
         }
         for (axis, drive) in drive.iter().enumerate() {
             let sum = found.shear[axis].iter().sum::<f64>() * area;
@@ -170,7 +172,7 @@ impl Pressed {
     }
 }
 
-/// Neither along an axis nor along a diagonal; one axis or both.
+/// Direction of the motion: along x, or neither along an axis nor along a diagonal.
 fn towards(stroke: f64, axes: usize) -> ByAxis<Drive> {
     moved_by(&[0.8 * stroke, -0.6 * stroke][..axes])
 }
@@ -189,12 +191,12 @@ fn from_a_nanometre_to_a_millimetre_with_and_without_friction() {
                         let reach = joint.reach();
                         let about =
                             format!("{boundary:?} Rq {rq:e} {load:e} N µ {friction} {axes} axes");
-                        // Forth, farther, a little back, and far back.
+                        // The motion consists of a forward step, a longer forward step, a short return and a long return.
                         for part in [1e-6, 0.3, -1e-3, -30.0] {
-                            // Without friction there is no scale: 1 µm.
+                            // Without friction, the problem has no length scale, and the test moves by 1 µm.
                             let stroke = part * if friction > 0.0 { reach } else { 1e-6 };
-                            // Nothing holds a periodic joint in full contact against a motion but the unevenness of its
-                            // limits: a motion far below their displacement is refused at times.
+                            // In full contact of a periodic joint, only the unevenness of the friction limits resists a uniform motion. The
+                            // solver may reject a motion far below the displacement of gross slip.
                             let complete = joint.limit.iter().all(|l| *l > 0.0);
                             if part.abs() < 0.1 && boundary == Boundary::Periodic && complete {
                                 match joint.solve(&towards(stroke, axes)) {
@@ -262,7 +264,7 @@ fn grids_of_every_awkward_shape() {
     }
 }
 
-/// One cell sticks up to δ = µp k, and its shear follows the displacement until then.
+/// One cell sticks up to δ = µp k; until then, its shear is proportional to the displacement.
 #[test]
 fn one_cell_sticks_and_slides() {
     let grid = Grid {
@@ -356,7 +358,7 @@ fn input_without_sense_is_named() {
     };
     for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut spoilt = limit.clone();
-        // The first is named.
+        // The error names the first wrong cell.
         for (i, j) in [(20, 3), (4, 16), (4, 5)] {
             spoilt[GRID.index(i, j)] = wrong;
         }
@@ -421,7 +423,7 @@ fn input_without_sense_is_named() {
     ));
 }
 
-/// The same step in other units: metres and pascals against millimetres and megapascals, and powers of two of both.
+/// A solution does not depend on the units: metres and pascals, millimetres and megapascals, and powers of two.
 #[test]
 fn units_do_not_matter() {
     let height = rough(GRID, 12, 1e-7);
@@ -445,7 +447,7 @@ fn units_do_not_matter() {
         for (length, modulus) in UNITS {
             let found = solved(length, modulus, axes);
             let shear = metres.shear[0].iter().map(|q| q * modulus);
-            // Pressures differ by their tolerance, and the shear with its root.
+            // Pressures differ by their tolerance, and shears by the square root of the tolerance.
             let off = apart(&found.shear[0], shear);
             assert!(off < 1e-3, "{length:e} {modulus:e}: {off:e}");
             let work = metres.dissipation * modulus * length.powi(3);
@@ -454,7 +456,7 @@ fn units_do_not_matter() {
     }
 }
 
-/// Steps over steps on random joints; the pairs an axis of each.
+/// Certifies successive steps of random joints, and returns the median and the largest number of FFT pairs per axis.
 fn battery(joints: u64, cells: f64) -> (f64, f64) {
     let (mut faults, mut costs) = (Vec::new(), Vec::new());
     for seed in 0..joints {
@@ -476,7 +478,7 @@ fn battery(joints: u64, cells: f64) -> (f64, f64) {
                 continue;
             }
         };
-        // Nothing holds a periodic joint in full contact: see above.
+        // The test skips periodic joints in full contact, because only uneven friction limits resist their motion.
         let periodic = pressed.half_space.boundary() == Boundary::Periodic;
         if periodic && pressed.limit.iter().all(|l| *l > 0.0) {
             continue;
@@ -508,7 +510,7 @@ fn battery(joints: u64, cells: f64) -> (f64, f64) {
                 }
                 Err(error) => faults.push(format!("step {step} of {about} {drive:?}: {error}")),
             }
-            // The load rises or falls before the next one; shears beyond their new limits are cut by the solver.
+            // The load changes before the next step; the solver reduces shears to their new friction limits.
             let load = random.between(0.5, 1.5);
             pressed.limit = full.iter().map(|l| load * l).collect();
         }
@@ -522,7 +524,7 @@ fn battery(joints: u64, cells: f64) -> (f64, f64) {
     costs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (median, worst) = (costs[costs.len() / 2].0, costs[costs.len() - 1].0);
     println!(
-        "{} steps of joints of about {cells} cells a side: {median:.1} FFT pairs an axis at the median",
+        "{} steps of joints of about {cells} cells per side: {median:.1} FFT pairs per axis, median",
         costs.len()
     );
     for (cost, about) in costs.iter().rev().take(5) {
@@ -531,7 +533,7 @@ fn battery(joints: u64, cells: f64) -> (f64, f64) {
     (median, worst)
 }
 
-/// Bounds with room for other rounding, as in `battery`.
+/// The bounds have a margin for different rounding, as in `battery`.
 #[test]
 fn steps_of_small_joints() {
     let (median, worst) = battery(100, 30.0);
@@ -561,7 +563,7 @@ fn four_million_cells() {
     let drive = towards(0.3 * reach, 2);
     let found = joint.solve(&drive).unwrap();
     println!(
-        "{:?}, {:.1} pairs",
+        "{:?}, {:.1} FFT pairs",
         begin.elapsed(),
         joint.half_space.take_pairs()
     );

@@ -6,10 +6,10 @@ use fretwear::grid::{Grid, Patch};
 use super::random::Random;
 use super::{PAIR, half_space, influence, moved_by, paraboloid, sheared};
 
-/// On a coarse grid the set changes cell by cell, so the indentation curve is a chain of chords, of which kn is one.
+/// On a coarse grid, the contact grows by single cells. The indentation curve is a polygon, and kn is the slope of one side.
 const CHORD: f64 = 0.04;
 
-/// A stiffness is an energy: the square of the residual of its solve.
+/// Accuracy of a stiffness. A stiffness is an energy, so its error is the square of the residual.
 const ENERGY: f64 = 1e-7;
 
 #[test]
@@ -30,11 +30,11 @@ fn kn_is_exact_where_the_set_does_not_change() {
     assert!((kn * solution.approach / 100.0 - 1.0).abs() < 1e-8);
 }
 
-/// The pressures under a motion of fixed cells, by a dense solution with the kernel's integrals.
+/// kn of rotating bodies with a fixed set of cells, by a dense solution with the integrals of the kernel.
 fn dense_kn_of_turning_bodies(grid: Grid, cells: &[usize]) -> f64 {
     let at = |c: usize| grid.centre(grid.cell(c).0, grid.cell(c).1);
     let matrix = block(grid, cells, [0, 0]);
-    // Resultants S of unit motions, and N at unit approach with both moments zero: 1/(S⁻¹)₀₀.
+    // The resultants S belong to unit motions. The load at unit approach with zero moments is 1/(S⁻¹)₀₀.
     let fields: Vec<[f64; 3]> = cells.iter().map(|&c| [1.0, at(c).1, -at(c).0]).collect();
     let pressures = [0, 1, 2].map(|k| eliminate(&matrix, fields.iter().map(|f| f[k]).collect()));
     let resultants: Vec<Vec<f64>> = (0..3)
@@ -53,7 +53,7 @@ fn dense_kn_of_turning_bodies(grid: Grid, cells: &[usize]) -> f64 {
     1.0 / eliminate(&resultants, vec![1.0, 0.0, 0.0])[0]
 }
 
-/// An entry of the influence of each of these cells on each of them.
+/// Matrix of one entry of the influence between all these cells.
 fn block(grid: Grid, cells: &[usize], [row, column]: [usize; 2]) -> Vec<Vec<f64>> {
     let on = |&at: &usize| {
         let of = |&from: &usize| influence(PAIR, grid, at, from)[row][column];
@@ -62,12 +62,12 @@ fn block(grid: Grid, cells: &[usize], [row, column]: [usize; 2]) -> Vec<Vec<f64>
     cells.iter().map(on).collect()
 }
 
-/// Gaussian elimination with the largest pivots.
+/// Gaussian elimination with column pivoting.
 fn eliminate(matrix: &[Vec<f64>], mut right: Vec<f64>) -> Vec<f64> {
     let (mut a, n) = (matrix.to_vec(), right.len());
     for k in 0..n {
         let pivot = (k..n).max_by(|&p, &q| a[p][k].abs().total_cmp(&a[q][k].abs()));
-        let pivot = pivot.expect("a row is left");
+        let pivot = pivot.expect("a pivot row");
         a.swap(k, pivot);
         right.swap(k, pivot);
         for r in k + 1..n {
@@ -89,7 +89,7 @@ fn eliminate(matrix: &[Vec<f64>], mut right: Vec<f64>) -> Vec<f64> {
 fn kn_of_turning_bodies_is_that_of_a_dense_solution() {
     let grid = Grid::over([2e-3, 1.5e-3], [13, 11]);
     let mut half_space = half_space(&Patch::full(grid));
-    // Off the centre, so that approach and rotations are coupled.
+    // The set is asymmetric, so approach and rotations are coupled.
     let cells: Vec<usize> = (0..grid.len())
         .filter(|&c| {
             let (i, j) = grid.cell(c);
@@ -117,7 +117,7 @@ fn kn_of_turning_bodies_is_that_of_a_dense_solution() {
 fn kn_of_turning_bodies_is_the_slope_of_the_indentation_curve() {
     let grid = Grid::over([2e-3, 1.5e-3], [50, 42]);
     let patch = Patch::full(grid);
-    // The tops of two paraboloids carry moments about the centre; the bodies lean on both.
+    // The contact on two paraboloids carries moments about the centre.
     let (left, right) = (
         paraboloid(grid, 0.02, (-0.5e-3, 0.1e-3)),
         paraboloid(grid, 0.03, (0.6e-3, 0.0)),
@@ -158,7 +158,7 @@ fn bodies_on_one_cell_turn_without_resistance() {
     let [turning, held] = [stiffness::normal_with_rotation, stiffness::normal]
         .map(|kn| kn(&mut half_space, &set).expect("kn").total);
     assert!(turning.abs() < ENERGY * held, "{turning:e} of {held:e}");
-    // At the centre there is nothing to turn about.
+    // A single cell at the centre has the same stiffness with and without rotation.
     set[grid.index(1, 5)] = false;
     set[grid.index(4, 3)] = true;
     let [turning, held] = [stiffness::normal_with_rotation, stiffness::normal]
@@ -204,15 +204,15 @@ fn a_full_periodic_contact_is_rigid() {
     );
 }
 
-/// What the tolerances of both solves leave of a stiffness.
+/// Agreement of two stiffnesses, from the tolerances of both solvers.
 const SOLVERS: f64 = 1e-6;
 
-/// Force along x over displacement along x of a step that nothing slips in.
+/// Force along x over displacement along x of a step without slip.
 fn stuck(half_space: &mut HalfSpace, patch: &Patch, axes: usize) -> f64 {
     let set = ragged(patch);
     let displacement = 1e-7;
     let drive = moved_by(&[displacement, 0.0][..axes]);
-    // Far more than the shear under this displacement, also in the corners of the set.
+    // The limit far exceeds the shear under this displacement, also in the corners of the set.
     let limit: Vec<f64> = set.iter().map(|&c| if c { 1e12 } else { 0.0 }).collect();
     let problem = sheared(patch, &limit, None, &drive);
     let options = TangentialOptions {
@@ -223,7 +223,7 @@ fn stuck(half_space: &mut HalfSpace, patch: &Patch, axes: usize) -> f64 {
     found.force[0] / displacement
 }
 
-/// Contact spots without any symmetry, so that what moves along x also moves along y and turns.
+/// Contact spots without symmetry, so a force along x also causes a motion along y and a rotation.
 fn ragged(patch: &Patch) -> Vec<bool> {
     let (nx, ny) = (patch.grid.nx, patch.grid.ny);
     (0..patch.grid.len())
@@ -252,11 +252,11 @@ fn kt_is_the_first_slope_of_a_tangential_step() {
     }
 }
 
-/// Sets of any share of the cells, from single ones to all but a few: what the solve calls pressures under a unit displacement
-/// displaces every cell of the set by that, whatever its preconditioner was worth.
+/// For sets from single cells to nearly all cells, the computed pressures displace every cell of the set by one unit, independently of the
+/// preconditioner.
 #[test]
 fn densities_displace_sets_of_any_share_by_a_unit() {
-    /// Root mean square of the error, of a residual of 3e-6 in the preconditioner's norm.
+    /// Root mean square error, from a residual of 3e-6 in the norm of the preconditioner.
     const OFF: f64 = 1e-5;
     let grid = Grid::over([5e-3, 3e-3], [53, 40]);
     let mut half_space = HalfSpace::new(grid, PAIR, Boundary::Free);
@@ -271,15 +271,18 @@ fn densities_displace_sets_of_any_share_by_a_unit() {
         let on_set = displacement.iter().zip(&set).filter(|(_, s)| **s);
         let square: f64 = on_set.map(|(u, _)| (u - 1.0).powi(2)).sum();
         let off = (square / cells).sqrt();
-        println!("{share}: {} iterations, off by {off:.1e}", kn.iterations);
+        println!(
+            "{share}: {} iterations, root mean square error {off:.1e}",
+            kn.iterations
+        );
         assert!(off < OFF, "{share}: {off:e}");
-        // And its energy is that of the quicker solve.
+        // The energy agrees with the energy of the faster solve.
         let total = stiffness::normal(&mut half_space, &set).expect("kn").total;
         assert!((total / kn.total - 1.0).abs() < ENERGY, "{share}");
     }
 }
 
-/// kn, kt along x alone and kt with y held, by dense solutions with the kernel's integrals.
+/// kn, kt for shear along x, and kt with a fixed motion along y, by dense solutions with the integrals of the kernel.
 fn dense(grid: Grid, cells: &[usize]) -> [f64; 3] {
     let n = cells.len();
     let total = |matrix: &[Vec<f64>]| {
@@ -296,10 +299,11 @@ fn dense(grid: Grid, cells: &[usize]) -> [f64; 3] {
     [total(&normal), total(&xx), total(&both)]
 }
 
-/// On scattered cells the residual of a solve says little of its error, which is that of the soft, far-reaching motions.
+/// On scattered cells, the residual of a solve is a poor estimate of the error, because the error consists of compliant motions of long
+/// range.
 #[test]
 fn kn_and_kt_are_those_of_a_dense_solution_on_cells_of_any_pattern() {
-    /// What the documentation of [`stiffness::TOLERANCE`] says.
+    /// Accuracy in the documentation of [`stiffness::TOLERANCE`].
     const SAID: f64 = 1e-7;
     let grid = Grid::over([5e-3, 3e-3], [23, 16]);
     let mut half_space = half_space(&Patch::full(grid));
@@ -344,7 +348,7 @@ fn kn_and_kt_are_those_of_a_dense_solution_on_cells_of_any_pattern() {
         ];
         for (what, found, expected) in found {
             let off = found / expected - 1.0;
-            println!("{name}: {what} off by {off:.1e}");
+            println!("{name}: {what}, relative error {off:.1e}");
             assert!(off.abs() < SAID, "{name}: {what} {found:e}, {expected:e}");
         }
     }

@@ -7,7 +7,7 @@ use fretwear::reference::{Westergaard, elastic};
 
 use super::{PAIR, relative_l2};
 
-/// Two waves over the grid, off its centre; along x or along y.
+/// Direction of the wave. Two waves fit on the grid, and their crests lie outside its centre.
 #[derive(Clone, Copy, Debug)]
 enum Along {
     X,
@@ -68,12 +68,13 @@ fn partial_contact_is_westergaards() {
                 let cells = pressure.len() as f64;
                 let touching =
                     solution.pressure.iter().filter(|p| **p > 0.0).count() as f64 / cells;
-                // Each of the four edges is known to a cell of 254.
+                // The grid resolves each of the four edges to one of 254 cells.
                 assert!(
                     (touching - wave.area_fraction()).abs() < 4.0 / 254.0,
                     "{share}: {touching}"
                 );
-                // First order in pressure at the edges, second in the gap: 127 cells a wave, the narrowest strip has 18.
+                // The pressure error is of first order at the edges, and the gap error is of second order. A wave has 127 cells, and the
+                // narrowest strip has 18 cells.
                 let error = relative_l2(&solution.pressure, &pressure);
                 assert!(error < 2.5e-2, "{along:?} {share}: pressure {error:e}");
                 let worst = solution
@@ -98,7 +99,7 @@ fn partial_contact_is_westergaards() {
 
 #[test]
 fn full_contact_is_exact() {
-    // One harmonic, which the periodic kernel displaces without error: only the solver's tolerance is left.
+    // The periodic kernel is exact for a single harmonic, so only the tolerance of the solver remains.
     for along in [Along::X, Along::Y] {
         for share in [1.02, 1.7] {
             compare(share, along, |wave, solution, pressure, _| {

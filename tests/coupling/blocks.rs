@@ -1,5 +1,5 @@
-//! Whole runs of two rough blocks that `truth.py` and `unequal.py` have meshed down to their cells: the structure presses and moves its joint, and
-//! what a cycle then dissipates is held against the truth at the same displacement of the head.
+//! Tests of complete runs with two rough blocks that `truth.py` and `unequal.py` mesh down to the cells. The structure presses and moves
+//! the joint, and the dissipated energy is compared with the scripts at the same displacement of the head.
 
 use std::path::PathBuf;
 
@@ -11,17 +11,17 @@ use super::pressing::{batches, numbers, own};
 use super::truth::Truth;
 use crate::support::{Bench, latest, summary, table};
 
-/// What holds the head of the blocks' decks along x \[N/m\].
+/// Stiffness of the frame of the decks along x \[N/m\].
 const FRAME: f64 = 5e9;
-/// How near the head comes to its displacement.
+/// Tolerance of the displacement of the head.
 const NEAR: f64 = 3e-3;
 
-/// Two blocks on a mesh, with the folder of their truth.
+/// Mesh of two blocks, and the folder with the results of the script.
 #[derive(Clone, Copy)]
 struct Blocks {
     truth: &'static str,
     deck: &'static str,
-    /// The boxes of the coarser mesh along x and y, over which loads and energies are compared.
+    /// Numbers of boxes of the coarser mesh along x and y; the test compares loads and energies of boxes.
     boxes: [usize; 2],
 }
 
@@ -32,7 +32,8 @@ const BLOCKS: [Blocks; 4] = [
     Blocks::of("unequal", "unequal_14x10", [7, 5]),
 ];
 
-/// Errors of a run: force, energy and the loads of boxes, the energy field by cells and by boxes; fields as sums of all differences over the sum.
+/// Relative errors of a run: force, energy, loads of boxes, and energy fields by cells and by boxes. The error of a field is the sum of all
+/// differences over the sum of the field.
 #[derive(Debug)]
 struct Errors {
     force: f64,
@@ -50,7 +51,7 @@ struct Run {
 }
 
 impl Run {
-    /// A column of a table with the columns i and j as a field.
+    /// Column of a table with the columns i and j, as a field.
     fn field(&self, iteration: u64, name: TableName, column: &str) -> Vec<f64> {
         let table = table(&self.root, iteration, name);
         let values = table.f64(column).expect("numbers");
@@ -76,7 +77,7 @@ impl Blocks {
         Blocks { truth, deck, boxes }
     }
 
-    /// A run of which the forces on the head and further parts of the scene are given.
+    /// Runs a scene with forces on the head and with further sections.
     fn run(self, surface: &str, forces: &str, further: &str) -> Run {
         let truth = Truth::read(self.truth);
         let grid = truth.grid();
@@ -126,7 +127,7 @@ damping_ratio = 0
         }
     }
 
-    /// The errors of one cycle at a part of what friction carries.
+    /// Errors of one cycle at a share of the friction limit.
     fn errors(self, surface: &str, part: f64) -> Errors {
         let expected = Truth::read(self.truth).cycle(surface, part);
         let run = self.run(surface, &to(expected.amplitude, expected.force), "");
@@ -145,7 +146,7 @@ damping_ratio = 0
         }
     }
 
-    /// The errors of the energy of a cycle whose load swings by 30 % with the motion, and of the energies of boxes.
+    /// Errors of the energy and of the energies of boxes, for a cycle in which the load varies by 30 % with the motion.
     fn under_a_varying_load(self) -> [f64; 2] {
         let [amplitude, up, down, energy] = {
             let table = only("worn/varying.parquet");
@@ -155,7 +156,7 @@ damping_ratio = 0
             let amplitude = Truth::read("truth").cycle("a", 0.8).amplitude;
             [amplitude, at("force_plus"), at("force_minus"), at("energy")]
         };
-        // The head is as far to either side, though the force is not as large.
+        // The head moves by the same amplitude to both sides, although the forces differ.
         let forces = format!(
             r#"[{}, {{ amplitude = "{} N", at = "HEADREF", direction = "x", harmonic = 0 }}, {{ amplitude = "900 N", at = "HEADREF", direction = "z", phase = "180 deg" }}]"#,
             to(amplitude, 0.5 * (up - down)),
@@ -174,7 +175,7 @@ damping_ratio = 0
         ]
     }
 
-    /// The errors of the worn volume and of the worn field after some cycles near sliding.
+    /// Errors of the worn volume and of the wear depth near gross slip after the given cycles.
     fn worn(self, cycles: u64) -> [f64; 2] {
         let table = only("worn/worn.parquet");
         let row = numbers(&table, "cycles")
@@ -213,19 +214,19 @@ damping_ratio = 0
     }
 }
 
-/// The force on the head that moves it by an amplitude against a joint with some force.
+/// Force on the head for a given amplitude of the head and a given force of the joint.
 fn to(amplitude: f64, joint: f64) -> String {
     let force = FRAME * amplitude + joint;
     format!(r#"{{ amplitude = "{force} N", at = "HEADREF", direction = "x" }}"#)
 }
 
-/// A table of the truth.
+/// Reads a table of a script.
 pub fn only(path: &str) -> RecordBatch {
     let [batch] = batches(&own(path)).try_into().expect("one batch");
     batch
 }
 
-/// Sum of the differences of two fields, each in parts of its own sum.
+/// Sum of the differences of two fields, each relative to its own sum.
 fn apart(found: &[f64], expected: &[f64]) -> f64 {
     let [whole, of_expected] = [found, expected].map(|field| field.iter().sum::<f64>());
     let pairs = found.iter().zip(expected);
@@ -234,11 +235,11 @@ fn apart(found: &[f64], expected: &[f64]) -> f64 {
         .sum()
 }
 
-/// Half of the energy of partial slip is in cells of which the truth's two meshes know no better than this.
+/// Tolerance of the energy field in partial slip. The energy fields of the script's two meshes do not agree better.
 const WEAR: f64 = 0.5;
 
-/// On a mesh of elements of 2 mm, a quarter of the height of a block: force within 3 %, energy within 18 % and 5 % in sliding, loads of elements within 8 %;
-/// with elements of 1 mm within half of each.
+/// With elements of 2 mm, a quarter of the height of a block, the force error is at most 3 % and the error of element loads 8 %. The energy
+/// error is at most 18 %, and 5 % in gross slip. With elements of 1 mm, the bounds are half as large.
 #[test]
 fn blocks_press_and_slip_as_their_cells_do() {
     let [coarse, fine, unequal, _] = BLOCKS;
@@ -265,25 +266,25 @@ fn blocks_press_and_slip_as_their_cells_do() {
     }
 }
 
-/// A load that varies with the motion by 30 %: energy within 5 %, the energies of elements within 15 %.
+/// With a load that varies by 30 % with the motion, the energy error is at most 5 %, and the error of element energies 15 %.
 #[test]
 fn blocks_slip_under_a_varying_load_as_their_cells_do() {
     let [energy, of_boxes] = BLOCKS[0].under_a_varying_load();
-    println!("energy {energy:.4}, of boxes {of_boxes:.4}");
+    println!("error of the energy {energy:.4}, of the energies of boxes {of_boxes:.4}");
     assert!(
         energy.abs() < 0.05 && of_boxes < 0.15,
         "{energy} {of_boxes}"
     );
 }
 
-/// The long form, which the page on accuracy shows: every surface at every part on both meshes.
+/// All surfaces at all shares of the friction limit on both meshes, as the documentation shows.
 #[test]
 #[ignore = "ten minutes"]
 fn all_blocks() {
     for (blocks, volume, field) in [(BLOCKS[0], 0.12, 0.20), (BLOCKS[1], 0.03, 0.10)] {
         let [of_volume, of_field] = blocks.worn(1_000_000);
         println!(
-            "{}: worn volume {of_volume:+.4}, field {of_field:.4}",
+            "{}: error of the worn volume {of_volume:+.4}, of the wear depth {of_field:.4}",
             blocks.deck
         );
         assert!(of_volume.abs() < volume && of_field < field);

@@ -2,19 +2,21 @@
 
     python decks.py FOLDER
 
-    plates_4.inp, plates_3.inp, plates_2.inp     the two free plates, by the edge of their elements in mm
-    blocks_6x5.inp, blocks_12x10.inp             the two blocks of truth.py, by their elements along x and y
-    unequal_7x5.inp, unequal_14x10.inp           the two blocks of unequal.py
+    plates_4.inp, plates_3.inp, plates_2.inp     the two free plates, with the edge length of the elements in mm
+    blocks_6x5.inp, blocks_12x10.inp             the two blocks of truth.py, with the numbers of elements along x and y
+    unequal_7x5.inp, unequal_14x10.inp           the two blocks of unequal.py, with the numbers of elements along x and y
 
-Elements are C3D8I, about as thick as they are long. Lengths are in mm, masses in t, times in s. The joint is z = 0 and its middle the
-origin. Sets of all decks: TOP and BOTTOM are the faces of the upper and the lower body at the joint.
+Elements are C3D8I, about as thick as long. Lengths are in mm, masses in t, times in s. The joint is at z = 0, and its centre is the
+origin. All decks have the sets TOP and BOTTOM, the faces of the upper and the lower body at the joint.
 
-Plates: HEAD and NUT are the nodes of the pad `inner` on the upper and the lower plate, HEAD_EDGE and NUT_EDGE those of the pad `edge`;
-surfaces of the same names with _FACES are their faces. TIP is a corner of the upper plate, SENSOR the opposite one of the lower plate.
+Plates: HEAD and NUT are the nodes of the pad `inner` on the upper and the lower plate; HEAD_EDGE and NUT_EDGE are the nodes of the pad
+`edge`. The surfaces with the suffix _FACES are the faces of these sets. TIP is a corner of the upper plate, and SENSOR is the opposite
+corner of the lower plate.
 
-Blocks: BASE is the lower face of the lower block, which the deck fixes. HEAD is the upper face of the upper block. Equations move it
-with the node HEADREF along x, y and z, and so without tilting. A stiff frame holds HEADREF along x and y and leaves it free along z, so
-that a force on it moves it by this force over FRAME_STIFFNESS, whatever the joint does: FRAME is one box in shear.
+Blocks: BASE is the lower face of the lower block, and the deck fixes this face. HEAD is the upper face of the upper block. Equations
+couple HEAD to the node HEADREF along x, y and z, so HEAD does not tilt. A stiff frame supports HEADREF along x and y; HEADREF is free
+along z. A force on HEADREF therefore moves it by the force over FRAME_STIFFNESS, nearly independently of the joint. FRAME is one box in
+shear.
 """
 
 import pathlib
@@ -30,16 +32,16 @@ from make_lap_of_bars import Bar  # noqa: E402
 FIRST_OF_UPPER = 10_001
 REFERENCE = 100_001
 BLOCK_DENSITY = 7850.0
-# Of the frame along x and y [N/m]; the blocks in full stick have a tenth of it.
+# Stiffness of the frame along x and y [N/m]; the stiffness of the blocks in full stick is a tenth of it.
 FRAME_STIFFNESS = 5e9
 FRAME_NODES = range(REFERENCE + 1, REFERENCE + 9)
 FRAME_ELEMENT = 900_001
-# Faces of a C3D8I below and above.
+# Lower and upper face of a C3D8I element.
 BELOW, ABOVE = "S1", "S2"
 
 
 def bodies(size, heights, counts, layers):
-    """The lower and the upper body [m], the joint between them at z = 0."""
+    """The lower and the upper body [m], with the joint between them at z = 0."""
     cell = [1e3 * s / n for s, n in zip(size, counts)]
     corner = [-500 * s for s in size]
     (low, high), (below, above) = heights, layers
@@ -66,7 +68,7 @@ def text(title, both, sets, elastic, density, surfaces=None, more=()):
         lines += [", ".join(map(str, [element, *nodes])) for element, nodes in body.elements.items()]
     for name, nodes in sets.items():
         lines.append(f"*NSET, NSET={name}")
-        # Sixteen numbers a line at most.
+        # A line has at most sixteen numbers.
         lines += [", ".join(map(str, nodes[k : k + 16])) for k in range(0, len(nodes), 16)]
     for name, faces in (surfaces or {}).items():
         lines += [f"*SURFACE, NAME={name}", *(f"{element}, {face}" for element, face in faces)]
@@ -77,19 +79,19 @@ def text(title, both, sets, elastic, density, surfaces=None, more=()):
 
 
 def pad_faces(body, pad, face):
-    """The elements of a body whose lower or upper faces tile a pad, and their nodes there."""
+    """The elements of a body whose lower or upper faces tile a pad, and the nodes of these faces."""
     centre, sides = plates.PADS[pad]
     outer = layer(body, 0 if face == BELOW else body.cells[2])
     is_inside = lambda place: all(abs(p - 1e3 * c) < 500 * s + 1e-6 for p, c, s in zip(place, centre, sides))
     nodes = {node for node in outer if is_inside(body.positions[node])}
     elements = [element for element, corners in body.elements.items() if len(nodes & set(corners)) == 4]
     area = len(elements) * body.cell[0] * body.cell[1]
-    assert abs(area - 1e6 * sides[0] * sides[1]) < 1e-6, "faces tile the pad"
+    assert abs(area - 1e6 * sides[0] * sides[1]) < 1e-6, "the faces of the elements must tile the pad"
     return [(element, face) for element in elements], sorted(nodes)
 
 
 def plates_deck(edge):
-    """Plates of elements of this edge [m]."""
+    """Deck of the plates with elements of this edge length [m]."""
     counts = [round(s / edge) for s in plates.SIZE]
     layers = round(plates.HEIGHT / edge)
     lower, upper = bodies(plates.SIZE, 2 * [plates.HEIGHT], counts, 2 * [layers])
@@ -103,7 +105,7 @@ def plates_deck(edge):
 
 
 def blocks_deck(heights, size, counts, layers, elastic):
-    """A block that stands on a fixed base, and one that hangs from a head without rotation."""
+    """Deck of a block on a fixed base, and of a block below a head that does not rotate."""
     lower, upper = bodies(size, heights, counts, layers)
     head = layer(upper, layers[1])
     upper.positions[REFERENCE] = [0.0, 0.0, 1e3 * heights[1]]
@@ -111,7 +113,7 @@ def blocks_deck(heights, size, counts, layers, elastic):
     equations = [
         line for node in head for axis in (1, 2, 3) for line in ("2", f"{node}, {axis}, 1., {REFERENCE}, {axis}, -1.")
     ]
-    # A box of 1 mm above the head: its lower nodes follow HEADREF along x and y, its upper ones stand.
+    # The frame is a box of 1 mm above the head. Its lower nodes follow HEADREF along x and y, and its upper nodes are fixed.
     corners = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     for node, (x, y, z) in zip(FRAME_NODES, corners):
         upper.positions[node] = [x, y, 1e3 * heights[1] + 5 + z]
@@ -122,7 +124,7 @@ def blocks_deck(heights, size, counts, layers, elastic):
         ", ".join(map(str, [FRAME_ELEMENT, *FRAME_NODES])),
         "*MATERIAL, NAME=FRAME",
         "*ELASTIC",
-        # Without lateral contraction, G A / L of the box is half of Young's modulus times 1 mm.
+        # With a Poisson's ratio of 0, G A / L of the box is half of Young's modulus times 1 mm.
         f"{2e-3 * FRAME_STIFFNESS:g}, 0.",
         "*DENSITY",
         "1e-9",

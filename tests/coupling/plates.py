@@ -1,24 +1,25 @@
-"""Two free plates that pads press together: how a structure distributes the load of its joint.
+"""Two free plates that pads press together: distribution of the load over the joint of a structure.
 
     python plates.py FOLDER [--refinements 1 2]                        (numpy, scipy, pypardiso, pyarrow)
 
-Two equal steel plates of 48 x 36 x 8 mm lie upon each other, free in space. Two opposite forces of 10 kN press them together; each is
-a uniform pressure on a rectangular pad of an outer face. The contact is frictionless and unilateral. Eight-node hexahedra with
-incompatible modes (as in truth.py), graded in depth. Nodes of the two faces lie opposite each other. Nothing of the program is used.
+Two equal steel plates of 48 x 36 x 8 mm lie on each other, without supports. Two opposite forces of 10 kN press the plates together; each
+force is a uniform pressure on a rectangular pad of an outer face. The contact is frictionless and unilateral. The mesh has eight-node
+hexahedra with incompatible modes (as in truth.py), graded in depth. Nodes of the two faces are opposite each other. The script does not
+use the program.
 
-The plates are mirror images, and so are their loads. The plane between them therefore stays plane: one plate is pressed on a rigid
-obstacle, which has half of the heights of the rough face. The refinement is the number of elements per cell and axis; it divides the
-layers in depth as well. Coordinates are from the middle of the joint. A case is a pad and a surface. Written for each:
+The plates and their loads are mirror images. The plane between them therefore stays plane, and the script presses one plate on a rigid
+obstacle with half of the heights of the rough face. The refinement is the number of elements per cell and axis; it also divides the
+layers in depth. The origin of the coordinates is the centre of the joint. A case is a pad and a surface. The script writes for each case:
 
-    case.parquet      a row a case: the resultant and its place, nodes in contact, the largest pressure, how well it is solved
-    cell.parquet      a row a cell: mean pressure [Pa]; all other cells bear nothing
-    element.parquet   a row a contact element: load [N] of the square around a node, of 4, 3 or 2 mm; a cell shares its load among
+    case.parquet      one row per case: the resultant and its position, nodes in contact, the largest pressure, errors of the solution
+    cell.parquet      one row per cell with pressure: mean pressure [Pa]
+    element.parquet   one row per contact element: load [N] of the square around a node, of 4, 3 or 2 mm; a cell distributes its load to
                       the four nodes around it by bilinear weights
-    ring.parquet      a row a ring around the axis of the pad, 3 mm wide: load [N]
+    ring.parquet      one row per ring around the axis of the pad, 3 mm wide: load [N]
     plates.json       sizes, pads, and the waves of the rough surface (as in truth.py)
 
-What a folder has already of other cases stays. One core takes half a minute a case with one element a cell, and 1 GB; 10 minutes
-and 16 GB with two. The folder plates/ has the second refinement of the pad `inner`. decks.py writes the plates as decks.
+The script keeps the rows of other cases in the folder. On one core, one case takes half a minute and 1 GB with one element per cell, and
+10 minutes and 16 GB with two. The folder plates/ contains the second refinement of the pad `inner`. decks.py writes the plates as decks.
 """
 
 import argparse
@@ -39,27 +40,27 @@ HEIGHT = 8e-3
 CELLS = (96, 72)
 YOUNG, POISSON, DENSITY = 210e9, 0.3, 7850.0
 LOAD = 10e3
-# Growth of the layers away from the joint, of which the first is as thick as an element is long.
+# Growth factor of the layers away from the joint. The first layer is as thick as an element is long.
 GROWTH = 1.3
-# Centre and sides [m].
+# Centre and sides of each pad [m].
 PADS = {
     "inner": ((-6e-3, 0.0), (12e-3, 12e-3)),
     "edge": ((6e-3, 12e-3), (12e-3, 12e-3)),
     "centred": ((0.0, 0.0), (9e-3, 9e-3)),
 }
-# Rq [m], correlation length [m] and seed.
+# Rq [m], correlation length [m] and seed of each surface.
 SURFACES = {"smooth": None, "rough": (2e-6, 3e-3, 21)}
 CASES = [("inner", "smooth"), ("inner", "rough"), ("edge", "smooth"), ("edge", "rough"), ("centred", "smooth")]
 ELEMENT_EDGES = (4e-3, 3e-3, 2e-3)
 RING = 3e-3
-# Points per axis of a fine element by which a ring has its part of it.
+# Number of points per axis and fine element, for the share of an element in a ring.
 POINTS = 8
-# Bound on a gap below zero [m].
+# Tolerance of a negative gap [m].
 GAP = 1e-12
 
 
 class Plate:
-    """One plate, its joint at z = 0 and the plate below it; layer 0 is at the joint."""
+    """One plate, with its joint at z = 0 and its material below; layer 0 is at the joint."""
 
     def __init__(self, refinement):
         self.counts = tuple(refinement * c for c in CELLS)
@@ -74,20 +75,20 @@ class Plate:
         self.y = np.linspace(-0.5, 0.5, ny + 1) * SIZE[1]
         self.stiffness = self.assemble()
         self.face = 3 * self.nodes[0].ravel() + 2
-        # Rigid motions within the plane.
+        # These degrees of freedom prevent rigid motions in the plane.
         corner, along = self.nodes[0, 0, 0], self.nodes[0, 0, -1]
         self.still = [3 * corner, 3 * corner + 1, 3 * along + 1]
         self.solver = pypardiso.PyPardisoSolver(mtype=2)
         self.is_analysed = False
 
     def assemble(self):
-        """Stiffness; degree of freedom 3 n + axis."""
+        """Stiffness matrix; the degrees of freedom are 3 n + axis."""
         nx, ny = self.counts
         size = 3 * self.nodes.size
         total = sp.csr_matrix((size, size))
         for k, layer in enumerate(self.layers):
             matrix = truth.element_matrix(*self.edge, layer, YOUNG, POISSON)
-            # z points to the joint, so the upper corners of an element lie in layer k.
+            # The z axis points to the joint, so the upper corners of an element are in layer k.
             corners = [
                 self.nodes[k + 1 - (n >> 2 & 1), n >> 1 & 1 : ny + (n >> 1 & 1), n & 1 : nx + (n & 1)].ravel() for n in range(8)
             ]
@@ -97,13 +98,13 @@ class Plate:
         return total
 
     def pad_force(self, pad):
-        """Forces on all degrees of freedom of the load as a uniform pressure on the pad, towards the joint."""
+        """Nodal forces of the load as a uniform pressure on the pad, towards the joint."""
         centre, sides = PADS[pad]
         inside = [
             np.abs((nodes[1:] + nodes[:-1]) / 2 - c) < s / 2 for nodes, c, s in zip((self.x, self.y), centre, sides)
         ]
         faces = np.outer(inside[1], inside[0])
-        assert np.isclose(faces.sum() * self.edge[0] * self.edge[1], sides[0] * sides[1]), "faces tile the pad"
+        assert np.isclose(faces.sum() * self.edge[0] * self.edge[1], sides[0] * sides[1]), "the faces of the elements must tile the pad"
         share = np.zeros(self.nodes.shape[1:])
         for part in (share[1:, 1:], share[1:, :-1], share[:-1, 1:], share[:-1, :-1]):
             part += faces / 4
@@ -112,7 +113,7 @@ class Plate:
         return force
 
     def solve_with(self, given, values, force):
-        """Displacements under forces, where some of them are given."""
+        """Displacements under forces, with given displacements of some degrees of freedom."""
         held = np.zeros(len(force), bool)
         held[given] = held[self.still] = True
         u = np.zeros(len(force))
@@ -134,8 +135,8 @@ class Plate:
         return np.where(held, u, found)
 
     def press(self, height, force, active):
-        """Forces of the nodes of the joint, p >= 0 and g >= 0, by the set of nodes in contact (Hueber and Wohlmuth 2005).
-        Heights are positive towards the other plate. Also the nodes in contact, iterations and the largest overlap."""
+        """Forces of the nodes of the joint with p >= 0 and g >= 0, by an active set of nodes in contact (Hueber and Wohlmuth 2005).
+        Heights are positive towards the other plate. Also returns the nodes in contact, the iterations and the largest overlap."""
         top = -height.ravel() / 2
         active = active.copy()
         for iteration in range(60):
@@ -147,11 +148,11 @@ class Plate:
             if changed == 0:
                 return pressing, active, iteration, max(0.0, -gap.min())
             active = next_active
-        raise RuntimeError(f"{changed} nodes in contact still change")
+        raise RuntimeError(f"{changed} nodes in contact did not converge")
 
 
 def spread(plate, pressing):
-    """Mean pressures of the fine elements, along x and y: a node presses evenly on the elements around it."""
+    """Mean pressures of the fine elements along x and y. The pressure of a node is uniform on the elements around the node."""
     nx, ny = plate.counts
     ends = lambda n: np.r_[0.5, np.ones(n - 1), 0.5]
     density = pressing.reshape(ny + 1, nx + 1).T / np.outer(ends(nx), ends(ny)) / np.prod(plate.edge)
@@ -159,7 +160,7 @@ def spread(plate, pressing):
 
 
 def element_loads(pressure, edge, sides=SIZE):
-    """Loads of the squares around nodes from the mean pressures of cells, by bilinear weights at their centres."""
+    """Loads of the squares around nodes from the mean pressures of cells, by bilinear weights at the centres of the cells."""
     weights = []
     for size, cells in zip(sides, pressure.shape):
         nodes = np.arange(round(size / edge) + 1) * edge
@@ -180,7 +181,7 @@ def ring_loads(pressure, centre):
 
 
 def case_rows(plate, pad, surface, start):
-    """Rows of all tables for a case, and its nodes in contact."""
+    """Rows of all tables for a case, and the nodes in contact."""
     began = time.time()
     height = np.zeros(plate.nodes.shape[1:])
     if SURFACES[surface] is not None:
@@ -218,7 +219,7 @@ def waves_of(surface):
 
 
 def refined(active, old, new):
-    """The nodes of a finer mesh that are nearest to nodes in contact of a coarser one."""
+    """The nodes of a finer mesh that are nearest to the nodes in contact of a coarser mesh."""
     if old == new:
         return active
     nearest = [np.rint(np.arange(n + 1) * o / n).astype(int) for o, n in zip(old, new)]
@@ -226,7 +227,7 @@ def refined(active, old, new):
 
 
 def write_tables(folder, tables, key):
-    """Writes the tables. Rows stay that are there already and differ in a column of the key."""
+    """Writes the tables, and keeps existing rows with other values in the columns of the key."""
     for table, rows in tables.items():
         of = lambda row: tuple(row[name] for name in key)
         new = set(map(of, rows))
@@ -239,7 +240,7 @@ def write_tables(folder, tables, key):
 
 
 def described():
-    """All numbers by which the plates are set up elsewhere."""
+    """All parameters of the plates, as the tests read them."""
     surfaces = {}
     for name in SURFACES:
         if SURFACES[name] is not None:

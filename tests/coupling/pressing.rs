@@ -1,5 +1,5 @@
-//! The pressure that a structure makes at its joint, of whole runs up to their static contact: against plates that `plates.py` has meshed down to
-//! their cells, and against each other where it must not depend on something.
+//! Tests of the static pressure in the joint of a structure. Runs are compared with plates that `plates.py` meshes down to the cells, and
+//! with each other.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ pub fn numbers(batch: &RecordBatch, name: &str) -> Vec<f64> {
     values.iter().map(|v| *v as f64).collect()
 }
 
-/// Pressures by cell from a table with the columns i, j and pressure \[Pa\].
+/// Reads the pressures of cells from a table with the columns i, j and pressure \[Pa\].
 fn pressure_of(batch: &RecordBatch, rows: impl Fn(usize) -> bool, pressure: &mut [f64]) {
     let [i, j, p] = ["i", "j", "pressure"].map(|name| numbers(batch, name));
     for row in (0..batch.num_rows()).filter(|row| rows(*row)) {
@@ -56,7 +56,7 @@ fn pressure_of(batch: &RecordBatch, rows: impl Fn(usize) -> bool, pressure: &mut
     }
 }
 
-/// The pressure that `plates.py` has found on its finest mesh.
+/// Pressure of `plates.py` on its finest mesh \[Pa\].
 fn truth(pad: &str, surface: &str) -> Vec<f64> {
     let mut pressure = vec![0.0; CELLS[0] * CELLS[1]];
     let found = batches(&own("plates/cell.parquet"));
@@ -89,7 +89,7 @@ fn heights() -> Vec<f64> {
     waves(&described["surfaces"]["rough"], Grid::over(SIZE, CELLS))
 }
 
-/// The sum of the waves of a surface at the centres of cells \[m\].
+/// Sum of the waves of a surface at the centres of the cells \[m\].
 pub fn waves(surface: &Value, grid: Grid) -> Vec<f64> {
     let number = |value: &Value| value.as_f64().expect("a number");
     let list = |name: &str| surface[name].as_array().expect("a list").iter();
@@ -109,7 +109,7 @@ pub fn waves(surface: &Value, grid: Grid) -> Vec<f64> {
     (0..grid.len()).map(height).collect()
 }
 
-/// A map as an NPY file.
+/// Values of the cells as an NPY file.
 pub fn npy(values: &[f64], cells: [usize; 2]) -> Vec<u8> {
     let header = format!(
         "{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}",
@@ -123,7 +123,7 @@ pub fn npy(values: &[f64], cells: [usize; 2]) -> Vec<u8> {
     bytes
 }
 
-/// Two plates with a map of heights between them.
+/// Two plates with a file of surface heights.
 struct Plates {
     bench: Bench,
 }
@@ -135,7 +135,7 @@ impl Plates {
         Plates { bench }
     }
 
-    /// A deck with some texts in place of others.
+    /// Writes a deck with replaced texts.
     fn deck(&self, name: &str, changes: &[(&str, &str)]) {
         let mut text = std::fs::read_to_string(own(format!("decks/{name}"))).expect("a deck");
         for (from, to) in changes {
@@ -145,7 +145,7 @@ impl Plates {
         self.bench.write("plates.inp", text);
     }
 
-    /// The scene, with what presses the joint and further settings.
+    /// Runs the scene with a key for the preload and further settings.
     fn run(&self, run: &str, presses: &str, sets: &[&str]) -> Result<Vec<f64>, String> {
         self.bench.write(
             "plates.toml",
@@ -213,14 +213,14 @@ normal_tolerance = 1e-8
 const INNER: &str = r#"preload = { force = "10 kN", head = "HEAD", nut = "NUT" }"#;
 const EDGE: &str = r#"preload = { force = "10 kN", head = "HEAD_EDGE", nut = "NUT_EDGE" }"#;
 
-/// Loads in rings around the axis of a pad \[N\].
+/// Loads of rings around the axis of a pad \[N\].
 fn rings(pressure: &[f64], centre: [f64; 2]) -> Vec<f64> {
     let grid = Grid::over(SIZE, CELLS);
     let mut rings = vec![0.0; 20];
     for (cell, p) in pressure.iter().enumerate() {
         let (i, j) = grid.cell(cell);
         let (x, y) = grid.centre(i, j);
-        // A cell on the border of a ring is in both by its parts.
+        // A cell on the border of two rings contributes to both rings.
         const PARTS: usize = 8;
         for part in 0..PARTS * PARTS {
             let within = |k: usize, side: f64| ((k as f64 + 0.5) / PARTS as f64 - 0.5) * side;
@@ -249,8 +249,8 @@ fn off(found: &[f64], expected: &[f64]) -> f64 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak
 }
 
-/// Two free plates of 8 mm, pressed off their middle: each ring within 6 % of the load with elements half as long as a plate is thick, within 2 % with a
-/// quarter; the loads of elements of 3 mm within 14 %.
+/// The joint consists of two free plates of 8 mm, with pads outside its centre. The load of each ring differs by at most 6 % of the total
+/// load with elements half as long as the plate thickness, and by 2 % with a quarter. The loads of elements of 3 mm differ by at most 14 %.
 #[test]
 fn free_plates_are_pressed_where_their_pads_are() {
     let flat = vec![0.0; CELLS[0] * CELLS[1]];
@@ -275,19 +275,19 @@ fn free_plates_are_pressed_where_their_pads_are() {
                 println!("{surface} {edge} {pad}: ring {worst:.4}, elements {loads:.4}");
                 assert!(
                     worst < of_ring,
-                    "{surface} {edge} {pad}: a ring is {worst} of the load off"
+                    "{surface} {edge} {pad}: the load of a ring differs by {worst} of the total load"
                 );
                 assert!(
                     loads < of_elements,
-                    "{surface} {edge} {pad}: elements are {loads} off"
+                    "{surface} {edge} {pad}: the loads of elements differ by {loads} of the total load"
                 );
             }
         }
     }
 }
 
-/// What statics does not know of changes no pressure: masses, how many modes are kept, how a free structure is held without being strained, which of the
-/// bodies is the upper one, and a tilt of the heights, which free plates follow.
+/// The static pressure does not depend on masses, on the number of modes or on statically determinate supports. The pressure does not
+/// depend on the choice of the upper body or on a tilt of the heights, which free plates follow.
 #[test]
 fn pressures_are_those_of_statics_alone() {
     let heights = heights();
@@ -308,7 +308,7 @@ fn pressures_are_those_of_statics_alone() {
         let apart = off(&plates.pressed(density, INNER, &[]), &expected);
         assert!(apart < 1e-4, "{density}: {apart}");
     }
-    // The lower plate stands on three of its corners: 3, 2 and 1 directions.
+    // The lower plate has supports at three corners, in 3, 2 and 1 directions.
     let supported = "*BOUNDARY\n1, 1, 3\n28, 3, 3\n361, 2, 3\n*SOLID SECTION, ELSET=LOWER";
     plates.deck(
         "plates_4.inp",
@@ -318,7 +318,7 @@ fn pressures_are_those_of_statics_alone() {
     assert!(apart < 1e-6, "supported: {apart}");
     plates.deck("plates_4.inp", &[]);
     let grid = Grid::over(SIZE, CELLS);
-    // Seen from below, y runs the other way.
+    // Seen from below, y is reversed.
     let turned = |values: &[f64]| -> Vec<f64> {
         let cells = (0..grid.len()).map(|cell| grid.cell(cell));
         cells
@@ -343,7 +343,8 @@ fn pressures_are_those_of_statics_alone() {
     assert!(apart < 1e-5, "tilted: {apart}");
 }
 
-/// Stiffer bodies under as much more load are pressed alike; a structure that is stiffer than [material] is refused.
+/// A larger modulus with a proportionally larger load gives proportional pressures. The program rejects a structure that is stiffer than
+/// [material].
 #[test]
 fn a_structure_is_of_the_material_of_its_joint() {
     let heights = heights();
@@ -359,14 +360,15 @@ fn a_structure_is_of_the_material_of_its_joint() {
     plates.deck("plates_4.inp", &[("210000, 0.3", "420000, 0.3")]);
     let refused = plates
         .run("other", INNER, &[])
-        .expect_err("another material");
+        .expect_err("the structure has another modulus");
     assert!(
         refused.contains("[material]") && refused.contains("0.5"),
         "{refused}"
     );
 }
 
-/// Constant forces press as a preload does, and the pressure bears them all; those that nothing answers are refused by their name.
+/// Constant forces press the joint like a preload, and the pressure balances the forces. The program rejects constant forces without
+/// balance, and names their key.
 #[test]
 fn constant_forces_press_the_joint() {
     let plates = Plates::new(&vec![0.0; CELLS[0] * CELLS[1]]);
@@ -384,14 +386,14 @@ fn constant_forces_press_the_joint() {
     let set = format!("dynamics.force=[{drive}, {up}]");
     let error = plates
         .run("one", &little, &[&set])
-        .expect_err("a force alone");
+        .expect_err("a force without balance");
     assert!(
         error.contains("the constant forces of dynamics.force"),
         "{error}"
     );
 }
 
-/// What cannot press, or presses nothing, is told with what would be right.
+/// The error names the wrong key if the joint has no valid preload.
 #[test]
 fn what_cannot_press_is_refused() {
     let plates = Plates::new(&heights());

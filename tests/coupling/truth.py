@@ -1,27 +1,28 @@
-"""Small rough joints whose two bodies are meshed down to the cells: what contact elements and fine contact are held against.
+"""Small rough joints of two bodies, meshed down to the cells: reference for contact elements and fine contact.
 
     python truth.py FOLDER [--refinements 1 2] [--surfaces a b c]      (numpy, scipy, pypardiso, pyarrow)
 
-Two equal blocks of 12 x 10 x 8 mm (E 198.4 GPa, nu 0.3) are pressed together over 12 x 10 mm. The lower stands on a rigid
-base, the upper hangs from a rigid head that comes down by the load and is then moved along x; their other faces are free. One
-face is rough, its heights a sum of waves that is known everywhere, so that a finer mesh sees the same surface. Eight-node
-hexahedra with incompatible modes (Taylor, Beresford, Wilson 1976), graded in depth; nodes of the two faces lie opposite each
-other, press with p >= 0 and stick or slip by Coulomb's vector law. Nothing of the program is used.
+Two equal blocks of 12 x 10 x 8 mm (E 198.4 GPa, nu 0.3) are pressed together over 12 x 10 mm. The lower block is fixed to a rigid base.
+The upper block is fixed to a rigid head, which presses the joint with the load and then moves along x. The other faces are free. One face
+is rough, and its heights are a sum of waves, so all meshes have the same surface. The mesh has eight-node hexahedra with incompatible
+modes (Taylor, Beresford, Wilson 1976), graded in depth. Nodes of the two faces are opposite each other, press with p >= 0, and stick or
+slip by Coulomb's vector law. The script does not use the program.
 
-The bodies are mirror images. Shear on both therefore moves both faces across in the same direction, the pressure does not know
-of it, and each of the two problems is that of one block with twice its compliance.
+The bodies are mirror images. Shear therefore moves both faces by the same distance across the joint and does not change the pressure. The
+normal and the tangential problem each need one block with twice its compliance.
 
-A cycle is marched in steps from rest to +d, to -d and back to +d. The last branch is half of the steady cycle, of which the other
-half is the mirror image; `closed` says by how much the state at +d is not that of -d with all signs turned. Written for each refinement (elements a cell and axis), surface and amplitude:
+A cycle consists of steps from rest to +d, to -d and back to +d. The last branch is one half of the steady cycle, and the other half is its
+mirror image; `closed` is the difference between the state at +d and the state at -d with reversed signs. The script writes for each
+refinement (elements per cell and axis), surface and amplitude:
 
-    joint.parquet     a row a cycle: amplitude, force at +d, energy, approach, stiffness at full stick, how well it is solved
-    element.parquet   a row a contact element: its load, force along x at +d, energy per cycle
-    cell.parquet      a row a cell: mean pressure, energy per area and cycle
-    backbone.parquet  the force of each element on the way from rest to full sliding
-    surface.json      the waves of each surface, and all numbers that are needed to set the joints up elsewhere
+    joint.parquet     one row per cycle: amplitude, force at +d, energy, approach, stiffness at full stick, errors of the solution
+    element.parquet   one row per contact element: load, force along x at +d, energy per cycle
+    cell.parquet      one row per cell: mean pressure, energy per area and cycle
+    backbone.parquet  the force of each element from rest to full sliding
+    surface.json      the waves of each surface, and all other parameters of the joints
 
-What a folder has already of other surfaces and refinements stays. One core takes half a minute to four minutes a surface with one
-element a cell, 10 to 60 minutes with two. The folder truth/ has the result, which `blocks.rs` reads.
+The script keeps the rows of other surfaces and refinements in the folder. On one core, a surface takes half a minute to four minutes with
+one element per cell, and 10 to 60 minutes with two. The folder truth/ contains the result, which `blocks.rs` reads.
 """
 
 import argparse
@@ -41,11 +42,11 @@ CELLS = (48, 40)
 ELEMENTS = (6, 5)
 YOUNG, POISSON = 198.4e9, 0.3
 FRICTION = 0.6
-# Growth of the layers away from the face, of which the first is as thick as an element is long.
+# Growth factor of the layers away from the face. The first layer is as thick as an element is long.
 GROWTH = 1.3
 WAVES = 80
 CORRELATION_LENGTH = 2e-3
-# Rq [m], seed, load [N], and the part of the face above which the worn surface is cut off; none: unworn.
+# Rq [m], seed, load [N], and the share of the face that the worn surface has lost to a plateau; None for an unworn surface.
 SURFACES = {
     "a": (2e-6, 12, 3000.0, None),
     "b": (4e-6, 13, 3000.0, None),
@@ -54,10 +55,10 @@ SURFACES = {
     "b_worn": (4e-6, 13, 3000.0, 0.35),
     "c_worn": (6e-6, 14, 3000.0, 0.2),
 }
-# Forces at the amplitudes of the head, in parts of the friction limit; the last amplitude is a part of that at which all slides.
+# Shares of the friction limit at the amplitudes of the head. The last amplitude is GROSS times the displacement of full sliding.
 FORCES = (0.5, 0.8, 0.97)
 GROSS = 1.3
-# Amplitudes [m] for those: what the first refinement gave, so that all refinements move alike.
+# Amplitudes [m] from the first refinement, so that all refinements have the same motion.
 AMPLITUDES = {
     "a": (3.11e-06, 5.27e-06, 7.17e-06, 1.24e-05),
     "b": (3.58e-06, 6.22e-06, 9.16e-06, 1.92e-05),
@@ -66,17 +67,17 @@ AMPLITUDES = {
     "b_worn": (3.09e-06, 5.02e-06, 6.69e-06, 1.09e-05),
     "c_worn": (3.24e-06, 5.24e-06, 7.12e-06, 1.13e-05),
 }
-# Steps from rest to the amplitude; a branch has twice as many.
+# Number of steps from rest to the amplitude; a branch has twice as many.
 STEPS = 6
-# Bound on the relative duality gap of a step, and on the gap of the normal contact in parts of Rq.
+# Bound of the relative duality gap of a step, and bound of the gap of the normal contact relative to Rq.
 GAP = 1e-4
 NORMAL_GAP = 1e-5
-# Right-hand sides that are solved together.
+# Number of right-hand sides per batch.
 BATCH = 64
 
 
 def element_matrix(a, b, c, young=YOUNG, poisson=POISSON):
-    """Stiffness of a box of edges a, b, c; node n is at the corner whose bits are x, y, z."""
+    """Stiffness matrix of a box with the edges a, b, c. The bits of the node number n are the position of the corner along x, y, z."""
     g = np.array([-1.0, 1.0]) / np.sqrt(3.0)
     lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
     shear = young / (2 * (1 + poisson))
@@ -110,7 +111,7 @@ def element_matrix(a, b, c, young=YOUNG, poisson=POISSON):
 
 
 class Block:
-    """Compliance of the face of a block that stands on a rigid base, from its four symmetric quarters."""
+    """Compliance of the face of a block on a rigid base, from its four symmetric quarters."""
 
     def __init__(self, refinement, size=SIZE, height=HEIGHT, cells=CELLS):
         self.counts = tuple(refinement * c for c in cells)
@@ -136,7 +137,7 @@ class Block:
         self.applied = 0
 
     def assemble(self):
-        """Stiffness of the quarter x, y >= 0, layer 0 at the face; degree of freedom 3 n + axis."""
+        """Stiffness matrix of the quarter x, y >= 0, with layer 0 at the face; the degrees of freedom are 3 n + axis."""
         mx, my = self.half
         nz = len(self.layers)
         index = np.arange((mx + 1) * (my + 1) * (nz + 1)).reshape(nz + 1, my + 1, mx + 1)
@@ -147,7 +148,7 @@ class Block:
             corners = []
             for n in range(8):
                 x, y, z = n & 1, n >> 1 & 1, n >> 2 & 1
-                # z points to the face, so the upper corner lies in layer k.
+                # The z axis points to the face, so the upper corner is in layer k.
                 corners.append(index[k + 1 - z, y : my + y, x : mx + x].ravel())
             dofs = (3 * np.array(corners).T[:, :, None] + np.arange(3)).reshape(-1, 24)
             rows.append(np.repeat(dofs, 24, axis=1).ravel())
@@ -158,7 +159,7 @@ class Block:
         return sp.csr_matrix(entries, shape=(size, size))
 
     def free(self, a, b):
-        """Degrees of freedom of the class even (1) or odd (-1) in u_z across x = 0 and y = 0."""
+        """Degrees of freedom of a symmetry class: u_z is even (1) or odd (-1) across x = 0 and y = 0."""
         held = np.zeros((self.nodes.size, 3), bool)
         held[self.nodes[-1].ravel()] = True
         for parity, plane, axis in ((a, self.nodes[:, :, 0], 0), (b, self.nodes[:, 0, :], 1)):
@@ -168,7 +169,7 @@ class Block:
         return np.flatnonzero(~held.ravel())
 
     def apply(self, force):
-        """Displacements (n, 3, nx + 1, ny + 1) of the face under n sets of nodal forces of that shape."""
+        """Displacements (n, 3, nx + 1, ny + 1) of the face under n sets of nodal forces of the same shape."""
         mx, my = self.half
         result = np.zeros_like(force)
         self.applied += len(force)
@@ -177,7 +178,7 @@ class Block:
         weight[:, 0] /= 2
         face_dofs = (3 * self.nodes[0].T[:, :, None] + np.arange(3)).transpose(2, 0, 1)
         for a, b, free, place, upper, solver in self.classes:
-            # Components of the class: u_x turns its sign across x = 0 where u_z keeps it, u_y across y = 0.
+            # If u_z is even across x = 0, u_x is odd; if u_z is even across y = 0, u_y is odd.
             sign_x = np.array([-a, a, a])[:, None, None]
             sign_y = np.array([b, -b, b])[:, None, None]
             part = force + sign_x * force[:, :, ::-1, :]
@@ -197,8 +198,8 @@ class Block:
         return result
 
     def columns(self, axis, places):
-        """Twice the displacement along `axis` of all nodes of the face under a unit force along it on each of some; along x and y
-        of those under one along x, then one along y, if `axis` is (0, 1)."""
+        """Twice the displacement along `axis` of all nodes of the face, under a unit force along `axis` on each of the given nodes. If
+        `axis` is (0, 1), displacements along x and y under a unit force along x, then under a unit force along y."""
         axes = (axis,) if np.isscalar(axis) else axis
         nx, ny = self.counts
         found = np.empty((len(axes), len(places), len(axes), nx + 1, ny + 1))
@@ -212,7 +213,7 @@ class Block:
 
 
 def waves_of(rq, seed, correlation_length=CORRELATION_LENGTH):
-    """Wave numbers, phases and the one amplitude of a surface with the Gaussian autocorrelation."""
+    """Wave numbers, phases and the common amplitude of a surface with Gaussian autocorrelation."""
     random = np.random.default_rng(seed)
     k = random.normal(0.0, np.sqrt(2.0) / correlation_length, (WAVES, 2))
     phase = random.uniform(0.0, 2 * np.pi, WAVES)
@@ -241,12 +242,12 @@ class Joint:
         self.area = np.outer(ends(nx) * block.edge[0], ends(ny) * block.edge[1])
 
     def normal(self):
-        """Forces of the nodes under the load: p >= 0, g >= 0, by the set of nodes in contact (Hueber and Wohlmuth 2005)."""
+        """Forces of the nodes under the load with p >= 0 and g >= 0, by an active set of nodes in contact (Hueber and Wohlmuth 2005)."""
         shape = self.height.shape
         height = self.height.ravel()
         known = np.empty((0, height.size))
         number = np.full(height.size, -1)
-        # From the highest part of the face, which holds more than will be in contact.
+        # The search starts from the highest part of the face, which exceeds the final contact.
         active = height >= np.quantile(height, 0.75)
         for iteration in range(60):
             new = np.flatnonzero(active & (number < 0))
@@ -255,7 +256,7 @@ class Joint:
             known = np.vstack([known, self.block.columns(2, places).reshape(len(new), height.size)])
             nodes = np.flatnonzero(active)
             rows = known[number[nodes]]
-            # K f - h - d = 0 on the nodes in contact, whose forces add up to the load.
+            # The equation K f - h - d = 0 applies to the nodes in contact, and the sum of their forces is the load.
             system = np.block([[rows[:, nodes], -np.ones((len(nodes), 1))], [np.ones(len(nodes)), 0.0]])
             solution = np.linalg.solve(system, np.r_[height[nodes], self.load])
             force = np.zeros(height.size)
@@ -267,20 +268,20 @@ class Joint:
             if (next_active == active).all():
                 break
             active = next_active
-        assert (next_active == active).all(), f"{self.name}: the nodes in contact change still"
+        assert (next_active == active).all(), f"{self.name}: the set of nodes in contact did not converge"
         return force.reshape(shape), approach, iteration
 
     def dense(self, contact):
-        """Twice the compliance along x and y of the nodes in contact: what a force on each does to all of them."""
+        """Twice the compliance along x and y between the nodes in contact."""
         found = self.block.columns((0, 1), np.argwhere(contact))[:, :, :, contact]
         size = 2 * contact.sum()
         matrix = found.transpose(0, 1, 2, 3).reshape(size, size)
         return (matrix + matrix.T) / 2
 
     def step(self, compliance, limit, force, displacement, more=0.0, start=None):
-        """Forces after the head has moved by `displacement` along x from a state of `force`: the minimum of
-        q C q / 2 - q (d + C q0) within the circles of the limit, by accelerated projected gradients. What else moves the
-        nodes is `more`; the search begins at `start`, or at the state itself."""
+        """Forces after a displacement of the head along x from a state `force`: the minimum of q C q / 2 - q (d + C q0) within the
+        friction circles, by accelerated projected gradients. `more` is an additional displacement of the nodes. The search starts from
+        `start`, or from the state itself."""
         count = len(limit)
         drive = np.r_[np.full(count, displacement), np.zeros(count)] + compliance @ force + more
         project = lambda q: q / np.tile(np.maximum(1.0, np.hypot(q[:count], q[count:]) / limit), 2)
@@ -301,13 +302,13 @@ class Joint:
                 size = np.hypot(exact[:count], exact[count:])
                 most = (limit * size).sum()
                 gap = (most - (q * exact).sum()) / max(most, 1e-300)
-                # Where next to nothing slips the gap is measured against what the drive does.
+                # If nearly no node slips, the duality gap is relative to a thousandth of the work of the drive.
                 if most - (q * exact).sum() < GAP * max(most, 1e-3 * abs(displacement) * limit.sum()):
                     break
         return q, exact, gap
 
     def march(self, places):
-        """Moves the head along the steps from rest: forces and slip after each."""
+        """Moves the head along the positions from rest, and returns forces and slip after each step."""
         count = len(self.limit)
         force, before = np.zeros(2 * count), 0.0
         out = []
@@ -330,7 +331,7 @@ class Joint:
         unit = np.r_[np.ones(count), np.zeros(count)]
         stuck = np.linalg.solve(self.compliance, unit)
         stiffness = stuck[:count].sum()
-        # The last node slides where its limit is reached: found by marching far enough.
+        # A long motion of the head gives the displacement at which the last node slips.
         far = 3.0 * self.limit.sum() / stiffness
         path = np.geomspace(0.05, 1.0, 20) * far
         backbone = self.march(path)
@@ -369,7 +370,7 @@ class Joint:
         return rows
 
     def element_shares(self):
-        """How much of each node in contact belongs to each contact element: all, or equal parts on a border."""
+        """Share of each node in contact in each contact element: 1 inside the element, equal shares on a border."""
         nx, ny = self.block.counts
         def along(n, elements):
             shares = np.zeros((elements, n + 1))
@@ -386,7 +387,7 @@ class Joint:
         return all_shares[:, self.contact]
 
     def to_cells(self, values):
-        """Nodal values as means over the area of the cells, a node's in equal parts by area to the elements around it."""
+        """Nodal values as means over the area of the cells. The value of a node is uniform on the elements around the node."""
         refinement = self.block.counts[0] // CELLS[0]
         field = np.zeros(self.contact.shape)
         field[self.contact] = values
@@ -396,7 +397,7 @@ class Joint:
 
 
 def power(matrix):
-    """The largest eigenvalue, a little above."""
+    """Upper estimate of the largest eigenvalue, by power iteration with a margin of 2 %."""
     x = np.ones(len(matrix))
     for _ in range(60):
         x = matrix @ (x / np.linalg.norm(x))
@@ -404,7 +405,7 @@ def power(matrix):
 
 
 def cut_of(waves, part):
-    """The height above which this part of the face lies; infinite for none."""
+    """The height above which the given share of the face lies; infinite without a share."""
     if part is None:
         return np.inf
     fine = [np.linspace(-0.5, 0.5, 961) * s for s in SIZE]
@@ -423,7 +424,7 @@ def main():
     for refinement in options.refinements:
         began = time.time()
         block = Block(refinement)
-        print(f"x{refinement}: {3 * block.nodes.size} degrees of freedom a quarter, {time.time() - began:.0f} s", flush=True)
+        print(f"x{refinement}: {3 * block.nodes.size} degrees of freedom per quarter, {time.time() - began:.0f} s", flush=True)
         for name in options.surfaces:
             joint = Joint(block, name)
             for table, rows in joint.solve().items():

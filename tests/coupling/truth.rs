@@ -1,4 +1,4 @@
-//! The rough blocks that `truth.py` and `unequal.py` have meshed down to their cells, as these scripts wrote them.
+//! Rough blocks that `truth.py` and `unequal.py` mesh down to the cells: tables of these scripts.
 
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
@@ -8,26 +8,26 @@ use serde_json::Value;
 use super::blocks::only;
 use super::pressing::{numbers, own, waves};
 
-/// The joints of a folder: all that is needed to set them up, and what came out.
+/// Inputs and results of the joints in a folder.
 pub struct Truth {
     folder: &'static str,
     described: Value,
 }
 
-/// One cycle of one joint, on its finest mesh.
+/// One cycle of one joint on the finest mesh.
 pub struct Cycle {
     /// Amplitude of the head \[m\].
     pub amplitude: f64,
-    /// Force at the amplitude \[N\], energy of a cycle \[J\].
+    /// Force at the amplitude \[N\], and energy per cycle \[J\].
     pub force: f64,
     pub energy: f64,
-    /// Pressure of each cell as pressed \[Pa\], and energy of a cycle over its area \[J/m²\].
+    /// Pressure of each cell before the motion \[Pa\], and energy per cycle and area \[J/m²\].
     pub pressure: Vec<f64>,
     pub wear: Vec<f64>,
 }
 
 impl Truth {
-    /// That of a folder beside this source.
+    /// Reads a folder beside this source file.
     pub fn read(folder: &'static str) -> Truth {
         let path = own(format!("{folder}/surface.json"));
         let text = std::fs::read_to_string(path).expect("surface.json");
@@ -39,13 +39,13 @@ impl Truth {
         self.described[name].as_f64().expect("a number")
     }
 
-    /// The cells of the fine contact.
+    /// Grid of the fine contact.
     pub fn grid(&self) -> Grid {
         let pair = |name: &str| [0, 1].map(|k| self.described[name][k].as_f64().expect("a pair"));
         Grid::over(pair("size"), pair("cells").map(|n| n as usize))
     }
 
-    /// The load \[N\].
+    /// Normal load \[N\].
     pub fn load(&self, surface: &str) -> f64 {
         let load = &self.described["surfaces"][surface]["load"];
         load.as_f64().expect("a load")
@@ -59,7 +59,7 @@ impl Truth {
         heights.into_iter().map(|height| height.min(cut)).collect()
     }
 
-    /// The rows of a table that are of a surface at a part of what friction carries, on the finest mesh, with pressures solved for at each instant.
+    /// Rows of a table for a surface and a share of the friction limit, on the finest mesh. Only rows with pressures of each instant count.
     fn rows(&self, batch: &RecordBatch, surface: &str, part: f64) -> Vec<usize> {
         let text = |name: &str| {
             let column = batch.column_by_name(name)?;
@@ -78,7 +78,7 @@ impl Truth {
         rows.filter(|row| meshes[*row] == finest).collect()
     }
 
-    /// The cycle of a surface at a part of what friction carries.
+    /// Cycle of a surface at a share of the friction limit.
     pub fn cycle(&self, surface: &str, part: f64) -> Cycle {
         let table = |name: &str| only(&format!("{}/{name}.parquet", self.folder));
         let of = |batch: &RecordBatch, names: &[&str]| {

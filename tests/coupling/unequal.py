@@ -1,28 +1,29 @@
-"""Small rough joints between blocks of unequal height, meshed down to the cells: pressure and shear act on each other.
+"""Small rough joints between blocks of unequal height, meshed down to the cells: pressure and shear are coupled.
 
     python unequal.py FOLDER [--refinements 1 2] [--surfaces a b]     (numpy, scipy, pypardiso, pyarrow)
 
-As truth.py, but the joint is 14 x 10 mm, the lower block is 6 mm high and the upper one 10 mm. The lower stands on a rigid base. The
-upper hangs from a rigid head, which does not rotate. The faces are pressed without friction. Then friction sets in, and the head
-moves along x under the same normal load; it is free along z and held along y.
+The model differs from truth.py in the following points. The joint is 14 x 10 mm, the lower block is 6 mm high, and the upper block is
+10 mm high. The lower block is fixed to a rigid base. The upper block is fixed to a rigid head, which does not rotate. The script presses
+the faces without friction. Then friction acts, and the head moves along x under the same normal load. The head is free along z and fixed
+along y.
 
-The bodies are no mirror images: shear changes the gap, and pressure moves the faces along each other. With p the forces of the nodes
-across the joint, q those along it on the lower block, A, B and T the compliance of both blocks, h heights, d the approach, D the
-displacement of the head:
+The bodies are not mirror images: shear changes the gap, and pressure moves the faces along each other. The equations use the nodal forces
+p across the joint, the nodal forces q along the joint on the lower block, the compliances A, B and T of both blocks, the heights h, the
+approach d and the displacement D of the head:
 
     gap    g = A p + B q - h - d,          p >= 0, g >= 0, p g = 0, sum p = load
     slip  ds = dD - T dq - B' dp,          |q| <= mu p, ds along q where it is not zero
 
-Each cycle is computed twice. With `solved` pressure the two lines are solved in turn at each step until p rests. With `held` pressure
-p stays as it was pressed and B does not count. A cycle is marched from rest to +d, -d, +d, -d, +d; the last two branches count.
+The script computes each cycle twice. With `solved` pressure, each step solves the two equations in turn until p converges. With `held`
+pressure, p stays constant and B is zero. The head moves from rest to +d, -d, +d, -d and +d; the tables contain the last two branches.
 
-    joint.parquet     a row a cycle: amplitude, forces at +d and -d, energy, approach, stiffness at full stick, how well it is solved
-    element.parquet   a row a contact element around a node: loads as pressed, at +d and at -d, force along x at +d, energy per cycle
-    cell.parquet      a row a cell: mean pressures as pressed, at +d and at -d, energy per area and cycle
-    surface.json      as of truth.py
+    joint.parquet     one row per cycle: amplitude, forces at +d and -d, energy, approach, stiffness at full stick, errors of the solution
+    element.parquet   one row per contact element around a node: initial load, loads at +d and at -d, force along x at +d, energy per cycle
+    cell.parquet      one row per cell: mean pressures before the motion, at +d and at -d, energy per area and cycle
+    surface.json      the same keys as in truth.py
 
-What a folder has already of other surfaces and refinements stays. One core takes 5 minutes a surface with one element a cell.
-The folder unequal/ has that refinement.
+The script keeps the rows of other surfaces and refinements in the folder. One surface with one element per cell takes 5 minutes on one
+core. The folder unequal/ contains this refinement.
 """
 
 import argparse
@@ -39,21 +40,21 @@ SIZE = (14e-3, 10e-3)
 HEIGHTS = (6e-3, 10e-3)
 CELLS = (56, 40)
 ELEMENT_EDGE = 2e-3
-# Rq [m], seed, load [N].
+# Rq [m], seed and load [N] of each surface.
 SURFACES = {"a": (2e-6, 31, 3500.0), "b": (4e-6, 32, 3500.0)}
-# Parts of the friction limit at the amplitudes of the head, and those amplitudes [m]: what the first refinement gave.
+# Shares of the friction limit at the amplitudes of the head, and the amplitudes [m] from the first refinement.
 FORCES = (0.5, 0.8, 0.97)
 AMPLITUDES = {"a": (3.12e-6, 5.42e-6, 8.54e-6), "b": (3.66e-6, 6.25e-6, 8.80e-6)}
-# The pressure rests where an iteration changes it by less than this part of the load.
+# The pressure has converged if an iteration changes it by less than this share of the load.
 AT_REST = 1e-5
-# Nodes whose compliance is computed together.
+# Number of nodes per batch in the computation of the compliance.
 BATCH = 32
-# Nodes whose gap is below this many Rq after pressing may come into contact.
+# Nodes with a gap below this multiple of Rq before the motion may come into contact.
 NEAR = 0.15
 
 
 class Pair:
-    """The lower block and the upper one, which is upside down."""
+    """The lower block, and the upper block upside down."""
 
     def __init__(self, refinement):
         self.blocks = [truth.Block(refinement, SIZE, height, CELLS) for height in HEIGHTS]
@@ -61,13 +62,14 @@ class Pair:
         self.known = {}
 
     def apply(self, force):
-        """B' p + T q along x and y and A p + B q across the joint, (n, 3, nx + 1, ny + 1), under n sets of q and p of that shape."""
+        """Displacements under n sets of forces q and p, with the shape (n, 3, nx + 1, ny + 1). The displacements are B' p + T q along x
+        and y, and A p + B q across the joint."""
         turned = np.array([1, 1, -1])[:, None, None]
         lower, upper = self.blocks
         return turned * lower.apply(turned * force) + upper.apply(force)
 
     def columns(self, near):
-        """What unit forces on these nodes along each axis do at them, (3, nodes, 3, nodes)."""
+        """Displacements of these nodes under unit forces on the nodes along each axis, with the shape (3, nodes, 3, nodes)."""
         places = np.argwhere(near)
         missing = [tuple(place) for place in places if tuple(place) not in self.known]
         for first in range(0, len(missing), BATCH):
@@ -82,7 +84,7 @@ class Pair:
 
 
 class Joint(truth.Joint):
-    """One surface between two blocks. Vectors are of the nodes near contact; along the joint those along x before those along y."""
+    """One surface between two blocks. Vectors refer to the nodes near contact. A vector along the joint has the x components first."""
 
     def __init__(self, pair, name):
         self.pair, self.name = pair, name
@@ -92,7 +94,7 @@ class Joint(truth.Joint):
         self.all_heights = truth.heights(self.waves, x, y)
         ends = lambda n, edge: np.r_[0.5, np.ones(n - 1), 0.5] * edge
         self.area = np.outer(*map(ends, pair.counts, pair.edge))
-        # From the highest part of the faces on, more nodes until no other one is near contact.
+        # The set of nodes begins with the highest part of the faces and grows until no other node is near contact.
         self.take(self.all_heights >= np.quantile(self.all_heights, 0.7))
         while True:
             self.load_of, self.approach = self.pressed(np.zeros(2 * self.height.size), self.height > np.median(self.height))
@@ -104,7 +106,7 @@ class Joint(truth.Joint):
         self.steepest = truth.power(self.along)
 
     def take(self, near):
-        """The compliance between these nodes."""
+        """Sets the nodes near contact, and computes the compliance between these nodes."""
         self.near, self.height = near, self.all_heights[near]
         size = near.sum()
         matrix = self.pair.columns(near).reshape(3 * size, 3 * size)
@@ -123,7 +125,7 @@ class Joint(truth.Joint):
         return self.pair.apply(force)[0, 2] - self.all_heights - approach
 
     def pressed(self, shear, active):
-        """Forces across the joint under the load and a shear, and the approach, by the set of nodes in contact."""
+        """Forces across the joint under the load and a given shear, and the approach, by an active set of nodes in contact."""
         height = self.height - self.coupling @ shear
         for _ in range(60):
             nodes = np.flatnonzero(active)
@@ -137,17 +139,17 @@ class Joint(truth.Joint):
             if (next_active == active).all():
                 return load, approach
             active = next_active
-        raise RuntimeError(f"{self.name}: the nodes in contact change still")
+        raise RuntimeError(f"{self.name}: the set of nodes in contact did not converge")
 
     def moved(self, state, displacement, is_solved):
-        """The state (load, shear, approach) after the head has moved on by a displacement along x; slip and duality gap of the step."""
+        """The state (load, shear, approach) after a displacement of the head along x, with slip and duality gap of the step."""
         before, shear_before, approach = state
         count = len(before)
         load, shear = before, shear_before
         for iteration in range(60):
             contact = np.flatnonzero(load > 0)
             both = np.r_[contact, contact + count]
-            # What the nodes that have no contact any more leave of their shear, and what the change of pressure does.
+            # Two contributions move the nodes in contact: the release of shear at nodes that lose contact, and the change of pressure.
             released = shear_before.copy()
             released[both] = 0.0
             more = (self.along @ released - (load - before) @ self.coupling)[both] if is_solved else 0.0
@@ -164,13 +166,13 @@ class Joint(truth.Joint):
                 break
             load = next_load
         else:
-            raise RuntimeError(f"{self.name}: the pressure still changes by {change:.1e}")
+            raise RuntimeError(f"{self.name}: the pressure did not converge, last change {change:.1e}")
         all_slip = np.zeros(2 * count)
         all_slip[both] = slip
         return (load, shear, approach), all_slip, gap
 
     def march(self, places, is_solved):
-        """States after each place of the head, from rest, with the slip and the duality gap of each step."""
+        """States after each position of the head, from rest, with the slip and the duality gap of each step."""
         state, before, out = (self.load_of, np.zeros(2 * len(self.load_of)), self.approach), 0.0, []
         for place in places:
             state, slip, gap = self.moved(state, place - before, is_solved)
@@ -179,7 +181,7 @@ class Joint(truth.Joint):
         return out
 
     def amplitudes(self):
-        """The stiffness at full stick, and where the shear has those parts of its limit, with the pressure held."""
+        """The stiffness at full stick, and the amplitudes for the shares of the friction limit at constant pressure."""
         contact = np.flatnonzero(self.load_of > 0)
         both = np.r_[contact, contact + len(self.load_of)]
         unit = np.repeat([1.0, 0.0], len(contact))
@@ -215,7 +217,7 @@ class Joint(truth.Joint):
                 load, shear, approach = march[-1][0]
                 load_minus, shear_minus, _ = march[-1 - 2 * steps][0]
                 shear_before = march[-1 - 4 * steps][0][1]
-                # With held pressure the shear moves the nodes without contact freely.
+                # With `held` pressure, the nodes without contact follow the shear freely, so the overlap is not defined.
                 outside = self.gap(load, shear, approach)[~self.near] if pressure == "solved" else np.zeros(1)
                 key = {"pressure": pressure, "amplitude": amplitude, "part": part}
                 rows["joint"].append(key | {

@@ -1,31 +1,31 @@
-"""One small rough joint whose surface wears, and one cycle under a varying normal load.
+"""One small rough joint with a wearing surface, and one cycle under a varying normal load.
 
     python worn.py FOLDER [--steps 40] [--instants 24 48]     (numpy, scipy, pypardiso, pyarrow)
 
-The blocks, the mesh with one element a cell and the surface `a` are those of truth.py.
+Blocks, mesh with one element per cell, and surface `a` are the same as in truth.py.
 
-`worn`: the head moves at a fixed amplitude for a million cycles. The two faces together lose the depth w at each node:
+`worn`: the head moves at a constant amplitude for a million cycles. At each node, the two faces together lose the depth w:
 
     dw/dn = alpha e,     e: energy per area and cycle, alpha: wear coefficient of both faces
 
-Heun's method advances w: the energy at the start of a step, the energy of the surface predicted for its end, and the mean of both.
-Each energy follows from pressing the worn surface anew and a cycle from rest as in truth.py. With 20 steps for 40 the last volume
-changes by 0.002 %, and the depth of the cells by 0.02 %. No node comes back into contact.
+Heun's method integrates w with the mean of two energies: the energy at the start of a step, and the energy of the predicted surface at
+the end. For each energy, the script presses the worn surface anew and computes a cycle from rest as in truth.py. With 20 instead of 40
+steps, the last volume changes by 0.002 %, and the depth of the cells by 0.02 %. No node comes back into contact.
 
-`varying`: the normal load follows the head, N(t) = N0 (1 + 0.3 cos t) and x(t) = d cos t. The head starts at x = 0 under N0, a
-quarter of a cycle before +d. The second cycle counts; the third has 0.2 % less energy. At each instant the pressure p follows from
-N(t) alone, and |q| <= mu p. A node without contact bears no shear. A node that comes into contact bears no shear at that instant,
-and its slip counts from there. The energy of a node is the sum of q ds over the steps, with the shear q at the end of each step.
+`varying`: the normal load follows the head, N(t) = N0 (1 + 0.3 cos t) and x(t) = d cos t. The head starts at x = 0 under N0, a quarter of
+a cycle before +d. The tables contain the second cycle; the third cycle has 0.2 % less energy. At each instant, the pressure p follows only
+from N(t), and |q| <= mu p. A node without contact has no shear. A node that comes into contact has no shear at this instant, and its slip
+starts from zero. The energy of a node is the sum of q ds over the steps, with the shear q at the end of each step.
 
-    worn.parquet             a row a checkpoint: cycles, worn volume [m^3], energy per cycle [J], force at +d [N], contact area
-    worn_element.parquet     a row a checkpoint and contact element: normal load, force at +d, energy per cycle
-    worn_cell.parquet        a row a checkpoint and cell: mean depth of wear [m], mean pressure [Pa]
-    varying.parquet          a row a swing of the load and count of instants: forces at +d and -d, energy, mean load
-    varying_element.parquet  a row each of those and a contact element: mean load, load at +d, energy
+    worn.parquet             one row per checkpoint: cycles, worn volume [m^3], energy per cycle [J], force at +d [N], contact area
+    worn_element.parquet     one row per checkpoint and contact element: normal load, force at +d, energy per cycle
+    worn_cell.parquet        one row per checkpoint and cell: mean wear depth [m], mean pressure [Pa]
+    varying.parquet          one row per relative amplitude of the load and number of instants: forces at +d and -d, energy, mean load
+    varying_element.parquet  one row per row of varying.parquet and contact element: mean load, load at +d, energy
     worn.json                the wear coefficient [um^3/J], amplitudes [m], and the steps
 
-The first energy of `worn` and the cycle without swing repeat truth.py; the script checks both. One core takes eight minutes. The
-folder worn/ has the result.
+The first energy of `worn` and the cycle with constant load repeat truth.py; the script checks both. One core takes eight minutes. The
+folder worn/ contains the result.
 """
 
 import argparse
@@ -42,13 +42,13 @@ SURFACE = "a"
 # Wear coefficient [m^3/J].
 ALPHA = 3900e-18
 CHECKPOINTS = (0, 100_000, 300_000, 1_000_000)
-# Parts of the friction limit at the amplitudes of the head.
+# Shares of the friction limit at the amplitudes of the head.
 WEAR_PART, VARYING_PART = 0.97, 0.8
 SWING = 0.3
 
 
 class Block(truth.Block):
-    """A block that computes the columns of each node once."""
+    """A block that stores the computed columns of each node."""
 
     def columns(self, axis, places):
         known = self.__dict__.setdefault("known", {})
@@ -62,15 +62,15 @@ class Block(truth.Block):
 
 
 class Joint(truth.Joint):
-    """The joint under a load and with heights that change."""
+    """The joint with changing load and heights."""
 
     def __init__(self, block, name):
         super().__init__(block, name)
         self.guesses = {}
 
     def march(self, loads, places):
-        """Shear (2, nodes ever in contact), energy of the nodes and duality gap [J] after each step of the head, from rest at the
-        first place under the first load."""
+        """Shear (2, nodes ever in contact), energy of the nodes and duality gap [J] after each step of the head. The march starts from
+        rest at the first position under the first load."""
         self.contact = np.any(loads, axis=0)
         compliance = self.dense(self.contact)
         self.steepest = truth.power(compliance)
@@ -79,7 +79,7 @@ class Joint(truth.Joint):
         for n in range(1, len(places)):
             touching = (pressed[n] > 0) & (pressed[n - 1] > 0)
             both = np.tile(touching, 2)
-            # The shear of nodes that lose contact moves the others.
+            # The release of shear at nodes that lose contact moves the other nodes.
             released = (compliance @ np.where(both, 0.0, shear))[both]
             guess = self.guesses[n][:, self.contact].ravel()[both] if n in self.guesses else None
             limit = truth.FRICTION * pressed[n][touching]
@@ -98,18 +98,18 @@ class Joint(truth.Joint):
         return field
 
     def steady(self, amplitude):
-        """Fields after pressing anew: load of the nodes, shear along x at +d, energy of the steady cycle."""
+        """Fields of the newly pressed joint: load of the nodes, shear along x at +d, energy of the steady cycle."""
         load, _, _ = self.normal()
         steps = truth.STEPS
         branch = np.linspace(1, -1, 2 * steps + 1)[1:]
         places = amplitude * np.r_[np.linspace(0, 1, steps + 1), branch, -branch]
         out = self.march([load] * len(places), places)
-        # The next surface differs little: its march begins the search of each step from the shear of this one.
+        # The next surface is similar, so each step of its march starts from the shear of this march.
         self.guesses = {n + 1: self.field(shear) for n, (shear, *_) in enumerate(out)}
         return load, self.field(out[-1][0][0]), self.field(2 * sum(energy for _, energy, _ in out[3 * steps :]))
 
     def wear(self, amplitude, steps):
-        """Rows of `worn`."""
+        """Rows of the tables `worn`, `worn_element` and `worn_cell`."""
         began, rows = time.time(), {"worn": [], "worn_element": [], "worn_cell": []}
         fresh, depth, step = self.height, np.zeros_like(self.height), CHECKPOINTS[-1] / steps
         before, entries = np.zeros(fresh.shape, bool), np.zeros(fresh.shape, int)
@@ -128,7 +128,7 @@ class Joint(truth.Joint):
                 shares = self.element_shares()
                 for e, (p, q, w) in enumerate(shares @ np.array([load, shear, energy])[:, self.contact].T):
                     rows["worn_element"].append(key | {"element": e, "normal_load": p, "force_x": q, "energy": w})
-                # Nodes that have worn may be out of contact.
+                # Worn nodes may have lost contact.
                 self.contact = np.ones_like(before)
                 pressure, worn = (self.to_cells(field.ravel()) for field in (load, depth * self.area))
                 for (i, j), w in np.ndenumerate(worn):
@@ -140,11 +140,11 @@ class Joint(truth.Joint):
             self.height = fresh - depth - step * rate
             predicted = ALPHA * self.steady(amplitude)[2] / self.area
             depth = depth + step * (rate + predicted) / 2
-        assert entries.max() == 1, "a node comes back into contact: take smaller steps"
+        assert entries.max() == 1, "a node comes back into contact: increase --steps"
         return rows
 
     def vary(self, amplitude, swing, instants):
-        """Rows of `varying` for a number of instants per cycle."""
+        """Rows of the tables `varying` and `varying_element` for a number of instants per cycle."""
         mean_load = self.load
         cosine = np.round(np.cos(2 * np.pi * np.arange(-instants // 4, 2 * instants + 1) / instants), 12)
         pressed = {}
@@ -173,8 +173,8 @@ class Joint(truth.Joint):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("--steps", type=int, default=40, help="steps of wear, a multiple of 10")
-    parser.add_argument("--instants", type=int, nargs="+", default=[24, 48], help="instants per cycle, multiples of 4")
+    parser.add_argument("--steps", type=int, default=40, help="number of wear steps, a multiple of 10")
+    parser.add_argument("--instants", type=int, nargs="+", default=[24, 48], help="numbers of instants per cycle, multiples of 4")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     joint = Joint(Block(1), SURFACE)
@@ -185,7 +185,7 @@ def main():
     known = plates.pq.read_table(pathlib.Path(__file__).parent / "truth" / "joint.parquet").to_pylist()
     known = {row["part"]: row["energy"] for row in known if row["surface"] == SURFACE and row["refinement"] == 1}
     for part, row in (VARYING_PART, varying["varying"][0]), (WEAR_PART, worn["worn"][0]):
-        assert abs(row["energy"] / known[part] - 1) < 0.01, f"{part}: {row['energy']} J, but {known[part]} J by truth.py"
+        assert abs(row["energy"] / known[part] - 1) < 0.01, f"{part}: {row['energy']} J, but {known[part]} J in truth.py"
     plates.write_tables(options.folder, varying, ["swing", "instants"])
     plates.write_tables(options.folder, worn, ["cycles"])
     settings = {

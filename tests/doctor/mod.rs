@@ -1,4 +1,4 @@
-//! `fretwear doctor`: what it finds on this machine, and that it finds what is broken.
+//! Tests of `fretwear doctor` on this machine and with injected failures.
 
 mod orders;
 
@@ -140,7 +140,7 @@ fn little_room_is_told() {
     }
 }
 
-/// That file system of the tests hands its locks to everybody.
+/// The test file system grants every lock.
 #[test]
 fn a_lock_that_two_can_take_fails() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -163,7 +163,7 @@ fn every_call_that_fails_is_told() {
     failing_calls_are_told(1);
 }
 
-/// Whatever call fails, some check does, with the reason.
+/// If a call of the file system fails, at least one check fails and reports the reason.
 fn failing_calls_are_told(stride: usize) {
     let folder = tempfile::tempdir().expect("a folder");
     let sound = FaultyFileSystem::sound();
@@ -179,7 +179,7 @@ fn failing_calls_are_told(stride: usize) {
             .iter()
             .any(|check| check.state == State::Failed && check.found.contains("injected"));
         assert!(told, "call {call}: {checks:?}");
-        // What could not be removed is in nobody's way the next time.
+        // Each examination starts in an empty folder.
         for entry in fs::read_dir(folder.path()).expect("a folder") {
             drop(fs::remove_dir_all(entry.expect("an entry").path()));
         }

@@ -1,12 +1,13 @@
-//! The closed forms of the doctor on four grids: every error falls with its order, and tolerances follow from the grid of the doctor.
+//! Tests of the doctor's closed forms on four grids: every error converges with its order, and the tolerances follow from the doctor's
+//! grid.
 
 use fretwear::doctor::closed_forms::{CASES, Measure, RESOLUTION, Resolution};
 
-/// 26 × 20 to 208 × 160 cells.
+/// Grids from 26 × 20 to 208 × 160 cells.
 const REFINEMENTS: [usize; 4] = [1, 2, 4, 8];
 
-/// Where the centre of the closed form lies from a corner of the cells, in cells: an additive recurrence, evenly spread. An edge of
-/// contact cuts the cells at random; the root mean square error over these has a clean order.
+/// Offset of the closed form from a corner of the cells, in cells, by an additive recurrence. The edge of the contact cuts the cells at
+/// random, and the root mean square error over the offsets has a clear order.
 const PLACEMENTS: [(f64, f64); 6] = [
     (0.0, 0.0),
     (0.75, 0.57),
@@ -16,10 +17,10 @@ const PLACEMENTS: [(f64, f64); 6] = [
     (0.77, 0.85),
 ];
 
-/// Quantity, least order, largest relative error on the finest grid. Edges of contact are known to a cell, and what
-/// jumps or has a vertical slope there converges with the first order; integrals converge with the second. Orders have 0.15
-/// to spare (0.3 in one dimension, where six placements average less), errors half of themselves. `dynamics::backbone` has the order of
-/// the Jenkins oscillator in its samples.
+/// Quantity, smallest order, and largest relative error on the finest grid. The grid resolves edges of the contact to one cell, so fields
+/// with a jump or a vertical slope at the edge converge with first order. Integrals converge with second order. The orders have a margin of
+/// 0.15 (0.3 in one dimension, because six offsets average less), and the errors have a margin of 50 %. `dynamics::backbone` tests the
+/// order of the Jenkins oscillator in its samples.
 const EXPECTED: [(&str, f64, f64); 22] = [
     ("Hertz: contact radius", 0.85, 2.5e-3),
     ("Hertz: approach", 1.8, 1.4e-5),
@@ -45,7 +46,7 @@ const EXPECTED: [(&str, f64, f64); 22] = [
     ("Cattaneo-Mindlin: energy per cycle", 2.0, 2.0e-5),
 ];
 
-/// The measures of a case on a grid, each with its root mean square error over the placements.
+/// Measures of a case on a grid, with root mean square errors over the offsets.
 fn placed(case: usize, refinement: usize) -> Vec<Measure> {
     let solve = |placement| {
         let at = Resolution {
@@ -72,7 +73,7 @@ fn every_quantity_converges_with_its_order_and_tolerances_are_twice_its_error() 
         for k in 0..grids[0].len() {
             let name = grids[0][k].name;
             let errors = [0, 1, 2, 3].map(|grid: usize| grids[grid][k].error);
-            // Least-squares slope of log error over log cell width, which is halved from grid to grid.
+            // The order is the least-squares slope of log error over log cell width; each grid halves the cell width.
             let logs = errors.map(f64::log2);
             let order = 0.3 * (logs[0] - logs[3]) + 0.1 * (logs[1] - logs[2]);
             println!("{name}: {errors:?}, order {order:.2}");

@@ -1,16 +1,17 @@
-"""Holds runs of the program against the truth of drawn scenes.
+"""Compares runs of the program with the reference solutions of drawn scenes.
 
     python compare.py --program fretwear [--preset balanced ...] [--set KEY=VALUE ...] [--out FILE.jsonl] scene.toml ...
 
-Scenes have their truth beside them (truth.py). For each scene and preset a row is printed, and a JSON line written with all:
+The reference of a scene is in the same folder (truth.py). For each scene and preset the script prints a row and writes a JSON line with all
+figures:
 
-    volume, bar      relative error of the worn volume (program less truth), and error_wear_volume of the program
-    in bar           whether the volume is within the bar, the truth's own error allowed
-    field            L1 of the difference of the wear depths over the worn volume of the truth
-    first, last      relative error of the dissipated energy of the first and of the last cycle, with the bar of the last
+    volume, bar      relative error of the worn volume (program minus reference), and error_wear_volume of the program
+    in bar           whether the error of the volume is within the bar plus the error of the reference
+    field            L1 norm of the difference of the wear depths over the worn volume of the reference
+    first, last      relative error of the dissipated energy of the first and of the last cycle, with the bar of the last cycle
     pairs, CPU       transform pairs of all iterations; CPU seconds of the whole run
 
-Exits with 1 if a volume is outside its error bar, a run fails, or no scene has a truth.
+The exit code is 1 if a volume is outside its error bar, a run fails, or no scene has a reference.
 """
 
 import argparse
@@ -96,7 +97,8 @@ def compare(program, path, preset, sets, folder):
         "iterations": len(folders) - 1,
         "fft_pairs": sum(one(summary, "fft_pairs") for summary in summaries),
     }
-    # What a resumed or stage-wise count leaves out is nothing here: pairs of a wear step are in its summary.
+    # The summaries count all transform pairs, because the run is neither resumed nor split into stages: the summary of an iteration
+    # includes the pairs of its wear step.
     cycle = pl.read_parquet(folders[0] / "cycle.parquet")
     row["error_force"] = max(
         abs(cycle[name].max() - truth["first"][name][1]) for name in ("force_x", "force_y") if name in cycle.columns
@@ -154,7 +156,7 @@ def main():
         if of:
             errors = np.abs([row["error_volume"] for row in of])
             print(
-                f"{preset}: {len(of)} scenes, volume off by {100 * np.median(errors):.2f} % in the median, "
+                f"{preset}: {len(of)} scenes, error of the volume {100 * np.median(errors):.2f} % in the median, "
                 f"{100 * errors.max():.2f} % at most; {sum(row['in_bar'] for row in of)} within the bar; "
                 f"{sum(row['fft_pairs'] for row in of):.0f} pairs, {sum(row['cpu_seconds'] for row in of):.1f} CPU s"
             )

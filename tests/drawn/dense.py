@@ -1,35 +1,36 @@
-"""Dense reference of the fretting wear of a rough joint: small grids, nothing but numpy and scipy.
+"""Dense reference of the fretting wear of a rough joint on small grids; needs only numpy and scipy.
 
     import dense
     joint = dense.Joint.read("scene.toml")            # a scene of the program, of the kinds that draw.py writes
     cycle = joint.cycle(joint.heights, samples=64)    # the steady cycle of the unworn joint
 
-or, to see the steady cycle of a scene by two discretisations of time over the number of samples,
+The following command computes the steady cycle of a scene with two discretisations of time for several numbers of samples:
 
     python dense.py scene.toml [--samples 16 32 64 128]
 
-What is computed, all in SI units:
+The model, with all values in SI units:
 
 - Two elastic half spaces of the same material, traction constant over a cell, displacement at its centre. The compliance
   matrices are full; their entries are the closed integrals of the point loads of Boussinesq and Cerruti over a rectangle
-  (Love, Phil. Trans. R. Soc. A 228, 1929; Johnson, Contact Mechanics, 1985, ch. 3), shear along x moving the surface along y
-  as well.
-- Normal contact: the linear complementarity problem of pressure and gap under a load, with an upper limit of the pressure
-  and free rotations if the scene has them, by a primal-dual active set method (Hintermueller, Ito, Kunisch, SIAM J. Optim. 13,
-  2003), down to rounding.
+  (Love, Phil. Trans. R. Soc. A 228, 1929; Johnson, Contact Mechanics, 1985, ch. 3). Shear along x also displaces the surface
+  along y.
+- Normal contact: the linear complementarity problem of pressure and gap under a load, with an upper limit of the pressure,
+  and with free rotations if the scene has them, by a primal-dual active set method (Hintermueller, Ito, Kunisch, SIAM J. Optim.
+  13, 2003), accurate to rounding.
 - Friction: Coulomb's law as a vector, |q| <= mu p. In a time step the slip is s = c - K q + (rigid motion), with q = mu p s/|s|
-  where it is not zero. Solved for q = P(q + rho s), P the projection on the discs, by a semi-smooth Newton method with
-  symmetric positive definite systems (Alart, Curnier, CMAME 92, 1991); where that does not get on, block Gauss-Seidel over
-  the cells and continuation bring it near.
-- Time: backward Euler, or the two-step backward differentiation formula (BDF2): with ~ = (4 (.)_1 - (.)_2)/3 of the two states
-  before, one step from q~ by the displacement d - d~, whose slip times 3/2 is that of the time step. Energy per area and
-  cycle is the sum of |q| |slip|. A cycle is marched until it repeats itself. Where the drive of the second half of a
-  period is that of the first with its sign turned, and the load is constant, so is the steady cycle, and half of it is marched.
-- Wear: dw/dn = alpha E(w), E the energy per area of a cycle on the surface h - w, by the explicit Runge-Kutta-Chebyshev method of
-  second order (Sommeijer, Shampine, Verwer, J. Comput. Appl. Math. 88, 1998), its steps held to a tolerance.
+  if s is not zero. A semi-smooth Newton method with symmetric positive definite systems (Alart, Curnier, CMAME 92, 1991) solves
+  q = P(q + rho s), where P is the projection on the discs. If this method does not converge, block Gauss-Seidel over the cells
+  and continuation provide a better start.
+- Time: backward Euler, or the two-step backward differentiation formula (BDF2): with ~ = (4 (.)_1 - (.)_2)/3 of the two previous
+  states, one step from q~ by the displacement d - d~, whose slip times 3/2 is the slip of the time step. Energy per area and
+  cycle is the sum of |q| |slip|. The march continues until the cycle repeats itself. If the drive of the second half of a period
+  is opposite to the drive of the first half, and the load is constant, the steady cycle has the same symmetry, and the march
+  covers only half of it.
+- Wear: dw/dn = alpha E(w), with E the energy per area of a cycle on the surface h - w, by the explicit Runge-Kutta-Chebyshev
+  method of second order (Sommeijer, Shampine, Verwer, J. Comput. Appl. Math. 88, 1998) with a tolerance for each step.
 
-The steady dissipation does not depend on the shear that a cycle begins with: the difference of two solutions of the same
-drive and pressure falls until all cells that slip do so alike.
+The steady dissipation does not depend on the shear at the start of a cycle: the difference of two solutions with the same drive and
+pressure decreases until all slipping cells slip alike.
 """
 
 import argparse
@@ -47,7 +48,7 @@ from scipy.linalg import LinAlgError, eigvalsh, lapack
 
 
 def solve_spd(matrix, right):
-    """The solution of a symmetric positive definite system; `matrix` is overwritten."""
+    """Solves a symmetric positive definite system; overwrites `matrix`."""
     if not len(right):
         return right.copy()
     _, solution, info = lapack.dposv(matrix, right, lower=1, overwrite_a=1)
@@ -57,7 +58,7 @@ def solve_spd(matrix, right):
 
 
 def solve_bordered(matrix, border, right, target):
-    """y, l of  matrix y - border l = right,  border' y = target."""
+    """Returns y and l of  matrix y - border l = right,  border' y = target."""
     k = border.shape[1]
     if not k:
         return solve_spd(matrix, right), np.zeros(0)
@@ -79,14 +80,14 @@ class Pressed:
     pressure: np.ndarray
     approach: float
     gap: np.ndarray
-    violation: float  # of the contact conditions, over the displacement of one cell under the peak pressure
+    violation: float  # violation of the contact conditions over the displacement of one cell under the peak pressure
     rigid: np.ndarray
 
 
 def press(matrix, heights, modes, loads, cap=math.inf, start=None):
     """Pressure p with gap g = matrix p - heights - modes a: p = 0 and g >= 0, 0 < p < cap and g = 0, or p = cap and g <= 0.
 
-    `modes` are rigid displacements (a column of ones first), `loads` what modes' p shall be."""
+    `modes` are rigid displacements (a column of ones first), `loads` the required values of modes' p."""
     n = len(heights)
     if start is None:
         contact = heights >= np.partition(heights, -max(n // 10, 4))[-max(n // 10, 4)]
@@ -105,7 +106,7 @@ def press(matrix, heights, modes, loads, cap=math.inf, start=None):
             p[at_cap] = cap
             right -= matrix[np.ix_(free, at_cap)].sum(axis=1) * cap
             target = target - modes[at_cap].sum(axis=0) * cap
-        if len(free) <= modes.shape[1]:  # too few to bear the load: more of the highest
+        if len(free) <= modes.shape[1]:  # too few cells for the load: add the highest
             more = np.argsort(np.where(contact, -math.inf, heights))[-(len(modes[0]) + 2) :]
             contact[more] = True
             continue
@@ -123,7 +124,8 @@ def press(matrix, heights, modes, loads, cap=math.inf, start=None):
             sum_error = np.abs(modes.T @ p - loads).max() / np.abs(loads).max()
             gap[free] = 0.0
             return Pressed(p, rigid[0], gap, max(inner / scale, sum_error), rigid)
-        # All at once as long as that helps; else one at a time, the last of the order, which ends (Murty's rule).
+        # All changes at once as long as the number of errors decreases; then one change at a time, the last in order, which terminates
+        # (Murty's rule).
         stale = 0 if count < best else stale + 1
         best = min(best, count)
         key = (contact.tobytes(), capped.tobytes())
@@ -148,7 +150,7 @@ def press(matrix, heights, modes, loads, cap=math.inf, start=None):
 
 
 def on_discs(z, bound):
-    """z (x of all cells, then y of all) cut back to |z| <= bound; also |z|."""
+    """Projects z (x of all cells, then y of all cells) on |z| <= bound; also returns |z|."""
     m = len(bound)
     norm = np.hypot(z[:m], z[m:])
     factor = np.where(norm > bound, bound / np.maximum(norm, 1e-30), 1.0)
@@ -156,12 +158,12 @@ def on_discs(z, bound):
 
 
 class Friction:
-    """One step on cells that bear pressure: |q| <= bound, slip s = c + border l - matrix q, border' q = target."""
+    """One step on cells under pressure: |q| <= bound, slip s = c + border l - matrix q, border' q = target."""
 
-    tolerance = 1e-8  # of q, over the largest bound: the last step of Newton's method leaves far less as a rule
+    tolerance = 1e-8  # error of q over the largest bound; after the last step of Newton's method it is usually much smaller
 
     def __init__(self):
-        self.inverse = None  # of the matrix, where all steps of a cycle have the same cells
+        self.inverse = None  # inverse of the matrix, if all steps of a cycle have the same cells
         self.newton = self.steps = self.helped = 0
         self.worst = 0.0
 
@@ -177,10 +179,10 @@ class Friction:
         return s, projected, norm, error
 
     def solve(self, matrix, bound, c, border, target, q, multipliers):
-        """q, s and the multipliers l; from q and multipliers as a guess."""
+        """Returns q, s and the multipliers l, with q and the multipliers as a guess."""
         self.steps += 1
         m = len(bound)
-        of_cells = 2.0 / (matrix.diagonal()[:m] + matrix.diagonal()[m:])  # x and y of a cell have the same
+        of_cells = 2.0 / (matrix.diagonal()[:m] + matrix.diagonal()[m:])  # x and y of a cell have the same value
         rho = np.concatenate([of_cells, of_cells])
         guess = q, multipliers
         q, multipliers, error = self.by_newton(matrix, bound, c, border, target, q, multipliers, rho, 40)
@@ -219,7 +221,7 @@ class Friction:
             normal = bound[slip] - (nx * q[slip] + ny * q[slip + m])
             dq = np.zeros(2 * m)
             dq[slip], dq[slip + m] = nx * normal, ny * normal
-            # The matrix is symmetric: rows are taken, which is fast.
+            # The matrix is symmetric, so fast access by rows is possible.
             rest = s - matrix @ dq
             wide = np.vstack([matrix[stuck], tx[:, None] * matrix[slip] + ty[:, None] * matrix[slip + m]])
             system = np.hstack([wide[:, stuck], wide[:, slip] * tx + wide[:, slip + m] * ty])
@@ -244,13 +246,13 @@ class Friction:
         return best[1], best[2], best[0]
 
     def part(self, matrix, bound, border, dl):
-        """The part of a step by which the bodies go no further than twice what slides all cells."""
+        """Fraction of a step that limits the displacement of the bodies to twice the displacement at which all cells slide."""
         if not len(dl):
             return 1.0
         return min(1.0, 2 * np.abs(matrix[:, : len(bound)] @ bound).max() / max(np.abs(border @ dl).max(), 1e-300))
 
     def by_slip(self, bound, q, s, slip, nx, ny, norm, rho, border, target):
-        """The same step of Newton's method where few cells slip: their slip is what is solved for, by the inverse matrix."""
+        """The same step of Newton's method if few cells slip: the inverse matrix reduces the system to the slip of these cells."""
         m, k = len(bound), len(slip)
         base = q + self.inverse @ s
         rows_x, rows_y = self.inverse[slip], self.inverse[slip + m]
@@ -274,7 +276,7 @@ class Friction:
             return None, None
 
     def near(self, matrix, bound, c, border, target, q, multipliers, rho):
-        """Where Newton's method does not get on by itself."""
+        """Finds a better start if Newton's method does not converge."""
         best = (math.inf, q, multipliers)
         q, _ = on_discs(q, bound)
         for attempt in range(6):
@@ -293,7 +295,7 @@ class Friction:
         return best[1], best[2], best[0]
 
     def sweeps(self, matrix, bound, c, q, count):
-        """Block Gauss-Seidel: each cell's disc problem in turn, exactly."""
+        """Block Gauss-Seidel: solves the disc problem of each cell in turn exactly."""
         m = len(bound)
         q = q.copy()
         s = c - matrix @ q
@@ -315,7 +317,8 @@ class Friction:
         return q
 
     def by_displacement(self, matrix, bound, c, border, target, q, multipliers, rho):
-        """The force by Newton's method on the displacement that makes it: the dual problem, of few unknowns and concave."""
+        """Solves for the displacement that causes the prescribed force by Newton's method: the dual problem is concave and has few
+        unknowns."""
         none = np.zeros((len(c), 0))
 
         def at(l, q):
@@ -332,7 +335,7 @@ class Friction:
             miss = target - border.T @ q
             if np.abs(miss / scale).max() < 1e-12:
                 break
-            # Of the force by the displacement: stuck cells move with it, slipping ones turn their shear.
+            # Derivative of the force along the displacement: stuck cells move with the bodies, and the shear of slipping cells rotates.
             m = len(bound)
             s = c + border @ l - matrix @ q
             z = q + rho * s
@@ -348,7 +351,7 @@ class Friction:
             edge = np.vstack([border[stuck], tx[:, None] * border[slip] + ty[:, None] * border[slip + m]])
             slope = edge.T @ solve_spd(np.asfortranarray(system), edge)
             change = np.linalg.solve(slope + 1e-14 * np.trace(slope) * np.eye(len(slope)), miss)
-            # Not further than half of what slides all cells.
+            # The step is at most half of the displacement at which all cells slide.
             reach = 0.5 * np.abs(matrix[:, :m] @ bound).max() / max(np.abs(border @ change).max(), 1e-300)
             if not np.isfinite(reach):
                 raise NotSolved("displacement by force")
@@ -363,11 +366,11 @@ class Friction:
         return q, l
 
 def disc(kx, ky, rx, ry, bound):
-    """The minimum of (kx x^2 + ky y^2)/2 - rx x - ry y over |(x, y)| <= bound."""
+    """Minimum of (kx x^2 + ky y^2)/2 - rx x - ry y over |(x, y)| <= bound."""
     x, y = rx / kx, ry / ky
     if x * x + y * y <= bound * bound:
         return x, y
-    # |r/(k + a)| = bound for a > 0: Newton's method on the reciprocal, convex and monotone.
+    # |r/(k + a)| = bound for a > 0: Newton's method on the reciprocal, which is convex and monotone.
     a = max(0.0, math.hypot(rx, ry) / bound - max(kx, ky))
     for _ in range(60):
         x, y = rx / (kx + a), ry / (ky + a)
@@ -386,14 +389,14 @@ def disc(kx, ky, rx, ry, bound):
 
 @dataclasses.dataclass
 class Drive:
-    """One period: of x, y and the rotation about z what is given, a displacement or a force (or moment), over time."""
+    """One period of the drive: prescribed displacement or force (or moment) along x, along y and about z over time."""
 
-    given: tuple  # of "displacement" and "force", three
-    load: object  # functions of the time in periods, of arrays
-    motion: tuple  # three such functions
-    antisymmetric: bool  # whether the second half is the first with its sign turned, under one load
+    given: tuple  # three times "displacement" or "force"
+    load: object  # function of an array of times in periods
+    motion: tuple  # three functions of the same kind
+    antisymmetric: bool  # whether the second half is the negative of the first, under a constant load
     constant_load: bool
-    rows: int = 0  # of a history, at equal distances of time: the motion goes straight between them
+    rows: int = 0  # number of rows of a history at equal time steps, with linear interpolation
 
     def at(self, samples):
         time = np.arange(samples) / samples
@@ -437,7 +440,7 @@ def read_drive(motion, normal_load, transverse, folder):
         else:
             given.append("displacement")
             motions.append(wave(amplitudes[axis], phases[axis]))
-    # A rotation goes with the first phase.
+    # A rotation has the first phase.
     if "moment" in motion:
         given.append("force")
         motions.append(wave(si(motion["moment"]), phases[0]))
@@ -459,12 +462,12 @@ def read_drive(motion, normal_load, transverse, folder):
 
 @dataclasses.dataclass
 class Cycle:
-    energy: np.ndarray  # per area and cycle, of each cell
-    forces: np.ndarray  # along x and y, and the moment, over the marched samples
+    energy: np.ndarray  # energy per area and cycle of each cell
+    forces: np.ndarray  # forces along x and y and moment at the samples of the march
     displacement: np.ndarray
-    marches: int  # how many periods (or halves) were marched
-    change: float  # of the energy, by the last of them, relative
-    peak: np.ndarray  # the largest pressure of each cell
+    marches: int  # number of periods (or half periods) of the march
+    change: float  # relative change of the energy in the last period
+    peak: np.ndarray  # largest pressure of each cell
     state: tuple
 
 
@@ -503,12 +506,12 @@ class Joint:
         joint, surface, contact = scene["joint"], scene["surface"], scene["contact"]
         grid, size = tuple(joint["grid"]), tuple(si(joint["size"]))
         if surface["kind"] != "file" or surface["detrend"] != "none":
-            raise ValueError("a surface of kind file, with detrend none, is read only")
+            raise ValueError("only a surface of kind file with detrend none is supported")
         heights = np.load(path.parent / surface["path"]) * UNITS[surface["unit"]]
         if heights.shape != grid:
             raise ValueError("the map does not have the shape of the grid")
         if contact.get("boundary", "free") != "free" or contact.get("transverse", "fixed") == "absent":
-            raise ValueError("not of this boundary")
+            raise ValueError("only a free boundary with both axes is supported")
         material = si(scene["material"]["youngs_modulus"]), scene["material"]["poisson_ratio"]
         values = {key: si(contact[key]) for key in ("friction_coefficient", "normal_load", "pressure_cap") if key in contact}
         values["rotation"] = contact.get("rotation", "fixed")
@@ -518,14 +521,14 @@ class Joint:
         return cls(grid, size, heights, material, values, drive, wear)
 
     def press(self, heights, load, key=None):
-        """The normal contact; that of the same key before is where the search begins."""
+        """Solves the normal contact; the solution with the same key is the start."""
         loads = np.concatenate([[load / self.cell], self.moments])
         found = press(self.normal, heights, self.modes, loads, self.cap, self.pressed.get(key))
         self.pressed[key] = found
         return found
 
     def stiffness_of_wear(self, rate, peak):
-        """The largest rate at which wear undoes a disturbance of the depth if slip paths stay: of rate/p times dp/dh.
+        """Largest rate at which wear reduces a disturbance of the depth at constant slip paths: rate/p times dp/dh.
 
         `peak` is the largest pressure of each cell in the cycle."""
         cells = np.flatnonzero((peak > 0) & (rate > 0))
@@ -541,9 +544,9 @@ class Joint:
         return np.column_stack([np.concatenate([one, zero]), np.concatenate([zero, one]), np.concatenate([-y, x])])
 
     def cycle(self, heights, samples=64, scheme="bdf2", tolerance=1e-6, limit=200, start=None, least=0.0):
-        """The steady cycle: begun from the state `start`, of a cycle before, or from rest.
+        """Steady cycle, from the state `start` of an earlier cycle, or from rest.
 
-        It repeats itself when the energy (L1 over the cells) changes by `tolerance` of what it is, or of `least`."""
+        The cycle repeats itself when the energy (L1 norm over the cells) changes by less than `tolerance` of its value, or of `least`."""
         motion, load = self.drive.at(samples)
         if self.drive.constant_load:
             bounds = [self.mu * self.press(heights, load[0], 0).pressure] * samples
@@ -588,7 +591,7 @@ class Joint:
                 change = np.abs(energy - before).sum() / max(total, least, 1e-300)
                 if change < tolerance or total == 0.0:
                     break
-            # Where all slide at once, nothing is remembered, and the second is the steady one.
+            # If all cells slide at once, the state has no memory, and the second cycle is the steady one.
             missing = max(np.abs(state[k] - begin[k]).max() for k in (0, 1)) / max(bounds[0].max(), bounds[-1].max())
             if missing < 1e-2 * tolerance:
                 change = min(change, missing)
@@ -614,9 +617,9 @@ class Joint:
 
 
 class Anderson:
-    """Anderson's acceleration (J. ACM 12, 1965) of the shear with which a cycle begins, towards the one that repeats itself.
+    """Anderson's acceleration (J. ACM 12, 1965) of the shear at the start of a cycle towards the shear of the steady cycle.
 
-    What is found in the end is judged by plain repetition all the same."""
+    The stopping criterion uses the change between plain repetitions."""
 
     def __init__(self, scale, depth=6):
         self.scale, self.depth = scale, depth
@@ -638,7 +641,7 @@ class Anderson:
 
 
 class _March:
-    """Time steps over a period on the cells that touch somewhere in it."""
+    """Time steps over a period on the cells that touch at any time in it."""
 
     def __init__(self, joint, cells, matrix, bounds, border, moved, motion, by_force, scheme):
         self.joint, self.matrix, self.bounds = joint, matrix, bounds
@@ -662,7 +665,7 @@ class _March:
             self.active.append((on, reduced))
 
     def step(self, k, q_before, shift, target, guess, multipliers):
-        """From q_before by the rigid displacement `shift` of the given ones, to the forces of `target`."""
+        """One step from q_before with the displacement `shift` of the prescribed motions, to the forces `target`."""
         bound = self.bounds[k]
         on, both = self.active[k]
         c = self.moved @ shift + self.matrix @ q_before
@@ -680,7 +683,7 @@ class _March:
         return q, s, multipliers
 
     def from_rest(self):
-        """The first load of the cycle is put on in a few steps from rest."""
+        """Applies the first load of the cycle in a few steps from rest."""
         q = np.zeros(2 * len(self.bounds[0]))
         d = np.zeros(self.motion.shape[1])
         free = np.zeros(self.border.shape[1])
@@ -693,7 +696,8 @@ class _March:
         return q, q.copy(), d, d.copy(), free, free.copy()
 
     def over(self, state, count):
-        """Samples 1 to count, from the state at sample 0: q, q one sample before, and so displacements given and found."""
+        """Marches over samples 1 to count from the state at sample 0: q, q one sample earlier, and likewise the prescribed and the free
+        displacements."""
         q1, q2, d1, d2, f1, f2 = state
         m = len(self.bounds[0])
         energy = np.zeros(m)
@@ -731,15 +735,15 @@ class Worn:
     steps: int
     rejected: int
     evaluations: int
-    estimate: float  # sum of the steps' own estimates, over the volume
-    change: float  # of the energy in the last repetition of a cycle, the largest
+    estimate: float  # sum of the error estimates of the steps, over the volume
+    change: float  # largest change of the energy in the last repetition of a cycle
 
 
 class Steady:
-    """Steady cycles one after another, each begun from the state of the one before.
+    """Steady cycles one after another, each from the state of the one before.
 
-    Of the scheme "extrapolated" the energy of a cell is that of BDF2 with `samples` and with half of them, extrapolated to
-    steps of no length at second order."""
+    With the scheme "extrapolated", the energy of a cell is extrapolated from BDF2 with `samples` and with half of them to a step length of
+    zero at second order."""
 
     def __init__(self, joint, samples, scheme="extrapolated", tolerance=1e-6):
         self.joint, self.tolerance, self.extrapolated = joint, tolerance, scheme == "extrapolated"
@@ -747,7 +751,7 @@ class Steady:
         self.samples = [samples // 2, samples] if self.extrapolated else [samples]
         self.starts = [None] * len(self.samples)
         self.worst_change = 0.0
-        self.least = 0.0  # a hundredth of the energy of the first cycle, from then on
+        self.least = 0.0  # after the first cycle, a hundredth of its energy
 
     def __call__(self, depth):
         found = []
@@ -767,7 +771,7 @@ class Steady:
 
 
 def wear(joint, samples, tolerance, scheme="extrapolated", cycle_tolerance=1e-6, progress=None):
-    """The depth after the cycles of the scene; each step is wrong by `tolerance` of what it wears at most (L1)."""
+    """Depth after the cycles of the scene; the error of each step is at most `tolerance` times the wear of the step (L1 norm)."""
     alpha, end = joint.wear["coefficient"], float(joint.wear["cycles"])
     state = {"cycle": None, "count": 0}
     steady = Steady(joint, samples, scheme, cycle_tolerance)
@@ -781,7 +785,7 @@ def wear(joint, samples, tolerance, scheme="extrapolated", cycle_tolerance=1e-6,
     here = rate(depth)
     first = state["cycle"]
     peak = first.peak
-    # The first step wears a hundredth of the root mean square height where most is worn.
+    # The first step wears a hundredth of the root mean square height at the cell with the largest rate.
     step = min(end, 0.01 * joint.heights.std() / max(here.max(), 1e-300))
     steps = rejected = 0
     estimate = 0.0
@@ -814,7 +818,7 @@ DAMPING = 2.0 / 13.0
 
 
 def chebyshev_limit(stages):
-    """Step times the largest rate of decay up to which the method is stable."""
+    """Largest product of step and decay rate for which the method is stable."""
     return 2.0 / 3.0 * (stages**2 - 1) * (1 - 2.0 * DAMPING / 15.0)
 
 

@@ -1,13 +1,13 @@
-"""Draws small random scenes of fretting wear, as TOML that the program accepts, with the surface beside it as NPY.
+"""Draws small random scenes of fretting wear, as TOML for the program, with the surface as NPY in the same folder.
 
     python draw.py --kind orbit --seed 1 --n 4 --into FOLDER [--cells 16 38] [--ratio LOW HIGH] [--worn LOW HIGH] [--touching LOW HIGH]
 
-Kinds: line, orbit (an ellipse of any phase), load (the normal load varies, along a line or an orbit), force (given in place of
-the displacement), torsion (a rotation about z, or a moment, alone or beside a displacement), history (a table of a cycle).
-All are of 16..32 x 18..38 cells that are not square, on a Gaussian surface of Rq 0.5..10 um and a correlation length of 2..8
-cells, under a load by which 5..80 % of the cells touch, with friction of 0.2..0.9. The amplitude is drawn in parts of the
-sliding displacement, mu N over the stiffness of the stuck joint; --ratio sets its range. Cycles are as many as wear the cells
-in contact by 0.05..1 Rq on average, at the rate of the first cycle. The same kind and seed give the same scene.
+Kinds: line, orbit (an ellipse of any phase), load (the normal load varies, along a line or an orbit), force (prescribed instead of the
+displacement), torsion (a rotation about z, or a moment, possibly with a displacement), history (a table of a cycle).
+The scenes have 16..32 x 18..38 cells that are not square, a Gaussian surface of Rq 0.5..10 um with a correlation length of 2..8 cells, a
+load under which 5..80 % of the cells touch, and a friction coefficient of 0.2..0.9. The amplitude is a random multiple of the sliding
+displacement, mu N over the stiffness of the stuck joint; --ratio sets its range. The number of cycles is chosen so that, at the rate of
+the first cycle, the cells in contact wear by 0.05..1 Rq on average. The same kind and seed give the same scene.
 """
 
 import argparse
@@ -23,7 +23,7 @@ YOUNGS_MODULUS, POISSON_RATIO = 198.4e9, 0.3
 
 
 def gaussian(random, grid, size, correlation):
-    """Heights of Rq 1 and mean 0, with the autocorrelation exp(-(x/clx)^2 - (y/cly)^2): a sum of random waves."""
+    """Heights with Rq 1, mean 0 and the autocorrelation exp(-(x/clx)^2 - (y/cly)^2): a sum of random waves."""
     x = (np.arange(grid[0]) + 0.5) * size[0] / grid[0]
     y = (np.arange(grid[1]) + 0.5) * size[1] / grid[1]
     heights = np.zeros(grid)
@@ -36,7 +36,7 @@ def gaussian(random, grid, size, correlation):
 
 
 def load_of_area(joint, fraction):
-    """The load under which this fraction of the cells touches: by bisection of its logarithm."""
+    """Load under which this fraction of the cells touches, by bisection of its logarithm."""
     low, high = None, None
     load = 1e-3 * joint.cell / joint.normal[0, 0] * joint.heights.std() * len(joint.heights)
     for _ in range(40):
@@ -51,7 +51,7 @@ def load_of_area(joint, fraction):
 
 
 def drawn(kind, seed, cells=(16, 38), ratio=None, worn=None, touching=None):
-    """(scene as TOML, heights in um, table of a history or none)."""
+    """Returns the scene as TOML, the heights in um, the table of a history or None, and the mean depth to wear in m."""
     random = np.random.default_rng([KINDS.index(kind), seed])
     while True:
         nx = int(random.integers(max(cells[0], 16), min(cells[1], 32) + 1))
@@ -150,7 +150,7 @@ def drawn(kind, seed, cells=(16, 38), ratio=None, worn=None, touching=None):
         table = np.column_stack([t, scale * (x - x.mean()), scale * (y - y.mean()), normal])
         motion["history"] = '"HISTORY"'
 
-    # Cycles by the energy of the first one, on few samples.
+    # A first cycle with few samples determines the number of cycles.
     lines = [
         f'title = "{kind} {seed}: drawn, {len(borne) / len(joint.heights):.0%} touching, {part:.3g} of sliding"',
         "",
@@ -210,13 +210,13 @@ def write(kind, seed, folder, cells=(16, 38), ratio=None, worn=None, touching=No
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kind", choices=KINDS, required=True)
-    parser.add_argument("--seed", type=int, default=1, help="of the first scene; the next ones follow")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first scene; the next scenes have the following seeds")
     parser.add_argument("--n", type=int, default=1)
     parser.add_argument("--into", default="cases")
     parser.add_argument("--cells", type=int, nargs=2, default=(16, 38), help="fewest and most cells along an axis")
     parser.add_argument("--ratio", type=float, nargs=2, help="range of the amplitude over the sliding displacement")
     parser.add_argument("--worn", type=float, nargs=2, help="range of the mean worn depth over Rq, at the first rate")
-    parser.add_argument("--touching", type=float, nargs=2, help="range of the part of the cells that touches")
+    parser.add_argument("--touching", type=float, nargs=2, help="range of the fraction of cells that touch")
     options = parser.parse_args()
     for seed in range(options.seed, options.seed + options.n):
         path, joint, cycle = write(options.kind, seed, options.into, options.cells, options.ratio, options.worn, options.touching)

@@ -1,29 +1,32 @@
-"""Holds the fields of the steady cycle that a program writes (output.cycle_fields) to the laws that they must keep.
+"""Checks the fields of the steady cycle in a run (output.cycle_fields) against the laws of contact and friction.
 
     python fields.py --program fretwear [--set KEY=VALUE ...] [--out FILE.jsonl] scene.toml ...
 
-Without scenes it takes one of each kind of motion on the surface of a case. Scenes are of the kinds that draw.py writes. Nothing is solved here: pressure, shear and slip of all samples are put into the equations of
-contact and friction, with full influence matrices (half_spaces.py), so that numpy and Polars are all it takes. Checked are the unworn
-joint and the last iteration, and of each, with what may be left in `limits_of`:
+Without scenes, the script takes one scene of each kind of motion on the surface of a case. Scenes are of the kinds that draw.py writes. The
+script solves nothing: it inserts pressure, shear and slip of all samples into the equations of contact and friction, with full influence
+matrices (half_spaces.py), so it needs only numpy and Polars. It checks the unworn joint and the last iteration, with the tolerances of
+`limits_of`:
 
-    load, force, moment    sum of pressure and shear times the area of a cell against the loads of the table `cycle`, and those of the
-                           scene where it prescribes them
-    displacement           what the scene prescribes against the table `cycle`
-    penetration, adhesion  gap and pressure from the heights and the pressures: g = K p - (h - w) - rigid is zero in contact, positive off it
+    load, force, moment    sum of pressure and shear times the area of a cell, against the loads of the table `cycle` and against the
+                           prescribed loads of the scene
+    displacement           prescribed displacement of the scene against the table `cycle`
+    penetration, adhesion  gap and pressure from the heights and the pressures: g = K p - (h - w) - rigid is zero in contact and
+                           positive elsewhere
     elastic                displacement of the bodies - K q - slip is the same at all samples
     coulomb                |q| <= mu p
-    friction               sum of mu p |dv| - q dv over the dissipation: zero if shear is along the slip of the step that ends there and no
-                           cell slips below its limit
-    stick                  slip of cells below their limit at the end of a step, over the longest way of the bodies in a step. A step of second
-                           order takes the slip along q less beta times that of the step before: in the step in which a cell comes to rest
-                           it still moves by that and dissipates nothing
+    friction               sum of mu p |dv| - q dv over the dissipation: zero if the shear at the end of each step has the direction of the
+                           slip in the step and no cell slips below its limit
+    stick                  slip of cells below their limit at the end of a step, over the longest path of the bodies in a step. In a step
+                           of second order, the slip minus beta times the slip of the step before is parallel to q. So in the step in
+                           which a cell comes to rest, it moves by the subtracted slip and dissipates nothing
     work                   sum of mean shear times slip over the cycle against the work of the forces of the table `cycle`
-    closure                shear at t = T against that at t = 0
+    closure                shear at t = T against shear at t = 0
     energy                 sum of mean limit times |dv| over the steps against the dissipation, which is extrapolated
 
-    seam_stick             as stick, at the seams (see SEAMS)
+    seam_stick             stick at the seams (see SEAMS)
 
-Told, and not judged: `seam`, their friction; `energy_of_cells` and `path`, sums of |difference| over the cells.
+The script also prints, without a limit: `seam`, the friction at the seams; `energy_of_cells` and `path`, sums of |difference| over the
+cells.
 """
 
 import argparse
@@ -40,31 +43,37 @@ import numpy as np
 import polars as pl
 from half_spaces import compliance, pair, si
 
-# Sums of some thousand products by transforms, in parts of the largest term. Measured are 1e-14 at most, and 1e-13 of a force that is found.
+# Rounding error of sums of some thousand products by transforms, relative to the largest term. The largest measured error is 1e-14, and
+# 1e-13 for a force that is an unknown.
 ROUNDING = 1e-10
-# fidelity.normal_tolerance of all presets but `reference` is 1e-6 or less, in parts of the displacement of one cell under the largest pressure.
+# fidelity.normal_tolerance of all presets except `reference` is 1e-6 or less, relative to the displacement of one cell under the largest
+# pressure.
 NORMAL = 3e-6
-# Of the dissipation: what is left of friction's law in a cycle by reversal is in its error_cycle, which is rounded here.
+# Factor on error_cycle, with a margin for its rounding: in a cycle by reversal, error_cycle includes the violation of the friction law.
 WITHIN_BAR = 1.001
-# In a stepped cycle the shear at the end of a step is across the slip in it by half of what that turns in a step, which is of second order. A
-# slip that turns faster than the motion does so on few cells: measured are 2.6 times (pi/samples)^2 / 2 at most.
+# In a stepped cycle, the shear at the end of a step deviates from the direction of its slip by half the rotation of the slip in the step,
+# which is a second-order error. In few cells the slip rotates faster than the motion: the largest measured value is 2.6 times
+# (pi/samples)^2 / 2.
 TURNING = 4.0
-# What extrapolation changes of the energy of a stepped cycle is two thirds of what its error takes for left. Of a history every other instant of
-# the march is written, and the path between these is shorter by three times that; the rest is for the closing.
+# The extrapolation changes the energy of a stepped cycle by two thirds of its estimated error. For a history, the table contains every
+# second instant of the march, and the path between these instants is shorter by three times this change. The remainder allows for the error
+# of the closure.
 OF_BAR = 4.0
-# A shear below this part of its limit is not at it: a gap of 1e-4 lets the shear of a cell that slips stand off by about its root.
+# A cell with a shear below this fraction of its limit counts as sticking: with a gap of 1e-4, the shear of a slipping cell may be below its
+# limit by about the root of the gap.
 BELOW = 0.98
-# What a cell below its limit may slip in a step, of the way of the bodies in a step: a hundredth, as its shear is known to no more.
+# Largest slip per step of a cell below its limit, over the path of the bodies per step: a hundredth, the accuracy of the shear.
 STUCK = 1e-2
-# A cycle is put together of parts of two marches, and in between and at t = 0 the shear of cells that stick may jump; where its halves are opposite
-# each is there twice. These steps are told apart, and their friction is that of the steps beside them.
+# The program composes a cycle of parts of two marches. Between the parts and at t = 0, the shear of sticking cells may jump, and each jump
+# occurs twice if the halves are opposite. The script treats these steps separately and gives them the friction of their neighbours.
 SEAMS_OF_HALVES, SEAMS = 4, 2
-# What a cell below its limit may move there, as STUCK: the closing of a cycle weighs what cells dissipate, and those that stick the least. Measured are
-# 0.07, and 0.3 where forces are given, whose resultant keeps what was locked in from being taken out of both marches.
+# Largest displacement of a cell below its limit at a seam, as STUCK: the closing of a cycle weights cells by their dissipation, so sticking
+# cells have the smallest weight. Measured values are 0.07, and 0.3 for prescribed forces, whose resultant prevents the removal of locked-in
+# shear from both marches.
 AT_SEAM, AT_SEAM_OF_FORCES = 0.15, 0.5
-# One is a step whose friction is wrong by so many times that of most steps.
+# A step is a seam if its friction error exceeds the median by this factor.
 STANDS_OUT = 20.0
-# Below this part of mu N times the way of the bodies nothing is dissipated.
+# Below this fraction of mu N times the path of the bodies, the dissipation counts as zero.
 NOTHING = 1e-9
 
 
@@ -85,17 +94,17 @@ def main():
                 wrong += beyond
                 name = " ".join([scene.stem, *sets])
                 told = {key: float(f"{value:.2e}") if isinstance(value, float) else value for key, value in checked.items()}
-                print(f"{name}: {'WRONG: ' + ', '.join(beyond) if beyond else 'holds'} {json.dumps(told)}", flush=True)
+                print(f"{name}: {'WRONG: ' + ', '.join(beyond) if beyond else 'within limits'} {json.dumps(told)}", flush=True)
                 if options.out:
                     with open(options.out, "a", encoding="utf-8") as out:
                         out.write(json.dumps({"scene": name, "beyond": beyond, **checked}) + "\n")
-    return f"{len(wrong)} residuals are beyond their limits" if wrong else None
+    return f"{len(wrong)} residuals exceed their limits" if wrong else None
 
 
 CASE = pathlib.Path(__file__).parent / "cases" / "orbit_204.toml"
-# So few that all of these joints still slip in the last iteration.
+# Number of cycles that is so small that all these joints still slip in the last iteration.
 FEW_CYCLES = "wear.cycles=10_000_000"
-# Motions of the short form; `reach` is the half range of the case, `part` and `little` are of its load.
+# Motions of the scenes on the surface of the case; `reach` is the half range of the case, `part` and `little` are fractions of its load.
 MOTIONS = {
     "line": 'amplitude = ["{reach} um", "0 um"]\nphase = "40 deg"',
     "orbit": 'amplitude = ["{reach} um", "{half} um"]\nphase = ["0 deg", "70 deg"]',
@@ -107,7 +116,7 @@ MOTIONS = {
 
 
 def short(folder):
-    """A scene of each kind of motion on the surface of a case, and that along a line stepped too."""
+    """Yields a scene of each kind of motion on the surface of a case, and the scene along a line also with a stepped cycle."""
     text = CASE.read_text(encoding="utf-8")
     case = tomllib.loads(text)
     load, mu = si(case["contact"]["normal_load"]), case["contact"]["friction_coefficient"]
@@ -144,7 +153,7 @@ def check(program, path, folder, sets):
 
 
 class Scene:
-    """What of a scene the equations want."""
+    """Data of a scene for the equations."""
 
     def __init__(self, path):
         with open(path, "rb") as file:
@@ -165,7 +174,7 @@ class Scene:
         self.motion, self.folder = scene["motion"], path.parent
 
     def prescribed(self, time):
-        """Columns of the table `cycle` that the scene gives itself, at these times."""
+        """Returns the columns of the table `cycle` that the scene prescribes, at these times."""
         motion = self.motion
         if "history" in motion:
             with open(self.folder / motion["history"], encoding="utf-8") as file:
@@ -192,7 +201,7 @@ class Scene:
 
 
 class Cycle:
-    """The fields of an iteration, a row a sample and a column a cell of the grid."""
+    """Fields of an iteration with one row per sample and one column per cell of the grid."""
 
     def __init__(self, scene, folder):
         self.scene = scene
@@ -240,7 +249,7 @@ class Cycle:
         def relative(name, difference, scale):
             found[name] = float(np.abs(difference).max() / max(np.abs(scale).max(), 1e-300))
 
-        # Resultants, and what is prescribed.
+        # Resultants, and prescribed loads and displacements.
         load = self.column("normal_load")
         force = np.column_stack([self.column("force_x"), self.column("force_y")])
         relative("load", p.sum(axis=1) * area - load, load)
@@ -252,7 +261,7 @@ class Cycle:
         given = scene.prescribed(self.column("time"))
         for name, values in given.items():
             own = self.column(name)
-            if name.startswith(("displacement", "rotation")):  # the middle of a motion is free
+            if name.startswith(("displacement", "rotation")):  # the mean of a motion is free
                 own, values = own - own[0], values - values[0]
             reach = np.abs(values).max()
             if name.startswith("force"):
@@ -263,7 +272,7 @@ class Cycle:
                 key = f"given_{name.split('_')[0]}"
                 found[key] = max(found.get(key, 0.0), float(np.abs(own - values).max() / reach))
 
-        # Normal contact, by the heights.
+        # Normal contact, from the heights.
         normal, xx, xy, yy = scene.matrices
         modes = [np.ones(len(scene.x))] + ([scene.y, scene.x] if scene.turns else [])
         modes = np.column_stack(modes)
@@ -283,7 +292,7 @@ class Cycle:
                 found["gap_sign"] = max(found.get("gap_sign", 0.0), float(wrong / scale))
         found |= {"penetration": float(penetration), "adhesion": float(adhesion)}
 
-        # Elasticity: of the cells that are listed the slip is known.
+        # Elasticity: the slip is known for the listed cells.
         motion = np.column_stack([self.column("displacement_x"), self.column("displacement_y")])
         turned = self.column("rotation_z")
         bodies = motion[:, None, :] + turned[:, None, None] * np.stack([-scene.y, scene.x], axis=1)[None]
@@ -302,16 +311,17 @@ class Cycle:
         ways = np.linalg.norm(np.diff(bodies, axis=0), axis=2).max(axis=1)
         bound = np.where(both, limit[1:] * slid, 0.0).sum(axis=1) * area
         along = np.where(both, (q[1:] * steps).sum(axis=2), 0.0).sum(axis=1) * area
-        # The first step of a cell at rest: what it is allowed to move by is that of the step before.
+        # In the first step of a cell at rest, the allowed displacement follows from the step before.
         durations = np.diff(self.column("time"))
         ratio = durations / np.roll(durations, 1)
         rest = (ratio**2 / (1 + 2 * ratio))[:, None] * np.roll(slid, 1, axis=0)
         below = both & (size[1:] < BELOW * limit[1:])
         stuck = np.where(below, np.maximum(slid - (0.0 if by_reversal else 1.0) * rest, 0.0), 0.0).max(axis=1) / ways.max()
-        # By reversal the shear is at its limit all the way or not at all: that at the end counts.
+        # By reversal, the shear of a cell is at its limit in a whole step or not at all: the limit at the end of the step counts.
         limits = limit[1:] if by_reversal else 0.5 * (limit[1:] + limit[:-1])
         energies = limits * np.where(below, 0.0, slid)
-        # Of a step in which a cell closes or opens it is not known here which part is in contact: half of it, or none, or all.
+        # The contact time is unknown in a step in which a cell closes or opens: half of the step counts, with an uncertainty of the other
+        # half.
         opens = (p[1:] > 0) != (p[:-1] > 0)
         energies[opens] *= 0.5
         found["not_known"] = float(energies[opens].sum() * area)
@@ -350,12 +360,12 @@ class Cycle:
         return found
 
 
-# A cycle of fewer steps is one by reversal.
+# A cycle with fewer steps is a cycle by reversal.
 FEWEST_STEPS = 8
 
 
 def limits_of(found):
-    """The largest that each residual may be."""
+    """Returns the limit of each residual."""
     samples, bar = found["samples"], found["bar"]
     stepped = samples >= FEWEST_STEPS
     turning = TURNING * (math.pi / samples) ** 2 / 2
@@ -364,7 +374,7 @@ def limits_of(found):
     limits |= dict.fromkeys(("penetration", "adhesion", "gap", "gap_sign"), NORMAL)
     limits["stick"] = STUCK
     limits["seam_stick"] = AT_SEAM_OF_FORCES if "given_force" in found else AT_SEAM
-    # Where t = 0 is between the ends of a motion, it has a solve of its own.
+    # If t = 0 is between the ends of a motion, the cycle has an additional solve for it.
     solves = 2 if samples == 3 else 1
     limits["friction"] = turning + bar if stepped else solves * WITHIN_BAR * bar
     limits["energy"] = (OF_BAR * bar if stepped else WITHIN_BAR * bar) + found["not_known"]

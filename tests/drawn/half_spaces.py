@@ -1,4 +1,4 @@
-"""Elastic half spaces as full matrices, and the values of a scene in SI units: numpy alone. Used by dense.py and fields.py."""
+"""Elastic half spaces as full matrices, and values of a scene in SI units; needs only numpy. Used by dense.py and fields.py."""
 
 import math
 
@@ -13,7 +13,7 @@ UNITS = {
 
 
 def si(value):
-    """A value of a scene, as "3 um", in SI units; of a list, all of them."""
+    """Returns a value of a scene, such as "3 um", in SI units; for a list, all its values."""
     if isinstance(value, list):
         return [si(one) for one in value]
     if isinstance(value, str):
@@ -23,13 +23,13 @@ def si(value):
 
 
 def pair(value):
-    """The value along x and that along y: one alone is along x."""
+    """Returns the values along x and along y; a single value is the value along x."""
     values = si(value)
     return values if isinstance(values, list) else [values, 0.0]
 
 
 def corners(antiderivative, x, y, dx, dy):
-    """The integral over a cell around (x, y), by its antiderivative at the four corners."""
+    """Integral over a cell around (x, y), from the antiderivative at the four corners."""
     f = antiderivative
     return (
         f(x + dx / 2, y + dy / 2) - f(x - dx / 2, y + dy / 2) - f(x + dx / 2, y - dy / 2) + f(x - dx / 2, y - dy / 2)
@@ -39,19 +39,19 @@ def corners(antiderivative, x, y, dx, dy):
 def compliance(grid, size, youngs_modulus, poisson_ratio):
     """Full matrices (normal, xx, xy, yy) of two half spaces: relative displacement at cell centres over cell tractions.
 
-    Cells are numbered with y fast."""
+    The cell index varies fastest along y."""
     nx, ny = grid
     dx, dy = size[0] / nx, size[1] / ny
     x = dx * np.arange(-(nx - 1), nx)[:, None]
     y = dy * np.arange(-(ny - 1), ny)[None, :]
-    # Derivatives d2/dxdy: of the first x^2/r^3, of the second y^2/r^3, of the third x y/r^3. A term y ln|y| falls out of the first,
-    # x ln|x| of the second.
+    # The second derivatives d2/dxdy of xx, yy and xy are x^2/r^3, y^2/r^3 and x y/r^3. In the sum over the corners, a term y ln|y| of xx
+    # and a term x ln|x| of yy cancel.
     xx = corners(lambda x, y: y * np.arcsinh(x / np.abs(y)), x, y, dx, dy)
     yy = corners(lambda x, y: x * np.arcsinh(y / np.abs(x)), x, y, dx, dy)
     xy = corners(lambda x, y: -np.hypot(x, y), x, y, dx, dy)
     r = xx + yy  # 1/r = x^2/r^3 + y^2/r^3
     e, nu = youngs_modulus, poisson_ratio
-    both = 2.0  # bodies, of the same material
+    both = 2.0  # number of bodies, of the same material
     kernels = (
         both * (1 - nu**2) / (math.pi * e) * r,
         both * (1 + nu) / (math.pi * e) * ((1 - nu) * r + nu * xx),

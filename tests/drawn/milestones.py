@@ -1,16 +1,17 @@
-"""Holds milestones (`fretwear when`) of drawn joints against runs with the preset `reference` and far smaller wear steps.
+"""Compares milestones (`fretwear when`) of drawn joints with runs with the preset `reference` and much smaller wear steps.
 
     python milestones.py --program fretwear --kind lap|resonator [--seed 1] [--n 30] [--into FOLDER] [--jobs 2]
 
-Laps have a prescribed motion and a bolt of a drawn stiffness, resonators the structure of the published case on a coarser mesh, with the bolt in it. Size,
-grid, roughness, load, friction, amplitude or force, and cycles are drawn. The levels are such that about two thirds of them are passed. For each figure
+Laps have a prescribed motion and a bolt of random stiffness; resonators have the structure of the published case on a coarser mesh. Size,
+grid, roughness, load, friction, amplitude or force, and cycles are random. The runs pass about two thirds of the levels. For each
+figure the script prints
 
-    in      milestones whose reference lies between earliest and latest, of all that are known
-    width   median of (latest - earliest)/2 over the reference, of those that are passed
+    in      number of known milestones whose reference lies between earliest and latest
+    width   median of (latest - earliest)/2 over the reference, for the passed milestones
     error   median of |nominal - reference| over the reference
-    lost    milestones that are not known though the reference passes them by more than three times its own bar
+    lost    number of unknown milestones that the reference passes by more than three times its error bar
 
-are printed, and a JSON line a milestone is written to milestones.jsonl. Exits with 1 if less than 28 of 30 are in.
+and writes one JSON line per milestone to milestones.jsonl. The exit code is 1 if less than 28 of 30 milestones are in, or if one is lost.
 """
 
 import argparse
@@ -161,7 +162,7 @@ def case(program, kind, seed, into):
         first, last = history[figure][0], history[figure][-1]
         if first is None or last is None or first == last:
             continue
-        # From a twentieth of the change at the end to half as far again.
+        # The level is between a twentieth of the final change and one and a half times this change.
         levels.append((figure, first + (last - first) * random.uniform(0.05, 1.5)))
     ours, truth = (when(program, folder, levels) for folder in (own, fine))
     rows = []
@@ -173,7 +174,7 @@ def case(program, kind, seed, into):
 
 
 def judged(rows):
-    # Beyond the end is later than all else; one step of rounding is allowed.
+    # A milestone beyond the end counts as later than all others; the comparison allows one rounding step.
     late = lambda cycles: math.inf if cycles is None else cycles
     is_in = lambda row: late(row["earliest"]) * (1 - 1e-9) <= late(row["reference"]) <= late(row["latest"]) * (1 + 1e-9)
     known = [row for row in rows if row["known"] != "not known"]

@@ -1,13 +1,14 @@
-"""Holds what `fretwear plan` says of the resonance against runs, on drawn laps of bars and resonators.
+"""Compares the statements of `fretwear plan` about the resonance with runs, on drawn laps of bars and resonators.
 
     python resonances.py --program fretwear [--seed 1] [--n 20] [--into FOLDER] [--jobs 2]
 
-Of each scene two runs of one iteration are made: with the largest load under which no element slips or opens, and with a drawn one above it. Judged are
+For each scene the script makes two runs of one iteration: with the largest load under which the plan predicts no slip and no opening, and
+with a random load above it. The script checks
 
-    stuck   elements of the first that slip as a whole or open, but for those that bear a thousandth of the load together: none may
-    band    resonances of the second within the band, of those that have one
+    stuck   that no element of the first run slips as a whole or opens, except elements that together carry a thousandth of the load
+    band    that the resonance of the second run, if it has one, is within the band
 
-and all are printed. Exits with 1 if an element slips or opens, or less than 19 of 20 resonances are within their band.
+and prints all results. The exit code is 1 if an element slips or opens, or if less than 19 of 20 resonances are within their band.
 """
 
 import argparse
@@ -93,7 +94,7 @@ def drawn(seed):
     is_bars = bool(random.random() < 0.6)
     nx, ny = (60, 36) if is_bars else (45, 36)
     direction = "xyz"[random.integers(3)] if is_bars else "x"
-    # About the first bending in each direction, and the first along the bars.
+    # Range around the first bending mode in each direction, and around the first mode along the bars.
     from_, to = {"z": (60, 230), "y": (300, 700), "x": (2000, 4800)}[direction]
     values = dict(
         nx=nx, ny=ny, seed=seed, data=DATA, direction=direction, from_=from_, to=to,
@@ -102,7 +103,7 @@ def drawn(seed):
         mu=random.uniform(0.2, 0.8), load=math.exp(random.uniform(math.log(5), math.log(30))),
         damping=math.exp(random.uniform(math.log(1e-3), math.log(2e-2))),
     )  # fmt: skip
-    # Multiple of the load up to which all sticks.
+    # The factor is a multiple of the load up to which all elements stick.
     return (BARS if is_bars else RESONATOR).format(**values), math.exp(random.uniform(0, math.log(30))), is_bars
 
 
@@ -112,14 +113,14 @@ def called(command):
 
 
 def run(program, scene, folder, force):
-    """Resonance frequency and states of the contact elements of the unworn joint."""
+    """Returns the resonance frequency and the states of the contact elements of the unworn joint."""
     amplitude = f"dynamics.force.amplitude={force!r} N"
     found, why = called([program, "run", str(scene), "--run", str(folder), "--quiet", "--set", amplitude])
     if found is None:
         return None, why
     read = lambda name: pq.read_table(next(folder.glob(f"**/{name}.parquet"))).to_pydict()
     row, elements = read("dynamic_response"), read("contact_element")
-    # The least loaded, which bear a thousandth of the load together, are left aside.
+    # The result excludes the least loaded elements, which together carry a thousandth of the load.
     order = np.argsort(elements["normal_load"])
     loads = np.array(elements["normal_load"])[order]
     kept = order[np.cumsum(loads) > 1e-3 * loads.sum()]

@@ -1,15 +1,15 @@
-"""The truth of drawn scenes, with its own error: worn volume and field, dissipation, pressure and force range.
+"""Reference solutions of drawn scenes with their error: worn volume and field, dissipation, pressure and force range.
 
     python truth.py scene.toml ... [--samples 32] [--tolerance 1.6e-2] [--goal 1e-3] [--again]
 
-Each scene is worn by the dense reference (dense.py): cycles by BDF2 extrapolated from `samples` and half of them, wear steps
-to a tolerance. Samples are doubled, and the tolerance of the steps is divided by eight, until the volume changes by less
-than the goal with either. Beside the scene are then
+The dense reference (dense.py) wears each scene: its cycles use BDF2, extrapolated from `samples` and half of them, and its wear steps meet
+a tolerance. The script doubles the samples, and divides the tolerance of the steps by eight, until each refinement changes the volume by
+less than the goal. It writes to the folder of the scene
 
-    NAME.truth.json      the figures, and what samples and wear steps changed of them last (volume, and L1 of the field)
-    NAME.truth.parquet   a row a cell: i, j, wear_depth, dissipation and pressure of the first and the last cycle
+    NAME.truth.json      the figures, and the last changes due to samples and to wear steps (volume, and L1 norm of the field)
+    NAME.truth.parquet   one row per cell: i, j, wear_depth, dissipation and pressure of the first and the last cycle
 
-The pressure is that under contact.normal_load, also where the load varies. Scenes that have a truth are passed over.
+The pressure is the pressure under contact.normal_load, also if the load varies. The script skips scenes that have a reference.
 """
 
 import argparse
@@ -68,7 +68,7 @@ class Worn:
 
 
 def relative(one, other):
-    """By how much the volume of `one` differs from that of `other`, and its field (L1), over the volume of `one`."""
+    """Returns the differences of the volumes and of the fields (L1 norm) of two runs, over the volume of `one`."""
     volume = one.depth.sum()
     return abs(one.depth.sum() - other.depth.sum()) / volume, np.abs(one.depth - other.depth).sum() / volume
 
@@ -76,7 +76,7 @@ def relative(one, other):
 def truth(path, samples, tolerance, goal, limit):
     runs = Worn(path, limit)
     joint = runs.joint
-    if joint.drive.rows:  # in the end a step to a row: BDF2 is of second order where the velocity does not jump
+    if joint.drive.rows:  # finally one step per row: BDF2 has second order if the velocity does not jump
         samples = joint.drive.rows // 2
     began = time.process_time()
     note = ""
@@ -99,7 +99,7 @@ def truth(path, samples, tolerance, goal, limit):
     fine, by_steps, by_samples, samples, tolerance = best
     first_pressure, first = figures(joint, np.zeros_like(fine.depth), fine.first)
     last_pressure, last = figures(joint, fine.depth, fine.last)
-    # The other discretisation of time, on the unworn surface: of first order, extrapolated.
+    # Second discretisation of time on the unworn surface: first order, extrapolated.
     one, two = (joint.cycle(joint.heights, m, "euler").energy.sum() * joint.cell for m in (samples, 2 * samples))
     result = {
         "volume": fine.depth.sum() * joint.cell,
@@ -145,7 +145,7 @@ def main():
     parser.add_argument("--samples", type=int, default=32)
     parser.add_argument("--tolerance", type=float, default=1.6e-2)
     parser.add_argument("--goal", type=float, default=1e-3)
-    parser.add_argument("--limit", type=float, default=1500.0, help="CPU seconds after which nothing is refined any more")
+    parser.add_argument("--limit", type=float, default=1500.0, help="CPU seconds after which the refinement ends")
     parser.add_argument("--again", action="store_true")
     options = parser.parse_args()
     for path in options.scenes:

@@ -1,4 +1,4 @@
-//! Frequency, damping ratio and amplitude of the phase resonance over the level of the force.
+//! Tests of the backbone: frequency, damping ratio and amplitude of the phase resonance over the level of the force.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ use fretwear::reference::{Jenkins, JenkinsOscillator};
 
 use super::{changed, drive, oscillator};
 
-/// Along x: µN = 54 N of friction on 2.5e7 N/m, beside 4e7 N/m of 1.5 kg.
+/// Friction along x: a limit µN of 54 N on a spring of 2.5e7 N/m, parallel to the 4e7 N/m of the 1.5 kg mass.
 const JENKINS: Jenkins = Jenkins {
     stiffness: 2.5e7,
     limit: 54.0,
@@ -20,13 +20,13 @@ const JENKINS: Jenkins = Jenkins {
 fn vibration(oscillator: &Oscillator, loads: Vec<Load>, samples: usize) -> Vibration {
     Vibration {
         settings: super::samples(samples),
-        // From below the sliding resonance along x to above the stuck one.
+        // The range begins below the sliding resonance along x and ends above the stuck one.
         ..super::vibration(oscillator, 1, loads, (4000.0, 7500.0))
     }
 }
 
 fn climb(vibration: &Vibration, element: &ContactElement, levels: LoadLevels) -> Backbone {
-    let balance = vibration.balance(vec![element.clone()]).expect("right");
+    let balance = vibration.balance(vec![element.clone()]).expect("valid");
     let backbone = vibration.backbone(balance, levels);
     backbone.unwrap_or_else(|error| panic!("{error}"))
 }
@@ -35,7 +35,7 @@ fn levels(from: f64, to: f64, count: Option<usize>) -> LoadLevels {
     LoadLevels { from, to, count }
 }
 
-/// An oscillator with another dashpot along x.
+/// Oscillator with another dashpot along x.
 fn damped(damping: f64) -> Oscillator {
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.damping[0] = damping;
@@ -51,7 +51,7 @@ fn exact(damping: f64) -> JenkinsOscillator {
     }
 }
 
-/// The largest relative errors of force, frequency and damping ratio at the amplitudes of the points.
+/// Largest relative errors of force, frequency and damping ratio at the amplitudes of the points.
 fn errors(backbone: &Backbone, exact: &JenkinsOscillator) -> [f64; 3] {
     let of = |found: f64, expected: f64| (found / expected - 1.0).abs();
     backbone.points.iter().fold([0.0; 3], |worst, point| {
@@ -65,7 +65,7 @@ fn errors(backbone: &Backbone, exact: &JenkinsOscillator) -> [f64; 3] {
     })
 }
 
-/// What is left is that of the samples, which falls with their number squared; without sliding it is rounding.
+/// The errors come from the sampling and fall with the square of the number of samples; without sliding they are rounding.
 #[test]
 fn a_jenkins_oscillator_has_the_backbone_of_its_describing_function() {
     let exact = exact(300.0);
@@ -93,7 +93,7 @@ fn a_jenkins_oscillator_has_the_backbone_of_its_describing_function() {
         before = Some(found);
         let stuck = |amplitude: f64| !JENKINS.slips(amplitude);
         for point in all.points.iter().filter(|point| stuck(point.amplitude)) {
-            // c / 2mω, and not more than the last digits of it.
+            // The damping ratio is c / 2mω except for its last digits.
             let ratio = 300.0 / (2.0 * 1.5 * point.frequency * TAU);
             assert!(
                 (point.damping_ratio / ratio - 1.0).abs() < 1e-9,
@@ -109,7 +109,8 @@ fn a_jenkins_oscillator_has_the_backbone_of_its_describing_function() {
     assert!(last.iter().all(|error| *error < 3e-6), "{last:?}");
 }
 
-/// Lines between its points are the curve to 0.15 % of frequency and, but for the kink where sliding begins, 3 % of damping ratio.
+/// Between its points, linear interpolation of the backbone is accurate to 0.15 % of frequency and, except at the kink where sliding
+/// begins, to 3 % of damping ratio.
 #[test]
 fn the_points_are_as_near_as_the_curve_bends_and_no_nearer() {
     let exact = exact(300.0);
@@ -129,7 +130,7 @@ fn the_points_are_as_near_as_the_curve_bends_and_no_nearer() {
     }
 }
 
-/// Friction bounds a force of 4R/π at most.
+/// Friction bounds the resonance up to a force of 4R/π.
 #[test]
 fn without_another_damping_the_backbone_ends_where_friction_bounds_nothing() {
     let oscillator = damped(0.0);
@@ -166,7 +167,7 @@ fn asked_levels_are_those_of_the_points() {
     for (found, expected) in forces.iter().zip([1.0, 10.0, 100.0, 1000.0]) {
         assert!((found / expected - 1.0).abs() < 1e-12, "{forces:?}");
     }
-    // What was found on the way to them is the same resonance.
+    // The points that lead to these levels belong to the same resonance.
     let free = climb(&vibration, &oscillator.element, levels(1.0, 1000.0, None));
     let ends = |all: &Backbone| *all.points.last().expect("a point");
     let (asked, free) = (ends(&all), ends(&free));
@@ -174,21 +175,21 @@ fn asked_levels_are_those_of_the_points() {
     assert!((asked.damping_ratio / free.damping_ratio - 1.0).abs() < 1e-8);
 }
 
-/// The top of a forced response lies √(1 − 2ζ²) below the phase resonance where the joint is linear, which is 0.1 % at a ζ of 3 %, and
-/// its amplitude is higher by ζ²/2.
+/// Where the joint is linear, the peak of the forced response lies at √(1 − 2ζ²) of the phase resonance, which is 0.1 % lower at a ζ of 3
+/// %. Its amplitude is higher by ζ²/2.
 #[test]
 #[ignore = "long: half a minute"]
 fn peaks_of_forced_responses_lie_on_the_backbone() {
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.damping[0] = 100.0;
     let mut vibration = vibration(&oscillator, drive(1.0), 1024);
-    vibration.harmonics = Harmonics::new(&[0, 1, 3]).expect("right");
+    vibration.harmonics = Harmonics::new(&[0, 1, 3]).expect("valid");
     let all = climb(&vibration, &oscillator.element, levels(5.0, 800.0, Some(7)));
     for point in &all.points {
         vibration.loads = drive(point.force);
         vibration.points = Some(4001);
         let balance = vibration.balance(vec![oscillator.element.clone()]);
-        let balance = balance.expect("right");
+        let balance = balance.expect("valid");
         let frf = vibration.forced_response(&balance).expect("a response");
         let size = |point: &ForcedPoint| point.response.as_ref().map_or(0.0, |r| r.amplitude);
         let top = frf.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
@@ -205,7 +206,7 @@ fn peaks_of_forced_responses_lie_on_the_backbone() {
     }
 }
 
-/// The level moves the drive and leaves a constant force alone.
+/// The level scales the drive but not a constant force.
 #[test]
 fn a_constant_force_is_not_scaled() {
     let oscillator = damped(300.0);
@@ -216,7 +217,7 @@ fn a_constant_force_is_not_scaled() {
         sine: 0.0,
     };
     let pressed = changed(&oscillator.element, |slider| {
-        // The share of the constant force that the contact takes beside the spring along n.
+        // Share of the constant force that the contact carries in parallel with the spring along n.
         slider.normal_load += 40.0 * 3.5e7 / (3.5e7 + 6.3e7);
     });
     let loads = [drive(150.0), vec![constant]].concat();
@@ -238,16 +239,16 @@ fn a_constant_force_is_not_scaled() {
     assert_eq!(one.points.len(), 5);
 }
 
-/// Of a structure of many modes the coordinates are those of all of them.
+/// With a structure of many modes, the coordinates of a point include all modes.
 #[test]
 fn a_linear_structure_has_the_damping_ratio_of_its_mode() {
     let model = mass_on_springs([2.0, 1.0, 1.0], [30.0; 3], [8e6, 1e8, 1e8], 0);
     let any = oscillator(FrictionLaw::Cone);
     let vibration = Vibration {
-        model: model.expect("right"),
+        model: model.expect("valid"),
         ..super::vibration(&any, 2, drive(1.0), (1500.0, 2500.0))
     };
-    let balance = vibration.balance(Vec::new()).expect("right");
+    let balance = vibration.balance(Vec::new()).expect("valid");
     let all = vibration
         .backbone(balance, levels(1.0, 1e4, None))
         .expect("linear");
@@ -280,7 +281,7 @@ fn levels_that_are_no_range_are_refused() {
         ),
     ] {
         let balance = vibration.balance(vec![oscillator.element.clone()]);
-        let refused = vibration.backbone(balance.expect("right"), wrong);
+        let refused = vibration.backbone(balance.expect("valid"), wrong);
         let error = refused.expect_err("no range");
         assert!(
             matches!(error, DynamicsError::OutOfRange { name: found, .. } if found == name),
@@ -289,7 +290,8 @@ fn levels_that_are_no_range_are_refused() {
     }
 }
 
-/// Of a parameter, the points before a value whose structure cannot be made stand beside the error.
+/// The structure cannot be built at a later value of the parameter: the backbone returns the points before this value together with the
+/// error.
 #[test]
 fn an_error_at_a_later_value_leaves_the_points_before_it() {
     const BROKEN: f64 = 400.0;

@@ -1,4 +1,4 @@
-//! The energy balance, limits and symmetries of converged responses.
+//! Tests of the energy balance, the limits and the symmetries of converged responses.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use super::{BOTH, balance, drive, oscillator, samples};
 
-/// Angular frequencies across both the stuck (6583 rad/s) and the sliding resonance (5164 rad/s) along x.
+/// Angular frequencies that include the stuck (6583 rad/s) and the sliding resonance (5164 rad/s) along x.
 fn sweep() -> Vec<f64> {
     (0..49).map(|k| 4600.0 + 50.0 * k as f64).collect()
 }
@@ -31,7 +31,7 @@ fn input_is_pi_force_amplitude_sine_of_the_lag() {
     assert!((input / response.energy.load_work - 1.0).abs() < 1e-12);
     let lost = response.energy.friction + response.energy.viscous;
     assert!((input / lost - 1.0).abs() < 1e-9, "{input} {lost}");
-    // Dissipation from samples and from harmonics is the same to the resolution of both.
+    // Dissipation from samples and from harmonics agree within the resolution of both.
     let sampled = balance.element_cycles(&response, balance.sampling())[0].dissipated_energy;
     assert!(
         (sampled / response.energy.friction - 1.0).abs() < 0.02,
@@ -39,7 +39,7 @@ fn input_is_pi_force_amplitude_sine_of_the_lag() {
     );
 }
 
-/// The linear response of an axis with stiffness k.
+/// Linear response of an axis with its stiffness increased by `extra`.
 fn linear(force: f64, omega: f64, axis: usize, extra: f64) -> Complex64 {
     let oscillator = oscillator(FrictionLaw::Cone);
     let stiffness = oscillator.stiffness[axis] + extra - oscillator.mass[axis] * omega * omega;
@@ -65,7 +65,7 @@ fn small_loads_are_linear_and_stuck() {
 
 #[test]
 fn large_loads_slide_with_the_amplitude_of_a_constant_friction_force() {
-    // F ≫ µN: at resonance of the mass without contact, cωU = F − 4µN/π.
+    // F ≫ µN: at the resonance of the mass without contact, cωU = F − 4µN/π.
     let balance = balance(&oscillator(FrictionLaw::Cone), 1, &drive(1e5), samples(512));
     let omega = (4.0e7_f64 / 1.5).sqrt();
     let response = balance.solve(omega, None).unwrap_or_else(|e| panic!("{e}"));
@@ -128,7 +128,7 @@ fn axes_of_the_plane_may_be_exchanged() {
 fn a_shifted_phase_of_the_load_shifts_the_response() {
     let oscillator = oscillator(FrictionLaw::Cone);
     let settings = samples(64);
-    // A quarter of a cycle is a whole number of samples.
+    // A quarter of a cycle is an integer number of samples.
     let plain = balance(&oscillator, 3, &drive(260.0), settings);
     let shifted = balance(
         &oscillator,
@@ -176,7 +176,7 @@ fn matrices_and_receptance_are_the_same_structure() {
         loads.to_vec(),
         settings,
     )
-    .expect("right");
+    .expect("valid");
     let by_matrices = balance(&oscillator, 3, &loads, settings);
     for omega in [5000.0, 5600.0, 6400.0] {
         let a = by_receptance

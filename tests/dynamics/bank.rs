@@ -1,4 +1,4 @@
-//! Banks of parallel sliders: what one slider holds, many do, and their loops are those of the backbone.
+//! Tests of banks of parallel sliders: a bank of equal parts equals one slider, and its loops follow from its backbone by Masing's rule.
 
 use std::f64::consts::TAU;
 
@@ -12,11 +12,11 @@ use super::condensation::{Joint, active_elements_are_enough};
 use super::element::motion;
 use super::{BOTH, balance, changed, drive, element, oscillator};
 
-/// Force beyond the limit, over the limit, that is rounding.
+/// Relative excess of a force over its limit that is attributed to rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// The element of one slider as a bank of `count` whose first yields at 0.03 of the displacement at which the last does, three
-/// times that of the element: the same stiffness and strength, and normal stiffness in proportion to load.
+/// Bank of `count` sliders with the stiffness and strength of an element. The first slider yields at 0.03 of the displacement at which the
+/// last one yields, and the last one yields at three times the displacement of the element. Normal stiffness is proportional to load.
 pub fn bank(one: &ContactElement, count: usize) -> ContactElement {
     let (kt, load) = (one.tangential_stiffness(), one.normal_load());
     let strength = one.friction_coefficient * load;
@@ -24,7 +24,7 @@ pub fn bank(one: &ContactElement, count: usize) -> ContactElement {
     let levels: Vec<f64> = (0..count)
         .map(|k| 0.03_f64.powf(1.0 - k as f64 / (count - 1) as f64))
         .collect();
-    // Stiffness falls with a power of the level, the one that gives the strength.
+    // Stiffness decreases with a power of the level; the power is chosen to give the strength.
     let stiffness = |power: f64| -> Vec<f64> {
         let weights: Vec<f64> = levels.iter().map(|level| level.powf(-power)).collect();
         let sum: f64 = weights.iter().sum();
@@ -60,7 +60,7 @@ pub fn bank(one: &ContactElement, count: usize) -> ContactElement {
     }
 }
 
-/// A drawn bank of loaded sliders and of some with gaps, µ 0.6.
+/// Random bank of loaded sliders and of some sliders with gaps, µ 0.6.
 fn drawn() -> impl Strategy<Value = ContactElement> {
     let slider = (
         5.0..60.0_f64,
@@ -87,7 +87,7 @@ fn drawn() -> impl Strategy<Value = ContactElement> {
     })
 }
 
-/// Coefficients of a drawn motion of harmonics 0 to 3.
+/// Coefficients of a random motion with harmonics 0 to 3.
 fn drawn_motion() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-1.0..1.0_f64, 21).prop_flat_map(|shape| {
         (-7.0..-5.0_f64).prop_map(move |size| {
@@ -146,8 +146,8 @@ fn equal_parts_are_the_whole() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// A slider takes the work T·Δw of its slip and gives none of it back, and its force is within the limit of its load, also
-    /// over a whole cycle of the closed path.
+    /// Each slider dissipates the work T·Δw of its slip and never returns energy. Its force stays within the friction limit of its load,
+    /// also over a whole cycle of the closed path.
     #[test]
     fn friction_only_takes(element in drawn(), motion in drawn_motion()) {
         let displacement = sampling(96).synthesise(&motion);
@@ -161,7 +161,7 @@ proptest! {
             };
             prop_assert!(size <= limit + 1e-12, "{} {}", size, limit);
         }
-        // Sums over the sliders, each alone.
+        // Energy, state and force from the sliders, each evaluated as an element with one slider.
         let (mut energy, mut worst) = (0.0, ElementState::Stick);
         let mut force = vec![[0.0; 3]; displacement.len()];
         for slider in &element.sliders {
@@ -181,8 +181,8 @@ proptest! {
         }
     }
 
-    /// Under a load that only the path decides, work over a closed cycle, from the forces themselves, is positive but for the
-    /// quadrature: it is what the sliders dissipate. With the load constant, as a varying one exchanges work with friction.
+    /// At constant load, the work of the forces over a closed cycle is positive except for the quadrature error and equals the dissipation
+    /// of the sliders. A varying load would exchange work with friction.
     #[test]
     fn work_of_closed_paths(element in drawn(), motion in drawn_motion()) {
         let mut motion = motion;
@@ -214,7 +214,7 @@ fn branches_are_twice_the_backbone() {
     for law in BOTH {
         let element = bank(&element(law), 8);
         let mu = element.friction_coefficient;
-        // Force on the way from rest.
+        // Force of the first loading from rest.
         let backbone = |u: f64| -> f64 {
             let force = |s: &Slider| (s.tangential_stiffness * u).min(mu * s.normal_load);
             element.sliders.iter().map(force).sum()
@@ -228,7 +228,7 @@ fn branches_are_twice_the_backbone() {
                 let cycle = element.cycle(&displacement);
                 let top = backbone(amplitude);
                 for (j, force) in cycle.force.iter().enumerate() {
-                    // From the turning points at cos θ = ±1.
+                    // Branches from the turning points at cos θ = ±1.
                     let u = amplitude * (TAU * j as f64 / samples as f64).cos();
                     let expected = match 2 * j < samples {
                         true => top - 2.0 * backbone(0.5 * (amplitude - u)),
@@ -261,13 +261,13 @@ fn branches_are_twice_the_backbone() {
     }
 }
 
-/// Sliders open one after the other; only without the last one is the element open.
+/// Sliders open one after the other; the element is open only when its last slider is open.
 #[test]
 fn states_of_sliders_that_open() {
     let sampling = sampling(64);
     let one = element(FrictionLaw::Cone);
     let mut element = bank(&one, 8);
-    // The first two without load of their own, and a gap that the motion does not close.
+    // The first two sliders have no load and a gap that the motion does not close.
     for slider in &mut element.sliders[..2] {
         (slider.normal_load, slider.gap) = (0.0, 1e-3);
     }
@@ -291,8 +291,8 @@ fn states_of_sliders_that_open() {
     assert!(cycle.force.iter().all(|f| f[2] > 0.0));
 }
 
-/// A cycle without load somewhere remembers nothing of the preload, so that it does not matter where it is begun: also not if that
-/// is where there is no load.
+/// When the element opens, its friction loses all history of the preload. So the result does not depend on the sample at which the cycle
+/// begins, even if the element is open at this sample.
 #[test]
 fn a_cycle_that_opens_does_not_know_where_it_begins() {
     const SAMPLES: usize = 64;
@@ -319,7 +319,7 @@ fn a_cycle_that_opens_does_not_know_where_it_begins() {
     }
 }
 
-/// A bank answers from the first newton on: its amplitude over the force falls steadily.
+/// A bank slips from the smallest force on: its resonance frequency decreases monotonically with the force.
 #[test]
 fn a_bank_softens_from_the_start() {
     let mut oscillator = oscillator(FrictionLaw::Cone);

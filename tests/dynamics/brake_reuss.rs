@@ -1,9 +1,10 @@
-//! Backbones that others have computed of the Brake–Reuss beam with its measured faces, in one mode, by extended periodic motion: a bank of
-//! sliders beside a linear oscillator is fitted to their frequency and damping ratio over amplitude, and its backbone computed here is held
-//! against them. `FRETWEAR_REAL_DATA` names the folder with `brake_reuss`; without it the test skips itself.
+//! Published backbones of one mode of the Brake–Reuss beam with its measured faces, computed by other authors by extended periodic motion.
+//! The test fits a bank of sliders and a linear oscillator to the published frequency and damping ratio over amplitude, and compares the
+//! backbone that the program computes for this bank. `FRETWEAR_REAL_DATA` names the folder with `brake_reuss`; without it the test skips
+//! itself.
 //!
-//! The fit has no joint in it: what it shows is that frequency and damping of a real joint model are those of one bank of sliders (Masing's
-//! rule), and that the program computes the backbone of such a bank as its describing function says.
+//! The fit contains no model of the joint. The test shows that one bank of sliders describes frequency and damping of a real joint model
+//! (Masing's rule), and that the program computes the backbone of such a bank according to its describing function.
 
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
@@ -11,14 +12,15 @@ use std::path::PathBuf;
 use fretwear::dynamics::{ContactElement, FrictionLaw, LoadLevels, Oscillator, Slider, Vibration};
 use fretwear::reference::Jenkins;
 
-/// Displacements at which sliders begin to slide, in modal amplitudes: twelve a decade over those of the data and a decade beyond.
+/// Number of sliders. Their yield displacements, as modal amplitudes, are spaced twelve per decade over the range of the data and one
+/// decade beyond.
 const SLIDERS: usize = 45;
-/// Sweeps of the fit: it has settled long before.
+/// Number of sweeps of the fit, which converges much earlier.
 const SWEEPS: usize = 20_000;
-/// Errors that weigh the same: of the squared frequency, and of the damping ratio.
+/// Errors of equal weight: relative error of the squared frequency and of the damping ratio.
 const WEIGHTS: [f64; 2] = [1e-3, 3e-2];
 
-/// A published curve: modal amplitude \[kg^½ m\], angular frequency \[rad/s\], damping ratio.
+/// Published curve: modal amplitude \[kg^½ m\], angular frequency \[rad/s\], damping ratio.
 struct Curve {
     amplitude: Vec<f64>,
     omega: Vec<f64>,
@@ -42,7 +44,7 @@ fn curve(name: &str) -> Option<Curve> {
     })
 }
 
-/// A unit mass on a spring, a dashpot and a bank of Jenkins elements.
+/// Unit mass on a spring, a dashpot and a bank of Jenkins elements.
 struct Bank {
     stiffness: f64,
     damping: f64,
@@ -66,7 +68,7 @@ impl Bank {
         (friction + viscous) / (2.0 * PI * squared * amplitude * amplitude)
     }
 
-    /// Least squares with stiffnesses of 0 or more, one coordinate at a time. The dashpot is that of the least amplitude.
+    /// Least squares fit with stiffnesses ≥ 0, one coordinate at a time. The dashpot follows from the damping at the smallest amplitude.
     fn fitted(curve: &Curve) -> Bank {
         let (least, most) = (
             curve.amplitude[0],
@@ -153,21 +155,23 @@ impl Bank {
 fn a_bank_of_sliders_has_the_published_backbones() {
     for name in ["tmdsimpy_brb_epmc_flat.yaml", "tmdsimpy_brb_epmc_meso.yaml"] {
         let Some(curve) = curve(name) else {
-            println!("skipped: FRETWEAR_REAL_DATA names no folder with brake_reuss/{name}");
+            println!(
+                "skipped: the folder of FRETWEAR_REAL_DATA does not contain brake_reuss/{name}"
+            );
             return;
         };
         let bank = Bank::fitted(&curve);
         let last = curve.amplitude.len() - 1;
         let range = (0.8 * curve.omega[last], 1.1 * curve.omega[0]);
         let (vibration, element) = bank.vibration(1024, range);
-        // The forces of the modal phase resonances at both ends.
+        // Forces of the modal phase resonances at both ends of the curve.
         let force = |k: usize| 2.0 * curve.damping[k] * curve.omega[k].powi(2) * curve.amplitude[k];
         let levels = LoadLevels {
             from: 0.8 * force(0),
             to: 1.2 * force(last),
             count: None,
         };
-        let balance = vibration.balance(vec![element]).expect("right");
+        let balance = vibration.balance(vec![element]).expect("valid");
         let found = vibration.backbone(balance, levels).expect("a backbone");
         let [mut frequency, mut damping] = [0.0_f64; 2];
         for point in &found.points {

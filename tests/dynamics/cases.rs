@@ -1,5 +1,5 @@
-//! Published oscillators and chains with friction, stops and springs (`cases/`), against closed forms, and balances and integrations in time by code of
-//! its own (`cases.csv`): each value lies within the bar of its figure.
+//! Published oscillators and chains with friction, stops and springs (`cases/`). The references in `cases.csv` are closed forms and results
+//! of independent code for harmonic balance and time integration. Each value must agree within its error bar.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,20 +9,20 @@ use fretwear::tables::{Table, TableName};
 
 use crate::support::{Bench, table};
 
-/// Digits of the values.
+/// Relative accuracy of the reference values.
 const OWN: f64 = 2e-4;
-/// Of the frequency of a flat peak, and of a third harmonic, which have no bar.
+/// Relative bars of the frequency of a flat peak and of a third harmonic, which have no error bar.
 const FREQUENCY: f64 = 3e-3;
 const THIRD: f64 = 0.03;
-/// Half width of the range about a frequency at which a row is wanted.
+/// Half width of the range around the frequency of a requested row.
 const BESIDE: f64 = 1e-3;
 
-/// A line of `cases.csv`.
+/// One line of `cases.csv`.
 struct Known {
     case: String,
     settings: String,
     figure: String,
-    /// Frequency of a row \[Hz\]; none of a figure of the resonance.
+    /// Frequency of a row \[Hz\]; `None` for a figure of the resonance.
     at: Option<f64>,
     value: f64,
 }
@@ -47,33 +47,33 @@ fn known() -> Vec<Known> {
     records.collect()
 }
 
-/// A mass of a column.
+/// One mass of a column.
 struct Mass {
     /// Height \[m\].
     z: f64,
-    /// Along x, y, z \[kg\].
+    /// Mass along x, y, z \[kg\].
     mass: [f64; 3],
-    /// To the ground \[N/m\].
+    /// Stiffness to the ground \[N/m\].
     stiffness: [f64; 3],
-    /// To the ground, along x \[N s/m\].
+    /// Damping to the ground, along x \[N s/m\].
     damping: f64,
 }
 
-/// Equal columns of masses at the corners of a square array of boxes. A column has the share of all masses, springs and dashpots that its
-/// corner has of the area.
+/// Equal columns of masses at the corners of a square array of boxes. The share of a column in all masses, springs and dashpots is the
+/// share of its corner in the area.
 struct Columns {
-    /// Boxes along x and along y.
+    /// Number of boxes along x and along y.
     boxes: usize,
     masses: &'static [Mass],
     /// Springs along x between two masses of a column \[N/m\].
     springs: &'static [(usize, usize, f64)],
-    /// Which masses touch: the upper and the lower one.
+    /// Upper and lower mass that touch.
     touching: [usize; 2],
-    /// What makes the first masses of all columns one body along x: its stiffness against their mean \[N/m\].
+    /// Stiffness of each first mass against the mean of all first masses, which ties them to one body along x \[N/m\].
     tie: f64,
 }
 
-/// A mass with the same stiffness and mass along y and z.
+/// Mass with equal stiffness and equal mass along y and z.
 const fn mass(z: f64, mass: [f64; 2], stiffness: [f64; 2], damping: f64) -> Mass {
     Mass {
         z,
@@ -83,7 +83,7 @@ const fn mass(z: f64, mass: [f64; 2], stiffness: [f64; 2], damping: f64) -> Mass
     }
 }
 
-/// The structures of the cases that have matrices.
+/// Structures of the cases that have matrices.
 const STRUCTURES: [(&str, Columns); 4] = [
     (
         "damper_49_elements",
@@ -146,7 +146,7 @@ impl Columns {
     /// Side of the array \[m\].
     const SIDE: f64 = 0.01;
 
-    /// Places of the columns \[m\], x fastest, and their shares of the area.
+    /// Positions of the columns \[m\], x fastest, and their shares of the area.
     fn places(&self) -> Vec<([f64; 2], f64)> {
         let n = self.boxes;
         let reach = |k: usize| if k == 0 || k == n { 0.5 } else { 1.0 } / n as f64;
@@ -157,7 +157,7 @@ impl Columns {
             .collect()
     }
 
-    /// Writes the matrices, nodes and pairs of nodes. The first mass of each column comes first, then the second of each, and so on.
+    /// Writes the matrices, nodes and pairs of nodes. The first masses of all columns come first, then the second masses, and so on.
     fn write(&self, folder: &Path) {
         let places = self.places();
         let node = |mass: usize, column: usize| mass * places.len() + column;
@@ -214,7 +214,7 @@ impl Columns {
     }
 }
 
-/// The scene of a case in the bench, with the matrices of its structure.
+/// Scene of a case in the bench, with the matrices of its structure.
 fn scene(bench: &Bench, case: &str) -> String {
     let folder = bench.path(case);
     let scene = folder.join("scene.toml");
@@ -230,7 +230,7 @@ fn scene(bench: &Bench, case: &str) -> String {
     scene.display().to_string()
 }
 
-/// Runs a case, with rows at a frequency and beside it if one is given.
+/// Runs a case; if a frequency is given, with rows at it and on both sides.
 fn run(bench: &Bench, known: &Known, name: &str) -> PathBuf {
     let mut arguments = vec![
         "run".to_owned(),
@@ -262,9 +262,9 @@ fn value(table: &Table, column: &str, row: usize) -> f64 {
     }
 }
 
-/// A figure of a run and its relative bar.
+/// Figure of a run and its relative error bar.
 fn figure(root: &Path, figure: &str) -> (f64, f64) {
-    /// The row in the middle.
+    /// The middle row.
     const MIDDLE: usize = 1;
     let Some(of_row) = figure.strip_prefix("row_") else {
         let response = table(root, 0, TableName::DynamicResponse);
@@ -318,7 +318,7 @@ fn hold(is_wanted: impl Fn(&str) -> bool) {
     }
 }
 
-/// Two masses that one harmonic after the other is added to, up to 31.
+/// Two masses, to which the program adds harmonics one after the other, up to 31.
 const MANY_HARMONICS: &str = "two_mass_friction";
 
 #[test]
@@ -332,7 +332,7 @@ fn published_values_of_many_harmonics_lie_within_their_bars() {
     hold(|case| case == MANY_HARMONICS);
 }
 
-/// A mode within the range of the drive that the reduction leaves out is told, with what to do.
+/// The reduction omits a mode within the range of the drive: the program reports an error that asks to raise `dynamics.modes`.
 #[test]
 fn a_mode_that_is_cut_off_is_told() {
     let bench = Bench::new();

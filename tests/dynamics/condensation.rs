@@ -1,4 +1,5 @@
-//! A joint of many elements: unknowns for the active ones only, by elimination or by Krylov, give what all unknowns give.
+//! Tests of the condensation to active elements: with unknowns for the active elements only, by elimination or by a Krylov method, the
+//! response equals the response with all unknowns.
 
 use std::f64::consts::PI;
 
@@ -10,8 +11,8 @@ use fretwear::linalg::RowMatrix as Matrix;
 
 use super::{BOTH, balance_of, one_slider};
 
-/// A 7 kg mass on a soft leaf, and a lap that is held by its joint alone: rigid body motions, bending patterns and a local
-/// flexibility of the patch (a residual).
+/// A 7 kg mass on a soft leaf, and a lap that only its joint supports: rigid body motions, bending patterns and a local flexibility of the
+/// patch (a residual).
 pub struct Joint {
     pub elements: Vec<ContactElement>,
     pub model: SecondOrder,
@@ -19,7 +20,7 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// `nx × ny` elements on 40×34 mm without those in a hole, 30 kN.
+    /// `nx × ny` elements on 40×34 mm without the elements in a hole, 30 kN.
     pub fn new(nx: usize, ny: usize, law: FrictionLaw, damping: f64) -> Joint {
         let (lx, ly) = (0.040, 0.034);
         let positions: Vec<[f64; 2]> = (0..nx * ny)
@@ -64,10 +65,10 @@ impl Joint {
             let omega = 2.0 * PI * (4000.0 + 1700.0 * p as f64);
             stiffness.set(rigid + p, rigid + p, 0.5 * omega * omega);
         }
-        // The bolt.
+        // Stiffness of the bolt.
         stiffness.set(4, 4, 1.2e5);
         stiffness.set(6, 6, 0.9e5);
-        // The force acts off the plane of contact: the lap tilts.
+        // The force acts off the plane of contact, so the lap tilts.
         stiffness.set(5, 5, 4e4);
         let lever = 0.004;
         for (i, j, k) in [(0, 5, -leaf * lever), (5, 0, -leaf * lever)] {
@@ -135,7 +136,7 @@ impl Joint {
             static_coordinates: 0,
         }
         .with_damping_ratio(damping, &springs)
-        .expect("a right structure");
+        .expect("a valid structure");
         Joint {
             elements,
             model,
@@ -157,7 +158,8 @@ fn hertz(frequency: f64) -> f64 {
     2.0 * PI * frequency
 }
 
-/// Unknowns for the active elements alone, by elimination and by Krylov, give at and beside the resonance what all give.
+/// Compares the response with unknowns for the active elements only, by elimination and by a Krylov method, with the response with all
+/// unknowns, at the resonance and near it.
 pub fn active_elements_are_enough(joint: &Joint, forces: &[f64]) {
     let usual = BalanceSettings::default();
     let all = BalanceSettings {
@@ -216,7 +218,7 @@ fn modes_and_residual_are_the_structure_they_come_from() {
     let residual = joint.model.residual.clone();
     let normals: Vec<usize> = (0..contact / 3).map(|e| 3 * e + 2).collect();
     let modal = SecondOrder::from_modes(&frequencies, shapes, residual, contact)
-        .expect("right")
+        .expect("valid")
         .with_reversed_ports(&normals)
         .with_reversed_ports(&normals);
     let load = Oscillator::load(joint.drive, 400.0, 0.0);

@@ -1,4 +1,4 @@
-//! Branches through turning points.
+//! Tests of the continuation of branches through turning points.
 
 use fretwear::dynamics::{
     BalanceSettings, ContactElement, Continuation, ContinuationSettings, DynamicsError,
@@ -25,7 +25,7 @@ fn duffing_is_followed_through_both_turning_points() {
         stiffness: 4.0e7,
         cubic: 1.2e16,
     };
-    let model = oscillator(FrictionLaw::Cone).model().expect("right");
+    let model = oscillator(FrictionLaw::Cone).model().expect("valid");
     let force = duffing.resonant_force(4e-5);
     let hard = springs(vec![cubic(0, 1.2e16)]);
     let balance = balance_of(

@@ -1,28 +1,28 @@
 #!/usr/bin/env python3
-"""Oscillators drawn at random: what `fretwear run` says of their peak, against time integration.
+"""Compares the peaks that `fretwear run` computes for random oscillators with time integration.
 
     python tests/dynamics/drawn_oscillators.py --program target/release/fretwear [--count N] [--seed S] [--only K] [--jobs J]
         [--first K] [--output RESULTS.jsonl] [--failures FOLDER] [--no-judge] [--set KEY=VALUE]
     python tests/dynamics/drawn_oscillators.py --program target/release/fretwear --held tests/dynamics/oscillators_7318.csv
     python tests/dynamics/drawn_oscillators.py --tell RESULTS.jsonl
 
-Wants numpy, scipy, numba and pyarrow. Scene K of seed S is the same in every run. Each is run by the program and judged by
-time_integration.py:
+The script needs numpy, scipy, numba and pyarrow. Scene K of seed S is the same in every start. The program runs each scene, and the judge,
+time_integration.py, checks
 
-1. the exit code; where a run did not converge, whether the motion settles to the period of the drive at five frequencies;
-2. the peak, against the highest of all motions of that period in the range, whether it is stable, and its error bar;
-3. rows of `frf` and the phase resonance, which may not be above the peak;
-4. the work of friction, which may not be negative;
+1. the exit code; if a run did not converge, whether the motion settles to the period of the drive at five frequencies;
+2. the peak, against the highest of all motions with this period in the range, its stability, and its error bar;
+3. that the rows of `frf` and the phase resonance are not above the peak;
+4. that the work of friction is not negative;
 5. several forces on one port, against their sum as one force;
 6. some rows of `frf`, against the motions at their frequencies.
 
-Every scene is a line of JSON in RESULTS; a table of counts is printed at the end. Scenes that fail are copied into FOLDER, with
-what is wrong in the first line. A scene takes the judge some seconds.
+RESULTS has one line of JSON per scene; a table of counts is printed at the end. FOLDER gets copies of failing scenes, with the failure in
+the first line. The judge needs some seconds per scene.
 
-`--held` runs the 200 scenes of seed 7318 without the judge and holds them to a table: what the program found when it looked for
-motions of oscillators in time too, and the highest motion that time integration has. Exit code 1 where less than 95 % of the peaks
-whose bar was below a half are found again within 2 %, where more than 5 % do not converge, where a row of `frf` is above the peak, or
-where a motion is above `peak_bound`.
+`--held` runs the 200 scenes of seed 7318 without the judge and compares them with a table: the results of the program when it also
+searched motions of oscillators in time, and the highest motion by time integration. The exit code is 1 if less than 95 % of the peaks with
+a bar below one half are found again within 2 %, if more than 5 % of the runs do not converge, if a row of `frf` is above the peak, or if a
+motion is above `peak_bound`.
 """
 
 import argparse
@@ -51,43 +51,44 @@ import time_integration as integration
 from time_integration import Motion, Oscillator, Place, TURN
 
 AXES = "xyz"
-# Part of the scenes that may be wrong: 2 % of 300 were.
+# Largest fraction of wrong scenes; 2 % of 300 were wrong.
 MOST_WRONG = 0.05
-# A run that takes more CPU seconds is ended, or more wall time where others have the processors; one that takes more is slow [s].
+# Limit of the CPU seconds of a run, limit of its wall time on a busy machine, and CPU seconds from which a run is slow [s].
 LONGEST = 60
 LONGEST_WAIT = 300.0
 SLOW = 5.0
-# What the curves of a scene may take the judge; it has then not seen all of them [s].
+# Time limit of the judge for the curves of a scene; after it, some curves are missing [s].
 LONGEST_CURVES = 40.0
-# CPU seconds after which a scene is left as not all seen.
+# CPU seconds after which the judge gives up a scene, which then counts as not all seen.
 LONGEST_JUDGED = 90.0
-# The judge is right to this, beyond what it says of itself.
+# Accuracy of the judge in addition to its own error estimate.
 JUDGED = 1e-6
-# A peak stands out if it is higher than what is beside it by this.
+# A peak is prominent if it is higher than its surroundings by this fraction.
 PROMINENT = 1e-3
-# Rounding of rows that are the same response.
+# Rounding between rows of the same response.
 ROUNDING = 1e-9
-# What a peak may be below a row: it is searched to an angle, and amplitudes fall by half the square of it.
+# Largest fraction by which a peak may be below a row: the search for a peak ends at an angle, and the amplitude decreases by half the
+# square of this angle.
 FLAT = 2e-5
-# Of a peak that is held to a table: the bar below which it was known, and how near it is found again.
+# For `--held`: the bar below which a peak counts as known, and the tolerance within which it must be found again.
 KNOWN_BAR = 0.5
 AGAIN = 0.02
-# Two scenes of the same loads agree to this, or to their error bar.
+# Two scenes with the same loads must agree within this tolerance, or within their error bar.
 SAME_LOADS = 1e-6
-# Rows of the forced response that are looked at, and how small they may be beside the highest.
+# Number of compared rows of the forced response, and their smallest amplitude relative to the highest row.
 ROWS = 12
 SMALLEST_ROW = 1e-3
-# A row that is nearer to a motion at its frequency is not held against the whole curve, and one that is farther from it is wrong if
-# it is by three bars of the peak, too.
+# A row that is nearer than this to a motion at its frequency is not compared with the whole curve. A row with a larger distance than
+# FAR_ROW is wrong if this distance also exceeds three bars of the peak.
 NEAR_ENOUGH = 1e-3
 FAR_ROW = 0.02
-# Where a branch is steep a row may be this many bars off.
+# Allowed error of a row in bars, because a branch may be steep.
 BARS = 3.0
-# Factors of a larger force along z that is lowered in so many levels, and periods that are waited at each.
+# Factors of a larger force along z, number of levels at which it is lowered, and number of periods at each level.
 LARGER = (2.5, 10.0)
 LEVELS = 16
 WAITED = 500
-# Failing scenes that are kept of each class.
+# Largest number of failing scenes of each class that are copied.
 KEPT = 5
 
 
@@ -163,7 +164,7 @@ class Scene:
         return next(force for force in self.forces if force.harmonic == 1)
 
     def oscillator(self):
-        """What the judge integrates."""
+        """Returns the oscillator for the time integration."""
         damping = list(self.damping)
         bears = self.load > 0.0 or (self.gap == 0.0 and self.kn > 0.0)
         for axis in range(3):
@@ -175,7 +176,7 @@ class Scene:
         return Oscillator(list(self.mass), damping, list(self.stiffness), contact, self.law, forces)
 
     def range(self):
-        """The range of frequencies [Hz], the documented one where none is given."""
+        """Returns the range of frequencies [Hz]; without a given range, the documented default."""
         if self.frequency is not None:
             return self.frequency
         axis = self.drive().axis
@@ -188,7 +189,7 @@ def log_uniform(draw, low, high):
 
 
 def rounded(value, digits=6):
-    """With few digits, so that a scene can be read."""
+    """Rounds to few digits, for a readable scene."""
     return float(f"{value:.{digits - 1}e}")
 
 
@@ -201,7 +202,7 @@ def ratio_of_springs(draw):
 
 
 def drawn(seed, number):
-    """Scene `number` of a seed. Most that would neither slip nor lift off are drawn again."""
+    """Returns scene `number` of a seed. Most scenes that would neither slip nor lift off are replaced."""
     for attempt in range(20):
         draw = np.random.default_rng([seed, number, attempt])
         scene = of_kind(draw)
@@ -211,7 +212,7 @@ def drawn(seed, number):
 
 
 def is_active(scene):
-    """Whether the linear response slips, opens or closes somewhere in the range."""
+    """Returns whether the linear response slips, opens or closes at any frequency of the range."""
     oscillator = scene.oscillator()
     low, high = scene.range()
     bears = scene.load > 0.0 or scene.gap == 0.0
@@ -291,7 +292,7 @@ def of_kind(draw):
             amplitude = size
         normal.append(Force(2, 1, rounded(amplitude), rounded(draw.uniform(-180.0, 180.0), 3)))
         if kind not in ("varying load", "normal", "all axes") and draw.random() < 0.6:
-            # Pressed by a constant force alone.
+            # Only a constant force presses.
             normal = [Force(2, 0, rounded(log_uniform(draw, 0.5, 5.0) * max(size, stiffness[2] * gap)))]
         elif draw.random() < 0.4:
             push = log_uniform(draw, 0.1, 3.0) * amplitude * (1.0 if draw.random() < 0.75 else -1.0)
@@ -349,7 +350,7 @@ def of_kind(draw):
 
 
 def paired(draw, scene):
-    """Makes several forces of the drive; what they add up to is given back."""
+    """Replaces the drive by several forces; returns all forces with their sum as one force."""
     drive = scene.drive()
     single = list(scene.forces)
     at = single.index(drive)
@@ -371,10 +372,10 @@ def paired(draw, scene):
 class Run:
     code: int
     seconds: float
-    """CPU time, of user and system."""
+    """CPU time in user and kernel mode."""
     error: str
     row: dict = None
-    """Of dynamic_response and summary; none if there is no resonance."""
+    """Row of dynamic_response and summary; None without a resonance."""
     frf: dict = None
     killed: bool = False
 
@@ -429,20 +430,20 @@ def run(program, text, folder, name, sets=()):
 
 @dataclass
 class Truth:
-    """The motions of the period of the drive over a range."""
+    """Motions with the period of the drive over a range."""
 
     curves: list
     """Lists of places in their order along a branch."""
     peaks: list = field(default_factory=list)
-    """Places of local maxima, the highest first."""
+    """Places of local maxima in descending order."""
     edge: float = 0.0
-    """The largest amplitude at an end of the range."""
+    """Largest amplitude at an end of the range."""
     highest_stable: float = 0.0
-    """The largest amplitude of a stable motion."""
+    """Largest amplitude of a stable motion."""
     error: float = 0.0
-    """What the judge may be off by at the highest peak, by its own figures."""
+    """Estimated error of the judge at the highest peak."""
     unsolved: int = 0
-    """Places that are not periodic to that."""
+    """Number of places whose motion is not periodic within JUDGED."""
 
 
 class Judge:
@@ -457,7 +458,7 @@ class Judge:
         self.curves = []
 
     def measure(self, place, near=None):
-        """Fills in the first harmonic of a place."""
+        """Computes the first harmonic of a place."""
         motion = Motion(self.oscillator, place.frequency)
         tangential = np.zeros(6)
         motion.normal_period(place.state)
@@ -478,7 +479,7 @@ class Judge:
     # The curves
 
     def find(self, marks):
-        """The branches; `marks` are frequencies around which to look closely [Hz]."""
+        """Finds the branches; `marks` are frequencies around which the search is finer [Hz]."""
         if self.oscillator.oscillates(2):
             self.follow(marks)
         else:
@@ -501,7 +502,7 @@ class Judge:
         self.curves = measured
 
     def with_marks(self, curve, marks):
-        """Places next to marks at distances in geometric order, so that narrow peaks are met."""
+        """Adds places at geometric distances from the marks, to resolve narrow peaks."""
         axes = [self.axis] + ([1 - self.axis] if self.oscillator.turns else [])
         damping = 1.0
         centres = [math.log(mark) for mark in marks]
@@ -555,7 +556,7 @@ class Judge:
         return False
 
     def all_at(self, log):
-        """The places of the curves at a frequency."""
+        """Returns the places of the curves at a frequency."""
         found = []
         for curve in self.curves:
             if not self.oscillator.oscillates(2):
@@ -570,7 +571,7 @@ class Judge:
         return found
 
     def distance(self, log, height):
-        """Least distance of a point from the curves, in logarithms of frequency and amplitude."""
+        """Returns the least distance of a point from the curves, in logarithms of frequency and amplitude."""
         point = np.array([log, height])
         least = math.inf
         for curve in self.curves:
@@ -582,8 +583,8 @@ class Judge:
         return least
 
     def follow(self, marks):
-        """The branches of the motion along z: from the lower end, from what is left of larger loads, and from what is found by Newton's
-        method from states at random."""
+        """Finds the branches of the motion along z: from the lower end, from the motions after larger loads are lowered, and from random
+        states by Newton's method."""
         first = self.start(self.low, [0.0, 0.0])
         if first is None:
             _, state, _ = Motion(self.oscillator, math.exp(self.low)).settle([0.0, 0.0], 5000)
@@ -620,13 +621,14 @@ class Judge:
                 self.through(self.start(float(log), [size * math.cos(angle), size * math.sin(angle)]))
 
     def bouncing(self, log, swings):
-        """States along z of motions without damping and harmonic forces that swing so many times in a period, at phases of a swing."""
+        """Returns states along z of motions without damping and harmonic forces that swing `swings` times per period, at several phases of
+        a swing."""
         mass, spring, contact = self.oscillator.mass[2], self.oscillator.stiffness[2], self.oscillator.contact
         kn, load, gap, rate = contact.kn, contact.load, contact.gap, TURN * math.exp(log)
         if spring <= 0.0 or kn <= 0.0:
             return []
         steady = sum(amplitude * math.cos(phase) for along, order, amplitude, phase in self.oscillator.forces if along == 2 and order == 0)
-        # About the rest of each spring a turn at its own rate; both meet where the contact opens.
+        # The state rotates about the equilibrium of each spring at the rate of this spring; both arcs meet where the contact opens.
         edge = gap - load / kn
         rates = math.sqrt(spring / mass), math.sqrt((spring + kn) / mass)
         open_rest = (steady + load) / spring - edge
@@ -658,7 +660,7 @@ class Judge:
         return out
 
     def through(self, place):
-        """Adds the branch through a place, if there is one that is not known."""
+        """Adds the branch through a place if the branch is new."""
         if place is None or self.is_known(place):
             return
         back = integration.branch(self.oscillator, place, self.low, self.high, -1.0)
@@ -666,7 +668,7 @@ class Judge:
         self.curves.append(back[::-1] + on[1:])
 
     def lowered(self, log, factor):
-        """What is left along z where a larger force of the drive is lowered to its own size."""
+        """Returns the motion along z after a larger force of the drive is lowered to its actual size."""
         own, state, begin = self.oscillator, None, time.thread_time()
         for size in np.geomspace(factor, 1.0, LEVELS):
             if time.thread_time() - begin > 1.0:
@@ -705,7 +707,7 @@ class Judge:
                 refined.prominence = min(size[n] / max(min(size[: n + 1]), 1e-300), size[n] / max(min(size[n:]), 1e-300)) - 1.0
                 found.peaks.append(refined)
         found.peaks.sort(key=lambda place: -abs(place.amplitude))
-        # The highest stable motion, where none of the peaks at the top is.
+        # Highest stable motion, because the highest peaks may be unstable.
         stable = [place for curve in self.curves for place in curve if place.multiplier < 1.0]
         found.highest_stable = max((abs(place.amplitude) for place in stable), default=0.0)
         found.error = max((place.left for place in found.peaks[:1]), default=0.0)
@@ -713,7 +715,7 @@ class Judge:
         return found
 
     def refined(self, three):
-        """The place of the largest amplitude among neighbours, by golden section along the branch."""
+        """Finds the place of the largest amplitude among neighbours by golden section along the branch."""
         golden = 0.5 * (math.sqrt(5.0) - 1.0)
         cache = {0.0: three[0], 1.0: three[1], 2.0: three[2]}
 
@@ -756,7 +758,7 @@ def thinned(curve, most):
 
 
 def settles(oscillator, frequency):
-    """What the motion from rest settles to: the name, and how far from closing its period is."""
+    """Returns the name of the motion to which the motion from rest settles; "undecided" if its period does not close."""
     motion = Motion(oscillator, frequency)
     begin = time.thread_time()
     motion.normal_period([0.0, 0.0])
@@ -773,7 +775,7 @@ def settles(oscillator, frequency):
 
 
 def judge(scene, result, record):
-    """What is wrong with a run, by time integration, in `record`."""
+    """Compares a run with time integration and stores the result in `record`."""
     oscillator = scene.oscillator()
     low, high = scene.range()
     if result.code == 3 or result.killed:
@@ -827,10 +829,10 @@ def peak_against(result, record, truth):
     allowed = bar + JUDGED + truth.error
 
     def off(amplitude):
-        """How far a true amplitude is from the one told, relative to that, as bars are."""
+        """Returns the deviation of a true amplitude from the amplitude of the run, relative to the latter, as error bars are."""
         return amplitude / size - 1.0
 
-    # The largest amplitude may be at an end of the range, which the run then says.
+    # The largest amplitude may be at an end of the range, and the run reports this.
     highest = max((abs(place.amplitude) for place in truth.peaks), default=0.0)
     if truth.edge > highest and abs(off(truth.edge)) <= allowed:
         record["peak"], record["peak_error"] = "right", off(truth.edge)
@@ -857,7 +859,7 @@ def peak_against(result, record, truth):
 
 
 def row_bars(frf, name):
-    """The error bars of the rows, 0 where they have none."""
+    """Returns the error bars of the rows, 0 for rows without an error bar."""
     return np.nan_to_num(np.asarray(frf[name], dtype=float)) if name in frf else np.zeros(len(frf["frequency"]))
 
 
@@ -887,7 +889,7 @@ def rows_against(own, result, record):
         record["rows_median"] = statistics.median(error for error, *_ in errors)
         names = ("rows_worst", "rows_worst_frequency", "rows_worst_ours", "rows_worst_true")
         record.update(zip(names, max(errors)))
-        # Where a branch is steep, a little frequency is much amplitude.
+        # On a steep branch, a small difference in frequency is a large difference in amplitude.
         off = max(errors, key=lambda error: error[4])
         record["rows_off"] = off[4]
         beyond = max(errors, key=lambda error: error[4] if error[4] > BARS * error[5] else 0.0)
@@ -898,11 +900,11 @@ def rows_against(own, result, record):
 
 
 def own_words(scene, result, record):
-    """What is wrong with the tables of a run by themselves."""
+    """Checks the tables of a run for consistency."""
     frf, row = result.frf, result.row
     bar = row["error_peak_amplitude"] if row is not None else 0.0
     if row is not None:
-        # Without a phase resonance there are no columns of it.
+        # Without a phase resonance, its columns are missing.
         record.update({key: row.get(key) for key in (
             "peak_frequency", "peak_amplitude", "error_peak_amplitude", "resonance_frequency", "resonance_amplitude", "friction_energy",
             "input_energy", "viscous_energy", "error_energy", "highest_harmonic", "error_friction_energy",
@@ -932,7 +934,7 @@ def own_words(scene, result, record):
 
 
 def classes(record):
-    """The classes of failure that a record is in, each with a line that says what is wrong."""
+    """Returns the failure classes of a record, each with a message."""
     out = {}
     if record["killed"]:
         out["killed"] = f"ended after {LONGEST} CPU seconds; time integration settles to {record.get('settles')}"
@@ -947,24 +949,24 @@ def classes(record):
     said = record.get("peak")
     ours, true = record.get("peak_amplitude"), record.get("true_peak")
     if said in ("too low", "too high", "lower peak", "no such peak"):
-        against = f"time integration {true:.9e} m at {record['true_frequency']:.6f} Hz" if true else "none in time integration"
+        against = f"time integration {true:.9e} m at {record['true_frequency']:.6f} Hz" if true else "no peak in time integration"
         out["peak_" + said.replace(" ", "_")] = (
             f"peak {ours:.9e} m at {record['peak_frequency']:.6f} Hz, bar {record['error_peak_amplitude']:.2e}; {against}, "
             f"off by {record.get('peak_error', math.nan):+.2e}"
         )
     if record["code"] == 0 and ours is None and record.get("prominence", 0.0) > PROMINENT and true > record.get("edge", 0.0):
-        out["peak_missing"] = f"no peak told; time integration has {true:.9e} m at {record['true_frequency']:.6f} Hz"
+        out["peak_missing"] = f"the run has no peak; time integration has a peak of {true:.9e} m at {record['true_frequency']:.6f} Hz"
     bar = record.get("error_peak_amplitude", 0.0)
     above = record.get("frf_above", -1.0)
     if above > FLAT:
-        line = f"row of frf at {record['frf_above_frequency']:.6f} Hz is above the peak by {above:.2e}, bar {bar:.2e}"
+        line = f"the row of frf at {record['frf_above_frequency']:.6f} Hz is above the peak by {above:.2e}, bar {bar:.2e}"
         edge = "_at_edge" if record["frf_above_at_edge"] else ""
         out["frf_above" + edge] = line
         if above > bar + 1e-6:
             out["frf_above_bar" + edge] = line
     reach = record.get("rows_reach", [0.0, 0.0])
     if reach[0] < -1e-6 or reach[1] > 1e-6:
-        out["frf_outside"] = f"rows of frf are outside of the range: by {reach[0]:.2e} below, {reach[1]:.2e} above"
+        out["frf_outside"] = f"rows of frf are outside the range: by {reach[0]:.2e} below, {reach[1]:.2e} above"
     if reach[0] > 1e-6 or reach[1] < -1e-6 or record.get("rows_missing", 0) != 0:
         missing = record.get("rows_missing", 0)
         out["frf_short"] = f"frf begins {reach[0]:.2e} above the range and ends {-reach[1]:.2e} below, {missing} points missing"
@@ -990,7 +992,7 @@ def classes(record):
 
 
 class TooLong(Exception):
-    """The judge has taken as long as it may."""
+    """Raised when the judge exceeds its time limit."""
 
 
 def too_long(number, frame):
@@ -1025,7 +1027,7 @@ def one(program, seed, number, judged=True, sets=()):
             judge(scene, result, record)
         except TooLong:
             record["judge_cut"], record["peak"] = True, "not all seen"
-        except Exception as error:  # The judge is to say so, and the others are to be drawn.
+        except Exception as error:  # The record reports the failure of the judge, and the other scenes continue.
             record["judge_failed"] = f"{type(error).__name__}: {error}"
         finally:
             signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
@@ -1035,7 +1037,7 @@ def one(program, seed, number, judged=True, sets=()):
 
 
 def tell(records, out=sys.stdout):
-    """The table of counts."""
+    """Prints the table of counts."""
     total = len(records)
     for record in records:
         record["classes"] = classes(record)
@@ -1058,7 +1060,7 @@ def tell(records, out=sys.stdout):
         line(f"peak: {name}", kinds.get(name, 0), len(told))
     wrong = [r for r in told if r["peak"] in ("too low", "too high", "lower peak", "no such peak")]
     for limit in (1e-4, 1e-3, 1e-2, 0.1):
-        line(f"peak: beyond its bar, and off by more than {limit:g}", sum(abs(r.get("peak_error", 1.0)) > limit for r in wrong), len(told))
+        line(f"peak: error beyond its bar and above {limit:g}", sum(abs(r.get("peak_error", 1.0)) > limit for r in wrong), len(told))
     counts = collections.Counter(name for r in records for name in r["classes"])
     for name, count in sorted(counts.items()):
         line(f"class {name}", count, total)
@@ -1066,7 +1068,7 @@ def tell(records, out=sys.stdout):
     if rows:
         worst = [r["rows_worst"] for r in rows]
         off = [r["rows_off"] for r in rows]
-        print(f"rows of frf: farthest from any motion, median {statistics.median(off):.1e}, the worst {max(off):.1e}", file=out)
+        print(f"rows of frf: largest distance from any motion, median {statistics.median(off):.1e}, the worst {max(off):.1e}", file=out)
         print(f"rows of frf, at their frequency: median of medians {statistics.median(r['rows_median'] for r in rows):.1e}, "
               f"median of the worst {statistics.median(worst):.1e}, the worst {max(worst):.1e}; without a motion there: "
               f"{sum(r['rows_without'] for r in rows)}, unstable: {sum(r['rows_unstable'] for r in rows)}", file=out)
@@ -1074,18 +1076,18 @@ def tell(records, out=sys.stdout):
     line("pairs of the same loads that differ", sum("pair_differs" in r["classes"] for r in pairs), len(pairs))
     frictions = [r["frf_friction_worst"] for r in records if "frf_friction_worst" in r]
     if frictions:
-        print(f"least friction energy of a row, in parts of the input: {min(frictions):.1e}", file=out)
+        print(f"smallest friction energy of a row over its input: {min(frictions):.1e}", file=out)
     balances = [abs(r["judge_imbalance"]) for r in records if "judge_imbalance" in r]
     if balances:
-        print(f"judge: worst balance of energy {max(balances):.1e}, median {statistics.median(balances):.1e}; "
+        print(f"judge: worst energy balance {max(balances):.1e}, median {statistics.median(balances):.1e}; "
               f"failed on {sum('judge_failed' in r for r in records)} scenes, "
               f"on {sum(r.get('judge_unsolved', 0) for r in records)} of {sum(r.get('places', 0) for r in records)} motions; "
-              f"seconds a scene: median {statistics.median(r['judge_seconds'] for r in records):.1f}, "
+              f"seconds per scene: median {statistics.median(r['judge_seconds'] for r in records):.1f}, "
               f"largest {max(r['judge_seconds'] for r in records):.1f}", file=out)
 
 
 def held(records, table):
-    """Holds records to a table, and says how many are as they were; whether all that is asked is met."""
+    """Compares records with a table and prints the counts; returns whether all requirements are met."""
     with open(table, encoding="utf-8") as lines:
         before = {int(row["number"]): row for row in csv.DictReader(lines)}
     known = [r for r in records if before[r["number"]]["peak_amplitude"] and float(before[r["number"]]["error_peak_amplitude"]) < KNOWN_BAR]
@@ -1096,12 +1098,12 @@ def held(records, table):
         again += abs(off) <= AGAIN
         if abs(off) > AGAIN:
             bar = record.get("error_peak_amplitude")
-            lost.append(f"{record['number']}: off by {off:+.1%}, bar {'none' if bar is None else f'{bar:.1e}'}")
+            lost.append(f"{record['number']}: error {off:+.1%}, bar {'none' if bar is None else f'{bar:.1e}'}")
     failed = [r["number"] for r in records if r["code"] == 3]
     above = [r["number"] for r in records if r.get("frf_above", -1.0) > FLAT]
     bound = [(r["number"], r["peak_bound"], before[r["number"]]["true_peak"]) for r in records if r.get("peak_bound")]
     beyond = [number for number, most, true in bound if true and float(true) > most]
-    print(f"peaks found again within {AGAIN:.0%}: {again} of {len(known)}; not: {'; '.join(lost) or 'none'}")
+    print(f"peaks found again within {AGAIN:.0%}: {again} of {len(known)}; missed: {'; '.join(lost) or 'none'}")
     print(f"exit code 3: {len(failed)} of {len(records)} {failed}")
     print(f"a row above the peak: {above}")
     print(f"a motion in time above peak_bound: {beyond} of {len(bound)}")
@@ -1110,7 +1112,7 @@ def held(records, table):
 
 
 def plain(value):
-    """A number of numpy, for JSON."""
+    """Converts a number of numpy for JSON."""
     return value.item()
 
 
@@ -1130,18 +1132,18 @@ def keep(record, folder, kept):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", help="the fretwear program")
-    parser.add_argument("--count", type=int, default=40, help="scenes")
-    parser.add_argument("--first", type=int, default=0, help="number of the first")
+    parser.add_argument("--count", type=int, default=40, help="number of scenes")
+    parser.add_argument("--first", type=int, default=0, help="number of the first scene")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--jobs", type=int, default=1, help="scenes at once")
-    parser.add_argument("--only", type=int, action="append", help="this number alone; may be given several times")
-    parser.add_argument("--output", type=Path, help="a line of JSON for each scene")
-    parser.add_argument("--failures", type=Path, help="a folder for scenes that fail")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="handed to fretwear run")
+    parser.add_argument("--jobs", type=int, default=1, help="number of scenes at a time")
+    parser.add_argument("--only", type=int, action="append", help="run only the scene with this number; may be repeated")
+    parser.add_argument("--output", type=Path, help="file for one line of JSON per scene")
+    parser.add_argument("--failures", type=Path, help="folder for copies of failing scenes")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="passed to fretwear run")
     parser.add_argument("--no-judge", action="store_true", help="run the scenes, without time integration")
-    parser.add_argument("--print", action="store_true", help="print the scenes instead")
-    parser.add_argument("--held", type=Path, metavar="TABLE", help="hold the 200 scenes of seed 7318 to a table")
-    parser.add_argument("--tell", type=Path, nargs="+", metavar="RESULTS", help="only the table of earlier results")
+    parser.add_argument("--print", action="store_true", help="print the scenes without running them")
+    parser.add_argument("--held", type=Path, metavar="TABLE", help="compare the 200 scenes of seed 7318 with a table")
+    parser.add_argument("--tell", type=Path, nargs="+", metavar="RESULTS", help="print only the table of counts of earlier results")
     arguments = parser.parse_args()
     if arguments.tell:
         tell([json.loads(line) for path in arguments.tell for line in path.read_text(encoding="utf-8").splitlines()])
@@ -1154,7 +1156,7 @@ def main():
             print(f"# seed {arguments.seed}, number {number}\n{drawn(arguments.seed, number).toml()}")
         return
     if arguments.program is None:
-        parser.error("--program is wanted")
+        parser.error("--program is required")
     program = str(Path(arguments.program).resolve())
     if arguments.failures:
         arguments.failures.mkdir(parents=True, exist_ok=True)
@@ -1168,7 +1170,7 @@ def main():
             output.flush()
         if arguments.failures:
             keep(record, arguments.failures, kept)
-        words = "; ".join(f"{name}: {line}" for name, line in record["classes"].items()) or record.get("peak") or "no peak told"
+        words = "; ".join(f"{name}: {line}" for name, line in record["classes"].items()) or record.get("peak") or "the run has no peak"
         if record["code"] == 3 and not record["classes"]:
             words = f"exit code 3; settles to {', '.join(record.get('settles', ['not judged']))}"
         if "judge_failed" in record:

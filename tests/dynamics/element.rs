@@ -1,4 +1,4 @@
-//! Every contact law goes through the same checks: derivative against differences, closed cycle, dissipation, symmetry, limits.
+//! Checks of every contact law: derivative against differences, closed cycle, dissipation, symmetry, limits.
 
 use fretwear::dynamics::{
     ContactElement, ElementState, FrictionLaw, Harmonics, InterfaceElement, Sampling,
@@ -48,7 +48,7 @@ fn check_derivative(element: &ContactElement, at: &[f64], what: &str) {
 
 #[test]
 fn jacobian_is_that_of_the_samples() {
-    // Sticking, partly slipping, mostly sliding, lifting off; sliders of a bank open one after the other.
+    // The sizes cover sticking, partial slip, mostly sliding and lift-off; sliders of a bank open one after the other.
     let sizes = [2e-8, 2e-7, 1e-6, 1.5e-6, 2e-6, 2.3e-6, 6e-6];
     for law in BOTH {
         let loaded = element(law);
@@ -65,7 +65,7 @@ fn jacobian_is_that_of_the_samples() {
             springs: vec![cubic(0, 2e15), cubic(2, -1e15), stop(1, 4e5, 2e-6)],
             ..loaded.clone()
         };
-        // What has no load has no force under a small motion.
+        // Elements without load have no force under a small motion.
         let large = &sizes[4..];
         for (what, element, sizes) in [
             ("loaded", &loaded, &sizes[..]),
@@ -146,7 +146,7 @@ fn straight_motion_is_the_jenkins_loop() {
                 }
                 let energy = jenkins.dissipated_energy(amplitude);
                 assert!((cycle.dissipated_energy - energy).abs() <= 1e-12 + 1e-9 * energy);
-                // Quadrature over 4096 samples of a kinked function.
+                // The tolerance is the quadrature error of 4096 samples of a kinked function.
                 let force = sampling.analyse(&cycle.force);
                 for order in 1..=7 {
                     let (a, b) = jenkins.coefficients(amplitude, order);
@@ -212,7 +212,7 @@ fn opposite_motion_has_opposite_friction() {
 
 #[test]
 fn a_stuck_mean_is_that_of_the_way_from_the_preload() {
-    // Never slips: force and displacement are proportional, the mean too.
+    // The element never slips, so force and displacement are proportional, including their means.
     let sampling = Sampling::new(Harmonics::up_to(2), 32).expect("enough samples");
     let mut motion = vec![0.0; 15];
     (motion[0], motion[1]) = (5e-7, 6e-7);
@@ -222,7 +222,8 @@ fn a_stuck_mean_is_that_of_the_way_from_the_preload() {
             .force,
     );
     assert!((force[0] - 2.5e7 * 5e-7).abs() < 1e-9 && (force[1] - 2.5e7 * 6e-7).abs() < 1e-9);
-    // On the way to the first sample the limit of 54 N is passed: from there the cycle sticks, hung from the limit.
+    // The force exceeds its limit of 54 N before the first sample. From this sample on the cycle sticks, with its largest force at the
+    // limit.
     motion[0] = 8e-6;
     motion[1] = 1e-6;
     let force = sampling.analyse(
@@ -272,11 +273,11 @@ fn parameters_out_of_range_are_named() {
     }
 }
 
-/// A force across a motion whose reach is that of friction to a few parts in a million drifts by less with every cycle: a slider
-/// comes to rest where both ends of the motion are at its limit, or slips a little for ever.
+/// A constant force acts across a motion whose reach equals the friction limit to a few parts in a million, and the drift per cycle
+/// decreases. A slider comes to rest where both ends of the motion are at its limit, or it slips a little in every cycle.
 #[test]
 fn a_motion_as_wide_as_friction_has_its_steady_cycle() {
-    // Of a closed form of the samples; cycles that an iteration with a safe margin takes.
+    // Tolerance against a closed form of the samples, and the number of cycles within which a robust iteration converges.
     const EXACT: f64 = 1e-9;
     const FEW: usize = 80;
     let samples = 512;
@@ -298,7 +299,7 @@ fn a_motion_as_wide_as_friction_has_its_steady_cycle() {
     let rest = cycle(within, 0.05);
     assert!(rest.closure.change <= 1e-12, "{:?}", rest.closure);
     assert!(rest.closure.cycles <= FEW, "{:?}", rest.closure);
-    // On both circles of the ends: x is ± the reach of the motion, and y what that leaves of the limit.
+    // The force lies on the limit circles of both ends: x is ± the reach of the motion, and y is the remainder of the limit.
     let left = limit * (1.0 - (1.0 + within).powi(2)).sqrt();
     for (j, sign) in [(0, 1.0), (samples / 2, -1.0)] {
         let [x, y, _] = rest.force[j];

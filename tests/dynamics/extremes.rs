@@ -1,4 +1,4 @@
-//! The ends of every parameter: a right answer or a typed refusal.
+//! Tests of every parameter at its extremes: the program returns a correct response or a typed error.
 
 use fretwear::dynamics::{
     BalanceSettings, ContactElement, DynamicsError, FrictionLaw, HarmonicBalance, Harmonics, Load,
@@ -8,7 +8,7 @@ use fretwear::linalg::RowMatrix as Matrix;
 
 use super::{BOTH, balance, balance_of, drive, oscillator, swept};
 
-/// Responses over the resonances of stuck, sliding and open contact: all keep the balance of energy and the law of friction.
+/// Responses over the resonances of stuck, sliding and open contact; checks the energy balance and the friction law of each.
 fn respond(oscillator: &Oscillator, loads: &[Load], what: &str) -> Vec<Response> {
     let balance = balance(oscillator, 5, loads, BalanceSettings::default());
     let omegas: Vec<f64> = (0..25).map(|k| 4500.0 + 140.0 * k as f64).collect();
@@ -39,7 +39,7 @@ fn respond(oscillator: &Oscillator, loads: &[Load], what: &str) -> Vec<Response>
     responses
 }
 
-/// A load in the plane and along the normal.
+/// Load along x and along the normal.
 fn oblique(force: f64) -> Vec<Load> {
     vec![
         Oscillator::load(0, force, 0.0),
@@ -47,7 +47,7 @@ fn oblique(force: f64) -> Vec<Load> {
     ]
 }
 
-/// A load along each axis, of which that along the normal does not lift the mass off.
+/// Load along each axis; the normal component does not lift off the mass.
 fn spatial(force: f64) -> Vec<Load> {
     vec![
         Oscillator::load(0, force, 0.4),
@@ -68,12 +68,12 @@ fn responses_keep_the_balance_of_energy_and_the_law_of_friction() {
             let changed = with(law, &|element| element.friction_coefficient = mu);
             respond(&changed, &oblique(100.0), &format!("{law:?}, µ {mu}"));
         }
-        // From linear to sliding, and to separation.
+        // The forces cover linear response, sliding and separation.
         for force in [1.0, 10.0, 30.0, 100.0, 300.0, 1e3, 1e4, 1e5, 1e6] {
             let what = format!("{law:?}, {force} N");
             respond(&oscillator(law), &oblique(force), &what);
             for response in respond(&oscillator(law), &spatial(force), &what) {
-                // Where nothing opens, samples leave no work of the normal force.
+                // Without opening, sampling adds no work of the normal force.
                 let energy = response.energy;
                 assert!(
                     energy.friction >= -1e-9 * energy.load_work,
@@ -149,7 +149,7 @@ fn an_undamped_resonance_is_bounded_by_friction() {
 
 #[test]
 fn a_structure_without_contact() {
-    let mut model = oscillator(FrictionLaw::Cone).model().expect("right");
+    let mut model = oscillator(FrictionLaw::Cone).model().expect("valid");
     model.contact_dofs = 0;
     let balance = balance_of(&model, &[], 1, &drive(3.0), BalanceSettings::default());
     let resonance = balance
@@ -201,7 +201,7 @@ fn a_static_load_that_nothing_holds_is_refused() {
 #[test]
 fn what_does_not_fit_is_refused() {
     let oscillator = oscillator(FrictionLaw::Cone);
-    let model = oscillator.model().expect("right");
+    let model = oscillator.model().expect("valid");
     let new = |elements: usize, loads: Vec<Load>, settings| {
         HarmonicBalance::new(
             &model,

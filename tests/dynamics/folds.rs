@@ -1,4 +1,4 @@
-//! Sweeps, peaks and resonances where several responses exist.
+//! Tests of sweeps, peaks and resonances where several responses exist.
 
 use fretwear::dynamics::{
     BalanceSettings, ContactElement, ContinuationSettings, DynamicsError, FrictionLaw,
@@ -11,10 +11,10 @@ use super::{balance, changed, one_slider, oscillator, samples, swept, vibration}
 const TURN: f64 = 2.0 * std::f64::consts::PI;
 /// Two solutions of the same equations, each to a relative correction of 1e-10.
 const SAME: f64 = 1e-7;
-/// A maximum between points of a branch 1/20 apart at most, against the highest of them.
+/// Relative difference between a maximum and the highest point of a branch whose points are at most 1/20 apart.
 const BETWEEN_POINTS: f64 = 5e-3;
 
-/// 1 kg on a soft spring above a contact along the normal: pressed on by 10 N, or 1 mm away.
+/// 1 kg on a soft spring above a contact along the normal: preloaded by 10 N, or with a gap of 1 mm.
 fn bouncing(is_pressed: bool) -> Oscillator {
     let pressed = one_slider(FrictionLaw::Cone, 0.3, 10.0, [1e4, 3e4]);
     Oscillator {
@@ -50,7 +50,7 @@ fn sweeps_jump_at_the_folds() {
     omegas.reverse();
     let down = swept(&balance, &omegas);
     let branch = collect(&balance, ContinuationSettings::over(from, to, 2));
-    // The first and the last time that the branch comes by: where sweeps up and down find themselves.
+    // The branch passes each frequency several times. A sweep up follows its first pass, a sweep down its last pass.
     let between = |pair: &&[Response], omega: f64| {
         let (a, b) = (pair[0].omega, pair[1].omega);
         (a < omega) != (b < omega)
@@ -105,7 +105,7 @@ fn peaks_of_overhanging_branches() {
                 (found / top - 1.0).abs() < BETWEEN_POINTS,
                 "{force} N, pressed {is_pressed}: {found} {top}"
             );
-            // Nothing but the dashpot takes energy: what the force gives at most, π F |u|, is at least π c ω |u|².
+            // Only the dashpot dissipates energy: the input of the force is at most π F |u|, and the dissipation is at least π c ω |u|².
             let bound = force / (4.0 * peak.omega);
             assert!(found < bound * (1.0 + 1e-2), "{found} {bound}");
         }
@@ -114,7 +114,7 @@ fn peaks_of_overhanging_branches() {
 
 #[test]
 fn the_highest_of_several_peaks() {
-    // Along x at its own resonance, and once more where the normal load varies most.
+    // The response along x peaks at its resonance, and again where the normal load varies most.
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.mass = [1.0; 3];
     oscillator.damping = [60.0; 3];
@@ -140,7 +140,7 @@ fn the_highest_of_several_peaks() {
 
 #[test]
 fn a_resonance_that_nothing_bounds_is_none() {
-    // Friction bounds a resonance up to 4/π of its limit, 68.75 N; without contact nothing does.
+    // Friction bounds a resonance up to 4/π of its limit, 68.75 N; without contact the resonance is unbounded.
     let mut oscillator = oscillator(FrictionLaw::Cone);
     oscillator.damping = [0.0; 3];
     let range = (TURN * 600.0, TURN * 1200.0);
@@ -161,7 +161,7 @@ fn a_resonance_that_nothing_bounds_is_none() {
 
 #[test]
 fn a_branch_with_a_corner_has_all_frequencies() {
-    // Stiff in the plane, box law: the branch ends in a corner where the normal load first touches zero, at 118.29 Hz.
+    // Stiff in the plane, box law: the branch ends in a corner where the normal load first reaches zero, at 118.29 Hz.
     let corner = Oscillator {
         mass: [2.513, 2.52, 1.788],
         damping: [38.401, 7.755, 11.796],
@@ -183,7 +183,7 @@ fn a_branch_with_a_corner_has_all_frequencies() {
         assert_eq!(branch.last().map(|r| r.omega), Some(range.1));
         (balance, branch)
     };
-    // With few samples the part from above turns back on itself at its own corner.
+    // With few samples, the part of the branch from above turns back at a corner of its own sampling.
     followed(256);
     let (balance, branch) = followed(1024);
     let widest = branch
@@ -191,7 +191,7 @@ fn a_branch_with_a_corner_has_all_frequencies() {
         .map(|p| p[1].omega - p[0].omega)
         .fold(0.0, f64::max);
     assert!(widest <= 0.06 * (range.1 - range.0), "{widest}");
-    // Amplitudes along x, y and the normal by time integration (Newmark, 512 steps a cycle, 800 cycles), all harmonics.
+    // Reference amplitudes along x, y and the normal by time integration (Newmark, 512 steps per cycle, 800 cycles), all harmonics.
     let near = branch
         .iter()
         .filter(|r| (r.frequency() - 119.0).abs() < 5.0 && size(&balance, r) > 1.4e-3)

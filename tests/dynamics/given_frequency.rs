@@ -1,4 +1,4 @@
-//! The response in force at a given frequency, below and above the resonance, against the describing function of one slider.
+//! Tests of the response in force at a given frequency, below and above the resonance, against the describing function of one slider.
 
 use fretwear::dynamics::{
     DynamicsError, FrictionLaw, Harmonics, ResolvedResonance, ResonanceKind, Vibration,
@@ -10,17 +10,17 @@ use super::{drive, oscillator, samples};
 const MASS: f64 = 1.5;
 const DAMPING: f64 = 300.0;
 const STIFFNESS: f64 = 4.0e7;
-/// Along x: µN = 54 N of friction on 2.5e7 N/m.
+/// Friction along x: a limit µN of 54 N on a spring of 2.5e7 N/m.
 const JENKINS: Jenkins = Jenkins {
     stiffness: 2.5e7,
     limit: 54.0,
 };
-/// The resonance is at some 5.2e3 rad/s where the slider slides, and at 6.6e3 where it sticks.
+/// The resonance is at about 5.2e3 rad/s with a sliding slider, and at 6.6e3 rad/s with a sticking one.
 const OMEGAS: [f64; 4] = [6.0, 2e3, 4.9e3, 9e3];
-/// Stuck, slipping, and sliding for most of the cycle \[m\].
+/// Amplitudes with a slider that sticks, slips, and slides for most of the cycle \[m\].
 const AMPLITUDES: [f64; 3] = [1e-6, 4e-6, 4e-5];
 
-/// The force that moves the oscillator by an amplitude in the first harmonic.
+/// Force that moves the oscillator with this amplitude in the first harmonic.
 fn force(omega: f64, amplitude: f64) -> f64 {
     let (cosine, sine) = JENKINS.coefficients(amplitude, 1);
     let spring = (STIFFNESS - MASS * omega * omega) * amplitude + cosine;
@@ -70,7 +70,8 @@ fn the_response_is_that_of_the_describing_function() {
     }
 }
 
-/// From the response to another joint, or in more harmonics as the tolerance asks for: the same frequency, and an error that holds what is left.
+/// The response is continued to another joint, and extended by as many harmonics as the tolerance requires. The frequency stays the same,
+/// and the error bar covers the truncation error.
 #[test]
 fn it_is_continued_and_extended() {
     let element = oscillator(FrictionLaw::Cone).element;
@@ -92,7 +93,7 @@ fn it_is_continued_and_extended() {
 
         let fine = resolved(&vibration, Some(1e-3));
         assert_eq!(fine.resonance.governing().omega, omega);
-        // Far above the resonance inertia leaves higher harmonics nothing to move.
+        // Far above the resonance, inertia prevents motion in higher harmonics.
         assert!(fine.balance.harmonics().highest() > 1 || omega > 8e3);
         let off = (first.resonance.amplitude / fine.resonance.amplitude - 1.0).abs();
         let bars = first.truncation.amplitude + fine.truncation.amplitude;
@@ -109,7 +110,7 @@ fn what_nothing_damps_has_no_response_at_its_resonance() {
     oscillator.damping = [0.0; 3];
     let stuck = ((STIFFNESS + JENKINS.stiffness) / MASS).sqrt();
     let vibration = Vibration {
-        model: oscillator.model().expect("right"),
+        model: oscillator.model().expect("valid"),
         ..vibration(stuck, 1.0, &[0, 1])
     };
     let found = vibration.resolve(vec![oscillator.element], None, None);

@@ -2,7 +2,7 @@ use fretwear::dynamics::{DynamicsError, Harmonics, Sampling};
 
 #[test]
 fn transforms_invert_each_other() {
-    let harmonics = Harmonics::new(&[5, 0, 2, 3]).expect("a right set");
+    let harmonics = Harmonics::new(&[5, 0, 2, 3]).expect("a valid set");
     let sampling = Sampling::new(harmonics, 23).expect("enough samples");
     let coefficients: Vec<f64> = (0..21).map(|k| (k as f64 * 1.7).sin()).collect();
     let back = sampling.analyse(&sampling.synthesise(&coefficients));
@@ -13,7 +13,7 @@ fn transforms_invert_each_other() {
 
 #[test]
 fn coefficients_are_half_range_and_rows_by_quantity() {
-    let harmonics = Harmonics::new(&[0, 1, 3]).expect("a right set");
+    let harmonics = Harmonics::new(&[0, 1, 3]).expect("a valid set");
     let sampling = Sampling::new(harmonics, 16).expect("enough samples");
     let wave = |j: usize| 2.0 * std::f64::consts::PI * j as f64 / 16.0;
     let samples: Vec<[f64; 3]> = (0..16)

@@ -1,4 +1,4 @@
-//! A forced response that is interrupted goes on behind what was kept of it, to the same bits.
+//! An interrupted forced response continues after its stored results and ends in the same bits.
 
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex};
@@ -12,7 +12,7 @@ use super::{drive, oscillator, vibration};
 
 const RANGE: (f64, f64) = (TAU * 700.0, TAU * 1100.0);
 
-/// Points of a start that finds `kept`, how many results that is, and what it keeps itself.
+/// Points of a start that reads `kept`, the number of results in `kept`, and the results that the start stores.
 fn start(
     kept: &[u8],
     respond: impl Fn(&Journal) -> Vec<ForcedPoint>,
@@ -37,7 +37,7 @@ fn goes_on(respond: impl Fn(&Journal) -> Vec<ForcedPoint>) {
     assert_eq!((count, &first), (0, &whole));
     let cut = parts.len() / 2;
     assert!(cut > 2, "{} parts", parts.len());
-    // The last one is torn.
+    // The last result is incomplete.
     let mut kept = parts[..cut].concat();
     kept.extend(&parts[cut][..parts[cut].len() / 2]);
     let (second, count, rest) = start(&kept, &respond);
@@ -45,17 +45,20 @@ fn goes_on(respond: impl Fn(&Journal) -> Vec<ForcedPoint>) {
     assert_eq!(
         rest,
         parts[cut..],
-        "what is left is solved, and nothing else"
+        "the start solves the remaining points only"
     );
     let (third, count, rest) = start(&parts.concat(), &respond);
     assert_eq!((count, &third), (parts.len(), &whole));
     assert!(rest.is_empty());
-    // Results of other inputs are not taken.
+    // The program rejects results of other inputs.
     let mut other = kept.clone();
     other[0] ^= 1;
     let (fourth, _, rest) = start(&other, &respond);
     assert_eq!(fourth, whole);
-    assert!(rest.is_empty(), "nothing is put behind results of others");
+    assert!(
+        rest.is_empty(),
+        "the start appended to results of other inputs"
+    );
 }
 
 #[test]
@@ -75,7 +78,7 @@ fn an_interrupted_forced_response_goes_on() {
     }
 }
 
-/// The errors of points are found with as many evaluations as the points took, those of an earlier start included.
+/// The error search of the points has the same budget of evaluations, including the evaluations of an earlier start.
 #[test]
 fn an_interrupted_search_ends_at_the_same_place() {
     let oscillator = oscillator(FrictionLaw::Cone);

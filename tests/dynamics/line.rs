@@ -1,4 +1,4 @@
-//! The line that the elements of a joint all but follow.
+//! Tests of the line that the elements of a joint follow approximately.
 
 use std::f64::consts::TAU;
 
@@ -6,15 +6,15 @@ use fretwear::dynamics::cycle::Line;
 use fretwear::dynamics::{Harmonics, Sampling};
 
 const SAMPLES: usize = 256;
-/// Ends lie between samples by half of one at most, and a cosine is flat there: (π/256)²/2 of the reach.
+/// An end lies at most half a sample from the nearest sample, and a cosine is flat there: (π/256)²/2 of the reach.
 const BY_SAMPLES: f64 = 1e-4;
 const ROUNDING: f64 = 1e-12;
 const ORDER: u32 = 3;
 const COEFFICIENTS: usize = 2 * ORDER as usize + 1;
-/// Shares of the area, none like another.
+/// Shares of the area, all different.
 const SHARES: [f64; 4] = [0.1, 0.2, 0.3, 0.4];
 
-/// What element `e` does along x and y: coefficients cos θ, sin θ and cos 3θ of each axis \[m\].
+/// Motion of element `e` along x and y: coefficients cos θ, sin θ and cos 3θ of each axis \[m\].
 type Ways = fn(usize) -> [[f64; 3]; 2];
 
 fn line(ways: Ways) -> Line {
@@ -29,12 +29,12 @@ fn line(ways: Ways) -> Line {
         }
         displacement.extend([7.0; COEFFICIENTS]);
     }
-    // Ports beyond the elements are no part of the joint.
+    // Ports after the elements do not belong to the joint.
     displacement.extend([9.0; COEFFICIENTS]);
     Line::of(&SHARES, &displacement, &sampling)
 }
 
-/// Places of the elements about the normal, with the middle of the area at rest.
+/// Displacement of the elements in a rotation about the normal that does not move the mean over the area.
 fn turning(e: usize) -> [f64; 2] {
     let places = [[3.0, 1.0], [-1.0, 2.0], [1.0, -3.0], [-1.0, 1.0]];
     let middle = [0, 1].map(|d| (0..4).map(|k| SHARES[k] * places[k][d]).sum::<f64>());
@@ -43,7 +43,8 @@ fn turning(e: usize) -> [f64; 2] {
 
 #[test]
 fn a_joint_that_turns_about_its_normal_moves_along_a_line() {
-    // Beside the rotation, cos(θ − 1), its mean goes round a circle of a hundredth: the line is that of the rotation.
+    // In addition to the rotation, cos(θ − 1), the mean moves on a circle of one hundredth of its size: the line is the line of the
+    // rotation.
     let found = line(|e| {
         let [x, y] = turning(e);
         let (c, s) = (1f64.cos(), 1f64.sin());
@@ -63,7 +64,7 @@ fn a_joint_that_turns_about_its_normal_moves_along_a_line() {
         ((top - 1.0).cos().abs() - 1.0).abs() < BY_SAMPLES,
         "{found:?}"
     );
-    // The circle lies beside the line by its radius.
+    // The circle deviates from the line by its radius.
     assert!(
         (found.largest_deviation - 1e-2 / size).abs() < 1e-3 * 1e-2,
         "{found:?}"
@@ -84,7 +85,7 @@ fn a_joint_that_turns_about_its_normal_moves_along_a_line() {
 
 #[test]
 fn elements_out_of_phase_leave_the_line_by_their_quadrature() {
-    // u_e = cos θ ± 0.2 sin θ: the mean of both signs is straight, the field is not.
+    // u_e = cos θ ± 0.2 sin θ: the mean over both signs is straight, but the field is not.
     let found = line(|e| {
         let beside = if e == 0 || e == 3 { 0.2e-6 } else { -0.2e-6 };
         [[1e-6, beside, 0.0], [0.0; 3]]
@@ -93,7 +94,7 @@ fn elements_out_of_phase_leave_the_line_by_their_quadrature() {
         (found.largest_deviation - 0.2).abs() < BY_SAMPLES,
         "{found:?}"
     );
-    // An orbit has no line.
+    // An orbit deviates from every line by its radius.
     let found = line(|_| [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0]]);
     assert!(
         (found.largest_deviation - 1.0).abs() < BY_SAMPLES,
@@ -103,7 +104,7 @@ fn elements_out_of_phase_leave_the_line_by_their_quadrature() {
 
 #[test]
 fn ways_back_count_as_leaving_the_line() {
-    // cos θ + 0.4 cos 3θ turns back between its ends.
+    // cos θ + 0.4 cos 3θ reverses between its ends.
     let b: f64 = 0.4;
     let found = line(|_| [[1e-6, 0.0, 0.4e-6], [0.0; 3]]);
     // u(θ) = c + b(4c³ − 3c) with c = cos θ; du/dc = 0 at c² = (3b − 1)/(12 b).

@@ -1,4 +1,4 @@
-//! Linear oscillators and structures against closed forms: Rayleigh damping, and a ground that moves.
+//! Tests of linear oscillators and structures against closed forms: Rayleigh damping, hysteretic damping, and a moving ground.
 
 use std::f64::consts::{PI, TAU};
 
@@ -22,7 +22,7 @@ fn linear() -> SecondOrder {
     mass_on_springs(MASS, DAMPING, STIFFNESS, 0).unwrap()
 }
 
-/// A chain of five masses that is held at one end, with three contact degrees of freedom.
+/// Chain of five masses that is fixed at one end, with three contact degrees of freedom.
 fn chain() -> SecondOrder {
     let mass = [1.0, 2.0, 1.5, 0.5, 1.2];
     let mut stiffness = Matrix::zeros(5, 5);
@@ -50,7 +50,7 @@ fn balance(model: &SecondOrder, loads: &[Load]) -> HarmonicBalance<ContactElemen
     balance_of(model, &[], 2, loads, BalanceSettings::default())
 }
 
-/// Cosine and sine of a linear oscillator's displacement along an axis under a force F cos(ωt).
+/// Cosine and sine of the displacement of a linear oscillator along an axis under a force F cos(ωt).
 fn closed_form(axis: usize, force: f64, omega: f64) -> [f64; 2] {
     let stiff = STIFFNESS[axis] - MASS[axis] * omega * omega;
     let damped = DAMPING[axis] * omega;
@@ -58,7 +58,7 @@ fn closed_form(axis: usize, force: f64, omega: f64) -> [f64; 2] {
     [force * stiff / square, force * damped / square]
 }
 
-/// Every mode, of the structure free or closed by springs, has ζ = α/2ω + βω/2, on top of the damping that was there.
+/// Every mode of the structure, free or with springs, has ζ = α/2ω + βω/2 in addition to its other damping.
 #[test]
 fn rayleigh_damping_of_every_mode() {
     let rayleigh = Rayleigh {
@@ -85,7 +85,7 @@ fn rayleigh_damping_of_every_mode() {
     }
 }
 
-/// At its natural frequency an oscillator is held by its damping alone.
+/// At the natural frequency of an oscillator, only damping balances the force.
 #[test]
 fn rayleigh_damping_of_an_oscillator() {
     let rayleigh = Rayleigh {
@@ -123,7 +123,8 @@ fn rayleigh_damping_of_an_oscillator() {
     }
 }
 
-/// A loss factor η gives F/√((k − mω²)² + (ηk)²) at any frequency and harmonic, takes πηk|u|² in each of its cycles, and nothing of a constant load.
+/// A loss factor η gives F/√((k − mω²)² + (ηk)²) at any frequency and harmonic. It dissipates πηk|u|² in each period of the harmonic and
+/// does not affect a constant load.
 #[test]
 fn hysteretic_damping_knows_no_frequency() {
     let (factor, force, axis) = (0.03, 40.0, 1);
@@ -163,7 +164,7 @@ fn hysteretic_damping_knows_no_frequency() {
     assert!((row[0] / (force / k) - 1.0).abs() < ROUNDING);
 }
 
-/// A ground that moves by u cos(ωt + φ) is a force m ω²u on the mass, seen from the ground.
+/// A ground motion u cos(ωt + φ) is equivalent to a force m ω²u on the mass, in coordinates relative to the ground.
 #[test]
 fn a_ground_that_moves_by_a_given_displacement() {
     let (ground, phase) = (3e-6_f64, 0.4_f64);
@@ -183,15 +184,15 @@ fn a_ground_that_moves_by_a_given_displacement() {
             assert!((lag - sine.atan2(cosine)).abs() < ROUNDING, "{lag}");
             assert!(response.energy.imbalance() < ROUNDING);
         }
-        // Relative displacement lags by 90° at the natural frequency, and is largest where r² = 1/(1 − 2ζ²): both are found by
-        // derivatives along frequency, which the load has a part in.
+        // The relative displacement lags by 90° at the natural frequency and is largest where r² = 1/(1 − 2ζ²). Both searches use
+        // derivatives along frequency, which include the derivative of the load.
         let range = (0.7 * natural, 1.4 * natural);
         let phase = balance.phase_resonance(range, None).unwrap();
         assert!((phase.omega / natural - 1.0).abs() < ROUNDING);
         let ratio = DAMPING[axis] / (2.0 * MASS[axis] * natural);
         let peak = balance.peak(axis, range, &phase.start()).unwrap();
         let expected = natural / (1.0 - 2.0 * ratio * ratio).sqrt();
-        // The peak is flat: its frequency is found to the square root of rounding, and lies ζ² from the phase resonance.
+        // The peak is flat: its frequency is accurate to the square root of rounding, and lies ζ² from the phase resonance.
         assert!(
             (peak.omega / expected - 1.0).abs() < 0.01 * ratio * ratio,
             "{} {}",
@@ -201,7 +202,7 @@ fn a_ground_that_moves_by_a_given_displacement() {
     }
 }
 
-/// On a slipping contact: at one frequency the moving ground is the force m ω²u, and along the branch every point is.
+/// With a slipping contact, the response to the moving ground equals the response to the force m ω²u at several frequencies of the branch.
 #[test]
 fn a_moving_ground_under_a_slipping_contact() {
     let oscillator = oscillator(FrictionLaw::Cone);

@@ -1,4 +1,4 @@
-//! Resonances of a joint that sticks, is free along itself and is tied, and the loads up to which it sticks, against closed forms.
+//! Tests of the resonances of a stuck, a free and a tied joint, and of the loads up to which the joint sticks, against closed forms.
 
 use fretwear::dynamics::{
     ContactElement, FrictionLaw, LinearResonances, Load, SecondOrder, Slider, Start, Vibration,
@@ -7,16 +7,16 @@ use fretwear::linalg::RowMatrix as Matrix;
 
 use super::{balance_of, drive, element, oscillator, samples};
 
-/// From below the sliding resonance along x to above the stuck one.
+/// The range begins below the sliding resonance along x and ends above the stuck one.
 const RANGE: (f64, f64) = (4000.0, 7500.0);
-/// What a phase resonance is found to.
+/// Relative accuracy of a phase resonance.
 const FOUND: f64 = 1e-8;
 
 const MASSES: [f64; 2] = [1.5, 0.4];
 const GROUNDED: [f64; 2] = [4e7, 0.9e7];
 const DAMPED: [f64; 2] = [300.0, 20.0];
 
-/// Two masses that springs hold to the ground, with a contact element between them; its last port is the first mass along x.
+/// Two masses on springs to the ground, with a contact element between them; the last port is the first mass along x.
 fn two_masses() -> SecondOrder {
     let of = |values: [f64; 2]| Matrix::diagonal(&values.map(|v| [v; 3]).concat());
     // Stiffer along y and z, so that the lowest mode is along x.
@@ -60,7 +60,7 @@ fn is_near(found: f64, expected: f64, within: f64) {
     );
 }
 
-/// A mass on the ground: no frequency of it is the highest, and 54 N of friction hold it.
+/// A mass on the ground: the tied joint has no highest frequency, and the friction limit is 54 N.
 #[test]
 fn a_mass_on_the_ground() {
     let oscillator = oscillator(FrictionLaw::Cone);
@@ -73,7 +73,7 @@ fn a_mass_on_the_ground() {
     let displacement = 2.0 / (300.0 * omega);
     is_near(response.displacement, displacement, 1e-6);
     is_near(response.force, 2.5e7 * displacement, 1e-4);
-    // A force along x at y = 10 mm.
+    // Moment of a force along x at y = 10 mm.
     is_near(response.moment, 0.01 * response.force, 1e-12);
     assert!(response.load_lost < 1e-12, "{response:?}");
     let free = found.free.expect("a contact");
@@ -89,7 +89,7 @@ fn a_mass_on_the_ground() {
     is_near(limits.joint_may_slip, slips, 1e-4);
     is_near(limits.sticks, 0.95 * slips, 1e-4);
     assert!(limits.may_open.is_infinite(), "{limits:?}");
-    // What is said is so: stuck below, and no longer stuck above.
+    // The limits are correct: the joint sticks below them and no longer above them.
     for (factor, is_stuck) in [(limits.sticks, true), (1.1 * limits.may_slip, false)] {
         let loads = drive(2.0 * factor);
         let vibration = driven(oscillator.model().expect("a model"), loads, 0);
@@ -100,7 +100,7 @@ fn a_mass_on_the_ground() {
     }
 }
 
-/// Along the normal a load of 90 N is lost at 90/kn; friction follows the load that is left.
+/// Along the normal, a load of 90 N is lost at 90/kn; the friction limit follows the remaining load.
 #[test]
 fn a_mass_that_lifts_off() {
     let oscillator = oscillator(FrictionLaw::Cone);
@@ -125,7 +125,7 @@ fn a_mass_that_lifts_off() {
     is_near(lost, 1.0 / opens, 1e-3);
 }
 
-/// Two masses between which the joint is: tied they move as one, and free along the joint each on its own.
+/// A joint between two masses: a tied joint makes them one body, and a free joint allows each its own motion along the joint.
 #[test]
 fn two_masses_between_which_the_joint_is() {
     let loads = vec![Load {
@@ -138,14 +138,15 @@ fn two_masses_between_which_the_joint_is() {
     let tied = found.tied.expect("both move").frequency;
     let together = of(GROUNDED[0] + GROUNDED[1], MASSES[0] + MASSES[1]);
     is_near(tied, together, 1e-4);
-    // Mode 1 of the two is that of the second mass, 4743 rad/s; the first has 5164 rad/s.
+    // Mode 1 is the mode of the second mass at 4743 rad/s; the first mass has 5164 rad/s.
     let free = found.free.expect("a contact");
     assert_eq!([free.mode, found.stuck.mode], [1, 1]);
     is_near(free.frequency, of(GROUNDED[1], MASSES[1]), 1e-3);
     assert!(free.frequency < found.stuck.frequency && found.stuck.frequency < tied);
 }
 
-/// A bank whose weaker slider slips early sticks up to half of what the whole element holds, and an element with next to no load counts for nothing.
+/// A bank whose weaker slider slips early sticks up to half of the load at which the whole element slips. An element with a negligible load
+/// does not count.
 #[test]
 fn a_bank_of_sliders() {
     let whole = element(FrictionLaw::Cone);
@@ -179,7 +180,9 @@ fn frequencies_outside_are_named() {
     };
     let elements = std::slice::from_ref(&oscillator.element);
     let found = vibration.linear_resonances(elements, &[[0.0; 2]]);
-    let outside = found.expect("a solution").expect_err("none inside");
+    let outside = found
+        .expect("a solution")
+        .expect_err("no resonance in the range");
     is_near(
         outside[0],
         (6.5e7_f64 / 1.5).sqrt() / std::f64::consts::TAU,
@@ -187,7 +190,7 @@ fn frequencies_outside_are_named() {
     );
 }
 
-/// From wherever Newton's method begins, what it finds is a resonance: between two of them the drive is in phase at an antiresonance too.
+/// Newton's method finds a resonance from every start, although the phase condition also holds at the antiresonance between two resonances.
 #[test]
 fn an_antiresonance_is_none() {
     let model = two_masses();
@@ -205,7 +208,7 @@ fn an_antiresonance_is_none() {
         samples(64),
     );
     let range = (0.5 * modes[0], 2.0 * modes[5]);
-    // Where the second mass on its springs and the stuck joint would resonate.
+    // Frequency at which the second mass on its springs and the stuck joint would resonate.
     let antiresonance = ((GROUNDED[1] + 2.5e7) / MASSES[1]).sqrt();
     for step in 0..60 {
         let omega = range.0 * (range.1 / range.0).powf(f64::from(step) / 59.0);
@@ -215,7 +218,7 @@ fn an_antiresonance_is_none() {
             ..displacement
         };
         let resonance = balance.phase_resonance(range, Some(&start));
-        let resonance = resonance.expect("one from cold");
+        let resonance = resonance.expect("a resonance");
         let nearest = modes.iter().map(|w| (resonance.omega / w - 1.0).abs());
         let off = nearest.fold(f64::INFINITY, f64::min);
         assert!(

@@ -1,4 +1,4 @@
-//! Steady vibration: harmonics, contact elements, harmonic balance against time integration, continuation, resonance.
+//! Tests of steady vibration: harmonics, contact elements, harmonic balance against time integration, continuation, resonance.
 
 mod backbone;
 mod balance;
@@ -34,7 +34,7 @@ use fretwear::dynamics::{
 
 pub const BOTH: [FrictionLaw; 2] = [FrictionLaw::Cone, FrictionLaw::Box];
 
-/// An element of one loaded slider without a gap.
+/// Contact element with one loaded slider without a gap.
 pub fn one_slider(
     law: FrictionLaw,
     friction_coefficient: f64,
@@ -55,12 +55,12 @@ pub fn one_slider(
     }
 }
 
-/// An element with stiffnesses of a joint, µ 0.6, preloaded.
+/// Preloaded contact element with typical stiffnesses of a joint and µ = 0.6.
 pub fn element(law: FrictionLaw) -> ContactElement {
     one_slider(law, 0.6, 90.0, [2.5e7, 3.5e7])
 }
 
-/// An element of springs alone.
+/// Contact element that consists of springs only.
 pub fn springs(springs: Vec<Spring>) -> ContactElement {
     ContactElement {
         springs,
@@ -76,14 +76,14 @@ pub fn cubic(direction: usize, stiffness: f64) -> Spring {
     }
 }
 
-/// The same element with other sliders.
+/// Copy of the element with changed sliders.
 pub fn changed(element: &ContactElement, change: impl FnMut(&mut Slider)) -> ContactElement {
     let mut element = element.clone();
     element.sliders.iter_mut().for_each(change);
     element
 }
 
-/// A mass of different frequency along each axis; damping is low enough for friction to matter.
+/// Mass with a different natural frequency along each axis; the damping is low enough for friction to matter.
 pub fn oscillator(law: FrictionLaw) -> Oscillator {
     Oscillator {
         mass: [1.5, 1.5, 1.5],
@@ -93,19 +93,19 @@ pub fn oscillator(law: FrictionLaw) -> Oscillator {
     }
 }
 
-/// The balance of an oscillator with harmonics 0 to `highest`.
+/// Harmonic balance of an oscillator with harmonics 0 to `highest`.
 pub fn balance(
     oscillator: &Oscillator,
     highest: u32,
     loads: &[Load],
     settings: BalanceSettings,
 ) -> HarmonicBalance<ContactElement> {
-    let model = oscillator.model().expect("a right oscillator");
+    let model = oscillator.model().expect("a valid oscillator");
     let elements = std::slice::from_ref(&oscillator.element);
     balance_of(&model, elements, highest, loads, settings)
 }
 
-/// The balance of a structure with harmonics 0 to `highest`.
+/// Harmonic balance of a structure with harmonics 0 to `highest`.
 pub fn balance_of(
     model: &SecondOrder,
     elements: &[ContactElement],
@@ -118,7 +118,7 @@ pub fn balance_of(
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// An oscillator whose response along x is looked for between two angular frequencies, with harmonics 0 to `highest`.
+/// Vibration of an oscillator along x between two angular frequencies, with harmonics 0 to `highest`.
 pub fn vibration(
     oscillator: &Oscillator,
     highest: u32,
@@ -126,7 +126,7 @@ pub fn vibration(
     range: (f64, f64),
 ) -> Vibration {
     Vibration {
-        model: oscillator.model().expect("a right oscillator"),
+        model: oscillator.model().expect("a valid oscillator"),
         loads,
         response_port: 0,
         harmonics: Harmonics::up_to(highest),
@@ -141,7 +141,7 @@ pub fn vibration(
     }
 }
 
-/// So many samples of a cycle, and all else as usual.
+/// Default settings with this number of samples per cycle.
 pub fn samples(samples: usize) -> BalanceSettings {
     BalanceSettings {
         samples,
@@ -149,12 +149,12 @@ pub fn samples(samples: usize) -> BalanceSettings {
     }
 }
 
-/// A load along x alone.
+/// A load along x only.
 pub fn drive(amplitude: f64) -> Vec<Load> {
     vec![Oscillator::load(0, amplitude, 0.0)]
 }
 
-/// Responses at these angular frequencies, each of which there has to be.
+/// Responses at these angular frequencies; panics if one of them has no response.
 pub fn swept(balance: &HarmonicBalance<ContactElement>, omegas: &[f64]) -> Vec<Response> {
     let found: Result<_, DynamicsError> = balance.sweep(omegas).into_iter().collect();
     found.unwrap_or_else(|error| panic!("{error}"))

@@ -1,4 +1,4 @@
-//! Resonances of contact elements that stay as they are, with their forced response: no point is above the peak.
+//! Tests of resonances together with their forced response: no point of the forced response is above the peak.
 
 use std::f64::consts::{PI, TAU};
 
@@ -41,9 +41,9 @@ fn over_range<'a>(vibration: &'a Vibration, element: &ContactElement) -> RangeRe
     found.expect("a resonance")
 }
 
-/// The peak, above which no point is.
+/// Returns the amplitude of the peak, after a check that no point is above it.
 fn top(vibration: &Vibration, oscillator: &Oscillator) -> f64 {
-    /// What a peak may be below a point beside it.
+    /// Relative amount by which a peak may be below a neighbouring point.
     const FLAT: f64 = 2e-5;
     let RangeResponse { resolved, points } = over_range(vibration, &oscillator.element);
     let peak = resolved.resonance.peak_amplitude;
@@ -60,7 +60,7 @@ fn top(vibration: &Vibration, oscillator: &Oscillator) -> f64 {
     peak
 }
 
-/// Loads on one port in one harmonic add up, in amplitude and phase; the drive is their sum.
+/// Loads on one port in one harmonic add up in amplitude and phase; the drive is their sum.
 #[test]
 fn loads_on_a_port_are_one() {
     let oscillator = light(element(20.0, 3e4, 5e4));
@@ -106,7 +106,7 @@ fn loads_that_cancel_are_no_drive() {
     ));
 }
 
-/// A mass that bounces on its contact has a main resonance, and others where a harmonic is resonant.
+/// A mass that bounces on its contact has a main resonance, and further resonances where a harmonic is resonant.
 #[test]
 fn the_highest_point_is_the_peak() {
     let oscillator = Oscillator {
@@ -123,7 +123,7 @@ fn the_highest_point_is_the_peak() {
     top(&at_points, &oscillator);
 }
 
-/// Without preload the problem is homogeneous in the load; it has responses all the same.
+/// Without preload the problem is homogeneous in the load, but it has responses.
 #[test]
 fn no_preload_has_a_response() {
     let oscillator = light(element(0.0, 3e4, 5e4));
@@ -181,7 +181,7 @@ fn a_load_across_the_response_is_not_the_drive() {
 
 #[test]
 fn without_a_phase_resonance_the_peak_stays() {
-    // Above the resonance all displacements are behind the drive by more than a quarter of a cycle.
+    // Above the resonance all displacements lag the drive by more than a quarter of a cycle.
     let oscillator = light(element(100.0, 1e5, 1e5));
     let vibration = vibration(
         &oscillator,
@@ -198,7 +198,7 @@ fn without_a_phase_resonance_the_peak_stays() {
     assert_eq!(resonance.governing(), &resonance.peak);
 }
 
-/// A response point that nothing moves has no peak but rounding, which is said.
+/// The peak of a response point without motion is rounding; the result marks it as still.
 #[test]
 fn what_nothing_moves_is_still() {
     let oscillator = light(element(20.0, 3e4, 5e4));
@@ -215,10 +215,10 @@ fn what_nothing_moves_is_still() {
     }
 }
 
-/// Every harmonic has its samples: a mass between a stop and its spring is the same with more of them.
+/// The number of samples grows with the harmonics: a mass between a stop and its spring has the same response with more samples.
 #[test]
 fn harmonics_bring_their_samples() {
-    /// What is left of the error of samples.
+    /// Tolerance for the sampling error.
     const LEFT: f64 = 0.01;
     let oscillator = light(springs(vec![Spring::Stop {
         direction: 0,

@@ -1,4 +1,4 @@
-//! Pseudo-modes against modes that are known, and the flexibility that they leave.
+//! Tests of pseudo-modes and of their remaining flexibility against known modes.
 
 use std::f64::consts::TAU;
 
@@ -6,10 +6,10 @@ use fretwear::dynamics::DynamicsError;
 use fretwear::dynamics::pseudo_modes::{PseudoModeSettings, PseudoModes, pseudo_modes};
 use fretwear::linalg::{RowMatrix as Matrix, generalised_eigen};
 
-/// Rounding of a few products of matrices whose condition is some 1e4.
+/// Rounding of a few products of matrices with a condition number of about 1e4.
 const ROUNDING: f64 = 1e-9;
 
-/// A shape at a port: any numbers that do not repeat.
+/// Shape of a mode at a port: non-repeating numbers.
 fn shape(port: usize, mode: usize) -> f64 {
     (1.0 + (port + 1) as f64 * (0.4 + 0.61 * mode as f64)).sin()
 }
@@ -31,7 +31,7 @@ fn residual(ports: usize, hertz: &[f64]) -> [Matrix; 2] {
     sums
 }
 
-/// Σψψᵀ/(Λ − ω²) + the rest.
+/// Σψψᵀ/(Λ − ω²) plus the remaining flexibility.
 fn receptance(pseudo: &PseudoModes, omega: f64) -> Matrix {
     let weights: Vec<f64> = pseudo
         .omega
@@ -56,7 +56,7 @@ fn difference(a: &Matrix, b: &Matrix) -> f64 {
     size(&out)
 }
 
-/// As many modes as ports: the space of the pseudo-modes is all there is, and they are the modes.
+/// With as many modes as ports, the subspace of the pseudo-modes is the whole space, and the pseudo-modes equal the modes.
 #[test]
 fn all_pseudo_modes_are_the_modes_left_out() {
     let hertz = [900.0, 1400.0, 2300.0, 3100.0, 5200.0];
@@ -77,8 +77,8 @@ fn all_pseudo_modes_are_the_modes_left_out() {
     assert!(size(&pseudo.residual) < ROUNDING * size(&flexibility));
 }
 
-/// Few of many: the static answer is kept, the rest is a flexibility, the poles are upper bounds, and the answer near and above the
-/// first mode left out is bounded and better than that of the series.
+/// With few of many modes, the static response stays exact, the remainder is a flexibility, and the poles are upper bounds. Near and above
+/// the first omitted mode, the response is bounded and better than the response of the series.
 #[test]
 fn few_pseudo_modes_answer_where_the_series_diverges() {
     const PORTS: usize = 9;
@@ -120,7 +120,7 @@ fn few_pseudo_modes_answer_where_the_series_diverges() {
             "{f} Hz: {pseudo:e}"
         );
     }
-    // Above all modes left out the answer is an inertia, which falls; the series grows.
+    // Above all omitted modes, the response is an inertia, which decreases; the series grows.
     let [above, series, _] = error(1e5);
     assert!(series > 100.0 * above, "{series:e} {above:e}");
 }
@@ -131,7 +131,7 @@ fn none_wanted_and_matrices_that_do_not_fit() {
     let none = pseudo_modes(&flexibility, &slope, PseudoModeSettings::of_count(0)).unwrap();
     assert!(none.omega.is_empty());
     assert_eq!(none.residual, flexibility);
-    // Without residual mass there is nothing that moves by itself.
+    // Without residual mass, no mode exists.
     let massless = pseudo_modes(
         &flexibility,
         &Matrix::zeros(4, 4),
@@ -148,8 +148,8 @@ fn none_wanted_and_matrices_that_do_not_fit() {
     assert!(matches!(error, DynamicsError::Length { .. }), "{error}");
 }
 
-/// A port whose flexibility the kept modes have, as of a heavy platen: its row is zero, or rounding of either sign. It gets none, and what the other ports have
-/// stays as it is.
+/// A port of a heavy platen: the kept modes have its whole flexibility, so its row of the residual is zero, or rounding of either sign. The
+/// port gets no pseudo-mode, and the other ports stay unchanged.
 #[test]
 fn a_port_without_a_residual_gets_none() {
     const PORTS: usize = 6;
@@ -166,7 +166,7 @@ fn a_port_without_a_residual_gets_none() {
         .iter()
         .flat_map(|size| signs.map(|signs| signs.map(|sign| sign * size)));
     for rounding in all {
-        // One port more, in the middle.
+        // Adds one port in the middle.
         let with_platen = |matrix: &Matrix, rounding: f64| {
             let place = |i: usize| i - usize::from(i > 2);
             let mut out = Matrix::zeros(PORTS + 1, PORTS + 1);
@@ -201,7 +201,7 @@ fn a_port_without_a_residual_gets_none() {
                         false => expected.at(place(i), place(j)),
                     };
                     let off = (found.at(i, j) - expected).abs() / most;
-                    // What is more than rounding may be one of the four pseudo-modes, which are good to a tenth there.
+                    // More than rounding may become one of the four pseudo-modes, which are accurate to 10 % at these frequencies.
                     let beside = match omega > 0.0 && rounding[0].abs() > 1e-9 {
                         true => 0.1,
                         false => 10.0 * rounding[0].abs(),

@@ -1,4 +1,4 @@
-//! The phase resonance tracked directly, and the peak.
+//! Tests of the phase resonance, tracked directly, and of the peak.
 
 use std::f64::consts::PI;
 
@@ -6,7 +6,7 @@ use fretwear::dynamics::{BalanceSettings, DynamicsError, FrictionLaw, Response, 
 
 use super::{balance, drive, oscillator, samples};
 
-/// From below the sliding resonance along x to above the stuck one.
+/// The range begins below the sliding resonance along x and ends above the stuck one.
 const RANGE: (f64, f64) = (4000.0, 7500.0);
 
 #[test]
@@ -26,7 +26,7 @@ fn phase_resonance_lags_by_a_quarter_at_every_load() {
         let (_, lag) = balance.amplitude(&cold, 0).expect("port 0");
         assert!((lag - 0.5 * PI).abs() < 1e-8, "{force} N: {lag}");
         assert!(cold.energy.imbalance() < 1e-6, "{:?}", cold.energy);
-        // Friction only softens.
+        // Friction only reduces the frequency.
         assert!(
             cold.omega <= last * (1.0 + 1e-9),
             "{force} N: {}",
@@ -41,11 +41,11 @@ fn phase_resonance_lags_by_a_quarter_at_every_load() {
         }
         before = Some(cold);
     }
-    // From stuck to sliding.
+    // The frequencies range from stuck to sliding.
     assert!((last - (4.0e7_f64 / 1.5).sqrt()).abs() < 1.0, "{last}");
 }
 
-/// A guess of the wrong length is told, and not another resonance found in its place.
+/// The solver rejects a guess of the wrong length, and does not return another resonance instead.
 #[test]
 fn a_guess_in_other_harmonics_is_refused() {
     let [few, many] = [3, 5].map(|highest| {
@@ -85,7 +85,7 @@ fn warm_tracking_needs_few_iterations() {
 #[test]
 fn peak_is_higher_than_its_neighbours() {
     for force in [0.5, 60.0, 150.0, 400.0] {
-        // With 64 samples the amplitude has ripples of 4e-4, each with a top of its own.
+        // With 64 samples the amplitude has ripples of 4e-4, each with a maximum.
         let balance = balance(
             &oscillator(FrictionLaw::Cone),
             3,
@@ -113,7 +113,7 @@ fn peak_is_higher_than_its_neighbours() {
             );
         }
         if force == 0.5 {
-            // Linear: ω_p² = ω₀² − c²/2m².
+            // Linear response: ω_p² = ω₀² − c²/2m².
             let expected = ((6.5e7_f64 / 1.5) - 0.5 * (300.0_f64 / 1.5).powi(2)).sqrt();
             assert!(
                 (peak.omega / expected - 1.0).abs() < 1e-7,
@@ -134,15 +134,15 @@ fn a_range_without_resonance_says_so() {
     );
     let error = balance
         .phase_resonance((1000.0, 1500.0), None)
-        .expect_err("none there");
+        .expect_err("no resonance in the range");
     assert!(
         matches!(error, DynamicsError::NoResonance { .. }),
         "{error}"
     );
-    let resonance = balance.phase_resonance(RANGE, None).expect("there");
+    let resonance = balance.phase_resonance(RANGE, None).expect("a resonance");
     let error = balance
         .peak(0, (4000.0, 6000.0), &resonance.start())
-        .expect_err("beyond");
+        .expect_err("the peak is outside");
     assert!(
         matches!(error, DynamicsError::NoResonance { what: "peak", .. }),
         "{error}"

@@ -1,4 +1,4 @@
-//! The finite-element resonator joined to contact elements: signs, frequencies, a tied joint.
+//! Tests of the finite-element resonator joined to contact elements: signs, frequencies, a tied joint.
 
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -17,7 +17,7 @@ use fretwear::structure::resonator::{Resonator, ResonatorMesh};
 
 use super::{balance_of, one_slider, swept};
 
-/// A meshed resonator and its reduction.
+/// Meshed resonator and its reduction.
 pub struct Whole {
     pub mesh: ResonatorMesh,
     pub reduced: ReducedStructure,
@@ -31,13 +31,13 @@ fn whole(resonator: &Resonator, modes: usize) -> Whole {
     Whole { mesh, reduced }
 }
 
-/// The published case: 340 contact elements, 30 modes.
+/// Published case: 340 contact elements, 30 modes.
 pub fn published() -> &'static Whole {
     static CACHE: OnceLock<Whole> = OnceLock::new();
     CACHE.get_or_init(|| whole(&Resonator::default(), 30))
 }
 
-/// A resonator of the same proportions with few cells.
+/// Resonator of the same proportions with few cells.
 pub fn coarse() -> Resonator {
     Resonator {
         lap_cells: 9,
@@ -55,7 +55,7 @@ pub fn coarse() -> Resonator {
     }
 }
 
-/// The joint of DESIGN's stand-in: totals over the joint kt 1e4 N/µm, kn 1.2e4 N/µm, 30 kN, uniform by area.
+/// Joint with kt 1e4 N/µm, kn 1.2e4 N/µm and 30 kN in total, uniform by area.
 pub fn elements(mesh: &ResonatorMesh) -> Vec<ContactElement> {
     let area: f64 = mesh.contacts.iter().map(|c| c.area).sum();
     let each = mesh.contacts.iter().map(|contact| {
@@ -73,12 +73,12 @@ pub fn elements(mesh: &ResonatorMesh) -> Vec<ContactElement> {
     each.collect()
 }
 
-/// A force in x at the middle of the far wall; the port follows those of the contact.
+/// Force along x at the middle of the far wall; its port follows the ports of the contact.
 pub fn far_wall(model: &SecondOrder, force: f64) -> Vec<Load> {
     vec![Oscillator::load(model.contact_dofs(), force, 0.0)]
 }
 
-/// A small load sticks everywhere: displacements are those of the whole system with springs, in size and sign.
+/// Under a small load all elements stick: the displacements equal the displacements of the whole system with springs, in size and sign.
 #[test]
 fn a_stuck_joint_moves_as_the_whole_structure_with_springs() {
     let resonator = coarse();
@@ -127,7 +127,7 @@ fn a_stuck_joint_moves_as_the_whole_structure_with_springs() {
         let response = balance.solve(omega, None).unwrap();
         assert_eq!(response.active_elements(), 0, "stuck");
         let found = |port: usize| response.displacement[3 * port + 1];
-        // What pseudo-modes leave of the modes above the 30th: see `unreduced.rs`. At 930 Hz a resonance is near.
+        // Error of the pseudo-modes for the modes above the 30th, see `unreduced.rs`. A resonance is near 930 Hz.
         let tolerance = 2e-4;
         let contact = ports.contact_ports();
         let pairs = [(contact, drive), (contact + 1, other), (contact + 2, drive)];
@@ -179,7 +179,7 @@ fn the_joined_model_has_the_frequencies_of_an_independent_solution() {
     }
 }
 
-/// A bonded joint has no contact degree of freedom; its response is that of its modes.
+/// A bonded joint has no contact degree of freedom; its response follows from its modes.
 #[test]
 fn a_tied_joint_is_linear() {
     let resonator = Resonator {
@@ -201,7 +201,7 @@ fn a_tied_joint_is_linear() {
     let model = reduced_model(reduced, &ports, damping).unwrap();
     let load = far_wall(&model, 500.0);
     let balance = balance_of(&model, &[], 3, &load, BalanceSettings::default());
-    // The breathing mode and its neighbours in the range.
+    // The frequencies include the breathing mode and its neighbours.
     let omegas: Vec<f64> = (0..25).map(|k| TAU * (900.0 + 10.0 * k as f64)).collect();
     for response in swept(&balance, &omegas) {
         assert!(response.energy.imbalance() < 1e-10);
@@ -215,7 +215,8 @@ fn a_tied_joint_is_linear() {
             let row = &response.displacement[7 * k..7 * k + 7];
             let size = expected[0].hypot(expected[1]);
             let error = (row[1] - expected[0]).hypot(row[2] - expected[1]);
-            // The residual's series ends after its slope and is undamped, pseudo-modes go on and are damped as all modes.
+            // The series of the residual ends after its slope and is undamped. Pseudo-modes include all orders and are damped like all
+            // modes.
             assert!(error < 1e-4 * size, "{row:?} {expected:?}");
         }
     }
@@ -253,8 +254,8 @@ fn ports_and_springs_that_do_not_fit_are_refused() {
     }
 }
 
-/// What a joint does at its ends, on a coarse resonator: every point converges, keeps the balance of energy, and the ends that are
-/// linear are those of a linear structure.
+/// Joints in extreme states on a coarse resonator: every point converges and satisfies the energy balance, and linear states equal a linear
+/// structure.
 #[test]
 fn joints_at_their_ends() {
     let whole = whole(&coarse(), 20);
@@ -324,7 +325,7 @@ fn joints_at_their_ends() {
     };
     let (open, state) = sweep("gaps everywhere", 500.0, &free);
     assert_eq!(state, ElementState::Open);
-    // Open everywhere is the structure without springs.
+    // With open elements everywhere, the response is the response of the structure without springs.
     let structure = SecondOrder {
         contact_dofs: 0,
         ..model.clone()
@@ -342,12 +343,12 @@ fn joints_at_their_ends() {
     assert_eq!(state, ElementState::Stick);
     let (grips, state) = sweep("µ 10", 10.0, &|e| e.friction_coefficient = 10.0);
     assert_eq!(state, ElementState::Stick);
-    assert!(same(&stuck, &grips) < 1e-9, "a stuck joint is linear");
+    assert!(same(&stuck, &grips) < 1e-9, "a stuck joint is not linear");
     let (slides, state) = sweep("1 kN", 1e3, &|_| ());
     assert_eq!(state, ElementState::Slip);
-    assert!(same(&stuck, &slides) > 0.1, "a sliding joint is not");
+    assert!(same(&stuck, &slides) > 0.1, "a sliding joint is linear");
     sweep("µ 0", 300.0, &|e| e.friction_coefficient = 0.0);
-    // Touching without preload everywhere, a joint rattles: a steady state is found or refused, never made up.
+    // A joint that touches everywhere without preload rattles: the solver returns a steady state or an error, never a wrong response.
     if let Err(error) = attempt("no preload", 100.0, &|e| e.sliders[0].normal_load = 0.0) {
         assert!(
             matches!(error, DynamicsError::NotConverged { .. }),

@@ -1,4 +1,4 @@
-//! Cubic springs and one-sided stops of oscillators against closed forms and differences.
+//! Tests of cubic springs and one-sided stops of oscillators against closed forms and differences.
 
 use std::f64::consts::{PI, TAU};
 
@@ -26,10 +26,10 @@ pub fn stop(direction: usize, stiffness: f64, gap: f64) -> Spring {
     }
 }
 
-/// With the first harmonic alone.
+/// The closed form contains the first harmonic only.
 #[test]
 fn the_backbone_of_duffing_is_its_closed_form() {
-    /// What Newton's method leaves.
+    /// Tolerance for the error of Newton's method.
     const LEFT: f64 = 1e-8;
     for k3 in [3e11, -1e10] {
         let oscillator = oscillator(cubic(0, k3));
@@ -52,10 +52,10 @@ fn the_backbone_of_duffing_is_its_closed_form() {
     }
 }
 
-/// A stop without a gap makes the free oscillation one of two halves: its frequency is 2 ω₁ ω₂ / (ω₁ + ω₂).
+/// With a stop without a gap, the free oscillation consists of two half periods: its frequency is 2 ω₁ ω₂ / (ω₁ + ω₂).
 #[test]
 fn a_stop_without_a_gap_has_the_bilinear_frequency() {
-    /// What the harmonics above 15 and the damping of 0.1 % leave.
+    /// Tolerance for the harmonics above 15 and for the damping of 0.1 %.
     const LEFT: f64 = 2e-4;
     let oscillator = oscillator(stop(0, 3e6, 0.0));
     let balance = balance(&oscillator, 15, &drive(1.0), samples(512));
@@ -67,7 +67,7 @@ fn a_stop_without_a_gap_has_the_bilinear_frequency() {
     assert!(error < LEFT, "{error:e}");
 }
 
-/// A cubic spring stores what it takes, however few the samples are.
+/// The work of a cubic spring over a cycle is zero, even with few samples.
 #[test]
 fn cubic_springs_do_no_work() {
     /// Rounding of the sums.
@@ -84,11 +84,11 @@ fn cubic_springs_do_no_work() {
     assert!(work.abs() <= ROUNDING * size(&force) * size(&u), "{work:e}");
 }
 
-/// The force of a stop on u = a cos ωt has closed forms: with c = arccos(g/a), its mean is k (a sin c − g c)/π, and the amplitude of its first harmonic
-/// k (a c − ½ a sin 2c)/π.
+/// The force of a stop on u = a cos ωt has closed forms: with c = arccos(g/a), its mean is k (a sin c − g c)/π, and the amplitude of its
+/// first harmonic is k (a c − ½ a sin 2c)/π.
 #[test]
 fn a_sampled_stop_has_its_closed_form() {
-    /// Of what samples leave.
+    /// Relative sampling error.
     const LEFT: f64 = 1e-3;
     let (k, gap, a) = (4e5, 2e-6, 5e-6);
     let element = springs(vec![stop(1, k, gap)]);

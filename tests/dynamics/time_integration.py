@@ -1,25 +1,25 @@
 #!/usr/bin/env python3
-"""Steady vibrations of an oscillator on one contact element, by time integration from event to event.
+"""Computes steady vibrations of an oscillator on one contact element by time integration from event to event.
 
-    python tests/dynamics/time_integration.py        # holds the integration to closed forms and to itself
+    python tests/dynamics/time_integration.py        # compares the integration with closed forms and with itself
 
-Wants numpy, scipy and numba. The judge of drawn_oscillators.py; it shares no code with the program.
+The module needs numpy, scipy and numba. drawn_oscillators.py uses it as its judge; it shares no code with the program.
 
-The differential equations are those of a mass with springs and dashpots to the ground and one contact element, the friction law
-that of a slider: N = max(0, N0 + kn (z - gap)); T = kt (u - w); the position w moves where T would leave the limit mu N, along T
-for the cone, axis by axis for the box; without load w goes with u. Nothing is penalised or smoothed: the instants at which the
-contact opens, closes, sticks and slips are located.
+The differential equations describe a mass with springs and dashpots to the ground and one contact element with the friction law of a
+slider: N = max(0, N0 + kn (z - gap)); T = kt (u - w). The position w moves if T would exceed the limit mu N, along T for the cone, axis by
+axis for the box; without load w moves with u. The law has no penalty and no smoothing: the integration locates the instants at which the
+contact opens, closes, sticks and slips.
 
-- The motion along z knows nothing of the others. Between events it is linear and in closed form.
-- A tangential axis that sticks, is open, or slips along a line is linear too: forces are integrated against the exact
-  propagator by Gauss quadrature.
-- Where friction turns in the plane (the cone, both axes moving), slip is integrated by Radau IIA collocation of order nine.
+- The motion along z does not depend on the other axes. Between events it is linear and has a closed form.
+- A tangential axis that sticks, is open, or slips along a line is linear, too: Gauss quadrature integrates the forces against the exact
+  propagator.
+- If friction turns in the plane (the cone, both axes moving), Radau IIA collocation of order nine integrates the slip.
 
 Time is the angle of the drive: a period is 2 pi, and velocities are displacements per radian.
 
-Given a periodic load N(t), two solutions of the tangential motion come nearer or stay at the same distance (the law is a sweeping
-process with a convex set, and the dashpots dissipate). So with damping the tangential velocity settles to one periodic motion
-from any start, and only the motion along z can have several, other periods, or none.
+For a given periodic load N(t), the distance of two solutions of the tangential motion decreases or stays constant (the law is a sweeping
+process with a convex set, and the dashpots dissipate). So with damping the tangential velocity settles to one periodic motion from any
+start, and only the motion along z can have several periodic motions, other periods, or no period.
 """
 
 import math
@@ -32,38 +32,38 @@ from numba import njit
 
 TURN = 2.0 * math.pi
 
-# Gauss quadrature on [0, 1] of the forces in a step: with phases below half a radian right to rounding.
+# Gauss quadrature on [0, 1] of the forces in a step: accurate to rounding for phases below half a radian.
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(6)
 GAUSS_NODES = 0.5 * (GAUSS_NODES + 1.0)
 GAUSS_WEIGHTS = 0.5 * GAUSS_WEIGHTS
 
-# A step is at most so many radians of the fastest vibration in it.
+# Largest phase of the fastest vibration in a step [rad].
 STEP_PHASE = 0.4
-# Where events are closer than this [rad], one was there twice.
+# Two events at a smaller distance are the same event [rad].
 SAME_TIME = 1e-13
-# Before the load ends, slip in the plane is taken to end: its direction is the ratio of two numbers that both go to zero.
+# Slip in the plane ends shortly before the load ends, because its direction is the ratio of two numbers that both approach zero.
 LAST_OF_LOAD = 1e-7
-# Size of the highest coefficient of the angle of friction over a step of collocation; the error of its end is far smaller.
+# Limit of the highest coefficient of the angle of friction over a step of collocation; the error at the end of the step is much smaller.
 COLLOCATION = 1e-7
-# Most events or segments of a period. More is no vibration that could be compared.
+# Largest number of events or segments per period. A motion with more segments is not a comparable vibration.
 MOST_SEGMENTS = 4000
-# A displacement this large beside one that is small runs away.
+# A displacement that exceeds the smallest relevant one by this factor grows without limit.
 RUN_AWAY = 1e21
-# Harmonics whose amplitudes are told.
+# Number of harmonics with stored amplitudes.
 ORDERS = 8
-# A Newton iteration that leaves the frequency it began at by more than this factor, as a logarithm, has lost its branch.
+# Largest change of the logarithm of the frequency in a Newton iteration; beyond it, the iteration has lost its branch.
 LARGEST_LEAP = 1.0
 
-# One direction: mass and damping in the units of the angle, springs, and the forces by harmonics.
+# One direction: mass and damping in units of the angle, springs, and the forces by harmonics.
 Axis = namedtuple("Axis", "m c k orders cosine sine")
 Contact = namedtuple("Contact", "kn kt mu load gap")
-# Normal motion: particular solutions of both states, begin of segments, states there, deviations from the particular solution.
+# Normal motion: particular solutions of both states, start times of segments, states, deviations from the particular solution.
 Normal = namedtuple("Normal", "m c k kn load gap orders cosine sine time closed deviation count")
 
 
 def radau(stages):
-    """Nodes and coefficients of the Radau IIA collocation, and what makes the highest Legendre coefficient of a polynomial through
-    the begin of a step and its nodes."""
+    """Returns nodes and coefficients of the Radau IIA collocation, and the weights of the highest Legendre coefficient of a polynomial
+    through the start of a step and its nodes."""
     legendre = np.polynomial.legendre.Legendre
     roots = (legendre.basis(stages) - legendre.basis(stages - 1)).roots()
     nodes = np.sort(0.5 * (np.real(roots) + 1.0))
@@ -82,7 +82,8 @@ RADAU_WEIGHTS = RADAU_MATRIX[-1].copy()
 
 @njit(cache=True)
 def propagator(m, c, k, t):
-    """What an initial deviation of one and a velocity of one become after t: x, v of the first, x, v of the second."""
+    """Returns the responses after t to an initial deviation of one and to an initial velocity of one: x, v of the first, x, v of the
+    second."""
     alpha, square = 0.5 * c / m, k / m
     split = alpha * alpha - square
     b = math.sqrt(abs(split))
@@ -96,7 +97,7 @@ def propagator(m, c, k, t):
         e = math.exp(-alpha * t)
         cosine, sine = math.cos(b * t), math.sin(b * t) / b
         return e * (cosine + alpha * sine), -e * square * sine, e * sine, e * (cosine - alpha * sine)
-    # The slow rate without cancellation.
+    # Slow decay rate without cancellation.
     slow, fast = square / (alpha + b), alpha + b
     e_slow, e_fast = math.exp(-slow * t), math.exp(-fast * t)
     sine = (e_slow - e_fast) / (2.0 * b)
@@ -110,7 +111,7 @@ def propagator(m, c, k, t):
 
 @njit(cache=True)
 def rate(m, c, k):
-    """The fastest rate of a linear oscillator [1/rad], in the measure of STEP_PHASE."""
+    """Fastest rate of a linear oscillator [1/rad], on the scale of STEP_PHASE."""
     alpha, square = 0.5 * c / m, k / m
     if alpha * alpha < square:
         return math.sqrt(square)
@@ -147,7 +148,7 @@ def fourier_with_slopes(orders, cosine, sine, t):
 
 @njit(cache=True)
 def particular(m, c, k, orders, cosine, sine, constant):
-    """The periodic solution of a linear oscillator; the constant is added to the forces."""
+    """Periodic solution of a linear oscillator; the constant is added to the forces."""
     a, b = np.zeros(len(orders)), np.zeros(len(orders))
     for i in range(len(orders)):
         n = orders[i]
@@ -164,12 +165,12 @@ def particular(m, c, k, orders, cosine, sine, constant):
 
 @njit(cache=True)
 def normal_motion(axis, contact):
-    """The motion along z before it is known; order 0 is the first of the orders."""
+    """Motion along z before its computation; order 0 is the first of the orders."""
     n = len(axis.orders)
     cosine, sine = np.zeros((2, n)), np.zeros((2, n))
     for state in range(2):
         kn = contact.kn if state == 1 else 0.0
-        # Open, the preload is missing; closed, the gap is.
+        # Constant force of each state: the missing preload if open, the force of the gap if closed.
         constant = contact.kn * contact.gap if state == 1 else contact.load
         a, b = particular(axis.m, axis.c, axis.k + kn, axis.orders, axis.cosine, axis.sine, constant)
         cosine[state], sine[state] = a, b
@@ -192,7 +193,7 @@ def normal_state(z, i, t):
 
 @njit(cache=True)
 def normal_load(z, i, t):
-    """N and its first two derivatives, at the time t of segment i."""
+    """N and its first two derivatives at the time t of segment i."""
     if z.closed[i] == 0:
         return 0.0, 0.0, 0.0
     if z.kn == 0.0:
@@ -209,14 +210,14 @@ def normal_step(z, closed):
 
 @njit(cache=True)
 def closing(z, i, t):
-    """How far the contact is closed, in metres, and its rate."""
+    """Penetration of the contact in metres, and its rate."""
     x, v, _ = normal_state(z, i, t)
     return x - z.gap + z.load / z.kn, v
 
 
 @njit(cache=True)
 def extremum(z, i, low, high):
-    """Where the velocity of a segment changes its sign."""
+    """Time at which the velocity of a segment changes its sign."""
     _, before = closing(z, i, low)
     for _ in range(60):
         middle = 0.5 * (low + high)
@@ -232,7 +233,7 @@ def extremum(z, i, low, high):
 
 @njit(cache=True)
 def normal_event(z, i, low, high):
-    """Where the contact of a segment opens or closes between two times that enclose it once."""
+    """Time at which the contact of a segment opens or closes, between two times that enclose one such event."""
     sign = 1.0 if z.closed[i] == 1 else -1.0
     t = 0.5 * (low + high)
     for _ in range(200):
@@ -242,7 +243,7 @@ def normal_event(z, i, low, high):
         else:
             high = t
         newton = t - value / slope if slope != 0.0 else low
-        # Newton's method, kept inside.
+        # Newton's method with a bisection as its safeguard.
         if not low < newton < high:
             newton = 0.5 * (low + high)
         if abs(newton - t) < SAME_TIME or high - low < SAME_TIME:
@@ -253,7 +254,8 @@ def normal_event(z, i, low, high):
 
 @njit(cache=True)
 def normal_period(z, start, velocity, product):
-    """One period along z: fills the segments; returns the end, and in `product` what a small change of the start becomes."""
+    """Integrates one period along z: fills the segments, returns the end, and stores the derivative of the end along the start in
+    `product`."""
     for i in range(2):
         for j in range(2):
             product[i, j] = 1.0 if i == j else 0.0
@@ -285,7 +287,7 @@ def normal_period(z, start, velocity, product):
             if depth * sign < 0.0:
                 end, found = normal_event(z, i, here, there), True
             elif slope_here * sign < 0.0 and slope_there * sign > 0.0:
-                # It may have been over and come back.
+                # The contact may have opened or closed and returned within the step.
                 turn = extremum(z, i, here, there)
                 depth, _ = closing(z, i, turn)
                 if depth * sign < 0.0 and turn - t > SAME_TIME:
@@ -304,14 +306,14 @@ def normal_period(z, start, velocity, product):
             z.time[count] = TURN
             z.count[0] = count
             return x, v
-        # The velocity decides; at a touch it is next to nothing.
+        # The velocity determines the next state; at a touch it is almost zero.
         x = z.gap - z.load / z.kn
         closed = 1 - closed
 
 
 @njit(cache=True)
 def normal_march(z, start, velocity, periods, states):
-    """Several periods; the states at their ends."""
+    """Integrates several periods; stores the states at their ends."""
     product = np.zeros((2, 2))
     x, v = start, velocity
     for p in range(periods):
@@ -327,7 +329,7 @@ def normal_march(z, start, velocity, periods, states):
 
 @njit(cache=True)
 def advance(axis, k, x, v, t, h, constant, slip, z, i):
-    """One axis after h from t: linear, under its forces, a constant, and friction `slip` times the load of segment i."""
+    """Advances one axis by h from t: linear, under its forces, a constant, and friction of `slip` times the load of segment i."""
     a, b, c, d = propagator(axis.m, axis.c, k, h)
     x_end, v_end = a * x + c * v, b * x + d * v
     for j in range(len(GAUSS_NODES)):
@@ -352,7 +354,7 @@ def stick_margin(axis, contact, x, v, t, h, w, sign, z, i):
 
 @njit(cache=True)
 def slip_margin(axis, contact, x, v, t, h, sign, z, i):
-    """Rate of slip along `sign` after h of slipping, and the rate of that, times kt."""
+    """Rate of slip along `sign` after h of slipping, and the derivative of this rate, times kt."""
     x, v = advance(axis, axis.k, x, v, t, h, 0.0, sign * contact.mu, z, i)
     load, slope, bend = normal_load(z, i, t + h)
     force = fourier(axis.orders, axis.cosine, axis.sine, t + h) - sign * contact.mu * load
@@ -369,12 +371,12 @@ def margin(slips, axis, contact, x, v, t, h, w, sign, z, i):
 
 @njit(cache=True)
 def line_event(slips, axis, contact, x, v, t, h, w, sign, z, i, at_start, at_end):
-    """When, within h, a margin is used up; h if never. `at_start` and `at_end` are margin and rate at both ends."""
+    """Time within h at which a margin becomes zero; h if it stays positive. `at_start` and `at_end` are margin and rate at both ends."""
     low, high = 0.0, h
     if at_end[0] >= 0.0:
         if not (at_start[1] < 0.0 and at_end[1] > 0.0):
             return h
-        # The least margin is inside.
+        # The smallest margin is inside the step.
         while high - low > SAME_TIME:
             middle = 0.5 * (low + high)
             if margin(slips, axis, contact, x, v, t, middle, w, sign, z, i)[1] < 0.0:
@@ -405,7 +407,8 @@ def line_event(slips, axis, contact, x, v, t, h, w, sign, z, i, at_start, at_end
 
 @njit(cache=True)
 def gather_line(sums, column, axis, k, x, v, t, h, constant, slip, kt, z, i):
-    """Adds a step to the integrals of one axis: harmonics, then input, viscous and friction energy, the last of the slip alone."""
+    """Adds a step to the integrals of one axis: harmonics, then input, viscous and friction energy; the friction energy is the energy of
+    the slip."""
     for j in range(len(GAUSS_NODES)):
         tau = h * GAUSS_NODES[j]
         there = t + tau
@@ -428,8 +431,8 @@ def gather(sums, column, axis, x, v, t, weight):
 
 @njit(cache=True)
 def line_period(axis, contact, z, state, product, sums, column, wanted):
-    """One period of one axis in place of `state` (x, v, T). Returns whether it stuck throughout; in `product` what a small change
-    of the start becomes."""
+    """Integrates one period of one axis in place of `state` (x, v, T). Returns whether the axis stuck throughout; stores the derivative of
+    the end along the start in `product`."""
     for a in range(3):
         for b in range(3):
             product[a, b] = 1.0 if a == b else 0.0
@@ -461,7 +464,7 @@ def line_period(axis, contact, z, state, product, sums, column, wanted):
             continue
         load, slope, _ = normal_load(z, i, t)
         own = rate(z.m, z.c, z.k + z.kn) if z.kn > 0.0 else 0.0
-        # From nothing the contact grips if the limit rises faster than friction would.
+        # A contact that has just closed sticks if its limit rises faster than the friction force would.
         if load <= 1e-14 * (abs(slope) + abs(force)) or (i > 0 and z.closed[i - 1] == 0):
             force = 0.0
             slips = kt * abs(v) > mu * slope
@@ -539,7 +542,7 @@ def linear(product, axis, k, h):
 
 @njit(cache=True)
 def stick_product(product, axis, kt, h):
-    """Small changes of x, v and T over a time of sticking: they vibrate about where the changed position of the slider would rest."""
+    """Derivatives of x, v and T over a time of sticking: they vibrate about the equilibrium for the changed position of the slider."""
     a, b, c, d = propagator(axis.m, axis.c, axis.k + kt, h)
     for j in range(3):
         p, q, force = product[0, j], product[1, j], product[2, j]
@@ -556,7 +559,7 @@ def stick_product(product, axis, kt, h):
 
 @njit(cache=True)
 def collocation(first, second, h):
-    """What stage forces do to stage velocities, for both axes, and to stage displacements."""
+    """Returns the integration matrix of a step, and for each axis the matrix from the right-hand side to the stage accelerations."""
     s = len(RADAU_NODES)
     inverse = np.zeros((2, s, s))
     a = h * RADAU_MATRIX
@@ -569,8 +572,8 @@ def collocation(first, second, h):
 
 @njit(cache=True)
 def plane_step(first, second, contact, z, i, t, h, state, theta, stages, out):
-    """One step of slip in the plane. Returns whether it was solved and the size of the highest coefficient; `stages` becomes
-    time, N, N', angle, x, vx, y, vy of each stage, and `out` what the rate of slip is there."""
+    """One step of slip in the plane. Returns whether the step was solved and the size of the highest coefficient. Stores time, N, N',
+    angle, x, vx, y, vy of each stage in `stages`, and the rate of slip at each stage in `out`."""
     s = len(RADAU_NODES)
     a, inverse = collocation(first, second, h)
     mu, kt = contact.mu, contact.kt
@@ -583,7 +586,7 @@ def plane_step(first, second, contact, z, i, t, h, state, theta, stages, out):
         force[1, j] = fourier(second.orders, second.cosine, second.sine, there)
         if load[j] <= 0.0:
             return False, 0.0
-    # Velocities without friction, and what friction adds.
+    # Velocities without friction, and the effect of friction.
     base = np.zeros((2, s))
     gain = np.zeros((2, s, s))
     for d in range(2):
@@ -666,7 +669,7 @@ def plane_margin(first, second, contact, state, t, h, w, z, i):
 
 @njit(cache=True)
 def plane_stick_event(first, second, contact, state, t, h, w, z, i):
-    """When, within h, the limit is reached; h if never."""
+    """Time within h at which the limit is reached; h if it is not reached."""
     at_start = plane_margin(first, second, contact, state, t, 0.0, w, z, i)
     at_end = plane_margin(first, second, contact, state, t, h, w, z, i)
     low, high = 0.0, h
@@ -708,7 +711,7 @@ def gather_plane(sums, first, second, kx, ky, state, t, h, cx, cy, z, i):
 
 @njit(cache=True)
 def plane_period(first, second, contact, z, whole, sums, wanted):
-    """One period of both axes in place of `whole` (x, vx, y, vy, Tx, Ty). Returns whether it stuck throughout."""
+    """Integrates one period of both axes in place of `whole` (x, vx, y, vy, Tx, Ty). Returns whether they stuck throughout."""
     kt, mu = contact.kt, contact.mu
     grips = mu > 0.0 and kt > 0.0
     state = whole[:4].copy()
@@ -746,7 +749,7 @@ def plane_period(first, second, contact, z, whole, sums, wanted):
                 theta = math.atan2(force[1], force[0])
                 slips = kt * (state[1] * math.cos(theta) + state[3] * math.sin(theta)) > mu * slope
         w[0], w[1] = state[0] - force[0] / kt, state[2] - force[1] / kt
-        # Of a closing that ends within the period, see LAST_OF_LOAD.
+        # If the contact opens within the period, see LAST_OF_LOAD.
         opens = i + 1 < z.count[0]
         last = end - LAST_OF_LOAD if opens else end
         trial = STEP_PHASE
@@ -779,7 +782,7 @@ def plane_period(first, second, contact, z, whole, sums, wanted):
                         backwards = j
                 sticks = backwards < s
                 if sticks:
-                    # It would go backwards: it sticks before.
+                    # The slip would reverse, so the slider sticks earlier.
                     low, high, side = 0.0, h * RADAU_NODES[backwards], 0
                     rate_low, rate_high = max(before, 0.0), rates[backwards]
                     for _ in range(100):
@@ -858,7 +861,7 @@ def plane_open(first, second, z, i, t, end, state, sums, wanted, free_rate, high
 
 @njit(cache=True)
 def gather_normal(axis, z, sums):
-    """The integrals of the motion along z over the segments of its period."""
+    """Adds the integrals of the motion along z over the segments of its period."""
     for i in range(z.count[0]):
         t, end = z.time[i], z.time[i + 1]
         steps = max(1, int(math.ceil((end - t) / normal_step(z, z.closed[i]))))
@@ -874,7 +877,7 @@ def gather_normal(axis, z, sums):
 
 
 class Oscillator:
-    """The numbers of a scene; lists are x, y, z. A force is (axis, harmonic, amplitude, lead in rad)."""
+    """Parameters of a scene; lists are x, y, z. A force is (axis, harmonic, amplitude, lead in rad)."""
 
     def __init__(self, mass, damping, stiffness, contact, law, forces):
         self.mass, self.damping, self.stiffness = mass, damping, stiffness
@@ -920,7 +923,7 @@ class Motion:
         self.normal = normal_motion(self.axes[2], self.contact)
 
     def floor(self, axis):
-        """A displacement that is small beside any that could matter [m]."""
+        """A negligible displacement [m]."""
         one = self.axes[axis]
         force = np.abs(one.cosine).sum() + np.abs(one.sine).sum()
         spring = self.contact.kn if axis == 2 else self.contact.kt
@@ -934,7 +937,7 @@ class Motion:
         return end, product
 
     def at_rest(self):
-        """The state along z under the constant forces alone, which it settles to where no others act there."""
+        """State along z under the constant forces only; the motion along z settles to it if no other forces act along z."""
         force = self.axes[2].cosine[self.axes[2].orders == 0].sum()
         k, c = self.axes[2].k, self.contact
         closed = (force + c.kn * c.gap) / (k + c.kn)
@@ -942,8 +945,8 @@ class Motion:
         return np.array([closed if is_closed else (force + c.load) / k, 0.0])
 
     def normal_periodic(self, state, most=60):
-        """The periodic motion along z near a state, by Newton's method on the period: its state, what a small change of it becomes
-        over the period, and whether it was found."""
+        """Finds the periodic motion along z near a state by Newton's method on the period. Returns its state, the derivative of the end of
+        the period along the state, and whether the method converged."""
         state = np.array(state, float)
         end, product = self.normal_period(state)
         for _ in range(most):
@@ -967,13 +970,14 @@ class Motion:
                     break
                 share *= 0.5
             else:
-                # At the floor of rounding nothing gets better.
+                # At the level of rounding, no step improves the residual.
                 return state, product, bool(np.abs(step).max() <= 1e-9 * scale)
             state, end, product = trial, end_there, product_there
         return state, product, False
 
     def settle(self, state, periods=20000):
-        """What the motion along z settles to from a state: the name, the state and what a small change becomes over a period."""
+        """Returns the motion along z to which a state settles: the name, the state and the derivative of the end of a period along the
+        state."""
         if not self.oscillator.oscillates(2):
             state = self.at_rest()
             _, product = self.normal_period(state)
@@ -999,7 +1003,7 @@ class Motion:
                     away = np.abs(found - state).max()
                     if away <= 1e-6 * scale:
                         return "period 1", found, product
-                    # Light damping takes its time: nearer after a while is on the way there.
+                    # Light damping decays slowly: a motion that comes nearer after some time converges to the period.
                     if away < least * 0.9 and least < math.inf and away <= 0.3 * scale:
                         return "period 1", found, product
                     least = min(least, away)
@@ -1012,7 +1016,8 @@ class Motion:
     # In the plane
 
     def tangential_period(self, state, sums=None):
-        """One period of (x, vx, y, vy, Tx, Ty) with the motion along z that was computed last; whether it stuck, and derivatives."""
+        """Integrates one period of (x, vx, y, vy, Tx, Ty) with the last computed motion along z. Also returns whether the axes stuck, and
+        derivatives."""
         wanted = sums is not None
         sums = np.zeros((2 * ORDERS + 3, 3)) if sums is None else sums
         end = np.array(state, float)
@@ -1038,7 +1043,7 @@ class Motion:
         return np.array([s[0], s[0], s[1], s[1], kt * s[0], kt * s[1]])
 
     def newton_step(self, state, end, stuck, products):
-        """The change of a state that makes its period close, as far as the derivatives say."""
+        """Change of a state that closes its period to first order."""
         residual = end - state
         scale = self.scales(state, end)
         kt = self.contact.kt
@@ -1048,7 +1053,7 @@ class Motion:
                 at = [2 * axis, 2 * axis + 1, 4 + axis]
                 own = np.eye(3) - products[axis]
                 if stuck[axis] and kt > 0.0 and self.contact.mu > 0.0:
-                    # The slider stays where it is.
+                    # The slider does not move.
                     part = own[:2, :2] + np.outer(own[:2, 2], [kt, 0.0])
                     change = solved(part, residual[at[:2]], scale[at[:2]], scale[at[:2]])
                     step[at] = [change[0], change[1], kt * change[0]]
@@ -1057,7 +1062,7 @@ class Motion:
             return step
         derivative = np.zeros((6, 6))
         if stuck[0]:
-            # Two oscillators with springs kt, the sliders where they are.
+            # Two oscillators with springs kt and fixed sliders.
             for axis in range(2):
                 one = self.axes[axis]
                 a, b, c, d = propagator(one.m, one.c, one.k + kt, TURN)
@@ -1073,8 +1078,8 @@ class Motion:
         return solved(np.eye(6) - derivative, residual, scale, scale)
 
     def tangential_periodic(self, state=None, most=3000):
-        """The periodic tangential motion, with the motion along z that was computed last. Returns its state and how far it is from
-        closing, in parts of its size: the Newton step that is left."""
+        """Finds the periodic tangential motion with the last computed motion along z. Returns its state and its relative closing error: the
+        remaining Newton step."""
         state = np.zeros(6) if state is None else np.array(state, float)
         if not (self.oscillator.moves(0) or self.oscillator.moves(1)):
             return np.zeros(6), 0.0
@@ -1082,7 +1087,7 @@ class Motion:
         found, left = self.by_newton(state)
         best = (left, found)
         while best[0] > 1e-8 and laps < most:
-            # Friction only brings motions together: marching leads there, if slowly.
+            # Friction only reduces the distance of motions, so marching converges, but slowly.
             for _ in range(march):
                 state, _, _ = self.tangential_period(state)
             laps += march + 10
@@ -1094,7 +1099,7 @@ class Motion:
         return best[1], best[0]
 
     def by_newton(self, state, most=12):
-        """Newton's method alone: the state, and the step that is left if it got there, else infinity."""
+        """Newton's method without marching: returns the state and the remaining step, or infinity if the method does not converge."""
         before = math.inf
         for _ in range(most):
             end, stuck, products = self.tangential_period(state)
@@ -1110,7 +1115,7 @@ class Motion:
         return state, math.inf
 
     def nearer(self, state, most=6):
-        """Newton steps as long as each leaves less than half of what a period leaves open."""
+        """Takes Newton steps as long as each step reduces the closing error to less than a half."""
         end, stuck, products = self.tangential_period(state)
         for _ in range(most):
             scale = self.scales(state, end)
@@ -1146,7 +1151,7 @@ class Motion:
         )
 
     def steady(self, state, tangential=None):
-        """The periodic motion near a state of z, whether stable or not; none if there is none near it."""
+        """Finds the periodic motion near a state of z, stable or not; None without such a motion."""
         if self.oscillator.oscillates(2):
             state, _, found = self.normal_periodic(state)
             if not found:
@@ -1161,7 +1166,7 @@ class Motion:
 
 
 def solved(matrix, right, rows, columns):
-    """The least change, in the scales of the columns, that solves a system as well as may be."""
+    """Smallest change, in the scales of the columns, that solves a system in the least-squares sense."""
     scaled = matrix * columns / rows[:, None]
     if not np.all(np.isfinite(scaled)):
         return np.full(len(columns), math.nan)
@@ -1169,7 +1174,7 @@ def solved(matrix, right, rows, columns):
 
 
 def spectral(product):
-    """The largest size of a multiplier: below one, small changes die out."""
+    """Largest absolute value of a multiplier: below one, small disturbances decay."""
     if product is None or not np.all(np.isfinite(product)):
         return math.inf
     return float(np.abs(np.linalg.eigvals(product)).max())
@@ -1177,7 +1182,7 @@ def spectral(product):
 
 @dataclass
 class Steady:
-    """A steady motion of the period of the drive."""
+    """A steady motion with the period of the drive."""
 
     frequency: float
     state: np.ndarray
@@ -1188,13 +1193,13 @@ class Steady:
     viscous: float
     friction: float
     closing: float
-    """What a period leaves open, in parts of the size."""
+    """Closing error of a period, relative to the motion."""
     multiplier: float
-    """Largest size of a multiplier of the motion along z."""
+    """Largest absolute value of a multiplier of the motion along z."""
     stuck: bool
     opens: bool
     left: float = 0.0
-    """The Newton step that is left, in parts of the size."""
+    """Remaining Newton step, relative to the motion."""
 
     @property
     def imbalance(self):
@@ -1222,7 +1227,7 @@ class Place:
 
 
 def period_map(oscillator, y):
-    """What a period leaves open at y = (x, v, log f), and its derivatives."""
+    """Closing error of a period at y = (x, v, log f), and its derivatives."""
     motion = Motion(oscillator, math.exp(y[2]))
     end, product = motion.normal_period(y[:2])
     slope = np.zeros(2)
@@ -1234,7 +1239,7 @@ def period_map(oscillator, y):
 
 
 def corrected(oscillator, guess, scale, normal):
-    """The periodic motion on the plane through `guess` across `normal` (scaled); none where Newton's method does not find it."""
+    """Periodic motion on the plane through `guess` normal to `normal` (scaled); None if Newton's method does not find it."""
     y = guess.copy()
     before = math.inf
     for _ in range(12):
@@ -1248,7 +1253,7 @@ def corrected(oscillator, guess, scale, normal):
         except np.linalg.LinAlgError:
             return None
         y = y + change * scale
-        # Far below the range a period has steps without end.
+        # Far below the range, a period has an extremely large number of steps.
         if abs(y[2] - guess[2]) > LARGEST_LEAP:
             return None
         size = np.abs(change).max()
@@ -1262,7 +1267,7 @@ def corrected(oscillator, guess, scale, normal):
 
 
 def branch(oscillator, start, low, high, direction, most=2500):
-    """The branch of periodic motions along z from a place on, to where it leaves the range of log f or closes."""
+    """Branch of periodic motions along z from a place to the point where it closes or reaches an end of the range of log f."""
     floor = Motion(oscillator, start.frequency).floor(2)
 
     def scale_of(y):
@@ -1279,7 +1284,7 @@ def branch(oscillator, start, low, high, direction, most=2500):
     places, step = [start], 0.02
     origin = y.copy()
     while len(places) < most:
-        # Also no more than a fiftieth of the range at a time.
+        # A step also covers at most a fiftieth of the range.
         length = min(step, (high - low) / 50.0 / max(abs(tangent[2]), 1e-12))
         guess = y + length * tangent * scale
         found = corrected(oscillator, guess, scale, tangent)
@@ -1292,7 +1297,7 @@ def branch(oscillator, start, low, high, direction, most=2500):
             size = np.linalg.norm(new)
             if size > 0.0:
                 new /= size
-                # In common scales.
+                # Both tangents in the same scales.
                 old = tangent * scale / new_scale
                 old /= np.linalg.norm(old)
                 if np.dot(new, old) < 0.0:
@@ -1322,7 +1327,7 @@ def branch(oscillator, start, low, high, direction, most=2500):
 
 
 def between(oscillator, first, second, share):
-    """The periodic motion on the plane across the way from one place to the next."""
+    """Periodic motion on the plane normal to the line from one place to the next."""
     one = np.concatenate([first.state, [first.log]])
     two = np.concatenate([second.state, [second.log]])
     size = max(np.abs(one[:2]).max(), np.abs(two[:2]).max(), 1e-300)
@@ -1339,7 +1344,7 @@ def between(oscillator, first, second, share):
 
 
 def at_frequency(oscillator, first, second, log):
-    """The periodic motion at a frequency between two places."""
+    """Periodic motion at a frequency between two places."""
     share = (log - first.log) / (second.log - first.log) if second.log != first.log else 0.5
     guess = first.state + share * (second.state - first.state)
     motion = Motion(oscillator, math.exp(log))
@@ -1352,11 +1357,11 @@ def at_frequency(oscillator, first, second, log):
     return Place(log, state, spectral(product), first.tangential)
 
 
-# What the integration is held to
+# Checks of the integration
 
 
 def check_linear():
-    """Stuck, and sliding without friction, against the linear response."""
+    """Sticking, and sliding without friction, against the linear response."""
     worst = 0.0
     for mu, load in ((0.3, 1e9), (0.0, 10.0)):
         for damping in (1e-5, 1e-2, 0.3, 3.0):
@@ -1375,11 +1380,11 @@ def check_linear():
 
 
 def check_given_motion():
-    """What a slider dissipates under a motion that friction hardly changes: 4 mu N (A - mu N / kt)."""
+    """Dissipation of a slider under a motion that friction hardly changes: 4 mu N (A - mu N / kt)."""
     worst = 0.0
     for kt in (2e4, 1e6, 1e8):
         load, mu, amplitude, stiffness = 50.0, 0.4, 2e-3, 1e13
-        # Its resonance is far from any multiple of the frequency.
+        # The resonance is far from any multiple of the frequency.
         mass = stiffness / (4.5 * TURN) ** 2
         contact = Contact(1e5, kt, mu, load, 0.0)
         for law in ("cone", "box"):
@@ -1392,7 +1397,7 @@ def check_given_motion():
 
 
 def check_circle():
-    """A circular orbit that slips throughout: the force of friction lags the motion by a constant angle."""
+    """Circular orbit that slips throughout: the friction force lags the motion by a constant angle."""
     mass, stiffness, c, load, mu, force = 1.0, 4e6, 20.0, 1000.0, 0.3, 1000.0
     worst = 0.0
     for kt in (6e6, 6e8, 4e10):
@@ -1437,7 +1442,7 @@ def settled(oscillator, frequency):
 
 
 def check_turned():
-    """A motion along a line at 45 degrees, as motion in the plane: collocation against the other integration."""
+    """Motion along a line at 45 degrees, computed in the plane and along an axis: collocation against the linear integration."""
     draw, worst = np.random.default_rng(3), 0.0
     for _ in range(30):
         one, frequency = example(draw, "box", (0, 2))
@@ -1454,7 +1459,7 @@ def check_turned():
 
 
 def check_balance():
-    """Work of the forces against what dashpots and slip dissipate."""
+    """Work of the forces against the dissipation of dashpots and slip."""
     draw, worst = np.random.default_rng(4), 0.0
     for n in range(90):
         oscillator, frequency = example(draw, ("cone", "box")[n % 2], ((0,), (0, 1), (0, 2), (0, 1, 2), (2,))[n % 5])
@@ -1466,8 +1471,8 @@ def check_balance():
 
 @njit(cache=True)
 def stepped(m, c, k, kn, kt, mu, load, gap, is_cone, orders, cosine, sine, state, steps, periods):
-    """The average-acceleration scheme with a return of the friction force to its limit in every step; first harmonics of the last
-    period. Nothing of it is shared with the integration between events."""
+    """The average-acceleration scheme with a return of the friction force to its limit in every step; returns the first harmonics of the
+    last period. It shares no code with the integration between events."""
     u, v, a, w = state[:3].copy(), state[3:6].copy(), np.zeros(3), state[6:8].copy()
     h = TURN / steps
     harmonic = np.zeros((3, 2))
@@ -1482,7 +1487,7 @@ def stepped(m, c, k, kn, kt, mu, load, gap, is_cone, orders, cosine, sine, state
             base = 4.0 / (h * h) * u + 4.0 / h * v + a
             inertia = 4.0 / (h * h) * m + 2.0 / h * c + k
             right = external + m * base + c * (2.0 / h * u + v)
-            # Along z: open or closed.
+            # The motion along z is open or closed.
             z = (right[2] + load) / inertia[2]
             depth = load + kn * (z - gap)
             if depth > 0.0:
@@ -1500,7 +1505,7 @@ def stepped(m, c, k, kn, kt, mu, load, gap, is_cone, orders, cosine, sine, state
                     new[d] = (right[d] + kt * w[d]) / (inertia[d] + kt)
                     trial[d] = kt * (new[d] - w[d])
                 if is_cone and math.hypot(trial[0], trial[1]) > limit:
-                    # The slip is along the force at the end of the step: T (1 + s) = kt (u - w), s >= 0.
+                    # The slip has the direction of the force at the end of the step: T (1 + s) = kt (u - w), s >= 0.
                     low, high = 0.0, 1.0
                     while True:
                         size = 0.0
@@ -1543,11 +1548,11 @@ def stepped(m, c, k, kn, kt, mu, load, gap, is_cone, orders, cosine, sine, state
 
 
 def check_stepped():
-    """First harmonics of a scheme of many steps, which is of first order where friction turns."""
+    """First harmonics of a scheme with many steps, which is of first order if friction turns."""
     draw, worst = np.random.default_rng(5), 0.0
     for n in range(16):
         oscillator, frequency = example(draw, ("cone", "box")[n % 2], ((0, 1), (0, 2), (0, 1, 2), (0, 1, 2))[n // 2 % 4])
-        # Not so stiff that steps do not resolve it, and damped so that the start is forgotten.
+        # The stiffness is low enough for the steps, and the damping is high enough for the transient to decay.
         oscillator.contact = oscillator.contact._replace(kt=min(oscillator.contact.kt, 2e7), kn=min(oscillator.contact.kn, 1e7))
         oscillator.damping = [max(c, 200.0) for c in oscillator.damping]
         motion, steady = settled(oscillator, frequency)
@@ -1577,7 +1582,7 @@ def check_stepped():
 
 
 def check_bilinear():
-    """Without preload and gap the resonance of a lightly damped oscillator on a one-sided spring is at 2 f1 f2 / (f1 + f2)."""
+    """Without preload and gap, the resonance of a lightly damped oscillator on a one-sided spring is at 2 f1 f2 / (f1 + f2)."""
     worst = 0.0
     for kn in (2e5, 4e6, 8e7):
         oscillator = Oscillator([1.0] * 3, [1.0] * 3, [1e6] * 3, Contact(kn, 1e5, 0.0, 0.0, 0.0), "cone", [(2, 1, 10.0, 0.0)])
@@ -1589,12 +1594,12 @@ def check_bilinear():
         places = branch(oscillator, Place(low, state, spectral(product)), low, high, 1.0)
         top = max(places, key=lambda place: np.abs(place.state).max())
         worst = max(worst, abs(top.frequency / exact - 1.0))
-    # What the damping moves it by, and the distance of places.
+    # Tolerance for the shift due to the damping, and for the distance of places.
     return worst, 5e-4
 
 
 def check_derivatives():
-    """What small changes become over a period, against differences."""
+    """Derivatives of the end of a period along its start, against differences."""
     draw, worst = np.random.default_rng(6), 0.0
     for _ in range(20):
         oscillator, frequency = example(draw, "box", (0, 2))
@@ -1610,7 +1615,7 @@ def check_derivatives():
                 moved = steady.tangential.copy()
                 moved[at] += sign * 1e-7 * scale[at]
                 if j == 0:
-                    # The slider stays.
+                    # The slider does not move.
                     moved[4] = steady.tangential[4]
                 ends.append(motion.tangential_period(moved)[0])
             difference = (ends[0] - ends[1]) / (2e-7 * scale[at])

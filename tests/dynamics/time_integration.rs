@@ -1,5 +1,5 @@
-//! Harmonic balance against time integration of the same oscillators: the average-acceleration scheme with a return mapping of
-//! its own, marched until the transient is gone.
+//! Tests of harmonic balance against time integration of the same oscillators: the average-acceleration method with an independent return
+//! mapping, integrated until the transient has decayed.
 
 use fretwear::dynamics::{
     BalanceSettings, ContactElement, FrictionLaw, HarmonicBalance, Harmonics, Load, Oscillator,
@@ -9,7 +9,7 @@ use fretwear::dynamics::{
 use super::bank::bank;
 use super::{BOTH, balance, cubic, drive, oscillator, samples, springs};
 
-/// A contact element that remembers where its sliders are.
+/// Contact element with the positions of its sliders.
 struct Friction<'a> {
     element: &'a ContactElement,
     positions: Vec<[f64; 2]>,
@@ -23,7 +23,7 @@ impl Friction<'_> {
         }
     }
 
-    /// Of slider `k`.
+    /// Force and tangent of slider `k`.
     fn evaluate(&self, k: usize, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
         let (e, slider) = (&self.element.sliders[k], self.positions[k]);
         let (kt, kn, mu) = (
@@ -70,7 +70,7 @@ impl Friction<'_> {
         (force, tangent)
     }
 
-    /// Force and tangent at displacement u, of sliders and cubic springs.
+    /// Force and tangent of sliders and cubic springs at displacement u.
     fn force(&self, u: [f64; 3]) -> ([f64; 3], [[f64; 3]; 3]) {
         let (mut force, mut tangent) = ([0.0; 3], [[0.0; 3]; 3]);
         for k in 0..self.positions.len() {
@@ -105,7 +105,7 @@ impl Friction<'_> {
     }
 }
 
-/// Displacements over the last of `periods` cycles of `steps` each, and the change from the cycle before.
+/// Displacements over the last of `periods` cycles of `steps` steps each, and the change from the cycle before.
 fn integrate(
     oscillator: &Oscillator,
     load: impl Fn(f64) -> [f64; 3],
@@ -162,7 +162,7 @@ fn integrate(
 }
 
 fn solve(mut m: [[f64; 3]; 3], mut r: [f64; 3]) -> [f64; 3] {
-    // The mass is on the diagonal: no exchanges are needed.
+    // The mass is on the diagonal: pivoting is not needed.
     for k in 0..3 {
         for i in k + 1..3 {
             let factor = m[i][k] / m[k][k];
@@ -181,7 +181,7 @@ fn solve(mut m: [[f64; 3]; 3], mut r: [f64; 3]) -> [f64; 3] {
     r
 }
 
-/// Largest difference of a response from samples over the cycle, relative to the largest displacement, without the means.
+/// Largest difference between a response and samples over the cycle, relative to the largest displacement, without the means.
 fn error(harmonics: &Harmonics, response: &Response, samples: &[[f64; 3]]) -> f64 {
     let n = harmonics.coefficients();
     let mean = |d: usize| samples.iter().map(|s| s[d]).sum::<f64>() / samples.len() as f64;
@@ -199,23 +199,23 @@ fn error(harmonics: &Harmonics, response: &Response, samples: &[[f64; 3]]) -> f6
     worst / largest
 }
 
-/// An oscillator at an angular frequency, and how it is marched.
+/// Oscillator at an angular frequency, and the settings of its time integration.
 struct Case {
     name: String,
     oscillator: Oscillator,
     /// Loads of the first harmonic.
     loads: Vec<Load>,
     omega: f64,
-    /// Periods, and steps of each.
+    /// Number of periods, and steps per period.
     marched: (usize, usize),
-    /// What the last period may differ from the one before it \[m\].
+    /// Largest difference between the last period and the one before \[m\].
     transient: f64,
-    /// Samples of the balance.
+    /// Number of samples of the balance.
     samples: usize,
 }
 
 impl Case {
-    /// Errors of balances with harmonics up to each of these, which have to fall from one to the next.
+    /// Errors of balances with harmonics up to each of these orders; they must decrease from one to the next.
     fn errors(
         &self,
         highest: &[u32],
@@ -279,7 +279,7 @@ fn jenkins_oscillator() {
     }
 }
 
-/// An orbit in the plane under a load along the normal, on one slider or a bank of six.
+/// Orbit in the plane under a load along the normal, on one slider or a bank of six.
 fn orbit(law: FrictionLaw, sliders: usize, omega: f64, force: [f64; 3]) -> Case {
     let mut oscillator = oscillator(law);
     oscillator.damping = [700.0, 800.0, 900.0];
@@ -302,7 +302,7 @@ fn orbit(law: FrictionLaw, sliders: usize, omega: f64, force: [f64; 3]) -> Case 
 
 #[test]
 fn orbital_motion_with_varying_normal_load_and_with_separation() {
-    // (force along n, whether it lifts off)
+    // (force along n, whether the element lifts off)
     for (normal, lifts) in [(60.0, false), (330.0, true)] {
         for law in BOTH {
             let case = orbit(law, 1, 5600.0, [230.0, 260.0, normal]);

@@ -1,4 +1,4 @@
-//! The estimated errors of harmonics left out against a balance with many, and harmonics that are extended until they suffice.
+//! Tests of the estimated truncation error against a balance with many harmonics, and of the extension of harmonics up to a tolerance.
 
 use std::slice::from_ref;
 
@@ -8,11 +8,11 @@ use fretwear::dynamics::{
 
 use super::{BOTH, drive, oscillator, samples};
 
-/// From below the sliding resonance along x to above the stuck one.
+/// The range begins below the sliding resonance along x and ends above the stuck one.
 const RANGE: (f64, f64) = (4000.0, 7500.0);
-/// As good as all: what is left out then is below a thousandth of what is measured.
+/// Highest harmonic of the reference: its truncation error is below a thousandth of the measured errors.
 const ALL: u32 = 63;
-/// What the truth itself may be off by.
+/// Relative error of the reference.
 const OWN: f64 = 2e-5;
 
 fn vibration(oscillator: &Oscillator, force: f64, harmonics: Harmonics) -> Vibration {
@@ -52,7 +52,7 @@ fn estimates_hold_the_truth() {
     for law in BOTH {
         let oscillator = oscillator(law);
         let elements = [oscillator.element.clone()];
-        // Slip here and there, most of the time, nearly always.
+        // The elements slip occasionally, most of the time, and nearly always.
         for force in [60.0, 150.0, 400.0] {
             let all = vibration(&oscillator, force, Harmonics::up_to(ALL));
             let (truth, own, _) = resolved(&elements, &all, None);
@@ -73,7 +73,7 @@ fn estimates_hold_the_truth() {
                         "{law:?}, {force} N, {orders:?}: off by {error:e}, estimated {bar:e}"
                     );
                 }
-                // A bar that holds anything says nothing.
+                // The estimate must not be much larger than the error.
                 let largest = frequency.max(amplitude).max(energy);
                 assert!(errors.amplitude < 20.0 * largest + OWN, "{errors:?}");
             }
@@ -101,7 +101,7 @@ fn harmonics_are_extended_until_they_suffice() {
         let (found, errors, highest) = resolved(&elements, &begin, Some(tolerance));
         println!("{tolerance:e}: harmonics 0 to {highest}, {errors:?}");
         assert!(highest >= before, "{highest} after {before}");
-        // Samples are another part of them.
+        // The error of the sampling adds to the truncation error.
         let most = tolerance + 2.0 * OWN;
         assert!(errors.amplitude <= most && errors.friction_energy <= most);
         let [_, amplitude, energy] = off(found, truth);
@@ -109,14 +109,14 @@ fn harmonics_are_extended_until_they_suffice() {
         before = highest;
     }
     assert!(before > 3);
-    // More than there is room for is told by the estimate.
+    // The estimate reports a tolerance that the largest number of harmonics does not reach.
     let begin = vibration_of(Harmonics::up_to(3));
     let (_, errors, highest) = resolved(&elements, &begin, Some(1e-14));
     assert_eq!(highest, 31);
     assert!(errors.amplitude > 1e-14);
 }
 
-/// A start in other harmonics is that start where both have an order, and 0 elsewhere.
+/// A start in other harmonics keeps the values of common orders and is 0 in the other orders.
 #[test]
 fn rows_in_other_harmonics() {
     let (from, to) = (Harmonics::new(&[0, 1, 3]), Harmonics::up_to(2));
@@ -131,7 +131,7 @@ fn rows_in_other_harmonics() {
     assert_eq!(from.beyond().transfer(&there, &from), rows);
 }
 
-/// Twice as many, but few more of a few of high order, and not many more of very many.
+/// The extension doubles the highest order, but adds few orders to a few high ones, and not many to very many.
 #[test]
 fn orders_beyond() {
     let beyond = |orders: &[u32]| Harmonics::new(orders).expect("harmonics").beyond();
@@ -142,7 +142,7 @@ fn orders_beyond() {
     assert_eq!(beyond(&many), Harmonics::up_to(108));
 }
 
-/// An element without friction that opens dissipates nothing: what samples make of the work of its normal force is error as a whole.
+/// An element without friction that opens dissipates nothing: sampled work of its normal force is entirely error.
 #[test]
 fn no_friction_has_no_energy() {
     let mut opening = oscillator(FrictionLaw::Cone);
@@ -163,7 +163,7 @@ fn no_friction_has_no_energy() {
     assert!(work != 0.0 && errors.friction_energy >= 1.0, "{errors:?}");
 }
 
-/// Across the motion nothing moves: 0 over 0 is no error, and never a NaN.
+/// The response across the motion is zero: the error 0 over 0 is not a NaN.
 #[test]
 fn a_response_that_is_zero() {
     let oscillator = oscillator(FrictionLaw::Cone);
@@ -176,7 +176,7 @@ fn a_response_that_is_zero() {
         .unwrap_or_else(|error| panic!("{error}"));
     let (across, _) = balance.amplitude(&along, 1).expect("a port");
     assert_eq!(across, 0.0);
-    // The peak of nothing may not be found; if it is, its errors are numbers.
+    // The solver may not find the peak of a zero response; if it does, the errors are numbers.
     if let Ok(resolved) = vibration.resolve(elements, None, None) {
         let errors = resolved.truncation;
         assert!(errors.amplitude.is_finite() && errors.friction_energy.is_finite());

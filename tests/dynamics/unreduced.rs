@@ -1,7 +1,7 @@
-//! The reduced model with its pseudo-modes against the structure that it is reduced from.
+//! Tests of the reduced model with its pseudo-modes against the structure before the reduction.
 //!
-//! Springs of the stuck joint are elements of the whole mesh; its modes and residual, which the tests of the reduction hold to
-//! direct solves, are then what the reduced model closed by the same springs should have.
+//! The springs of the stuck joint are elements of the whole mesh. The modes and the residual of this mesh, which the tests of the reduction
+//! compare with direct solves, are the reference for the reduced model with the same springs.
 
 use std::f64::consts::TAU;
 
@@ -17,22 +17,22 @@ use fretwear::structure::resonator::Resonator;
 use super::resonator::{coarse, elements};
 
 const RATIO: f64 = 0.002;
-/// Modes of the structure with springs: what is above them moves by less than 1e-5 of the residual up to 7 kHz.
+/// Modes of the structure with springs: the modes above them move by less than 1e-5 of the residual up to 7 kHz.
 const MODES: usize = 60;
-/// A load under which everything sticks \[N\].
+/// Load under which all elements stick \[N\].
 const STUCK: f64 = 1e-3;
 
-/// How far a reduced model is from the whole structure.
+/// Error of a reduced model against the whole structure.
 struct Off {
-    /// Of the phase resonance \[Hz\].
+    /// Error of the phase resonance \[Hz\].
     resonance: f64,
-    /// Of the amplitude at the drive within 15 Hz of it, relative.
+    /// Relative error of the amplitude at the drive within 15 Hz of the phase resonance.
     flanks: f64,
-    /// Of the displacement of the contact ports under a force on one of them at 3, 5 and 7 times the resonance, relative.
+    /// Relative error of the displacement of the contact ports under a force on one of them, at 3, 5 and 7 times the resonance.
     harmonics: [f64; 3],
 }
 
-/// Where the displacement of the drive is 90° behind it \[rad/s\].
+/// Angular frequency at which the displacement of the drive lags by 90° \[rad/s\].
 fn phase_resonance(whole: &ReducedStructure, drive: usize, near: f64) -> f64 {
     let real = |omega: f64| whole.receptance(omega, RATIO).0[(drive, drive)];
     let (mut low, mut high) = (0.998 * near, 1.002 * near);
@@ -105,7 +105,7 @@ fn off(resonator: &Resonator, range: [f64; 2]) -> Off {
         let amplitude = driven.amplitude(&response, contact).unwrap().0;
         flanks = flanks.max((amplitude / expected - 1.0).abs());
     }
-    // A port along x somewhere off the middle of the joint.
+    // Port along x away from the middle of the joint.
     let port = 3 * (ports.contacts / 3);
     let harmonics = [3, 5, 7].map(|k| {
         let loaded = balance(port, k, &[0, 1, k]);
@@ -149,7 +149,7 @@ fn hold(resonator: &Resonator, range: [f64; 2]) {
     let off = off(resonator, range);
     assert!(off.resonance.abs() < 0.005, "{} Hz", off.resonance);
     assert!(off.flanks < 2e-3, "{:e}", off.flanks);
-    // Pseudo-modes are Ritz vectors of static shapes: less good the nearer a harmonic is to the first mode left out.
+    // Pseudo-modes are Ritz vectors of static shapes: their accuracy decreases towards the first omitted mode.
     for (found, most) in off.harmonics.into_iter().zip([1e-3, 3e-3, 1e-2]) {
         assert!(found < most, "{found:e}");
     }

@@ -1,4 +1,4 @@
-//! What the variation of the load makes of the work of friction of contact elements.
+//! Tests of the effect of a varying load on the work of friction of contact elements.
 
 use fretwear::dynamics::cycle::{LARGEST_PART, WorkBetweenEnds, joint_cycle};
 use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
@@ -6,12 +6,13 @@ use fretwear::dynamics::{ContactElement, FrictionLaw, Harmonics, Sampling};
 use super::{changed, element};
 
 const SAMPLES: usize = 512;
-/// Sums over so many samples of half waves are right to their square; the last is the way to slide, over the way in all.
+/// Relative tolerance: the error of sums over half waves is quadratic in the distance of the samples, and an element sticks for a small
+/// part of the path.
 const SAMPLED: f64 = 1e-3;
-/// Way along x [m]: thousands of times that of the spring.
+/// Amplitude along x [m], thousands of times the elastic displacement of the spring.
 const WAY: f64 = 1e-3;
 
-/// An element that slides at once.
+/// Element that slides at once.
 fn sliding() -> ContactElement {
     changed(&element(FrictionLaw::Cone), |slider| {
         slider.tangential_stiffness = 1e10;
@@ -19,7 +20,7 @@ fn sliding() -> ContactElement {
     })
 }
 
-/// Of elements with `normal` approach cos(order θ) on their way cos θ along x, one way each.
+/// Work of elements with the normal displacement `normal` cos(order θ) and the displacement cos θ along x, with one amplitude per element.
 fn work(elements: &[ContactElement], ways: &[f64], [normal, order]: [f64; 2]) -> WorkBetweenEnds {
     let sampling = Sampling::new(Harmonics::up_to(2), SAMPLES).expect("samples");
     let row = |way: &f64| {
@@ -34,7 +35,7 @@ fn work(elements: &[ContactElement], ways: &[f64], [normal, order]: [f64; 2]) ->
     WorkBetweenEnds::of(elements, &displacement, &sampling, &cycle)
 }
 
-/// ∮ µ(N + a cos 2θ) |d cos θ| = µ(4N − 4a/3); a load of the motion's own frequency has no part in it.
+/// ∮ µ(N + a cos 2θ) |d cos θ| = µ(4N − 4a/3); a load at the frequency of the motion has no effect.
 #[test]
 fn a_load_of_twice_the_frequency_takes_a_third_of_it() {
     let element = sliding();
@@ -52,7 +53,7 @@ fn a_load_of_twice_the_frequency_takes_a_third_of_it() {
     }
 }
 
-/// What one element loses does not make good for what another gains.
+/// The loss of one element does not cancel the gain of another element in the sum of changes.
 #[test]
 fn changes_of_single_elements_add_up() {
     let element = sliding();
@@ -64,13 +65,13 @@ fn changes_of_single_elements_add_up() {
     assert!((found.changed_share - 0.1).abs() < SAMPLED, "{found:?}");
 }
 
-/// An element that slips only since its load leaves it has no part of anything, and is said to be untold.
+/// An element that slips only because its load decreases keeps the ratio 1, and its dissipation counts as unrepresented.
 #[test]
 fn what_slips_by_its_load_alone_is_untold() {
     let element = sliding();
     let strength = element.friction_coefficient * element.normal_load();
     let normal = 0.9 * element.normal_load() / element.normal_stiffness();
-    // Nearly at its strength at the ends, where a load of twice the frequency is largest, and far beyond it between them.
+    // The element is near its friction limit at the ends, where a load of twice the frequency is largest, and far beyond it between them.
     let of = |part: f64| {
         let way = part * strength / element.tangential_stiffness();
         work(std::slice::from_ref(&element), &[way], [-normal, 2.0])
@@ -78,13 +79,13 @@ fn what_slips_by_its_load_alone_is_untold() {
     let found = of(0.9);
     assert_eq!(found.part, [1.0]);
     assert!((found.unrepresented_share - 1.0).abs() < 1e-12, "{found:?}");
-    // One that hardly slips between the ends has the largest part at most.
+    // The ratio of an element that hardly slips between the ends is limited.
     let found = of(1.001);
     assert_eq!(found.part, [LARGEST_PART]);
     assert!(found.unrepresented_share > 0.5, "{found:?}");
 }
 
-/// Nothing moves, nothing is dissipated.
+/// Without motion there is no dissipation.
 #[test]
 fn at_rest_there_is_nothing_to_change() {
     let found = work(&[sliding()], &[0.0], [0.0, 1.0]);

@@ -1,4 +1,4 @@
-//! One canonical form of JSON, and what differs between two values.
+//! Tests of the canonical form of JSON, and of differences between two values.
 
 use fretwear::json::{as_read, canonical, differences, flatten, hash, matches, user_changes};
 use serde_json::{Value, json};
@@ -16,7 +16,7 @@ fn the_order_of_keys_is_nothing_and_that_of_a_list_is_all() {
     assert_eq!(canonical(&one), r#"{"a":null,"b":[{"c":2,"d":1}]}"#);
     assert_eq!(hash(&one), hash(&other));
     assert_ne!(hash(&json!([1, 2])), hash(&json!([2, 1])));
-    // Of the text, so that whoever has BLAKE3 can compute it.
+    // The hash is the BLAKE3 hash of the canonical text, so other programs can compute the hash.
     let expected = blake3::hash(canonical(&one).as_bytes());
     assert_eq!(hash(&one), expected.to_hex().as_str());
 }
@@ -54,7 +54,7 @@ fn what_is_not_given_is_absent() {
 
 #[test]
 fn a_value_that_was_written_is_the_same() {
-    // The reading of a text may change the last digit of a float.
+    // The parser of a text may change the last digit of a float.
     for float in [0.1 + 0.2, 1.1754943508222875e-38, 5e-324, 1.0 / 3.0] {
         let value = json!({ "float": float });
         let kept: Value = serde_json::from_str(&canonical(&value)).expect("JSON");
@@ -86,6 +86,6 @@ fn what_follows_from_another_key_is_no_change_of_its_own() {
     };
     let scene = |size: u64, length: u64| json!({ "joint": { "size": size }, "structure": { "length": length } });
     assert_eq!(keys(scene(1, 1), scene(2, 2)), ["joint.size"]);
-    // Nothing that differs is kept quiet.
+    // The program reports a change of a derived value if the other key did not change.
     assert_eq!(keys(scene(1, 1), scene(1, 2)), ["structure.length"]);
 }

@@ -1,13 +1,13 @@
-//! Factorizations against products and against each other, on matrices small enough to look at.
+//! Tests of factorizations of small matrices, by products and by comparison of the factorizations.
 
 mod rows;
 
 use fretwear::linalg::{LinalgError, Matrix, SparseCholesky, SparseIndefinite, SparseSymmetric};
 
-/// Rounding of a few hundred operations on numbers of order one.
+/// Rounding error of a few hundred operations on numbers of order one.
 const ROUNDING: f64 = 1e-12;
 
-/// A chain of masses with springs to neighbours and second neighbours, its diagonal shifted.
+/// Chain of masses with springs to first and second neighbours, with a shifted diagonal.
 fn chain(size: usize, shift: f64) -> SparseSymmetric {
     let mut matrix = SparseSymmetric {
         starts: vec![0],
@@ -37,7 +37,7 @@ fn dense(matrix: &SparseSymmetric) -> Matrix {
     full
 }
 
-/// Every third row first, then the others backwards: an order that no factorization would choose.
+/// Unusual order of elimination: every third row first, then the other rows backwards.
 fn odd_order(size: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..size).filter(|i| i % 3 == 0).collect();
     order.extend((0..size).rev().filter(|i| i % 3 != 0));
@@ -111,7 +111,7 @@ fn the_trailing_factor_has_the_inverse_on_the_last_rows() {
 fn an_indefinite_matrix_is_solved() {
     let matrix = chain(41, -3.1);
     let lowest = dense(&matrix).symmetric_eigen().unwrap().0[0];
-    assert!(lowest < -1.0, "the case is indefinite: {lowest}");
+    assert!(lowest < -1.0, "the matrix must be indefinite: {lowest}");
     let factor = SparseIndefinite::new(&matrix, &odd_order(41)).unwrap();
     let mut x = right_sides(41);
     factor.solve(&mut x);
@@ -161,14 +161,14 @@ fn eigenvectors_and_dense_factors_give_the_matrix_back() {
     let mut solved = right_sides(17);
     lower.solve_lower(&mut solved);
     assert!(difference(&lower.times(&solved), &right_sides(17)) < ROUNDING);
-    // X Lᵀ = A.
+    // The matrix X solves X Lᵀ = A.
     let wide = Matrix::from_fn(4, 17, |i, j| (i + 2 * j) as f64 - 7.0);
     let mut solved = wide.clone();
     lower.solve_upper_right(&mut solved);
     assert!(difference(&solved.times_transpose(&lower), &wide) < 10.0 * ROUNDING);
 }
 
-/// Four copies of a chain, mixed by an orthogonal matrix: every eigenvalue comes four times.
+/// Four copies of a chain, mixed by an orthogonal matrix. Every eigenvalue has multiplicity four.
 #[test]
 fn repeated_eigenvalues_are_all_found() {
     let (single, copies) = (dense(&chain(41, 0.0)), 4);

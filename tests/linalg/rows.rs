@@ -1,7 +1,7 @@
 use fretwear::linalg::{LinalgError, RowMatrix as Matrix, generalised_eigen};
 use num_complex::Complex64;
 
-/// Entries without order, from a multiplicative sequence.
+/// Irregular entries from a multiplicative sequence.
 fn entries(count: usize) -> Vec<f64> {
     let mut seed = 0.37_f64;
     (0..count)

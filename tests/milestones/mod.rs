@@ -1,4 +1,4 @@
-//! When a history passes a level, against closed forms and against the monotone cubic of SciPy 1.16.
+//! Tests of the cycles at which a history passes a level, by closed forms and by the monotone cubic of SciPy 1.16.
 
 use fretwear::milestones::{Crossing, Figure, History, Milestone, Target};
 
@@ -14,11 +14,11 @@ fn history(cycles: &[f64], values: &[f64], bars: &[f64]) -> History {
 fn of(history: &History, level: f64) -> Crossing {
     history
         .crossing(level)
-        .expect("another level than the first")
+        .expect("a level that differs from the first value")
 }
 
 fn near(found: Option<f64>, wanted: f64) {
-    let found = found.expect("it is passed");
+    let found = found.expect("a crossing");
     assert!((found / wanted - 1.0).abs() < 1e-9, "{found}, not {wanted}");
 }
 
@@ -28,12 +28,12 @@ const VALUES: [f64; 6] = [0.0, 4.0, 5.0, 5.5, 5.2, 1.0];
 #[test]
 fn between_its_rows_a_history_is_a_monotone_cubic() {
     let history = history(&CYCLES, &VALUES, &[0.0; 6]);
-    // Its difference from the straight line is in the bar, so that it is passed between other cycles than the value.
+    // The error bar includes the difference between the cubic and the straight line, so only the nominal cycles are compared.
     near(of(&history, 2.0).nominal, 1.202235230663567);
     near(of(&history, 4.5).nominal, 3.7751499831344058);
-    // PchipInterpolator of SciPy at 7 and 9.5 cycles.
+    // The expected values are from PchipInterpolator of SciPy at 7 and 9.5 cycles.
     near(of(&history, 5.357142857142857).nominal, 7.0);
-    // The same from above.
+    // A falling history passes the level at the same cycles.
     let falling: Vec<f64> = VALUES.iter().map(|value| 10.0 - value).collect();
     let history = self::history(&CYCLES, &falling, &[0.0; 6]);
     near(of(&history, 8.0).nominal, 1.202235230663567);
@@ -48,21 +48,21 @@ fn a_straight_history_passes_between_what_its_bar_says() {
     );
     let found = of(&history, 28.0);
     near(found.nominal, 2000.0);
-    // 30 - t/1000 -+ t/10 000.
+    // The history with its error bar is 30 - t/1000 ∓ t/10 000.
     near(found.earliest, 2000.0 / 1.1);
     near(found.latest, 2000.0 / 0.9);
     assert!(found.is_known && found.returns.is_none(), "{found:?}");
-    // The value is there before the end, all of the bar is not.
+    // The value passes the level before the last row, but the complete error bar does not.
     let found = of(&history, 26.1);
     near(found.earliest, 3900.0 / 1.1);
     near(found.nominal, 3900.0);
     assert_eq!(found.latest, None);
-    // The bar alone is there.
+    // Only the error bar passes the level.
     let found = of(&history, 25.8);
     assert_eq!((found.nominal, found.latest), (None, None));
     near(found.earliest, 4200.0 / 1.1);
     assert!(found.is_known);
-    // Nothing is.
+    // Neither the value nor the error bar passes the level.
     let none = Crossing {
         is_known: true,
         ..Crossing::default()
@@ -84,7 +84,7 @@ fn a_bar_larger_than_the_change_says_nothing() {
         !found.is_known && found.nominal.is_none() && found.earliest.is_some(),
         "{found:?}"
     );
-    // That it is beyond both is known all the same.
+    // The history is known not to pass a level outside the error bar.
     assert_eq!(of(&history, 990.0).earliest, None);
 }
 
@@ -97,11 +97,11 @@ fn a_history_that_turns_passes_once_and_says_that_it_is_back() {
     );
     let found = of(&history, 1.0);
     assert!(found.nominal < Some(2.0), "{found:?}");
-    let back = found.returns.expect("it is back");
+    let back = found.returns.expect("a return");
     assert!(back > 4.0 && back < 6.0, "{back}");
-    // It turns before the level.
+    // The history turns before the level.
     assert_eq!(of(&history, 4.5).nominal, None);
-    // On the other side of where it began it was never.
+    // The history does not pass a level on the other side of its first value.
     assert_eq!(of(&history, -1.0).earliest, None);
 }
 
@@ -114,7 +114,7 @@ fn how_a_history_begins_is_not_known_to_the_last_digit() {
     };
     let found = of(&bent, 4.0);
     near(found.nominal, 4.0);
-    // t + 0.1 8 4 s(1 - s) with s = t/8 is 4 here.
+    // At the earliest cycles, t + 0.1 · 8 · 4 · s(1 - s) with s = t/8 equals 4.
     let earliest = found.earliest.expect("passed");
     let s = earliest / 8.0;
     assert!(
@@ -130,7 +130,7 @@ fn no_history_passes_where_it_begins() {
     assert_eq!(history.crossing(3.0), None);
     assert_eq!(history.crossing(f64::NAN), None);
     assert_eq!(History::default().crossing(1.0), None);
-    // A run that has its first state alone.
+    // The history of a run with only its first state has no crossing.
     let first = self::history(&[0.0], &[3.0], &[0.1]);
     assert_eq!(of(&first, 4.0).earliest, None);
 }

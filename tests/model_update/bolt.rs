@@ -9,17 +9,17 @@ use fretwear::reference::Hertz;
 use super::{STEEL, assert_close, half_space};
 use crate::contact::paraboloid;
 
-/// The preload of the published case \[N\].
+/// Preload of the published case \[N\].
 const LOAD: f64 = 30e3;
 
-/// Contact solutions that Newton's steps take from the unworn preload.
+/// Largest number of contact solutions that Newton's method needs from the unworn preload.
 const FEW: usize = 8;
 
 fn solve(bolt: Bolt, worn: impl Fn(f64) -> BoltContact) -> Result<Preload, ModelUpdateError> {
     preload(bolt, None, |load| Ok(worn(load)))
 }
 
-/// Faces that give way linearly and have come closer by `wear`.
+/// Faces with a linear compliance that have come closer by `wear`.
 #[test]
 fn a_linear_contact_shares_the_wear_with_the_bolt() {
     let (k, kb) = (5e9, 4e8);
@@ -34,7 +34,7 @@ fn a_linear_contact_shares_the_wear_with_the_bolt() {
             kn: k,
         })
         .expect("a preload");
-        // Two springs in series, stretched by less.
+        // Two springs in series, with their stretch reduced by the wear.
         let expected = LOAD - wear * k * kb / (k + kb);
         assert!((found.load - expected).abs() <= PRELOAD_TOLERANCE * LOAD);
         assert!(found.calls <= 2, "{} calls", found.calls);
@@ -42,7 +42,7 @@ fn a_linear_contact_shares_the_wear_with_the_bolt() {
     }
 }
 
-/// A sphere, for which the wear that leaves a given preload is known.
+/// A sphere, for which the wear that leads to a given preload is known.
 fn sphere(load: f64) -> Hertz {
     Hertz {
         radius: 0.5,
@@ -78,12 +78,12 @@ fn a_sphere_keeps_the_preload_that_its_wear_leaves() {
             if left > 0.3 {
                 assert!(found.calls <= FEW, "kb {kb:e}, {left}: {found:?}");
             }
-            // A preload found before is a start that costs less.
+            // A known preload as the start needs fewer contact solutions.
             let again = preload(bolt, Some(found.load), |load| {
                 Ok::<_, ModelUpdateError>(hertz(load, wear))
             });
             assert_eq!(again.expect("a preload").calls, 1);
-            // Without slopes it is the same, later.
+            // Without slopes, the search needs more contact solutions and finds the same preload.
             let halved = solve(bolt, |load| BoltContact {
                 kn: 0.0,
                 ..hertz(load, wear)
@@ -94,7 +94,7 @@ fn a_sphere_keeps_the_preload_that_its_wear_leaves() {
     }
 }
 
-/// The worn contact may be a hair higher than the unworn one, by the tolerance of its solution.
+/// Within the tolerance of its solution, the worn contact may be slightly higher than the unworn contact.
 #[test]
 fn a_preload_above_the_unworn_one_is_found() {
     let bolt = Bolt {
@@ -115,7 +115,7 @@ fn a_joint_that_came_loose_says_by_how_much() {
         load: LOAD,
         approach: sphere(LOAD).approach(),
     };
-    // The bolt is stretched by 30 µm, the sphere pressed in by less.
+    // The stretch of the bolt is 30 µm, the approach of the sphere is smaller.
     let wear = 30e-6 + bolt.approach + 1e-9;
     let found = solve(bolt, |load| {
         if load > 0.0 {
@@ -189,7 +189,7 @@ fn a_bolt_without_stiffness_keeps_its_load() {
     assert_eq!((found.load, found.calls), (LOAD, 1));
 }
 
-/// With contact solutions of a worn paraboloid: the balance holds at the load that is returned.
+/// Contact solutions of a worn paraboloid: the returned load satisfies the equilibrium.
 #[test]
 fn the_balance_holds_for_a_contact_that_is_solved() {
     let grid = Grid::over([4e-3, 3e-3], [50, 42]);
@@ -216,7 +216,7 @@ fn the_balance_holds_for_a_contact_that_is_solved() {
         load,
         approach: contact(&height, load).expect("unworn").approach,
     };
-    // The cap of the paraboloid is gone.
+    // The wear removes the cap of the paraboloid.
     let worn = |depth: f64| -> Vec<f64> { height.iter().map(|h| h.min(-depth)).collect() };
     let faces = worn(2e-6);
     let found = preload(bolt, None, |n| contact(&faces, n)).expect("a preload");
@@ -228,7 +228,7 @@ fn the_balance_holds_for_a_contact_that_is_solved() {
         balance.abs() <= 5.0 * PRELOAD_TOLERANCE * load,
         "{balance:e} N"
     );
-    // With all of the stretch worn away, nothing is left: the real contact says so too.
+    // With the whole stretch worn away, the preload is lost, also for a solved contact.
     let faces = worn(20e-6);
     let loose = preload(bolt, None, |n| contact(&faces, n)).expect_err("loose");
     assert!(matches!(loose, ModelUpdateError::Loose { .. }), "{loose:?}");

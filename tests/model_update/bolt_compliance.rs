@@ -1,8 +1,8 @@
-//! Compliances of bolts and clamped parts against examples that were worked from the standard by hand.
+//! Tests of the compliances of bolts and clamped parts against examples worked by hand from the standard.
 
 use fretwear::model_update::{BoltHead, BoltedJoint, Clamping, metric_thread};
 
-/// A joint of a metric bolt; lengths in mm, moduli in GPa.
+/// Joint of a metric bolt; lengths in mm, moduli in GPa.
 fn joint(size: &str, [clamp, shank]: [f64; 2], [bearing, hole, outer]: [f64; 3]) -> BoltedJoint {
     let [diameter, core_diameter] = metric_thread(size).expect("a thread");
     BoltedJoint {
@@ -34,7 +34,7 @@ fn assert_worked(joint: BoltedJoint, bolt: f64, plates: f64) {
 
 #[test]
 fn examples_by_hand_are_met() {
-    // A cone alone, a cone and a sleeve, a tapped part, a sleeve alone.
+    // The examples are a cone without a sleeve, a cone with a sleeve, a tapped part, and a sleeve without a cone.
     assert_worked(
         joint("M10", [20.0, 8.0], [14.6, 11.0, 60.0]),
         2.64169e-6,
@@ -59,7 +59,8 @@ fn examples_by_hand_are_met() {
     );
 }
 
-/// M12 of a hydraulic cylinder, as taught at Hochschule Anhalt: the parts by 0.3546e-6 mm/N. Its bolt, with a nut of 0.33 d, has 2.95e-6.
+/// M12 bolt of a hydraulic cylinder, as taught at Hochschule Anhalt: the clamped parts have a compliance of 0.3546e-6 mm/N. The bolt, with
+/// a nut of 0.33 d, has 2.95e-6 mm/N.
 #[test]
 fn a_published_example_is_met() {
     let joint = BoltedJoint {
@@ -85,7 +86,7 @@ fn where_the_cones_meet_the_sleeve_nothing_jumps() {
         let mut last = of(14.0);
         for step in 1..400 {
             let next = of(14.0 + 0.2 * f64::from(step));
-            // The standard's cone begins steeper than its sleeve ends; wider parts are never softer beyond.
+            // The cone of the standard begins steeper than its sleeve ends; from this point on, a wider part is never softer.
             assert!(
                 next < 1.001 * last && next > 0.9 * last,
                 "at {step}: {last:e}, {next:e}"
@@ -146,7 +147,7 @@ fn threads_are_read_as_they_are_written() {
     let near = |found: Option<f64>, core: f64| {
         assert!((found.expect("a thread") - core).abs() < 1e-3, "{found:?}");
     };
-    // Table values of d3.
+    // d3 from the tables of the standard.
     near(core("M10"), 8.160);
     near(core("m10 x 1.25"), 8.466);
     near(core("M6"), 4.773);

@@ -22,7 +22,7 @@ fn state(iteration: u64, kn: f64, kt: f64, wear_volume: f64) -> UpdateState {
 #[test]
 fn what_makes_an_update_due() {
     const RIGID: f64 = f64::INFINITY;
-    // The last update: iteration 7, kn 4e9 and kt 3e9 N/m, 2e-12 m³.
+    // State at the last update: iteration 7, kn 4e9 and kt 3e9 N/m, 2e-12 m³.
     let reference = state(7, 4e9, 3e9, 2e-12);
     let change = of_stiffness;
     let cases = [
@@ -38,7 +38,7 @@ fn what_makes_an_update_due() {
             state(8, 4.1e9, 3.31e9, 0.0),
             Some((UpdateCause::Kt, 0.31 / 3.0)),
         ),
-        // It falls as well as it rises, and the larger change is the reason.
+        // The stiffness may fall as well as rise, and the larger change is the cause.
         (
             change(0.1),
             state(8, 3.5e9, 3.31e9, 0.0),
@@ -131,7 +131,7 @@ fn limits_that_are_none_are_refused() {
     }
 }
 
-/// Force and energy of a cycle count where both states have one; the quantity that changed most is named, whichever way it went.
+/// Force and energy of a cycle count if both states have a cycle; the cause is the quantity with the largest change, up or down.
 #[test]
 fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
     let with = |force, energy| UpdateState {
@@ -144,7 +144,7 @@ fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
         (with(89.0, 0.21), Some(UpdateCause::Force)),
         (with(95.0, 0.23), Some(UpdateCause::Energy)),
         (with(105.0, 0.19), None),
-        // Without a cycle to compare with, stiffness alone decides.
+        // Without a cycle for comparison, only the stiffness decides.
         (state(0, 2.0, 1.05, 0.0), None),
         (state(0, 2.3, 1.0, 0.0), Some(UpdateCause::Kn)),
     ] {
@@ -154,7 +154,7 @@ fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
             "{now:?}"
         );
     }
-    // Half of the way in the middle of a step is all of it at the end.
+    // Half of the change in the middle of a step becomes the whole change at its end.
     let middle = CycleFigures {
         force: 95.0,
         energy: 0.2,
@@ -163,7 +163,8 @@ fn a_cycle_of_less_force_or_more_energy_makes_an_update_due() {
     assert_eq!(begin.map(|begin| begin.at_end(middle)), end);
 }
 
-/// The growth counts from the last update, or from where the joint has run in; a little more of it is as good.
+/// The growth counts from the last update, or from the volume at the end of running-in. A growth slightly above its limit counts as the
+/// limit.
 #[test]
 fn a_grown_volume_makes_an_update_due() {
     let criterion = UpdateCriterion::StiffnessChange {
@@ -181,12 +182,12 @@ fn a_grown_volume_makes_an_update_due() {
         .expect("due");
     assert_eq!((due.to, due.limit), (UpdateCause::VolumeGrowth, 0.5));
     assert!((due.value - 0.6).abs() < 1e-12, "{due:?}");
-    // Up to 5e-12 m3 it runs in: from there to 7.5e-12.
+    // Running-in ends at 5e-12 m³, so the next update is due at 7.5e-12 m³.
     assert!(!criterion.is_due(&reference, &grown(7.4e-12, 5e-12)));
     assert!(criterion.is_due(&reference, &grown(7.6e-12, 5e-12)));
     assert_eq!(criterion.due_volume(&reference, 5e-12), Some(7.5e-12));
     assert_eq!(of_stiffness(0.1).due_volume(&reference, 0.0), None);
-    // Another quantity that has gone further on its way is the reason.
+    // The cause is the quantity with the largest change relative to its limit, in this case the stiffness.
     let stiffer = UpdateState {
         wear_volume: 3.2e-12,
         ..state(9, 4.8e9, 3e9, 0.0)

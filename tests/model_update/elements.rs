@@ -6,13 +6,13 @@ use proptest::prelude::*;
 
 use super::{ROUNDING, assert_close, facings, noise, resonator, small, small_faces};
 
-/// The rectangle of a cell of `grid` about a centre, low and high corner \[m\].
+/// Rectangle of a cell of `grid` about a centre: low and high corner \[m\].
 fn rectangle(grid: Grid, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
     let half = [0.5 * grid.dx, 0.5 * grid.dy];
     [[x - half[0], y - half[1]], [x + half[0], y + half[1]]]
 }
 
-/// Area that two rectangles have in common \[m²\].
+/// Common area of two rectangles \[m²\].
 fn common(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> f64 {
     [0, 1]
         .map(|d| (a[1][d].min(b[1][d]) - a[0][d].max(b[0][d])).max(0.0))
@@ -20,7 +20,7 @@ fn common(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> f64 {
         .product()
 }
 
-/// Sums over elements by a double loop over all pairs of cells and rectangles in metres.
+/// Sums over elements by a double loop over all pairs of cells and rectangles.
 fn naive_sums(elements: &ContactElements, counts: [usize; 2], field: &[f64]) -> Vec<f64> {
     let grid = elements.grid();
     let array = Grid::over(grid.size(), counts);
@@ -44,7 +44,7 @@ fn naive_sums(elements: &ContactElements, counts: [usize; 2], field: &[f64]) -> 
     sums
 }
 
-/// Fine cells whose centre lies in the element.
+/// Fine cells with their centre in the element.
 fn naive_centred(elements: &ContactElements, counts: [usize; 2], element: usize) -> Vec<usize> {
     let grid = elements.grid();
     let array = Grid::over(grid.size(), counts);
@@ -63,7 +63,7 @@ fn the_resonators_staircase_is_its_mask() {
     let grid = Grid::over([40e-3, 40e-3], [256, 192]);
     let elements = resonator(grid);
     assert_eq!(elements.len(), 340);
-    // The hole's rows of cells, from its middle outwards, as the mesh has them.
+    // Rows of cells of the hole, from its middle outwards, as in the mesh.
     let pitch = 40e-3 / 19.0;
     let half_width = |y: f64| match (y.abs() / pitch + 0.5).floor() as usize {
         0 | 1 => 2.5 * pitch,
@@ -79,7 +79,7 @@ fn the_resonators_staircase_is_its_mask() {
             "({i}, {j})"
         );
     }
-    // Fewer cells along a circumference than there are on the hole's outline.
+    // The difference in area is less than the cells along a circumference of the hole.
     let area: f64 = elements.areas().iter().sum();
     assert_close(elements.patch().area(), area, 2e-3, "area of the patch");
 }
@@ -119,12 +119,12 @@ fn sums_and_gaps_are_those_of_a_double_loop() {
     }
 }
 
-/// Elements at the nodes around the faces of [`small`], without the one in the middle and one at a corner.
+/// Elements at the nodes around the faces of [`small`], which lack the middle face and one corner face.
 #[test]
 fn elements_at_nodes_share_what_a_cell_bears_by_its_place_between_them() {
     let grid = Grid::over([6e-3, 4e-3], [17, 14]);
     let elements = ContactElements::at_nodes(grid, [5, 3], &small_faces()).expect("elements");
-    // 6 × 4 nodes without that of the corner; those around the hole in the middle have other faces.
+    // 6 × 4 nodes without the corner node; the nodes around the hole in the middle belong to other faces.
     assert_eq!(elements.len(), 23);
     let area: f64 = elements.areas().iter().sum();
     assert_close(
@@ -133,7 +133,7 @@ fn elements_at_nodes_share_what_a_cell_bears_by_its_place_between_them() {
         ROUNDING,
         "area of the faces",
     );
-    // Force and first moments of any field are those of the cells: the shares are those of a bilinear interpolation.
+    // The elements have the force and first moments of the cells for any field: the shares are bilinear weights.
     let mut field = noise(grid.len());
     for (value, kept) in field.iter_mut().zip(&elements.patch().is_in_joint) {
         *value *= f64::from(u8::from(*kept));
@@ -165,7 +165,7 @@ fn elements_at_nodes_share_what_a_cell_bears_by_its_place_between_them() {
     assert!(elements.gaps(&field).iter().all(|gap| gap.is_finite()));
 }
 
-/// The structure's pairs of nodes are the elements of the fine grid, in their order.
+/// The pairs of nodes of the structure are the elements of the fine grid, in the same order.
 #[test]
 fn nodes_of_the_resonator_are_those_of_its_elements() {
     let geometry = Resonator::default();
@@ -198,7 +198,7 @@ fn nodes_of_the_resonator_are_those_of_its_elements() {
 
 #[test]
 fn a_load_on_one_cell_is_shared_by_area() {
-    // Cell 3 of 7 lies over the border of 2 elements, with half of it in each; along y the grids fit.
+    // Cell 3 of 7 covers the border of two elements, with half of it in each; along y the grids fit.
     let grid = Grid::over([7e-3, 3e-3], [7, 6]);
     let cells = [[0, 0], [0, 1], [1, 0], [1, 1]];
     let elements = ContactElements::new(grid, [2, 2], &cells).expect("elements");
@@ -209,7 +209,7 @@ fn a_load_on_one_cell_is_shared_by_area() {
     assert_close(loads[0], 0.5 * force, ROUNDING, "one half");
     assert_close(loads[2], 0.5 * force, ROUNDING, "the other half");
     assert_eq!([loads[1], loads[3]], [0.0, 0.0]);
-    // Where the neighbour is a hole, all of it goes to the element that there is.
+    // Next to a hole, the element takes the whole load of the cell.
     let elements = ContactElements::new(grid, [2, 2], &cells[..3]).expect("elements");
     pressure[grid.index(3, 1)] = 0.0;
     pressure[grid.index(3, 4)] = 2e6;
@@ -219,13 +219,13 @@ fn a_load_on_one_cell_is_shared_by_area() {
 
 #[test]
 fn a_centre_on_a_border_belongs_to_both_sides() {
-    // Of three cells over two elements, the middle one has its centre on the border.
+    // With three cells over two elements, the middle cell has its centre on the border.
     let grid = Grid::over([3e-3, 1e-3], [3, 2]);
     let both = ContactElements::new(grid, [2, 1], &[[0, 0], [1, 0]]).expect("elements");
     let mut gap = vec![1e-6; 6];
     gap[grid.index(1, 1)] = 2e-7;
     assert_eq!(both.gaps(&gap), [2e-7, 2e-7]);
-    // So that a joint and its mirror image keep the same cells.
+    // A joint and its mirror image have the same cells.
     let left = ContactElements::new(grid, [2, 1], &[[0, 0]]).expect("elements");
     let right = ContactElements::new(grid, [2, 1], &[[1, 0]]).expect("elements");
     assert_eq!(
@@ -283,7 +283,7 @@ fn a_grid_as_fine_as_the_elements_is_fine_enough() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// ΣN₀ = N, and every element has a gap, whatever grid, array and hole.
+    /// ΣN₀ = N, and every element has a gap, for any grid, array and hole.
     #[test]
     fn no_load_is_lost(
         counts in [1_usize..9, 1_usize..9],

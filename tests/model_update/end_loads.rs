@@ -1,13 +1,13 @@
-//! The normal law of contact elements from their loads at both ends of a motion.
+//! Tests of the normal law of contact elements from their loads at both ends of a motion.
 
 use fretwear::model_update::{ElementParameters, EndLoads};
 
 use super::sliders;
 
-/// Halving a range of 9 to 1 leaves a millionth of its logarithm.
+/// Bisection of a range of 9 to 1 ends within a millionth of its logarithm.
 const SECANT: f64 = 2e-6;
 
-/// Load, gap, kn, kt of the sliders of two elements with load and one without.
+/// Load, gap, kn and kt of the sliders of two loaded elements and one unloaded element.
 const SLIDERS: [(usize, [f64; 4]); 6] = [
     (0, [30.0, 0.0, 2e7, 1e7]),
     (0, [70.0, 0.0, 1e7, 3e7]),
@@ -36,13 +36,13 @@ fn borne(laws: &ElementParameters, element: usize, approach: f64) -> f64 {
         .sum()
 }
 
-/// What elements of a law bear at both ends is the law again, whatever they began with.
+/// From the loads of a law at both ends, the fit recovers this law, whatever its start.
 #[test]
 fn elements_get_the_stiffness_of_what_they_bear() {
     let begin = laws();
     let mut truth = laws();
     let sliders = truth.sliders.as_mut().expect("sliders");
-    // All of the first element stiffer, what closes in it less so; the second softer; the third closes later.
+    // All sliders of the first element are stiffer, and its closing slider less so. The second element is softer. The third closes later.
     for (s, factor, closing) in [
         (0, 1.6, 1.0),
         (1, 1.6, 1.0),
@@ -85,24 +85,25 @@ fn elements_get_the_stiffness_of_what_they_bear() {
             );
         }
     }
-    // What friction holds at rest remains.
+    // The loads at rest, which determine the friction limit, do not change.
     assert_eq!(found.normal_load, begin.normal_load);
     assert_eq!(
         found_sliders.normal_load,
         begin.sliders.as_ref().expect("s").normal_load
     );
     assert_eq!(found_sliders.kt, begin.sliders.as_ref().expect("s").kt);
-    // Found again, nothing changes.
+    // A second fit does not change the law.
     let again = ends.laws(&found);
     assert!(ends.difference(&again) <= ends.difference(&found));
 }
 
-/// Loads that no stiffness explains, as neighbours make them, leave the law or come closer to them; and no figure leaves its bounds.
+/// If no stiffness explains the loads, for example because of the influence of neighbours, the fit does not increase the difference to the
+/// loads. All parameters stay within their bounds.
 #[test]
 fn loads_that_no_stiffness_explains_make_no_law_worse() {
     let begin = laws();
     for (approach, load) in [
-        // It opens and bears more, it closes and bears less, or stays where it is.
+        // The element opens and carries more, closes and carries less, or does not move.
         ([-1e-6, 1e-6], [130.0, 60.0]),
         ([0.0, 0.0], [160.0, 20.0]),
         ([1e-9, -1e-9], [400.0, 0.0]),
@@ -132,7 +133,8 @@ fn loads_that_no_stiffness_explains_make_no_law_worse() {
     }
 }
 
-/// A place that slips far decides with its own load, however little of all load that is; where nothing slips, all load counts.
+/// An element that slips far contributes with the difference of its load relative to its load, even if its share of the total load is
+/// small. Without slip, all loads contribute.
 #[test]
 fn loads_count_by_the_work_of_friction() {
     let laws = laws();

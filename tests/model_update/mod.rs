@@ -1,4 +1,4 @@
-//! Contact elements from the fine contact: against double loops, closed forms, and contact solutions.
+//! Tests of contact elements from the fine contact, against double loops, closed forms, and contact solutions.
 
 mod bolt;
 mod bolt_compliance;
@@ -18,7 +18,7 @@ use fretwear::structure::resonator::{FacingFaces, Resonator};
 
 pub use crate::contact::STEEL;
 
-/// Rounding of a sum over the cells of a grid, relative.
+/// Relative rounding of a sum over the cells of a grid.
 pub const ROUNDING: f64 = 1e-12;
 
 /// The 340 contact elements of the shipped resonator, from its mesh.
@@ -26,13 +26,13 @@ pub fn facings() -> Vec<FacingFaces> {
     Resonator::default().mesh().expect("the resonator").contacts
 }
 
-/// The contact elements of the shipped resonator over a fine grid.
+/// Contact elements of the shipped resonator over a fine grid.
 pub fn resonator(grid: Grid) -> ContactElements {
     let cells: Vec<[usize; 2]> = facings().iter().map(|f| f.cell).collect();
     ContactElements::new(grid, [19, 19], &cells).expect("the resonator's elements")
 }
 
-/// 5 × 3 elements without the one in the middle and one at a corner, over 17 × 14 cells of 6 × 4 mm.
+/// 5 × 3 elements without the middle element and one corner element, over 17 × 14 cells of 6 × 4 mm.
 pub fn small() -> ContactElements {
     let grid = Grid::over([6e-3, 4e-3], [17, 14]);
     ContactElements::new(grid, [5, 3], &small_faces()).expect("elements")
@@ -43,7 +43,7 @@ pub fn small_faces() -> Vec<[usize; 2]> {
     faces.filter(|&c| c != [2, 1] && c != [4, 0]).collect()
 }
 
-/// Sliders from the element, load \[N\], gap \[m\], kn and kt \[N/m\] of each.
+/// Sliders with the given element, load \[N\], gap \[m\], kn and kt \[N/m\].
 pub fn sliders(of: &[(usize, [f64; 4])]) -> Sliders {
     let column = |k: usize| of.iter().map(|(_, values)| values[k]).collect();
     Sliders {
@@ -59,7 +59,7 @@ pub fn half_space(grid: Grid) -> HalfSpace {
     HalfSpace::new(grid, Pair::same(STEEL), Boundary::Free)
 }
 
-/// A field without any regularity, in [0, 1).
+/// Field without any regularity, in [0, 1).
 pub fn noise(cells: usize) -> Vec<f64> {
     (0..cells)
         .map(|c| ((c as f64 + 0.5) * 12.9898).sin() * 43_758.545_3)

@@ -1,4 +1,4 @@
-//! The stiffness of contact elements from the energy of a cycle: sliders on a circle, whose energy has a closed form.
+//! Tests of the stiffness of contact elements from the energy of a cycle, for sliders on a circle, whose energy has a closed form.
 
 use std::f64::consts::TAU;
 
@@ -9,13 +9,15 @@ use super::sliders;
 const FRICTION: f64 = 0.5;
 /// Radius of the circle \[m\].
 const RADIUS: f64 = 5e-6;
-/// Twelve halvings of a range of 4 to 1 leave 4^(1/4096) of it.
+/// Twelve bisections of a range of 4 to 1 end within a factor of 4^(1/4096).
 const FACTOR: f64 = 4e-4;
-/// What the sum may be off: a thousandth is left, and a factor changes an energy by at most three times its own error here.
+/// Tolerance of the sum: the error of the iteration is a thousandth, and the relative error of an energy is at most three times the error
+/// of its factor in these cases.
 const SUM: f64 = 2.5e-3;
-/// Elements that get another stiffness: as stiff as sliders that dissipate what is asked, by this factor.
+/// Factors on the stiffness of the elements whose dissipation is requested.
 const FACTORS: [f64; 3] = [1.4, 0.7, 1.0];
-/// Load \[N\] and tangential stiffness \[N/m\] of one slider in each element; the last but one sticks on the circle, the last slides at once.
+/// Load \[N\] and tangential stiffness \[N/m\] of the slider in each element. The last slider but one sticks on the circle, the last slides
+/// at once.
 const SLIDERS: [[f64; 2]; 5] = [
     [100.0, 2e7],
     [60.0, 1.5e7],
@@ -36,8 +38,8 @@ fn laws() -> ElementParameters {
     }
 }
 
-/// What a slider dissipates on the circle: it slips along its force, so that its place is on a circle to which the force is tangent, and
-/// T²/k² + s² = R² \[J\].
+/// Dissipation of a slider on the circle \[J\]. The slider slips along its force, so its position moves on a circle to which the force is
+/// tangent, and T²/k² + s² = R².
 fn on_the_circle(load: f64, kt: f64) -> f64 {
     let limit = FRICTION * load;
     let slip = RADIUS * RADIUS - (limit / kt).powi(2);
@@ -50,7 +52,7 @@ fn dissipated(parameters: &ElementParameters) -> Vec<f64> {
     pairs.map(|(load, kt)| on_the_circle(*load, *kt)).collect()
 }
 
-/// Factors on the stiffness that were found, element by element.
+/// Factors on the stiffness from the fit, by element.
 fn factors(found: &ElementParameters) -> Vec<f64> {
     let begin = laws();
     let pairs = found.kt.iter().zip(&begin.kt);
@@ -75,7 +77,7 @@ fn elements_get_the_stiffness_that_dissipates_what_is_asked() {
             "element {element}: {factor} for {expected}"
         );
     }
-    // Strength, loads and what is normal remain.
+    // Strengths, loads and normal stiffnesses do not change.
     let [of_found, of_begin] = [&found, &begin].map(|laws| laws.sliders.as_ref().expect("sliders"));
     assert_eq!(of_found.kt, found.kt);
     assert_eq!(of_found.normal_load, of_begin.normal_load);
@@ -83,7 +85,8 @@ fn elements_get_the_stiffness_that_dissipates_what_is_asked() {
     assert_eq!(found.kn, begin.kn);
 }
 
-/// An element that slides all the way dissipates no more whatever its stiffness: the others have the rest, in proportion.
+/// The dissipation of an element that slides all the way does not depend on its stiffness: the other elements dissipate the remainder, in
+/// proportion.
 #[test]
 fn what_an_element_cannot_dissipate_the_others_do() {
     let begin = laws();

@@ -15,7 +15,7 @@ const SPRINGS: Springs<'static> = Springs::Total {
     distribution: Distribution::Uniform,
 };
 
-/// A paraboloid off the middle: some elements are loaded, some open, and none is both.
+/// Under a paraboloid off the middle, some elements are loaded and the others are open.
 #[test]
 fn an_element_has_load_or_a_gap() {
     let elements = small();
@@ -51,10 +51,10 @@ fn an_element_has_load_or_a_gap() {
     assert_close(parameters.kt.iter().sum(), 2973e6, ROUNDING, "kt");
 }
 
-/// A loaded cell that has its centre next door loads an element all of whose own cells are open; an overlap is no gap.
+/// A loaded cell with its centre in a neighbouring element loads an element whose own cells are all open; an overlap is not a gap.
 #[test]
 fn what_is_loaded_has_no_gap() {
-    // Cells 1 and 3 of 5 reach over the borders of three elements, with their centres in the outer ones.
+    // Cells 1 and 3 of 5 extend over the borders of three elements, with their centres in the outer elements.
     let grid = Grid::over([5e-3, 2e-3], [5, 3]);
     let cells = [[0, 0], [1, 0], [2, 0]];
     let elements = ContactElements::new(grid, [3, 1], &cells).expect("elements");

@@ -1,4 +1,4 @@
-//! Laws of contact elements from the fine contact: their banks against the contact that they are taken from, and closed forms.
+//! Tests of the laws of contact elements from the fine contact: banks of sliders against the fine contact, and closed forms.
 
 use fretwear::contact::normal::{self, NormalOptions, NormalProblem, NormalSolution};
 use fretwear::contact::tangential::{self, TangentialOptions, TangentialProblem};
@@ -17,21 +17,20 @@ const LOAD: f64 = 40.0;
 /// Boxes of the mesh along x and y.
 const COUNTS: [usize; 2] = [4, 3];
 
-/// Part of the energy of a cycle, and of the sum of the elements' forces, that eight sliders may be off their fine contact where all
-/// cells move alike, from a tenth of full sliding on.
+/// Largest errors of eight sliders against their fine contact, if all cells have the same displacement, above a tenth of full sliding:
+/// relative error of the energy per cycle, and error of the elements' forces relative to their sum.
 const ENERGY: f64 = 0.06;
 const FORCE: f64 = 0.02;
-/// Part of the energy of a cycle, and of the sum of the elements' forces, that banks of the motion that the cells make may be off their fine
-/// contact: where little slips, corners that are lifted leave some hundredths of the energy, and forces across the way of an element are no
-/// part of its law.
+/// The same errors for banks that follow the motion of the cells. If little slips, lifted corners cause errors of a few hundredths of the
+/// energy. The law of an element does not include forces across its path.
 const ENERGY_OF_MOTION: f64 = 0.05;
 const FORCE_OF_MOTION: f64 = 0.02;
-/// What elements bear along their way at the end of it, their banks bear: a rising slope before it is all that may be left.
+/// Relative error of the elements' forces along their path at its end: a rising slope before the end is the only source of error.
 const FORCE_AT_THE_END: f64 = 4e-3;
-/// What backbones may be off their banks at worst: of some, here, slopes rise.
+/// Largest error of the backbones against their banks: in this test, some slopes rise.
 const REMAINDER: f64 = 0.03;
 
-/// Waves of three lengths on 40 × 36 cells, none of which is a part of the mesh.
+/// Heights with waves of three lengths on 40 × 36 cells; no wavelength divides the mesh.
 fn rough() -> (Grid, Vec<f64>) {
     let grid = Grid::over([4e-3, 3e-3], [40, 36]);
     let height = |c| {
@@ -43,7 +42,7 @@ fn rough() -> (Grid, Vec<f64>) {
     (grid, (0..grid.len()).map(height).collect())
 }
 
-/// A half space without what its mesh has.
+/// Half space without the compliance of its mesh.
 fn local(grid: Grid) -> HalfSpace {
     without_mesh(grid, COUNTS, &[1e-3; 3], Formulation::IncompatibleModes)
 }
@@ -55,7 +54,7 @@ fn nodes(grid: Grid) -> ContactElements {
     ContactElements::at_nodes(grid, COUNTS, &faces).expect("elements")
 }
 
-/// The rough contact under [`LOAD`].
+/// Rough contact under [`LOAD`].
 fn pressed() -> (Patch, NormalSolution) {
     let (grid, height) = rough();
     let patch = Patch::full(grid);
@@ -65,7 +64,7 @@ fn pressed() -> (Patch, NormalSolution) {
     (patch, contact)
 }
 
-/// Energy of a cycle between ±`amplitude`, and the force of each slider's element at its end, of sliders under steady load.
+/// Energy of a cycle between ±`amplitude`, and the force of each element at the end of the cycle, from sliders under constant load.
 fn of_banks(laws: &Laws, amplitude: f64) -> (f64, Vec<f64>) {
     let sliders = laws.parameters.sliders.as_ref().expect("sliders");
     let mut force = vec![0.0; laws.parameters.normal_load.len()];
@@ -91,11 +90,11 @@ fn banks_do_what_the_fine_contact_does() {
         let laws =
             Laws::new(&mut half_space, &elements, state, FRICTION, None, shear).expect("laws");
         let sliders = laws.parameters.sliders.as_ref().expect("sliders");
-        // The sliders of an element bear its load, and have its stiffness.
+        // The sums over the sliders of an element equal its load and its stiffness.
         let mut sums = vec![[0.0; 3]; elements.len()];
         for (s, &element) in sliders.element.iter().enumerate() {
             assert!(sliders.normal_load[s] >= 0.0 && sliders.kn[s] >= 0.0 && sliders.kt[s] >= 0.0);
-            // Others close under more load.
+            // The other sliders close under a larger load.
             if sliders.gap[s] == 0.0 {
                 sums[element][0] += sliders.normal_load[s];
                 sums[element][1] += sliders.kn[s];
@@ -144,8 +143,8 @@ fn banks_do_what_the_fine_contact_does() {
     }
 }
 
-/// One element over one spot: the bank follows the closed form of a sphere that is pushed along, and at other loads too, as its
-/// sliders open and others close one after the other.
+/// One element over one contact spot: the bank follows the closed form of a sphere under a tangential force. The bank also follows it at
+/// other loads, at which some of its sliders open and others close.
 #[test]
 fn a_bank_of_a_sphere_is_cattaneo_and_mindlin_at_other_loads() {
     let pair = fretwear::contact::Pair::same(fretwear::contact::Elastic {
@@ -182,7 +181,7 @@ fn a_bank_of_a_sphere_is_cattaneo_and_mindlin_at_other_loads() {
         let compressed = back + sliders.gap[s];
         (sliders.normal_load[s] - sliders.kn[s] * compressed).max(0.0)
     };
-    // Other loads are reached by going back or on along the bank's own normal law.
+    // The normal law of the bank gives the approach at other loads.
     for (load, bound) in [(100.0, 0.03), (50.0, 0.07), (130.0, 0.03), (160.0, 0.05)] {
         let borne = |back: f64| -> f64 { (0..sliders.kn.len()).map(|s| left(s, back)).sum() };
         let (mut low, mut high) = (-1e-4, 1e-4);
@@ -203,7 +202,7 @@ fn a_bank_of_a_sphere_is_cattaneo_and_mindlin_at_other_loads() {
             let expected = exact.force(displacement.min(exact.sliding_displacement()));
             assert!(
                 (force - expected).abs() < bound * FRICTION * load,
-                "{part} of sliding at {load} N: {force} N for {expected} N"
+                "{part} of full sliding at {load} N: {force} N, expected {expected} N"
             );
         }
     }
@@ -213,7 +212,7 @@ fn a_bank_of_a_sphere_is_cattaneo_and_mindlin_at_other_loads() {
 fn without_friction_or_load_there_is_no_stiffness_to_slide_with() {
     let (grid, _) = rough();
     let elements = nodes(grid);
-    // One corner of the joint bears all of it.
+    // One corner of the joint carries the whole load.
     let pressure: Vec<f64> = (0..grid.len())
         .map(|c| {
             if grid.cell(c).0 < 8 && grid.cell(c).1 < 8 {
@@ -238,8 +237,8 @@ fn without_friction_or_load_there_is_no_stiffness_to_slide_with() {
     }
 }
 
-/// Cells that move as the nodes of a mesh do, some four times as far as others: the banks of that motion do what the cells do, and those of
-/// one displacement of all do not.
+/// Cells move with the nodes of a mesh, some four times as far as others: banks of this motion reproduce the fine contact, and banks of one
+/// common displacement do not.
 #[test]
 fn banks_of_a_motion_do_what_the_fine_contact_does_under_it() {
     let (patch, contact) = pressed();
@@ -312,15 +311,15 @@ fn banks_of_a_motion_do_what_the_fine_contact_does_under_it() {
         assert!(after.0.abs() < ENERGY_OF_MOTION, "{before:?}, {after:?}");
         assert!(after.1 < FORCE_OF_MOTION, "{before:?}, {after:?}");
         assert!(after.2 < FORCE_AT_THE_END, "{before:?}, {after:?}");
-        // Forces across the way, which remain, are all that is left where everything slides.
+        // Where everything slides, only the forces across the path contribute to the error.
         if before.1 > FORCE_OF_MOTION {
             assert!(after.1 < 0.5 * before.1, "{before:?}, {after:?}");
         }
     }
 }
 
-/// An element whose force rises in proportion far beyond the end of the motion, and then slides: what it carries at the end is what its
-/// backbone says, whatever the corner beyond it.
+/// The force of an element rises in proportion far beyond the end of the motion, and then the element slides. The backbone gives the force
+/// at the end of the motion, and the corner beyond this end has no influence.
 #[test]
 fn what_lies_beyond_the_end_of_a_motion_does_not_stiffen_what_comes_before() {
     const WAY: f64 = 2e-6;

@@ -9,7 +9,7 @@ use fretwear::model_update::{
 
 use super::{ROUNDING, STEEL, assert_close, half_space, noise, resonator, small};
 
-/// The known figures have four digits, and do not say whether the transverse displacement was held.
+/// Tolerance: the published stiffnesses have four digits, and their source does not specify the condition on the transverse displacement.
 const KNOWN: f64 = 3e-3;
 
 /// 40 × 40 mm with the staircase hole, smooth: kn 5009, kt 4126 N/µm.
@@ -25,7 +25,7 @@ fn the_smooth_patch_has_the_known_stiffness() {
     }
 }
 
-/// Loaded cells of a contact that is open here and there.
+/// Pressure of a contact with scattered open cells.
 fn some_contact(elements: &ContactElements) -> Vec<f64> {
     let kept = &elements.patch().is_in_joint;
     noise(kept.len())
@@ -54,7 +54,7 @@ fn elements_of_the_tangent_stiffness_sum_to_it() {
     }
 }
 
-/// A flat punch sinks in by N/kn without changing its contact, so what an element bears is its stiffness.
+/// The approach of a flat punch is N/kn, and its contact does not change. So the loads of the elements are proportional to their stiffness.
 #[test]
 fn tangent_elements_of_a_flat_bear_as_the_contact_solver_says() {
     let elements = small();
@@ -74,12 +74,12 @@ fn tangent_elements_of_a_flat_bear_as_the_contact_solver_says() {
         .distribute(&elements, &loads)
         .expect("springs");
     for (k, load) in kn.iter().zip(&loads) {
-        // The linearisation's field is as good as its residual, other than its energy.
+        // The error of the linearisation's field is of the order of its residual, unlike the error of its energy.
         assert_close(*k, load / solution.approach, 1e-5, "kn of an element");
     }
 }
 
-/// Without Poisson's effect, shear displaces as pressure does.
+/// For a Poisson ratio of 0, shear causes the same displacement as pressure.
 #[test]
 fn without_lateral_contraction_kt_of_an_element_is_its_kn() {
     let elements = small();
@@ -105,7 +105,7 @@ fn capped_cells_count_in_kt_alone() {
     let elements = small();
     let cap = 0.9e8;
     let mut pressure: Vec<f64> = some_contact(&elements).iter().map(|p| p.min(cap)).collect();
-    // All that is loaded in the first element is capped, also where it shares a cell.
+    // All loaded cells of the first element are capped, including cells shared with other elements.
     for c in 0..pressure.len() {
         let mut one = vec![0.0; pressure.len()];
         one[c] = 1.0;
@@ -129,7 +129,7 @@ fn roughness_and_the_smooth_patch_in_series_are_the_total() {
     let total = Compliance::from_stiffness(3606e6, 2973e6);
     let smooth = Compliance::from_stiffness(5009e6, 4126e6);
     let roughness = total.subtract_series(smooth);
-    // The known difference at Rq 5 µm, of figures with four digits.
+    // Difference of the compliances at Rq 5 µm, from stiffnesses with four digits.
     assert_close(roughness.kn(), 12_880e6, 1e-3, "kn");
     let series = |a: f64, b: f64| a * b / (a + b);
     assert_close(
@@ -144,7 +144,7 @@ fn roughness_and_the_smooth_patch_in_series_are_the_total() {
         ROUNDING,
         "kt",
     );
-    // A contact as stiff as the smooth patch, or by rounding stiffer, has no roughness left.
+    // A contact as stiff as the smooth patch, or stiffer by rounding, has no compliance of the roughness.
     assert_eq!(smooth.subtract_series(smooth).kn(), f64::INFINITY);
     assert_eq!(
         Compliance::from_stiffness(5010e6, 4130e6)
@@ -152,7 +152,7 @@ fn roughness_and_the_smooth_patch_in_series_are_the_total() {
             .normal,
         0.0
     );
-    // One that is open is open.
+    // An open contact stays open.
     assert_eq!(
         Compliance::from_stiffness(0.0, 0.0)
             .subtract_series(smooth)
@@ -206,7 +206,7 @@ fn a_global_stiffness_is_divided_by_area_or_by_load() {
     assert_eq!(kn, [0.0; 13]);
 }
 
-/// A full contact under a periodic surface does not give way: its stiffness field is zero, and must not pass for a spring.
+/// A full contact under a periodic surface has no compliance: its stiffness field is zero and must not be used as a spring.
 #[test]
 fn a_joint_that_does_not_give_way_has_no_springs() {
     let grid = Grid::over([4e-3, 3e-3], [16, 12]);
@@ -267,7 +267,7 @@ fn an_element_that_is_drawn_the_other_way_has_no_stiffness() {
     }
 }
 
-/// What the springs and the bodies give under a stuck joint is what the whole fine contact gives.
+/// Under a stuck joint, the displacement of springs and bodies equals the displacement of the whole fine contact.
 #[test]
 fn the_fine_contact_is_displaced_by_the_bodies_too() {
     let total = Compliance::from_stiffness(3606e6, 2973e6);

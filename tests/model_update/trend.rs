@@ -1,8 +1,8 @@
-//! The motion that is carried on from one update to the next.
+//! Tests of the extrapolation of the motion from one update to the next.
 
 use fretwear::model_update::{Trend, can_extrapolate};
 
-/// A joint whose motion is linear in the compliance is met at every compliance; no farther than twice the change it is followed.
+/// A motion that is linear in the compliance is extrapolated exactly. The extrapolation ends at twice the last change.
 #[test]
 fn what_is_linear_in_the_compliance_is_met() {
     let at = |c: f64| [1.0 - 2.0 * c, 0.3 + c, 5.0];
@@ -20,11 +20,11 @@ fn what_is_linear_in_the_compliance_is_met() {
     }
     assert_eq!(trend.multiple(0.4), 0.0);
     assert_eq!(trend.at(&at(last), 0.1), trend.at(&at(last), 0.2));
-    // Back to where it came from it does not go.
+    // The trend does not extrapolate backwards.
     assert_eq!(trend.multiple(0.45), 0.0);
 }
 
-/// Without a change of compliance, and of a rigid or open joint, nothing is known to be carried on.
+/// The trend extrapolates nothing without a change of compliance, or for a rigid or open joint.
 #[test]
 fn a_joint_that_has_not_changed_stays() {
     for compliance in [[0.4, 0.4], [f64::INFINITY, f64::INFINITY], [0.0, 0.0]] {

@@ -12,7 +12,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 import readme  # noqa: E402
 
-# A text of these licences must come with the program; their names are those of SPDX.
+# A wheel must contain a text of each of these licences of the dependencies (SPDX names).
 LICENCES = ["MIT License", "Apache License", "BSD 3-Clause", "zlib License"]
 
 
@@ -40,7 +40,7 @@ def main():
     assert not relative, f"the long description has links that no package index resolves: {relative}"
     programs = [file for file in files if file.split("/")[-1] in ("fretwear", "fretwear.exe")]
     assert len(programs) == 1, programs
-    print(f"{name}: tag, licences, metadata and links are right")
+    print(f"{name}: tag, licences, metadata and links are correct")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Writes the README as package indexes show it: links and the picture are absolute, or plain text where no address is known.
+"""Writes the README for package indexes: links and pictures become absolute, or plain text if the address of the sources is unknown.
 
     python tests/packaging/readme.py README.md --version 0.1.0 [--repository https://…] --output FILE
 """
@@ -7,12 +7,12 @@ import argparse
 import re
 from pathlib import Path
 
-# A link or a picture of Markdown whose target is a file of the sources.
+# Markdown link or picture whose target is a file of the sources.
 LINK = re.compile(r"(?P<picture>!?)\[(?P<text>[^\]]*)\]\((?P<target>(?!https?://|#)[^)]+)\)")
 
 
 def absolute(text, repository, version):
-    """The text with links to a tag of the repository."""
+    """Returns the text with links to a tag of the repository."""
 
     def link(found):
         if not repository:
@@ -24,7 +24,7 @@ def absolute(text, repository, version):
 
 
 def relative_links(text):
-    """Targets that a package index cannot resolve."""
+    """Returns link targets that a package index cannot resolve."""
     return [found["target"] for found in LINK.finditer(text)]
 
 

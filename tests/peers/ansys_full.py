@@ -1,8 +1,8 @@
-"""`fretwear inspect` of an ANSYS .full against the reader of its vendor and scipy.
+"""Compares `fretwear inspect` of an ANSYS .full file with the vendor's reader and scipy.
 
     python ansys_full.py [PROGRAM]                      (ansys-mapdl-reader, which ships a .full, and scipy)
 
-Frequencies of K φ = ω² M φ without the held freedoms, and the node and direction of every row, must agree.
+The frequencies of K φ = ω² M φ without the fixed freedoms, and the numbers of freedoms and nodes, must agree.
 """
 
 import json
@@ -15,7 +15,7 @@ import scipy.sparse.linalg
 from ansys.mapdl import reader
 
 MODES = 8
-# Digits that the iteration of scipy leaves of double modes.
+# Relative tolerance, from the iteration of scipy for double modes.
 SAME = 1e-8
 
 

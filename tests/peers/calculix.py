@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Compare the free vibration of the resonator, and of two bonded bars from a mesh, with that of CalculiX on the same mesh.
+"""Compares the natural frequencies of the resonator, and of two bonded bars from a mesh, with CalculiX on the same mesh.
 
     python3 tests/peers/calculix.py --program target/release/fretwear [--ccx ccx] [FOLDER]
 
-`fretwear export` writes the input deck, `ccx` solves it, and the elastic frequencies are compared: with the contact nodes
-tied, and with springs on the mean relative displacements of the 340 contact elements. Then the shipped lap of bars is bonded: in a
-deck whose bars share the nodes of their joint, and in a scene without [contact]. Wants nothing but Python and ccx.
-Decks and what ccx leaves go into FOLDER, a temporary one without.
+`fretwear export` writes the input deck, `ccx` solves the deck, and the script compares the elastic frequencies: with tied contact
+nodes, and with springs on the mean relative displacements of the 340 contact elements. The script then compares the bonded lap of bars:
+a deck whose bars share the nodes of their joint, and a scene without [contact]. The script needs only Python and ccx. Decks and results
+of ccx go into FOLDER, or into a temporary folder.
 """
 
 import argparse
@@ -18,18 +18,19 @@ import tempfile
 import time
 from pathlib import Path
 
-# Both programs solve the same problem but for details of the incompatible modes (where their gradients are taken), which the
-# mesh makes small: 0.03 % is found in the highest modes compared. A plain hexahedron, which locks, is 3 % off.
+# Both programs solve the same problem but take the gradients of the incompatible modes at different points. The mesh makes this difference
+# small: 0.03 % in the highest compared modes. A plain hexahedron locks and differs by 3 %.
 TOLERANCE = 1e-3
 ELASTIC_MODES = 8
 RIGID_MODES = 6
-# Rounding moves a rigid mode's eigenvalue away from zero; against the first elastic one of 471 Hz it is nothing.
+# Largest frequency of a rigid mode [Hz]. Rounding moves the eigenvalues of rigid modes away from zero. The first elastic frequency is 471
+# Hz.
 RIGID_BELOW_HZ = 0.1
 
-# Bonded bars of plain hexahedra, which both programs have alike.
+# The bonded bars consist of plain hexahedra, which are equal in both programs.
 BONDED_TOLERANCE = 1e-4
 BARS = dict(cell=(4, 3, 2), cells=(30, 9, 4), lap=10)
-# Ranges with one mode each that the force along z brings to a resonance [Hz].
+# Frequency ranges with one mode each that the force along z excites to a resonance [Hz].
 RANGES = [(100, 300), (800, 1500)]
 BONDED = """
 [structure]
@@ -52,7 +53,7 @@ JOINTS = {
 
 
 def eigenvalue_table(path):
-    """The frequencies of a .dat file [Hz]; one that is imaginary counts by its size."""
+    """Returns the frequencies of a .dat file [Hz]. An imaginary frequency counts with its magnitude."""
     frequencies = []
     table = False
     for line in path.read_text(encoding="ascii").splitlines():
@@ -62,20 +63,20 @@ def eigenvalue_table(path):
             break
         elif table and len(fields := line.split()) == 5 and fields[0].isdigit():
             assert int(fields[0]) == len(frequencies) + 1, line
-            # Number, eigenvalue, rad per second, cycles per second, imaginary part in rad per second.
+            # Columns: number, eigenvalue, rad per second, cycles per second, imaginary part in rad per second.
             real, imaginary = float(fields[3]), float(fields[4]) / 6.283185307179586
             frequencies.append(max(real, imaginary, key=abs))
     return frequencies
 
 
 def compare(joint, options, arguments, folder):
-    """Solves one joint by both programs; returns the largest relative difference of the elastic frequencies."""
+    """Solves one joint with both programs and returns the largest relative difference of the elastic frequencies."""
     command = [arguments.program, "export", "--output", f"{joint}.inp", "--modes", str(ELASTIC_MODES), "--frequencies"]
     started = time.monotonic()
     done = subprocess.run(command + options, cwd=folder, check=True, stdout=subprocess.PIPE, text=True)
     ours = json.loads(done.stdout)
     middle = time.monotonic()
-    # One thread, as ours.
+    # One thread, as for fretwear.
     environment = dict(os.environ, OMP_NUM_THREADS="1")
     with open(folder / f"{joint}.log", "w", encoding="utf-8") as log:
         code = subprocess.run([arguments.ccx, "-i", joint], cwd=folder, env=environment, stdout=log, stderr=log).returncode
@@ -100,7 +101,7 @@ def compare(joint, options, arguments, folder):
 
 
 def compare_bonded(arguments, folder):
-    """Bonds two bars in a deck and in a scene; returns the largest relative difference of the frequencies."""
+    """Bonds two bars in a deck and in a scene, and returns the largest relative difference of the frequencies."""
     sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "data"))
     from make_lap_of_bars import deck, two_bars
 
@@ -134,7 +135,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", required=True, help="the fretwear program")
     parser.add_argument("--ccx", default="ccx", help="the CalculiX solver [default: %(default)s]")
-    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where decks and results go")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="folder of the decks and results")
     arguments = parser.parse_args()
     arguments.program = str(Path(arguments.program).resolve())
     with tempfile.TemporaryDirectory() as temporary:

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Compare rough normal contact with that of tamaas and of ContactMechanics on the same surfaces.
+"""Compares rough normal contact with tamaas and ContactMechanics on the same surfaces.
 
     python tests/peers/contact.py target/release/fretwear [--repeats 5] [--case NAME] [FOLDER]
 
-The surfaces are made here. Each is pressed by `fretwear run` of a static contact, by tamaas (Polonsky-Keer, elastic only) and by
-ContactMechanics (Polonsky-Keer, elastic and with a hardness), all to a tight tolerance, on one thread, in turns. Free edges: all
-three convolve with the same cell-integrated kernel; periodic: with the same symbol 2 / (E* |k|) without its mean. Printed are
-the differences of pressure, area and approach, the median wall times, and how many times ours they are in the same round. A pressure that differs by more than 1e-6 of the
-largest is a failure. Wants the packages that are named where one is missing. Surfaces and runs go into FOLDER, a temporary one
-without.
+The script generates the surfaces. `fretwear run` of a static contact, tamaas (Polonsky-Keer, elastic only) and ContactMechanics
+(Polonsky-Keer, elastic and with a hardness) press each surface in turn, on one thread, to a tight tolerance. With free edges, all three
+programs convolve with the same cell-integrated kernel. With periodic edges, they use the same symbol 2 / (E* |k|) without its mean. The
+script prints the differences of pressure, area and approach, the median wall times, and the ratio to the time of fretwear in the same
+round. The script fails if a pressure differs by more than 1e-6 of the largest pressure. An error message names missing packages.
+Surfaces and runs go into FOLDER, or into a temporary folder.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-# One thread for every program; read when their libraries are loaded.
+# One thread for every program. The libraries read this variable when they are loaded.
 os.environ["OMP_NUM_THREADS"] = "1"
 
 PACKAGES = ["numpy", "scipy", "pyarrow", "tamaas==2.9.0", "ContactMechanics==1.8.3"]
@@ -37,7 +37,7 @@ try:
     from SurfaceTopography import Topography
 except ImportError as error:
     sys.exit(
-        f"{error}: the programs to compare with are Python packages; in an environment of its own,\n"
+        f"{error}: this script needs Python packages for the comparison; in a separate environment, run\n"
         f"    pip install {' '.join(PACKAGES)}"
     )
 
@@ -48,18 +48,18 @@ LOAD = 30e3  # N
 YOUNGS_MODULUS, POISSON_RATIO = 198.4e9, 0.3  # Pa, 1; of both bodies, as the scene has it
 MODULUS = YOUNGS_MODULUS / (2.0 * (1.0 - POISSON_RATIO**2))
 
-# All solve the same discrete problem; the solvers stop at some 1e-9 of the largest pressure, and the pressure answers to the gap
-# with the condition number of the contact set.
+# All programs solve the same discrete problem. The solvers stop at about 1e-9 of the largest pressure. The condition number of the contact
+# set relates the error of the pressure to the error of the gap.
 SAME = 1e-6
 OUR_TOLERANCE = 1e-9
 TAMAAS_TOLERANCE = 1e-10
-# Of the displacement of one cell under the peak pressure, of its force, and of the approach.
+# Tolerance relative to the displacement of one cell under the peak pressure, to its force, and to the approach.
 CONTACT_MECHANICS_TOLERANCE = 1e-8
 MAX_ITERATIONS = 5000
 
 
 def fourier_surface(cells, seed, amplitude):
-    """White noise filtered by `amplitude(kx, ky)`; zero mean, unit variance."""
+    """Returns white noise filtered by `amplitude(kx, ky)`, with zero mean and unit variance."""
     noise = np.fft.fft2(np.random.default_rng(seed).standard_normal(cells))
     kx, ky = (2.0 * np.pi * np.fft.fftfreq(n, length / n) for n, length in zip(cells, SIZE))
     heights = np.fft.ifft2(noise * amplitude(kx[:, None], ky[None, :])).real
@@ -68,12 +68,12 @@ def fourier_surface(cells, seed, amplitude):
 
 
 def gaussian(length_x, length_y):
-    """Whose autocorrelation exp(-(x/lx)^2 - (y/ly)^2) has this square root as its spectrum."""
+    """Returns the amplitudes for the autocorrelation exp(-(x/lx)^2 - (y/ly)^2): the square root of its spectrum."""
     return lambda kx, ky: np.exp(-((kx * length_x) ** 2 + (ky * length_y) ** 2) / 8.0)
 
 
 def self_affine(hurst, longest):
-    """A power law of the amplitudes below a longest wavelength, a plateau above."""
+    """Returns amplitudes with a power law below the longest wavelength and a plateau above."""
     return lambda kx, ky: np.maximum(np.hypot(kx, ky), 2.0 * np.pi / longest) ** -(1.0 + hurst)
 
 
@@ -95,7 +95,7 @@ ROUND = gaussian(0.5e-3, 0.5e-3)
 # Ridges along x.
 LONG = gaussian(2e-3, 0.4e-3)
 FRACTAL = self_affine(0.8, 8e-3)
-# tamaas and ContactMechanics take rectangular grids too.
+# tamaas and ContactMechanics also support rectangular grids.
 CASES = [
     Case("rq5", (256, 256), 5e-6, ROUND, 11),
     Case("rq5-periodic", (256, 256), 5e-6, ROUND, 11, "periodic"),
@@ -120,7 +120,7 @@ class Solution:
 
 
 def fretwear(case, heights, program, folder):
-    """Solved by a run of its own."""
+    """Solves a case in a separate run."""
     np.save(folder / "heights.npy", heights * 1e3)
     with tempfile.TemporaryDirectory(dir=folder) as run:
         sets = [
@@ -145,7 +145,7 @@ def fretwear(case, heights, program, folder):
         timing = pq.read_table(iteration / "timing.parquet").to_pylist()
     pressure = np.zeros(case.cells)
     pressure[field["i"].to_numpy(), field["j"].to_numpy()] = field["pressure"].to_numpy()
-    # Stiffness and curves, which the others are not asked for, are a part of the stage with a row of its own.
+    # Stiffness and curves, which the other programs do not compute, belong to the stage and have a separate row.
     (solve,) = (row for row in timing if row["stage"] == "static_contact")
     work = f"{summary['normal_iterations']} iterations, {solve['fft_pairs']:.0f} pairs"
     return Solution("fretwear", pressure, summary["approach"], solve["seconds"], work)
@@ -171,19 +171,19 @@ def contact_mechanics(case, heights, ours):
     seconds = time.perf_counter() - started
     if not found.success:
         return None
-    # Two transform pairs an iteration.
+    # Two FFT pairs per iteration.
     work = f"{found.nit} iterations, {found.nfev} pairs"
     pressure = np.asarray(found.jac) / cell_area
     approach = float(found.offset)
     if case.boundary == "periodic":
-        # It gives the mean pressure a compliance, that of the longest wave; ours and that of tamaas have none.
+        # ContactMechanics gives the mean pressure the compliance of the longest wave. fretwear and tamaas give it no compliance.
         approach -= float(found.x.mean())
     return Solution("ContactMechanics", pressure, approach, seconds, work)
 
 
 def by_tamaas(case, heights, ours):
     if math.isfinite(case.cap):
-        # Its solver for a largest pressure (Kato) does not reach a tight tolerance.
+        # The tamaas solver for a largest pressure (Kato) does not reach a tight tolerance.
         return None
     model = tamaas.ModelFactory.createModel(tamaas.model_type.basic_2d, list(SIZE), list(case.cells))
     model.E, model.nu = MODULUS, 0.0
@@ -198,7 +198,7 @@ def by_tamaas(case, heights, ours):
     if not error <= TAMAAS_TOLERANCE:
         return None
     pressure = np.array(model.traction)
-    # The solver leaves a displacement that is moved to the surface: the approach follows from the pressure.
+    # The displacement of the solver is relative to the surface, so the approach follows from the pressure.
     if case.boundary == "free":
         displacement = np.zeros(case.cells)
         model.operators["dcfft"](pressure, displacement)
@@ -211,7 +211,7 @@ def by_tamaas(case, heights, ours):
 
 
 def compare(case, arguments, folder):
-    """Solves one case by every program in turns; returns the largest difference of pressure."""
+    """Solves one case with every program in turn and returns the largest difference of pressure."""
     heights = case.heights()
     ours = None
     found = {}
@@ -220,9 +220,9 @@ def compare(case, arguments, folder):
         for solution in (ours, by_tamaas(case, heights, ours), contact_mechanics(case, heights, ours)):
             if solution is not None:
                 found.setdefault(solution.program, []).append(solution)
-    # The load is balanced by ours to rounding, whatever the others do.
+    # fretwear balances the load to rounding, independently of the other programs.
     balance = ours.pressure.mean() * SIZE[0] * SIZE[1] / LOAD - 1.0
-    assert abs(balance) < 1e-12, f"{case.name}: the pressures of fretwear carry {balance:+.1e} too much"
+    assert abs(balance) < 1e-12, f"{case.name}: the relative error of the load of fretwear is {balance:+.1e}"
     peers = [name for name in found if name != ours.program]
     if not peers:
         sys.exit(f"{case.name}: no other program converged")
@@ -233,7 +233,7 @@ def compare(case, arguments, folder):
         area = (peer.pressure > 0.0).mean()
         seconds = statistics.median(solution.seconds for solution in solutions)
         relative = (peer.approach - ours.approach) / abs(ours.approach)
-        # Of one round each: what else the machine does slows all three.
+        # Ratios within one round, because other work of the machine slows all programs.
         times = statistics.median(b.seconds / a.seconds for a, b in zip(found[ours.program], solutions))
         shown = "        -          -" if peer is ours else f"{difference:9.1e} {relative:+10.1e}"
         print(f"{case.name:22s} {name:17s} {shown} {100 * area:8.4f} {seconds:9.3f} {times:6.1f}  {peer.work}", flush=True)
@@ -245,9 +245,9 @@ def compare(case, arguments, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", help="the fretwear program")
-    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where surfaces and runs go")
-    parser.add_argument("--repeats", type=int, default=1, help="rounds, of which times are medians [default: %(default)s]")
-    parser.add_argument("--case", action="append", help="only this case; may be repeated")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="folder of the surfaces and runs")
+    parser.add_argument("--repeats", type=int, default=1, help="number of rounds; times are medians [default: %(default)s]")
+    parser.add_argument("--case", action="append", help="run only this case; may be repeated")
     arguments = parser.parse_args()
     arguments.program = str(Path(arguments.program).resolve())
     with tempfile.TemporaryDirectory() as temporary:
@@ -257,7 +257,7 @@ def main():
         tamaas.initialize(1)
         cases = [case for case in CASES if not arguments.case or case.name in arguments.case]
         if not cases:
-            sys.exit("no such case; there are " + ", ".join(case.name for case in CASES))
+            sys.exit("no such case; the cases are " + ", ".join(case.name for case in CASES))
         print(f"{'case':22s} {'program':17s} {'max|dp|':>9s} {'approach':>10s} {'area [%]':>8s} {'time [s]':>9s} {'times':>6s}  work")
         largest = max(compare(case, arguments, folder) for case in cases)
     print(f"largest difference {largest:.1e} of the largest pressure, {SAME:.0e} allowed")

@@ -1,9 +1,10 @@
-"""Holds the exported matrices and contact elements of a run against the forced response of the program, where all stick.
+"""Compares the exported matrices and contact elements of a run with the forced response of the program for a stuck joint.
 
     python tests/peers/exported.py --program fretwear [RUN]
 
-Without a run, the small resonator is computed at a ten-thousandth of its force. K, M, C and Ks with the sliders that bear load as springs are solved at the
-frequencies of `frf`. Wants numpy and pyarrow. Exits with 1 if an amplitude differs by more than 1e-4.
+Without RUN, the script computes the small resonator at 1e-4 of its force. The script solves the equations of K, M, C and Ks, with the
+loaded sliders as springs, at the frequencies of `frf`. The script needs numpy and pyarrow. The exit code is 1 if an amplitude differs by
+more than 1e-4.
 """
 
 import argparse
@@ -57,7 +58,7 @@ def main():
         found = abs(np.linalg.solve(dynamic, force)[about["response_row"] - 1])
         if amplitude is not None:
             worst = max(worst, abs(found / amplitude - 1))
-    print(f"{len(frf['frequency'])} frequencies: amplitudes differ by {worst:.1e} at most")
+    print(f"{len(frf['frequency'])} frequencies: largest difference of the amplitudes {worst:.1e}")
     return 0 if worst < 1e-4 else 1
 
 

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Compare the normal pressure in a bolted lap of two plates with that of CalculiX on the same meshes.
+"""Compares the normal pressure in a bolted lap of two plates with CalculiX on the same meshes.
 
     python tests/peers/lap_with_hole.py target/release/fretwear [--ccx ccx] [FOLDER]
 
 Two steel plates of 6 and 9 mm overlap by 42 x 36 mm. A square hole passes through both, near a corner of the lap. Opposing
-forces press square washers around the hole. The far end of the lower plate is held statically determinate. The upper plate rests
+forces press square washers around the hole. The far end of the lower plate has statically determinate supports. The upper plate rests
 on the contact, which is flat and has no friction. Elements are C3D8I of 3 mm and 1.5 mm. CalculiX computes surface-to-surface
 contact with a linear penalty: the pressure is the penalty times the overlap. The script prints loads in square rings around the
-hole and fails beyond its limits. It needs ccx, numpy and pyarrow. Decks and results go into FOLDER, else a temporary one.
+hole and fails beyond its limits. It needs ccx, numpy and pyarrow. Decks and results go into FOLDER, or into a temporary folder.
 """
 
 import argparse
@@ -35,7 +35,7 @@ CELLS = [round(side / CELL) for side in LAP]
 X, Y = ((np.arange(n) + 0.5) * CELL - side / 2 - c for n, side, c in zip(CELLS, LAP, HOLE))
 DISTANCE = np.maximum(abs(X[:, None]), abs(Y))  # of a cell from the hole's centre; equal along squares
 
-# Of the load: the worst ring, and the sum of the differences of element loads. In mm: the ends of the contact.
+# Limits: the worst ring and the sum of the differences of element loads, relative to the load, and the ends of the contact in mm.
 LIMITS = [
     ("CalculiX 3 x10", "CalculiX 3", (0.005, np.inf, np.inf)),  # ten times the penalty
     ("CalculiX 3", "CalculiX 1.5", 3 * (np.inf,)),
@@ -60,7 +60,7 @@ PUNCH = f'normal_load = "{LOAD} N", pressing = "punch"'
 
 
 class Lap:
-    """Both plates in elements of one edge [mm]."""
+    """Both plates with elements of one edge length [mm]."""
 
     def __init__(self, edge):
         self.edge = edge
@@ -77,7 +77,7 @@ class Lap:
         places = (("TOP", self.upper, 0.0, in_lap), ("BOTTOM", self.lower, 0.0, in_lap))
         places += (("HEAD", self.upper, UPPER[2], under_washer), ("NUT", self.lower, -LOWER[2], under_washer))
         self.sets = {name: self.nodes(*place) for name, *place in places}
-        # Six displacements of three corners; the deck holds all of CLAMP.
+        # Six displacements of three corners. The deck fixes all displacements of CLAMP.
         below, above = (self.nodes(self.lower, z, lambda x, y: x == LOWER[0] + left) for z in (-LOWER[2], 0.0))
         self.sets["CLAMP"] = below[:1]
         held = [f"{below[-1]}, 1, 1", f"{below[-1]}, 3, 3", f"{above[0]}, 1, 1"]
@@ -87,12 +87,12 @@ class Lap:
         return [node for node, place in plate.positions.items() if place[2] == z and is_in(*place[:2])]
 
     def faces(self, plate, name):
-        """Elements with a face in a set, and its four nodes."""
+        """Returns the elements with a face in a set, with the four nodes of the face."""
         nodes = set(self.sets[name])
         return {e: face for e, corners in plate.elements.items() if len(face := nodes & set(corners)) == 4}
 
     def contact(self, penalty):
-        """Lines for CalculiX alone. The upper plate is held determinate in its plane, where no force acts."""
+        """Returns lines that only CalculiX needs. In its plane, the upper plate has determinate supports without force."""
         far = self.nodes(self.upper, 0.0, lambda x, y: x == LAP[0] / 2 - UPPER[0])
         lines = [f"{far[0]}, 1, 2", f"{far[-1]}, 1, 1"]
         for name, plate, face in (("TOP", self.upper, "S1"), ("BOTTOM", self.lower, "S2")):
@@ -105,7 +105,7 @@ class Lap:
         return "\n".join([*lines, "*NODE PRINT, NSET=TOP", "U", "*NODE PRINT, NSET=BOTTOM", "U", "*END STEP"]) + "\n"
 
     def calculix(self, ccx, folder, penalty):
-        """Mean pressures of the cells [MPa]."""
+        """Returns mean pressures of the cells [MPa]."""
         name = f"ccx_{self.edge}_{penalty:.0e}"
         (folder / f"{name}.inp").write_text(self.deck + self.contact(penalty))
         with open(folder / f"{name}.log", "w", encoding="utf-8") as log:
@@ -121,11 +121,11 @@ class Lap:
         pressure = penalty * np.maximum(over_x.T @ overlap @ over_y, 0.0) * (DISTANCE > HOLE_SIDE / 2)
         # ccx may end a step out of equilibrium without an error.
         if not abs(load := pressure.sum() * CELL**2 - LOAD) < 0.005 * LOAD:
-            sys.exit(f"{name}: the contact bears {load:+.0f} N more than the load; see {folder / name}.log")
+            sys.exit(f"{name}: the contact force differs from the load by {load:+.0f} N; see {folder / name}.log")
         return pressure
 
     def fretwear(self, program, folder, presses):
-        """Pressures of the cells [MPa]."""
+        """Returns pressures of the cells [MPa]."""
         run = f"fretwear_{self.edge}_{presses.split()[0]}"
         (folder / f"{run}.inp").write_text(self.deck)
         (folder / f"{run}.toml").write_text(SCENE.replace("DECK", f"{run}.inp").replace("PRESSES", presses))
@@ -138,18 +138,18 @@ class Lap:
 
 
 def hats(edge):
-    """Linear shape functions of nodes `edge` apart at the middles of the cells, along x and y."""
+    """Returns linear shape functions of nodes at a distance `edge`, at the centres of the cells, along x and y."""
     axes = [(np.arange(0.0, side + CELL, edge), (np.arange(n) + 0.5) * CELL) for side, n in zip(LAP, CELLS)]
     return [np.maximum(0.0, 1 - abs(nodes[:, None] - cells) / edge) for nodes, cells in axes]
 
 
 def rings(pressure):
-    """Loads in square rings around the hole's centre, over the load."""
+    """Returns the loads in square rings around the centre of the hole, relative to the total load."""
     return np.bincount((DISTANCE / RING).astype(int).ravel(), pressure.ravel() * CELL**2 / LOAD)
 
 
 def ends(pressure):
-    """Where the pressure falls to a thousandth of the largest along -x, x, -y and y from the hole's centre [mm]."""
+    """Returns the distances from the hole's centre along -x, x, -y and y at which the pressure falls to 1/1000 of the largest [mm]."""
     loaded = pressure > 1e-3 * pressure.max()
     loaded = [X[loaded[:, abs(Y) < CELL].any(axis=1)], Y[loaded[abs(X) < CELL].any(axis=0)]]
     return np.array([end for x in loaded for end in (x.min() - CELL / 2, x.max() + CELL / 2)])
@@ -164,7 +164,7 @@ def differences(pressure, other):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path, help="the fretwear program")
-    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where decks and results go")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="folder of the decks and results")
     parser.add_argument("--ccx", default="ccx", help="the CalculiX solver [default: %(default)s]")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:

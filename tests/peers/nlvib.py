@@ -1,9 +1,10 @@
-"""Holds the elements that fretwear exports for NLvib against the forces of its own law, at its own displacements, in Octave.
+"""Compares the forces of exported NLvib elements in Octave with the forces of fretwear, at the displacements of fretwear.
 
     python tests/peers/nlvib.py --program fretwear
 
-The laws of an elastic dry friction and of a unilateral spring are written here as NLvib documents them. Three oscillators have an element that slides along x and
-y (friction_law = "box", constant load), one that lifts off, and one that closes. Wants octave and pyarrow. Exits with 1 where a force differs by more than 1e-3.
+The script evaluates the elastic dry friction and the unilateral spring as the NLvib documentation defines these laws. Each of three
+oscillators has one kind of element: sliding along x and y (friction_law = "box", constant load), opening, and closing. The script needs
+octave and pyarrow. The exit code is 1 if a force differs by more than 1e-3.
 """
 
 import argparse
@@ -91,7 +92,7 @@ def main():
             if rows["element"][k] != 0:
                 continue
             place, order = "xyn".index(axis), rows["harmonic"][k]
-            # n is positive where the bodies approach there, and where the joint opens in what is exported.
+            # In the scene, positive n means approach. In the exported file, positive n means opening of the joint.
             sign = -1 if axis == "n" else 1
             for of, values in found.items():
                 cosine, sine = (rows[f"{of}_{part}"][k] for part in ("cosine", "sine"))
@@ -102,11 +103,11 @@ def main():
         (folder / "test.m").write_text(OCTAVE.format(folder=folder / "x"), encoding="utf-8")
         subprocess.run(["octave-cli", "--quiet", str(folder / "test.m")], check=True)
         theirs = np.loadtxt(folder / "x/force.csv", delimiter=",")
-        # Of the harmonics that the response has.
+        # Harmonics of the response.
         orders = sorted(set(rows["harmonic"]))
         spectrum = {of: np.fft.rfft(values, axis=0)[orders] for of, values in (("ours", found["force"]), ("theirs", theirs))}
         off = np.abs(spectrum["ours"] - spectrum["theirs"]).max() / np.abs(spectrum["ours"]).max()
-        print(f"{name}: forces differ by {off:.1e} of the largest at most")
+        print(f"{name}: largest difference {off:.1e} of the largest force")
         worst = max(worst, off)
     return 0 if worst < 1e-3 else 1
 

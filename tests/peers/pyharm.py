@@ -1,23 +1,25 @@
 #!/usr/bin/env python3
-"""Compare forced responses of small friction oscillators with those of pyHarm.
+"""Compares forced responses of small friction oscillators with pyHarm.
 
     python tests/peers/pyharm.py --program target/release/fretwear [--all] [FOLDER]
 
-Wants the packages pyHarm-os and pyarrow. Each case is a scene that `fretwear run` solves and the same oscillator solved by
-pyHarm at the same frequencies, harmonics and samples a cycle, from the same start of the slider. Printed are some points of
-both, or all of them with --all, and by how much all harmonics along all driven axes and the energies of a cycle differ. Scenes and
-runs go into FOLDER, a temporary one without.
+The script needs the packages pyHarm-os and pyarrow. Each case is a scene. `fretwear run` and pyHarm solve the same oscillator at the
+same frequencies, harmonics and samples per cycle, from the same start of the slider. The script prints some points of both solutions
+(all points with --all) and the largest differences of all harmonics along all driven axes and of the energies per cycle. Scenes and
+runs go into FOLDER, or into a temporary folder.
 
-Where both programs have the same law they agree to what Newton's method leaves. They differ in two ways, and the cases keep to what both can do:
+Where both programs have the same law, they agree within the tolerance of Newton's method. The programs differ in two ways, and the cases
+use only the common features:
 
-- pyHarm turns the friction force towards the motion once a sample (an error of first order in the time step), fretwear
-  integrates the turning over the step (second order). On the orbit, pyHarm is extrapolated from two numbers of samples. It
-  also marches three cycles to the steady one, too few for an element that hardly slips: the orbit's range leaves that out.
-- The three-dimensional element of pyHarm does not open: without load its normal force jumps to zero instead of minus the
-  preload, and friction stays. Without preload it has no friction. So lift-off is compared for the normal direction alone, with
-  pyHarm's unilateral spring preloaded by a gap below zero and a constant force.
+- pyHarm turns the friction force towards the motion once per sample (an error of first order in the time step). fretwear integrates the
+  turn over the step (second order). On the orbit, the script extrapolates pyHarm from two numbers of samples. pyHarm also computes three
+  cycles to the steady cycle, which are too few for an element with little slip. The frequency range of the orbit excludes such elements.
+- The three-dimensional element of pyHarm does not open. Without load, its normal force jumps to zero instead of minus the preload, and
+  the friction remains. Without preload, the element has no friction. The cases of opening therefore use only the normal direction, with
+  pyHarm's unilateral spring, preloaded by a gap below zero and a constant force.
 
-pyHarm has no energies: they are those of its harmonics, and what friction dissipates is what the dampers do not.
+pyHarm does not compute energies. The script computes the energies from its harmonics. The friction energy is the input minus the energy
+of the dampers.
 """
 
 import argparse
@@ -38,26 +40,26 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-# The oscillator of all cases, unless a case says otherwise.
+# The oscillator of all cases, unless a case changes it.
 MASS = 1.0  # kg
 STIFFNESS = (4.0e4, 3.5e4, 5.0e4)  # N/m
 KT, KN, MU = 2.0e4, 3.0e4, 0.5  # N/m, N/m, 1
 CUBIC = 1.0e10  # N/m^3
 LIGHT = (4.0, 4.0, 4.0)  # N s/m
-# Opening bends the resonance over; with so much damping there is one response at each frequency still.
+# Opening bends the resonance. With this damping, each frequency still has one response.
 HEAVY = (4.0, 4.0, 60.0)  # N s/m
 HARMONICS = 5
 SAMPLES = 512
 AXES = "xyz"
 ENERGIES = ("input", "friction", "viscous")
 
-# Both solve the same algebraic equations, fretwear to a relative correction of 1e-7.
+# Both programs solve the same algebraic equations, fretwear to a relative correction of 1e-7.
 SAME = 5e-7
-# Residual at which a solution of pyHarm counts [N]; it says "converged" of a first point whatever it is.
+# Largest residual of an accepted pyHarm solution [N]. pyHarm reports "converged" for every first point.
 SOLVED = 1e-8
-# On the orbit: what the extrapolation and fretwear's own samples leave.
+# Tolerance on the orbit: the error of the extrapolation and of fretwear's samples.
 EXTRAPOLATED = 5e-5
-# At a stop, which touches for a short part of the cycle.
+# Samples for a stop, which touches during a short part of the cycle.
 KINK_SAMPLES = 4096
 
 
@@ -74,7 +76,7 @@ class Case:
     what: str
     forces: list
     element: dict
-    """pyHarm's contact element, or a spring."""
+    """Contact element of pyHarm, or a spring."""
     response: str = "x"
     frequency: tuple = (30.0, 42.0)  # Hz
     points: int = 61
@@ -83,13 +85,13 @@ class Case:
     gap: float = 0.0  # m
     samples: int = SAMPLES
     opens_along_z: bool = False
-    """pyHarm's element takes a normal displacement that opens the contact as positive."""
+    """For pyHarm's element, a positive normal displacement opens the contact."""
     constant_force: float = 0.0
-    """pyHarm alone: along z [N]."""
+    """Constant force along z, only for pyHarm [N]."""
     extrapolate: bool = False
     tolerance: float = SAME
     springs: str = ""
-    """Keys of springs to the ground, in place of a contact."""
+    """Keys of springs to the ground, instead of a contact."""
     harmonics: list = field(default_factory=lambda: list(range(HARMONICS + 1)))
 
 
@@ -175,7 +177,7 @@ CASES = [
 
 
 def scene(case, response):
-    """The scene of a case and the axis of its response, as TOML."""
+    """Returns the scene of a case with this axis of the response, as TOML."""
     forces = ", ".join(
         f'{{ amplitude = "{force.amplitude} N", direction = "{force.direction}", phase = "{force.phase} deg" }}'
         for force in case.forces
@@ -211,7 +213,7 @@ aft_samples = {case.samples}
 
 
 def by_fretwear(program, case, folder):
-    """Through the command line and Parquet: frequencies [Hz], complex amplitudes [m] by axis, frequency and harmonic, and energies [J]."""
+    """Runs fretwear and returns frequencies [Hz], complex amplitudes [m] by axis, frequency and harmonic, and energies [J]."""
     amplitudes, energies = {}, None
     for response in driven(case):
         name = f"{case.name}_{response}"
@@ -236,12 +238,12 @@ def by_fretwear(program, case, folder):
 
 
 def driven(case):
-    """The axes along which there are forces, that of the response first."""
+    """Returns the axes of the forces, beginning with the axis of the response."""
     return sorted({force.direction for force in case.forces}, key=lambda axis: (axis != case.response, axis))
 
 
 def load_pyharm(folder):
-    """Some of its elements are in JAX, which computes with 32 bits, and it writes settings into the home and working folders."""
+    """Loads pyHarm in `folder`, where pyHarm writes settings. Some elements use JAX, which needs a switch for 64 bits."""
     os.environ["JAX_ENABLE_X64"] = "1"
     os.environ["HOME"] = str(folder)
     os.chdir(folder)
@@ -251,7 +253,7 @@ def load_pyharm(folder):
 
 
 def pyharm_problem(case, samples, frequencies):
-    """pyHarm's input: one node with three degrees of freedom, its forces and its contact to the ground."""
+    """Returns the input of pyHarm: one node with three degrees of freedom, its forces and its contact to the ground."""
     at = {"mass": [0]}
     connectors = {"contact": case.element | {"connect": dict(at)}}
     if case.constant_force:
@@ -263,7 +265,7 @@ def pyharm_problem(case, samples, frequencies):
         sign = -1.0 if case.opens_along_z and axis == 2 else 1.0
         connectors[f"force_{number}"] = {
             "type": "GOForcing", "connect": dict(at), "dirs": [axis], "ho": 1, "dto": 0,
-            # It applies cos(phi) cos(wt) + sin(phi) sin(wt): phi is a lag.
+            # pyHarm applies cos(phi) cos(wt) + sin(phi) sin(wt), so phi is a lag.
             "amp": sign * force.amplitude, "phi": -math.radians(force.phase),
         }
     matrices = {"M": MASS * np.eye(3), "C": np.diag(case.damping), "K": np.diag(STIFFNESS)}
@@ -285,7 +287,7 @@ def pyharm_problem(case, samples, frequencies):
 
 
 def by_pyharm(pyharm, case, samples, frequencies):
-    """Complex amplitudes [m] by axis, frequency and harmonic."""
+    """Returns complex amplitudes [m] by axis, frequency and harmonic."""
     maestro = pyharm.Maestro(pyharm_problem(case, samples, frequencies))
     analysis = maestro.nls["response"]
     dofs = maestro.system.expl_dofs
@@ -300,7 +302,7 @@ def by_pyharm(pyharm, case, samples, frequencies):
 
     states = []
     for frequency in frequencies:
-        # Along the secant, from the last point, from the linear response, from rest.
+        # Starts: along the secant, from the last point, from the linear response, from rest.
         starts = [2.0 * states[-1] - states[-2]] if len(states) > 1 else []
         starts += states[-1:] + [None, "null"]
         residuals = []
@@ -319,7 +321,7 @@ def by_pyharm(pyharm, case, samples, frequencies):
 
 
 def energies_of(case, frequencies, amplitudes):
-    """Work of the forces, of friction and of the dampers per cycle [J]."""
+    """Returns the work of the forces, of friction and of the dampers per cycle [J]."""
     first = case.harmonics.index(1)
     work = {"input": np.zeros(len(frequencies)), "viscous": np.zeros(len(frequencies))}
     for force in case.forces:
@@ -332,7 +334,7 @@ def energies_of(case, frequencies, amplitudes):
 
 
 def compare(pyharm, case, arguments, folder):
-    """Solves a case by both programs and prints it; returns the largest relative difference."""
+    """Solves a case with both programs and prints the differences. Returns whether the programs agree."""
     started = time.monotonic()
     frequencies, ours, energies = by_fretwear(arguments.program, case, folder)
     first = case.harmonics.index(1)
@@ -342,10 +344,10 @@ def compare(pyharm, case, arguments, folder):
     if case.extrapolate:
         coarse = np.max(np.abs(ours[case.response][:, first] / theirs[case.response][:, first] - 1.0))
         fine = by_pyharm(pyharm, case, 2 * case.samples, frequencies)
-        note = f"; pyHarm extrapolated from {case.samples} and {2 * case.samples} samples, {coarse:.1e} apart at {case.samples}"
+        note = f"; pyHarm extrapolated from {case.samples} and {2 * case.samples} samples, difference {coarse:.1e} at {case.samples}"
         theirs = {axis: 2.0 * fine[axis] - theirs[axis] for axis in theirs}
     ended = time.monotonic()
-    # Along other axes and of other harmonics against the largest first harmonic of the axis; energies against the largest input.
+    # Amplitudes relative to the largest first harmonic of their axis, and energies relative to the largest input.
     apart = {
         axis: np.abs(ours[axis] - theirs[axis]).max(axis=0) / np.abs(theirs[axis][:, first]).max() for axis in ours
     }
@@ -368,7 +370,7 @@ def compare(pyharm, case, arguments, folder):
         print(f"  along {axis}, harmonics {case.harmonics[0]} to {case.harmonics[-1]}: " + " ".join(f"{row:.1e}" for row in rows))
     print("  energies: " + ", ".join(f"{name} {value:.1e}" for name, value in energy.items()))
     verdict = "agree" if largest <= case.tolerance else "DISAGREE"
-    print(f"  {verdict}: {largest:.1e} at most of {len(frequencies)} points, {case.tolerance:.0e} allowed{note}")
+    print(f"  {verdict}: largest difference {largest:.1e} of {len(frequencies)} points, {case.tolerance:.0e} allowed{note}")
     print(f"  fretwear {middle - started:.1f} s, pyHarm {ended - middle:.1f} s")
     return largest <= case.tolerance
 
@@ -377,7 +379,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--program", required=True, help="the fretwear program")
     parser.add_argument("--all", action="store_true", help="print every point")
-    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where scenes and runs go")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="folder of the scenes and runs")
     arguments = parser.parse_args()
     arguments.program = str(Path(arguments.program).resolve())
     with tempfile.TemporaryDirectory() as temporary:

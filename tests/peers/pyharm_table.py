@@ -1,10 +1,10 @@
-"""Holds the forced response of an oscillator on a bank of sliders against pyHarm with the module that fretwear exports.
+"""Compares the forced response of an oscillator on a bank of sliders with pyHarm, which uses the module exported by fretwear.
 
     python tests/peers/pyharm_table.py --program fretwear
 
-The bank has a slider that bears and slips, one that lifts off, and one that is open at rest and closes; forces act along the joint and across it. At each
-frequency, from sticking over the peak to sticking, the residual of pyHarm is below 1e-6 of the load. Wants pyHarm-os and pyarrow. Exits with 1 where an amplitude
-differs by more than 0.2 %.
+The bank has a loaded slider that slips, a slider that opens, and a slider that is open at rest and closes. Forces act along the joint
+and across it. The frequencies cover the sticking joint, the peak, and again the sticking joint. At each frequency, the residual of pyHarm
+is below 1e-6 of the load. The script needs pyHarm-os and pyarrow. The exit code is 1 if an amplitude differs by more than 0.2 %.
 """
 
 import argparse
@@ -64,7 +64,7 @@ def main():
         order = np.argsort(found["frequency"])
         frequencies, ours = (np.array(found[name])[order] for name in ("frequency", "amplitude"))
         worst = max(worst, compare(exported, frequencies, ours, amplitude))
-    print(f"amplitudes differ by {worst:.1e} at most")
+    print(f"largest difference of the amplitudes: {worst:.1e}")
     return 0 if worst < 2e-3 else 1
 
 
@@ -97,7 +97,7 @@ def compare(exported, frequencies, ours, load):
         state = solution.x[:-1].copy()
         states.append(state)
         worst = max(worst, abs(math.hypot(state[place["c"]], state[place["s"]]) / amplitude - 1))
-    print(f"{load} N: {len(frequencies)} frequencies, amplitudes differ by {worst:.1e} at most")
+    print(f"{load} N: {len(frequencies)} frequencies, largest difference of the amplitudes {worst:.1e}")
     return worst
 
 

@@ -1,5 +1,5 @@
-//! What a scene does not need is not built: neither its memory, nor its time, nor its transforms. That its columns and tables
-//! are absent is tested beside the stages.
+//! Tests that the program does not build unnecessary parts of a scene, and spends no memory, time or transforms on them. The tests of the
+//! stages check that the columns and tables of these parts are absent.
 
 use std::collections::BTreeSet;
 
@@ -55,7 +55,7 @@ fn without_motion_no_cycle_is_computed() {
     }
 }
 
-/// Without y there are one kernel, one field of shear and one direction of each solve less: in the plan and in the run.
+/// Without y, the plan and the run have one kernel, one field of shear and one direction of each solve less.
 #[test]
 fn without_y_there_is_less_of_everything() {
     let bench = Bench::new();
@@ -85,7 +85,7 @@ fn without_y_there_is_less_of_everything() {
     }
 }
 
-/// The memory of the second axis, in the plan and as the operating system counts it.
+/// Memory of the second axis, from the plan and from the operating system.
 #[test]
 #[cfg(target_os = "linux")]
 fn without_y_its_memory_is_not_allocated() {
@@ -100,7 +100,7 @@ fn without_y_its_memory_is_not_allocated() {
     let absent = [&grid[..], &["--set", "contact.transverse=absent"]].concat();
     let alone = super::memory::planned_and_measured("small.toml", &absent);
     let [planned, measured] = [both.0 - alone.0, both.1 - alone.1];
-    // Two kernels of half the plane of complex numbers, and fields.
+    // The second axis needs two kernels of half the plane of complex numbers, and fields.
     let cells = 384.0 * 320.0 * 8.0;
     assert!(measured > 5.0 * cells, "only {measured:e} B less");
     assert!(

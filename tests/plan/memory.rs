@@ -1,4 +1,4 @@
-//! The memory that is counted from a recipe against the peak that the operating system counts of a run.
+//! Tests of the memory estimate of a recipe against the peak of a run according to the operating system.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -11,18 +11,18 @@ use fretwear::scene::{self, Plan};
 
 use crate::support::Bench;
 
-/// Part of the measured peak by which the plan may be off.
+/// Largest error of the planned memory, relative to the measured peak.
 const OFF: f64 = 0.2;
 const OFF_OF_MESH: f64 = 0.5;
 
-/// What a pipe holds on Linux \[B\].
+/// Capacity of a pipe on Linux \[B\].
 const PIPE: usize = 65_536;
-/// A run that computes nothing for so long waits for somebody to read what it prints.
+/// A run without computation for this number of ticks waits for a reader of its output.
 const WAITS: u32 = 40;
 const TICK: Duration = Duration::from_millis(5);
 
-/// Largest resident set of a run \[B\]. The run is held at its end, where it prints into a pipe that is full: of a process that has ended
-/// nothing could be read, and its peak may be at its end.
+/// Largest resident set of a run \[B\]. The run blocks at its end, where it prints into a full pipe: the peak may be at the end, and the
+/// operating system has no peak of a process that has ended.
 fn measured(bench: &Bench, arguments: &[String]) -> f64 {
     let (mut reader, writer) = std::io::pipe().expect("a pipe");
     let mut filler = writer.try_clone().expect("a pipe");
@@ -45,9 +45,10 @@ fn measured(bench: &Bench, arguments: &[String]) -> f64 {
         let Some(found) = kibibytes.and_then(|k| k.parse::<f64>().ok()) else {
             break;
         };
-        // It only grows, but where the program has just taken the place of the test, whose peak it had until then.
+        // The peak only increases, except at the start: until the program replaces the test process, the peak is the peak of the test
+        // process.
         peak = 1024.0 * found;
-        // Its state, and the time that it has computed in the program and in the system.
+        // State of the process, and its computing time in user and kernel mode.
         let stat = of("stat");
         let (_, fields) = stat.rsplit_once(')').unwrap_or_default();
         let fields: Vec<&str> = fields.split_whitespace().collect();
@@ -65,7 +66,7 @@ fn measured(bench: &Bench, arguments: &[String]) -> f64 {
     peak
 }
 
-/// The memory of a scene as it is counted \[B\], of a run that reduces its structure or finds it reduced.
+/// Estimated memory of a scene \[B\], for a run that reduces its structure or reads the reduction from the cache.
 fn planned(scene: &Path, sets: &[&str], cost: &str) -> f64 {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let scene = scene::load(scene, &sets).expect("a scene");
@@ -76,7 +77,7 @@ fn planned(scene: &Path, sets: &[&str], cost: &str) -> f64 {
     }
 }
 
-/// The memory that is counted, under one name of the cost, against that of a run.
+/// Compares the estimated memory, under this name of the cost, with the memory of a run.
 fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
     let with = |words: &[&str]| -> Vec<String> {
         let sets = sets.iter().flat_map(|set| ["--set", set]);
@@ -96,7 +97,7 @@ fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
             "--json",
             "--run",
             "run",
-            // Each thread has memory of its own at hand, of which it may use little.
+            // Each thread reserves memory but may use little of it.
             "--threads",
             "1",
         ]),
@@ -108,7 +109,7 @@ fn check(bench: &Bench, scene: &str, sets: &[&str], cost: &str) {
     );
 }
 
-/// The memory that is counted of a scene of the bench, and that of its run \[B\].
+/// Estimated memory of a scene of the bench, and measured memory of its run \[B\].
 pub fn planned_and_measured(scene: &str, sets: &[&str]) -> (f64, f64) {
     let bench = Bench::new();
     let words = ["run", scene, "--run", "run"]
@@ -152,7 +153,7 @@ fn the_planned_memory_is_what_a_run_takes() {
     }
 }
 
-/// The reduction of a mesh is the peak of its run.
+/// The reduction of a mesh determines the peak of its run.
 #[test]
 fn the_planned_memory_of_a_mesh() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines/lap_of_bars.toml");
@@ -167,7 +168,7 @@ fn the_planned_memory_of_a_mesh() {
     );
 }
 
-/// A structure that is reduced takes more than one that is found in the cache.
+/// A run that reduces its structure needs more memory than a run that reads the reduction from the cache.
 #[test]
 fn the_planned_memory_of_a_structure() {
     let bench = Bench::new();

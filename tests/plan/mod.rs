@@ -1,6 +1,6 @@
-//! The recipes of the scenes that are shipped, as `fretwear plan --json` prints them, against those on record.
+//! Tests of the recipes of the shipped scenes: the output of `fretwear plan --json` against stored recipes.
 //!
-//! After a change that is meant, run the tests once with FRETWEAR_REWRITE_PLANS=1 and read the difference.
+//! After an intended change, run the tests once with FRETWEAR_REWRITE_PLANS=1 and read the difference.
 
 mod absence;
 mod memory;
@@ -61,12 +61,15 @@ fn the_recipes_of_the_pipelines_are_those_on_record() {
         let text = fs::read_to_string(&path)
             .unwrap_or_else(|error| panic!("{}: {error}; set {REWRITE}=1", path.display()));
         let expected: Value = serde_json::from_str(&text).expect("a plan");
-        assert_eq!(found, expected, "{name}: if this is meant, set {REWRITE}=1");
+        assert_eq!(
+            found, expected,
+            "{name}: if the change is intended, set {REWRITE}=1"
+        );
     }
     assert_eq!(stems(&golden, "json"), stems(&pipelines, "toml"));
 }
 
-/// Whoever reads a recipe from the folder of a run has the very numbers that the run used.
+/// A recipe that is read from a run folder has exactly the numbers that the run used.
 #[test]
 fn a_recipe_is_read_back_as_it_was() {
     let pipelines = folder("pipelines");
@@ -75,7 +78,7 @@ fn a_recipe_is_read_back_as_it_was() {
         let recipe = Plan::of(&scene).expect("a plan").inputs.recipe;
         let text = serde_json::to_string(&recipe).expect("text");
         let mut read: Recipe = serde_json::from_str(&text).expect("a recipe");
-        // Where a file stands is not part of a recipe.
+        // The path of a file is not part of a recipe.
         if let (Some(Surface { heights, .. }), Some(own)) = (
             read.joints.first_mut().and_then(|j| j.surface.as_mut()),
             recipe.surface(),
@@ -93,7 +96,7 @@ fn a_recipe_is_read_back_as_it_was() {
     }
 }
 
-/// A plan is of the scene alone, but for seconds: neither the machine, nor the time, nor the folder is in it.
+/// Except for its seconds, a plan depends only on the scene, not on the machine, the time or the folder.
 #[test]
 fn a_plan_is_the_same_each_time_and_anywhere() {
     let (here, there) = (Bench::new(), Bench::new());
@@ -109,7 +112,7 @@ fn a_plan_is_the_same_each_time_and_anywhere() {
     assert!(!here.path("runs").exists(), "a plan runs nothing");
 }
 
-/// What each key decides, in the words of the plan.
+/// The decision of the plan that each key changes.
 #[test]
 fn a_plan_follows_the_scene() {
     let bench = Bench::new();
@@ -150,7 +153,7 @@ fn a_plan_follows_the_scene() {
     }
 }
 
-/// Each number that a preset has a say in has its reason, and a number that the recipe does not have has none.
+/// The recipe gives a reason for each number that a preset may set, and no reason for a number that the recipe lacks.
 #[test]
 fn a_recipe_says_where_its_numbers_come_from() {
     let bench = Bench::new();
@@ -179,7 +182,7 @@ fn a_recipe_says_where_its_numbers_come_from() {
     ] {
         assert_eq!(asked[key], reason, "{key}");
     }
-    // The bodies are alike, and nothing vibrates.
+    // The bodies have equal materials, and the scene has no vibration.
     for key in [
         "fidelity.load_steps",
         "fidelity.aft_samples",

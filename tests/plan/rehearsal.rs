@@ -1,7 +1,7 @@
-//! The cost of a run as a rehearsal estimates it, against the cost of the run.
+//! Tests of the cost that a rehearsal estimates, against the cost of the run.
 //!
-//! The scenes here have a few thousand cells and a handful of asperities. `rehearsed.py` beside this file draws scenes of all kinds of
-//! motion, and is run by `.ci/long`.
+//! The scenes in this file have a few thousand cells and few asperities. `rehearsed.py` in the same folder draws scenes with all kinds of
+//! motion, and `.ci/long` runs it.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::support::Bench;
 
-/// Room for a coarser grid on the joint of the bench.
+/// Grid that allows a coarser grid on the joint of the bench.
 const ROOM: &str = "joint.grid=[64, 54]";
 
 fn with_sets<'a>(words: &[&'a str], sets: &[&'a str]) -> Vec<&'a str> {
@@ -21,7 +21,7 @@ fn with_sets<'a>(words: &[&'a str], sets: &[&'a str]) -> Vec<&'a str> {
     words.iter().copied().chain(sets).collect()
 }
 
-/// A rehearsal, bounded by counts: the machine may be busy.
+/// Rehearsal with a limit by counts, because the machine may be busy.
 fn rehearsed(bench: &Bench, scene: &str, sets: &[&str]) -> Rehearsal {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let scene = scene::load(&bench.path(scene), &sets).expect("a scene");
@@ -44,7 +44,7 @@ fn pipeline(name: &str) -> String {
     path.to_str().expect("text").to_owned()
 }
 
-/// The range contains the actual number.
+/// Checks that the range contains the actual number.
 fn hold(case: &str, expected: &Value, actual: &Value) {
     let actual = actual.as_f64().expect("a number");
     let of = |name: &str| expected[name].as_f64().expect("a number");
@@ -98,7 +98,7 @@ fn a_coarse_run_says_what_a_run_costs() {
         hold_all(&case, &plan, &run);
         let coarse = &plan["coarse_run"]["cells"][0];
         assert!(coarse.as_u64() >= Some(24), "{case}: {plan}");
-        // The stages that cost pairs are those that the plan names.
+        // The plan names the stages that need FFT pairs.
         let stages = |pairs: &Value| -> BTreeSet<String> {
             let pairs = pairs.as_object().expect("stages").iter();
             let some = pairs.filter(|(_, v)| v.as_f64() > Some(0.0));
@@ -109,7 +109,7 @@ fn a_coarse_run_says_what_a_run_costs() {
     }
 }
 
-/// A scene without room for a coarser grid is run itself, and its counts are exact.
+/// The rehearsal runs a scene itself if its grid cannot be coarser; the counts are then exact.
 #[test]
 fn a_scene_of_few_cells_is_run_itself() {
     let bench = Bench::new();
@@ -130,7 +130,7 @@ fn a_scene_of_few_cells_is_run_itself() {
     );
 }
 
-/// A structure with a mesh is not rehearsed. Its counted numbers are there.
+/// The program does not rehearse a structure with a mesh, but it counts its memory and unknowns.
 #[test]
 fn the_cost_of_a_mesh_is_counted_alone() {
     let bench = Bench::new();
@@ -159,7 +159,7 @@ fn the_cost_of_a_mesh_is_counted_alone() {
     );
 }
 
-/// A cycle of many samples spends the operations of a rehearsal before the end of the scene.
+/// A cycle of many samples uses the operations of a rehearsal before the end of the scene.
 #[test]
 fn a_coarse_run_that_is_broken_off_has_a_range() {
     let sets = [
@@ -176,7 +176,7 @@ fn a_coarse_run_that_is_broken_off_has_a_range() {
     }
 }
 
-/// A rehearsal begins no stage after its time, and gives the reason.
+/// A rehearsal begins no stage after its time limit, and gives the reason.
 #[test]
 fn a_rehearsal_ends_in_time() {
     let scene = scene::load(Path::new(&pipeline("prescribed_fretting")), &[]).expect("a scene");
@@ -187,7 +187,7 @@ fn a_rehearsal_ends_in_time() {
     assert!(found.cost.counted.memory > 30_000_000 && found.cost.disk.is_none());
 }
 
-/// A run is the same whether it was planned or not, and what it keeps of its plan is nothing that was rehearsed.
+/// A plan does not change the run that follows, and the stored plan contains no result of the rehearsal.
 #[test]
 fn nothing_that_is_rehearsed_enters_a_recipe() {
     let bench = Bench::new();
@@ -211,7 +211,7 @@ fn nothing_that_is_rehearsed_enters_a_recipe() {
     assert!(!keys.contains("cost"), "{keys:?}");
 }
 
-/// The truth is that of all starts, whatever the last of them did.
+/// The cost of a run in pieces is the sum over all starts.
 #[test]
 fn a_run_in_pieces_has_cost_what_one_in_one_piece_has() {
     let whole = ran(&Bench::new(), "small.toml", &[]);
@@ -222,16 +222,16 @@ fn a_run_in_pieces_has_cost_what_one_in_one_piece_has() {
     for name in ["wear_iterations", "pruned_iterations", "fft_pairs_by_stage"] {
         assert_eq!(pieces[name], whole[name], "{name}");
     }
-    // What a run with other iterations kept does not know, it says.
+    // A run that keeps fewer iterations reports the number of pruned ones.
     let sparse = ran(&Bench::new(), "small.toml", &["output.keep={ last = 1 }"]);
     assert_eq!(
         sparse["pruned_iterations"].as_u64(),
-        // The unworn state and the last stay.
+        // The run keeps the unworn state and the last iteration.
         whole["wear_iterations"].as_u64().map(|n| n - 1)
     );
 }
 
-/// A person sees at the end what a run has cost, and before it what it will.
+/// The text output gives the estimated cost before a run and the actual cost after it.
 #[test]
 fn both_are_told() {
     let bench = Bench::new();

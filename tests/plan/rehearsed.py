@@ -1,10 +1,11 @@
-"""The cost that `fretwear plan` estimates against the cost of the run, on scenes drawn at random.
+"""Compares the cost that `fretwear plan` estimates with the cost of the run, on random scenes.
 
     python tests/plan/rehearsed.py FRETWEAR [--each N] [--seed S] [--kind KIND] [--folder DIR]
 
-For each kind of motion it draws N scenes, plans and runs them. It prints for iterations, FFT pairs, disk and seconds how many scenes lie
-within the estimated range, how many have no estimate, and the median of upper over lower bound. Ends with 1 if the pairs of more than a
-tenth of the scenes lie outside their range. It takes some minutes and needs nothing but Python.
+For each kind of motion the script draws N scenes, plans them and runs them. For iterations, FFT pairs, disk and seconds it prints the
+number of scenes within the estimated range, the number of scenes without an estimate, and the median ratio of the upper to the lower bound.
+The exit code is 1 if the FFT pairs of more than a tenth of the scenes lie outside their range. The script takes some minutes and needs
+only Python.
 """
 
 import argparse
@@ -19,7 +20,7 @@ import tempfile
 
 KINDS = ["straight", "orbit", "varying load", "history", "force", "torsion"]
 FIGURES = {"iterations": "wear_iterations", "fft_pairs": "fft_pairs", "disk": "disk_bytes", "seconds": "seconds"}
-LONGEST = 120  # s; a run that takes longer is drawn again
+LONGEST = 120  # s; the script replaces a scene whose run takes longer
 
 STEEL = 'youngs_modulus = "198.4 GPa"\npoisson_ratio = 0.3\ndensity = "7949 kg/m^3"\n'
 
@@ -29,7 +30,7 @@ def log(draw, low, high):
 
 
 def scene(draw, kind, folder, name):
-    """The text of a scene: sizes, loads, motions and wear over one to three decades."""
+    """Returns the text of a scene; sizes, loads, motions and wear vary over one to three decades."""
     stepped = kind not in ("straight", "force")
     side = draw.randint(40, 72 if stepped else 144)
     other = max(32, round(side * draw.uniform(0.7, 1.0)))
@@ -47,7 +48,7 @@ def scene(draw, kind, folder, name):
         text += 'pressure_cap = "%.3g MPa"\n' % log(draw, 300, 2000)
     elif kind != "torsion" and draw.random() < 0.15:
         text += 'boundary = "periodic"\n'
-    # A displacement at which such a joint slides all over, about.
+    # Approximate displacement at which the whole joint slides.
     onset = 0.6 * load / (1.2e11 * math.sqrt(area)) * 1e6 + 0.1 * rq
     reach = onset * log(draw, 0.3, 6)
     if kind == "straight":
@@ -113,7 +114,7 @@ def main():
                 plan = told(program, "plan", path)
                 ran = told(program, "run", path, "--run", os.path.join(folder, name), "--quiet")
             except (ValueError, subprocess.TimeoutExpired) as error:
-                print(f"{name}: drawn again: {error}", file=sys.stderr, flush=True)
+                print(f"{name}: replaced by another scene: {error}", file=sys.stderr, flush=True)
                 continue
             planned = {**plan["cost"], "seconds": plan["seconds"]["run"]}
             row = {"took": plan["seconds"]["rehearsal"]}

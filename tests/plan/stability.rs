@@ -1,4 +1,4 @@
-//! What a plan says of the stability of the explicit wear step, before anything is computed.
+//! Tests of the stability check of the explicit wear step in a plan, before the computation.
 
 use std::path::Path;
 
@@ -18,10 +18,10 @@ fn warnings(plan: &Value) -> usize {
     plan["warnings"].as_array().map_or(0, Vec::len)
 }
 
-/// An explicit step of the published joint, on cells of 40 mm/256: what the pressures that were rehearsed say of it is the closed form.
+/// For an explicit step of the published joint on cells of 40 mm/256, the pressure limit from the rehearsal is the closed form.
 #[test]
 fn a_step_is_judged_by_the_pressures_that_were_rehearsed() {
-    // On the asperities of GPa as on what they are worn to.
+    // The limit is the same for asperities at GPa and for the worn surface.
     let sets = ["wear.scheme=explicit", "wear.depth_step=10 um"];
     let long = plan("prescribed_fretting", &sets, &[]);
     assert_eq!(warnings(&long), 1);
@@ -50,7 +50,7 @@ fn a_short_step_is_stable_and_an_implicit_one_always() {
     assert_eq!(warnings(&plan("prescribed_fretting", &implicit, &[])), 0);
 }
 
-/// A cap bounds the pressure, and with it the step, to the number: 2 lambda_min p_max. That is known at once.
+/// A cap bounds the pressure, so the largest stable step is 2 lambda_min p_max, without a rehearsal.
 #[test]
 fn a_cap_bounds_the_step() {
     let at_once = |depth: &str| {
@@ -61,7 +61,7 @@ fn a_cap_bounds_the_step() {
     assert_eq!(warnings(&at_once("wear.depth_step=0.9 um")), 0);
 }
 
-/// A person sees the warning too.
+/// The text output of a plan includes the warning, too.
 #[test]
 fn the_warning_is_printed() {
     let bench = Bench::new();

@@ -1,11 +1,11 @@
-"""Maps of `fretwear-import --surface`, and of the program itself, against surfalize: spacing, holes and every height with its place.
+"""Compares maps of `fretwear-import --surface` and of the program with surfalize: spacing, holes, and the height at each point.
 
     PYTHONPATH=src/python python tests/python/judge_surface.py [--program PROGRAM] FILE...
 
-Wants SurfaceTopography, pyarrow and surfalize. surfalize is under the GPL: it judges here, and nothing of the project imports it. FILEs
-are real ones, beside those of surfaces.py. surfalize differs by faults of its own, which are taken into account: it adds the largest
-height of NMS in place of the smallest, and takes the millimetres of TMD for micrometres. Its PLU begins two points early, and its table
-of MetroPro's resolutions begins at 1: both are left out here, and tested against closed forms in test_import.py.
+The script needs SurfaceTopography, pyarrow and surfalize. surfalize is under the GPL: only this script imports it. FILEs are real
+files, in addition to the files of surfaces.py. The script corrects two faults of surfalize: surfalize adds the largest height of NMS
+instead of the smallest, and it reads the millimetres of TMD as micrometres. Two formats are omitted: surfalize begins PLU two points
+early, and its table of MetroPro's resolutions begins at 1. test_import.py compares both formats with closed forms.
 """
 
 import argparse
@@ -22,16 +22,16 @@ from fretwear.importing.surface import OWN, STATED, library_map
 from pyarrow import parquet
 from surfalize import Surface
 
-#: Formats that surfalize reads, of those of surfaces.py.
+#: Formats of surfaces.py that surfalize reads.
 MADE = ("nms", "os3d", "tmd", "opd", "plux", "zmg", "gwy")
-#: Share of the largest height. Made files have single precision.
+#: Tolerance relative to the largest height. The files of surfaces.py have single precision.
 TOLERANCE = 1e-12
-#: surfalize multiplies in another order, and two formats in single precision.
+#: surfalize multiplies in another order, and in single precision for two formats.
 SPACING_TOLERANCE = 1e-6
 
 
 def grid(table, axes):
-    """Heights[i, j] and the spacing, in m, of a table of points or of indices."""
+    """Heights[i, j] and spacing in m from a table of points or of indices."""
     x, y, z = (table[name].to_numpy(zero_copy_only=False) for name in axes)
     (xs, i), (ys, j) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
     heights = np.full((len(xs), len(ys)), np.nan)
@@ -40,7 +40,7 @@ def grid(table, axes):
 
 
 def imported(file, spacing, folder):
-    """The map of the importer; of a format that the program reads itself that of the library alone."""
+    """Map of the importer. For a format that the program reads, the map comes from the library."""
     kind = file.suffix[1:]
     if kind in OWN:
         found = library_map(str(file), kind, None)
@@ -56,7 +56,7 @@ def imported(file, spacing, folder):
 
 
 def run(program, path, shape, spacing, folder):
-    """The map as the program has it after reading, and its notes."""
+    """Map that the program stores after reading."""
     scene = folder / "scene.toml"
     size = [f"{n * float(step)!r} m" for n, step in zip(shape, spacing, strict=True)]
     scene.write_text(f"""
@@ -75,7 +75,7 @@ contact = {{ normal_load = "0.01 N" }}
 
 
 def compare(name, heights, right, tolerance):
-    """The largest difference over the largest height; holes must be at the same points."""
+    """Largest difference relative to the largest height. Holes must be at the same points."""
     assert heights.shape == right.shape, (name, heights.shape, right.shape)
     assert (np.isnan(heights) == np.isnan(right)).all(), (name, "holes")
     difference = np.nanmax(np.abs(heights - right)) / np.nanmax(np.abs(right))
@@ -89,7 +89,7 @@ def judge(file, program, tolerance):
         warnings.simplefilter("ignore")
         judged = Surface.load(file)
     unit = 1e-3 if kind == "tmd" else 1e-6
-    # Lines of the picture from above, x running fastest.
+    # Lines from the upper end of the map; x varies fastest.
     right = judged.data.T * unit
     steps = [step * unit for step in (judged.step_x, judged.step_y)]
     with tempfile.TemporaryDirectory() as folder:
@@ -99,12 +99,12 @@ def judge(file, program, tolerance):
         assert np.allclose(spacing, steps, rtol=SPACING_TOLERANCE, atol=0.0), (file, spacing, steps)
         said = f"{file.name}: {heights.shape[0]} x {heights.shape[1]}, {np.isnan(heights).sum()} holes"
         said += f", importer {compare(file, heights, right, tolerance):.1e}"
-        # No mirror image fits as well.
+        # Each mirror image must differ.
         for other in (right[::-1], right[:, ::-1], right[::-1, ::-1], *([right.T] if len(set(right.shape)) == 1 else [])):
             assert np.nanmax(np.abs(heights - other)) > 1e3 * tolerance * np.nanmax(np.abs(right)), (file, "a mirror image")
         if program:
             read = run(program, path, heights.shape, spacing, Path(folder))
-            # The program has filled the holes.
+            # The program fills the holes.
             read[np.isnan(heights)] = np.nan
             said += f", program {compare(file, read, heights, TOLERANCE):.1e}"
     print(said)
@@ -112,7 +112,7 @@ def judge(file, program, tolerance):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--program", help="the program, whose own readers and whose reading of the tables are compared too")
+    parser.add_argument("--program", help="program whose readers of maps and of tables are also compared")
     parser.add_argument("files", nargs="*", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

@@ -1,9 +1,10 @@
-"""Executes the notebooks of the pages, each in a folder of its own.
+"""Executes each notebook of the documentation in a separate folder.
 
     python tests/python/notebooks.py [--keep FOLDER] [NAME…]
 
-Each must be stored without outputs, end without an error and within 30 s, and have a grid of at most 64 x 48 cells. `--keep` writes them with their
-outputs to a folder. Wants nbclient, ipykernel, matplotlib, pandas and polars, and the program as test_fretwear.py does.
+A notebook must be stored without outputs. It must end without an error within 30 s, and its grid must have at most 64 x 48 cells.
+With `--keep`, the script writes the notebooks with their outputs to a folder. The script needs nbclient, ipykernel, matplotlib, pandas
+and polars. It finds the program as test_fretwear.py does.
 """
 
 import argparse
@@ -17,13 +18,13 @@ import nbformat
 from nbclient import NotebookClient
 
 NOTEBOOKS = Path(__file__).resolve().parents[2] / "docs" / "notebooks"
-# Seconds of a notebook, with some to spare for a busy machine.
+# Time limit of a notebook in s, and a factor for a busy machine.
 LONGEST = 30.0
 SPARE = 4.0
 
 
 def execute(path, keep):
-    """The seconds of a notebook; raises where it fails."""
+    """Executes a notebook and returns the time in s. Raises an error if a cell fails."""
     notebook = nbformat.read(path, as_version=4)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code), f"{path.name} is stored with outputs"
@@ -48,7 +49,7 @@ def main():
     given = parser.parse_args()
     paths = [path for path in sorted(NOTEBOOKS.glob("*.ipynb")) if not given.names or path.stem in given.names]
     if not paths:
-        sys.exit(f"no notebook {given.names} in {NOTEBOOKS}")
+        sys.exit(f"no notebook with a name in {given.names} in {NOTEBOOKS}")
     for path in paths:
         seconds = execute(path, given.keep)
         print(f"{path.name}: {seconds:.1f} s", flush=True)

@@ -1,4 +1,4 @@
-"""Readers that fail in each way that a child process may, for test_import.py."""
+"""Readers for test_import.py. Each one fails in another way of a child process."""
 
 import os
 import signal

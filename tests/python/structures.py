@@ -1,4 +1,4 @@
-"""Two blocks as matrices, files of other programs that hold them, and their frequencies by SciPy alone: for test_import.py."""
+"""Two blocks as matrices, as files of other programs, and their natural frequencies by SciPy, for test_import.py."""
 
 import csv
 import json
@@ -12,7 +12,7 @@ FREE, STUCK = 43820.640086, 7795.825673
 
 
 def block(first, bottom):
-    """Nodes of 3 × 4 × 3, 10 mm apart and 5 mm along z, and hexahedra."""
+    """Block of 3 × 4 × 3 nodes with hexahedra. The distance of nodes is 10 mm, and 5 mm along z."""
     nodes = {
         first + x + 3 * y + 12 * z: np.array([10.0 * x, 10.0 * y, bottom + 5.0 * z]) for z in range(3) for y in range(4) for x in range(3)
     }
@@ -21,7 +21,7 @@ def block(first, bottom):
 
 
 def hexahedron(at):
-    """Stiffness and consistent mass of C3D8 with eight points."""
+    """Stiffness and consistent mass of a C3D8 element with eight integration points."""
     signs = np.array([[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]], float)
     lame, shear = MODULUS * RATIO / (1 + RATIO) / (1 - 2 * RATIO), MODULUS / 2 / (1 + RATIO)
     material = np.zeros((6, 6))
@@ -45,7 +45,7 @@ def hexahedron(at):
 
 
 class Blocks:
-    """Nodes, rows and matrices; the nodes at z = 0 are held."""
+    """Nodes, rows and matrices of the two blocks. The nodes at z = 0 are fixed."""
 
     def __init__(self):
         (lower, one), (upper, two) = block(1, 0.0), block(101, 10.0)
@@ -63,7 +63,7 @@ class Blocks:
         self.rows = [(labels[k // 3], k % 3 + 1) for k in free]
 
     def along(self, axes):
-        """K and M with the rows of some nodes along axes of their own: {node: rows of directions}."""
+        """K and M with rotated axes for some nodes: {node: rows of directions}."""
         turn = np.eye(len(self.rows))
         at = {row: k for k, row in enumerate(self.rows)}
         for node, directions in axes.items():
@@ -73,7 +73,7 @@ class Blocks:
 
 
 def mtx(matrix, rows, label=lambda node: node):
-    """*MATRIX OUTPUT by labels: one triangle."""
+    """Text of *MATRIX OUTPUT with node labels: one triangle of the matrix."""
     lines = [
         f"{label(rows[i][0])},{rows[i][1]}, {label(rows[j][0])},{rows[j][1]}, {matrix[i, j]:.15e}"
         for i, j in zip(*np.nonzero(np.tril(matrix)), strict=True)
@@ -99,7 +99,7 @@ def grid(node, at, cp=0, cd=0):
 
 
 class Folder:
-    """A neutral folder, read by NumPy, SciPy and csv alone."""
+    """Neutral folder, read with NumPy, SciPy and csv only."""
 
     def __init__(self, path):
         self.path = Path(path)
@@ -120,7 +120,7 @@ class Folder:
         return lines[1:]
 
     def read_deck(self):
-        """Nodes, elements, sets, held displacements and equations of mesh.inp, one keyword at a time."""
+        """Reads nodes, elements, sets, fixed displacements and equations of mesh.inp, one keyword at a time."""
         self.nodes, self.elements, self.sets, self.held, self.equations, self.lines = {}, {}, {}, set(), [], []
         word, options, cells = "", {}, []
         for line in (self.path / "mesh.inp").read_text().splitlines():
@@ -149,7 +149,7 @@ class Folder:
                         self.equations[-1] += [(int(values[k]), int(values[k + 1]), float(values[k + 2])) for k in range(0, len(values), 3)]
 
     def frequencies(self):
-        """Of a mesh of C3D8, with what is held and equations; else of the matrices. Lowest first, without those below 10 Hz."""
+        """Natural frequencies in rising order, from the matrices or from a mesh of C3D8 with its constraints. Rigid modes are omitted."""
         if self.about["kind"] == "matrices":
             return self.eigen(self.matrices["K"], self.matrices["M"])
         at = {row: k for k, row in enumerate((node, d) for node in sorted(self.nodes) for d in (1, 2, 3))}
@@ -177,7 +177,7 @@ class Folder:
         return found[found > 0.5]
 
     def stuck(self, pairs, normal=2):
-        """The lowest frequency with 400 and 300 N/µm between the faces, shared by the rectangles of four pairs."""
+        """Lowest frequency with 400 and 300 N/µm between the faces. Each rectangle of four pairs has an equal part of the stiffness."""
         at = {row: k for k, row in enumerate(self.rows)}
         here = np.array([self.nodes[upper] for upper, _ in pairs]).round(6)
         a, b = (d for d in range(3) if d != normal)

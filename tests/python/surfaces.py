@@ -1,6 +1,6 @@
-"""Small files of measured topographies, written byte by byte from the descriptions of the formats, for test_import.py and judge_surface.py.
+"""Writers of small files with measured topographies, from the descriptions of the formats, for test_import.py and judge_surface.py.
 
-A writer takes heights[i, j] in um with NaN where nothing was measured, i along x and j from the upper line down, and the spacing in um.
+A writer takes heights[i, j] in um and the spacing in um. NaN marks unmeasured points; i is along x, and j counts from the upper line down.
 """
 
 import io
@@ -13,7 +13,7 @@ SPACING = (2.0, 0.75)
 
 
 def heights(holes):
-    """7 x 5 heights that differ from all their mirror images, with one spike; multiples of 1/8 um, which all formats can store."""
+    """7 x 5 heights with one spike, different from all mirror images. All heights are multiples of 1/8 um, which each format can store."""
     x, y = np.meshgrid(np.arange(7.0), np.arange(5.0), indexing="ij")
     values = x / 2 + y * y / 8
     values[5, 1] = 4.75
@@ -23,7 +23,7 @@ def heights(holes):
 
 
 def lines(values, kind, hole):
-    """Lines of constant y, x running fastest."""
+    """Lines of constant y; x varies fastest."""
     return np.where(np.isnan(values), hole, values).T.astype(kind).tobytes()
 
 
@@ -34,7 +34,7 @@ def nms(values, spacing):
     head = bytearray(3468)
     struct.pack_into("<dd", head, 16, low, high)
     head[1076:1092] = b"2020-01-02 03:04"
-    # Nanometres, as in a real file; SurfaceTopography takes them for millimetres.
+    # Real files have nanometres here. SurfaceTopography reads them as millimetres.
     struct.pack_into("<IIdd", head, 1368, nx, ny, spacing[0] * 1e3, spacing[1] * 1e3)
     return bytes(head) + lines(counts, "<u2", 0)
 
@@ -52,7 +52,7 @@ def tmd(values, spacing):
 
 
 def opd(values, spacing):
-    # In nm times Wavelength / Mult; columns from the left, each from below.
+    # The unit of the heights is nm times Wavelength / Mult. Columns go from the left, and each column from below.
     columns = np.where(np.isnan(values), np.float32(1e38), values * 1000 / 600 * 1000)[:, ::-1].astype("<f4").tobytes()
     blocks = [
         (b"RAW_DATA", 3, struct.pack("<HHH", *values.shape, 4) + columns),
@@ -97,7 +97,7 @@ def zmg(values, spacing):
 
 
 def gwy(values, spacing, channels=(("Topography", "m"),)):
-    """Channels (title, unit of the heights); those after the first have the heights in reverse order."""
+    """GWY file with channels (title, unit of the heights). All channels after the first have the heights in reverse order."""
 
     def text(name):
         return name.encode() + b"\0"
@@ -129,7 +129,7 @@ def gwy(values, spacing, channels=(("Topography", "m"),)):
 
 
 def mi(values, spacing, channels=(("Topography", "um"),)):
-    """Channels (name, unit of the values); the last line comes first."""
+    """MI file with channels (name, unit of the values). The last line comes first."""
     head = {"fileType": "Image", "xPixels": values.shape[0], "yPixels": values.shape[1]}
     head |= {f"{axis}Length": repr(n * step * 1e-6) for axis, n, step in zip("xy", values.shape, spacing, strict=True)}
     entries = list(head.items())
@@ -140,7 +140,7 @@ def mi(values, spacing, channels=(("Topography", "um"),)):
 
 
 def nanoscope(values, spacing, channels=(("Height", "nm"),)):
-    """Channels (name, unit per V of its sensor): .spm; the last line comes first."""
+    """SPM file with channels (name, unit per V of the sensor). The last line comes first."""
     size = values.size * 2
     sides = " ".join(repr(n * step) for n, step in zip(values.shape, spacing, strict=True))
     text = ["\\*File list", "\\Version: 0x05120130", "\\*Scanner list"]
@@ -155,7 +155,7 @@ def nanoscope(values, spacing, channels=(("Height", "nm"),)):
 
 
 def ibw(values, spacing, unit="m", side="m"):
-    """Igor's wave of one layer; columns from below."""
+    """IBW file: wave of Igor with one layer. Columns go from below."""
     data = np.asfortranarray(values[:, ::-1] * 1e-6).tobytes("F")
     head = struct.pack("<hhiii", 5, 0, 320 + len(data), 0, 0).ljust(64, b"\0")
     head += struct.pack("<12xihh6xh32s8x", values.size, 4, 0, 1, b"wave") + struct.pack("<4i", *values.shape, 1, 0)
@@ -166,7 +166,7 @@ def ibw(values, spacing, unit="m", side="m"):
 
 
 def metropro(values, spacing):
-    """Square pixels alone: the format has one spacing."""
+    """MetroPro file. The pixels are square, since the format has one spacing."""
     head = bytearray(834)
     struct.pack_into(">4sHI", head, 0, b"\x88\x1b\x03\x6f", 1, 834)
     struct.pack_into(">HHI", head, 68, *values.shape, 4 * values.size)
@@ -178,7 +178,7 @@ def metropro(values, spacing):
 
 
 def hgt(values):
-    """Square, without unit and size."""
+    """HGT file: a square map without unit and size."""
     return lines(values, ">i2", -32768)
 
 
@@ -201,7 +201,7 @@ def datx(values, spacing):
     return out.getvalue()
 
 
-#: Extension: (writer, whether the format marks points that were not measured).
+#: Extension: (writer, true if the format marks unmeasured points).
 WRITERS = {
     "nms": (nms, False),
     "os3d": (os3d, True),

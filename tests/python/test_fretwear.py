@@ -1,9 +1,9 @@
-"""The Python module, held against pyarrow alone, the schemas, and the mechanics of a small joint.
+"""Compares the Python module with pyarrow, with the schemas, and with the mechanics of a small joint.
 
     python tests/python/test_fretwear.py
 
-The module and the program are those installed in this Python; or, with PYTHONPATH=$PWD/src/python and FRETWEAR=$PWD/target/release/fretwear,
-those of the repository. Wants Python 3.11, for TOML, and pyarrow, numpy, pandas, polars, xarray and matplotlib.
+The script tests the installed module and program. With PYTHONPATH=$PWD/src/python and FRETWEAR=$PWD/target/release/fretwear, it tests the
+module and the program of the repository. The script needs Python 3.11 (for TOML), pyarrow, numpy, pandas, polars, xarray and matplotlib.
 """
 
 import json
@@ -32,7 +32,7 @@ from matplotlib.figure import Figure
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 
-# Neither the grid nor its cells are square, so that exchanged axes fail.
+# Neither the grid nor its cells are square. Exchanged axes therefore fail.
 SCENE = """
 title = "A small rough joint"
 
@@ -68,25 +68,25 @@ GRID = (24, 16)
 HOLE = 1e-3
 NORMAL_LOAD = 500.0
 
-# Steps so short that the run takes minutes, of which a test waits for the first iterations.
+# Very short steps: the run takes minutes, and a test waits only for the first iterations.
 ENDLESS = {"wear.scheme": "explicit", "wear.depth_step": "1e-6 um"}
 PATIENCE = 60.0
 
 
 def files_of(run):
-    """The committed tables of a run: path from its folder to pyarrow's table, read alone, so that no column is made of its path."""
+    """Committed tables of a run: relative path and pyarrow table. Each file is read singly, so that its path adds no column."""
     tables = (*run.folder.glob("iterations/*/*.parquet"), *run.folder.glob("once/*.parquet"))
     return {file.relative_to(run.folder): pq.ParquetFile(file).read() for file in sorted(tables)}
 
 
 def place(file):
-    """(table, iteration), which is None of a table that is written once."""
+    """Table and iteration of a file. The iteration is None for a table that a run writes once."""
     folder = file.parent.name
     return file.stem, int(folder.removeprefix("wear_iteration=")) if folder != "once" else None
 
 
 class Bench(unittest.TestCase):
-    """A folder with the scene, in which each test works, and its run."""
+    """Working folder of each test, with the scene."""
 
     def setUp(self):
         self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
@@ -96,7 +96,7 @@ class Bench(unittest.TestCase):
         Path("joint.toml").write_text(SCENE, encoding="utf-8")
 
     def refused(self, code, words, do, *arguments, **named):
-        """The error of a call, with its code and some of its words."""
+        """Checks that a call fails with this exit code and these words. Returns the error."""
         with self.assertRaises(fretwear.Error) as caught:
             do(*arguments, **named)
         self.assertEqual(caught.exception.code, code, str(caught.exception))
@@ -113,7 +113,7 @@ class Reading(Bench):
     def test_a_run_is_the_folder_of_the_scenes_name(self):
         self.assertEqual(self.joint.folder, Path("runs/joint").absolute())
         self.assertEqual(os.fspath(fretwear.Run("runs/joint")), str(self.joint.folder))
-        # Who changes the working folder keeps the run; that of the test comes back when it ends.
+        # The run remains valid in another working folder. The test restores its working folder at the end.
         os.chdir("/")
         self.assertGreater(len(self.joint.iterations), 2)
         self.assertEqual(self.joint.latest, self.joint.iterations[-1])
@@ -237,7 +237,7 @@ class Reading(Bench):
         x, y = self.joint.centres()
         self.assertEqual((len(x), len(y)), GRID)
         for at, n, size in zip((x, y), GRID, SIZE, strict=True):
-            # Half a cell in from each end of the side, the middle of which is 0.
+            # The coordinate is 0 in the middle of the side. The outer centres are half a cell from its ends.
             np.testing.assert_allclose(at[[0, -1]], [-0.5 * size * (1 - 1 / n), 0.5 * size * (1 - 1 / n)], rtol=1e-12)
         pressure = self.joint.field("pressure")
         self.assertEqual(pressure.shape, GRID)
@@ -245,7 +245,7 @@ class Reading(Bench):
 
         area = SIZE[0] * SIZE[1] / (GRID[0] * GRID[1])
         summary = self.joint.table("summary").to_pylist()[0]
-        # Sums in another order than the program's.
+        # The program sums in another order.
         rounding = 1e-9
         np.testing.assert_allclose(np.nansum(pressure) * area, NORMAL_LOAD, rtol=rounding)
         self.assertEqual(np.nanmax(pressure), summary["max_pressure"])
@@ -343,7 +343,7 @@ class Running(Bench):
         self.assertEqual(tomllib.loads(Path("runs/scene.toml").read_text(encoding="utf-8")), scene)
         self.assertEqual(fretwear.run(scene).latest, run.latest)
         self.assertEqual(fretwear.plan(scene, rehearsal=False)["recipe"], fretwear.plan("joint.toml", rehearsal=False)["recipe"])
-        # A refused scene replaces nothing, and leaves nothing.
+        # A rejected scene replaces no file and creates no file.
         before = Path("runs/scene.toml").read_bytes()
         self.refused(4, ["normal_load"], fretwear.run, {**scene, "contact": {**scene["contact"], "normal_load": "1 N"}})
         self.refused(2, ["contact.normal_load"], fretwear.run, {**scene, "contact.normal_load": "1 N"})
@@ -355,14 +355,14 @@ class Running(Bench):
         self.assertEqual(fretwear.run(scene, run=".").folder, self.folder.resolve() / "here")
         os.chdir("..")
         self.assertTrue(Path("here.toml").is_file())
-        # A run without wear has figures, too.
+        # A run without wear also has figures.
         static = {name: section for name, section in scene.items() if name not in ("motion", "wear")}
         self.assertEqual(len(fretwear.run(static, run="static").plot("kn").axes), 1)
-        # The file of a user stays.
+        # The module does not overwrite a file of the user.
         Path("own.toml").write_text("# mine", encoding="utf-8")
         self.refused(None, ["own.toml", "not written by this module"], fretwear.run, scene, run="own")
         self.assertEqual(Path("own.toml").read_text(encoding="utf-8"), "# mine")
-        # Paths are those of the working folder, texts those of the file of the scene.
+        # Path objects are relative to the working folder, and texts are relative to the file of the scene.
         text = _program.scene_text({"title": "x", "surface": {"file": Path("a.x3p"), "sides": [Path("b"), "c"]}})
         self.assertEqual(tomllib.loads(text)["surface"], {"file": str(Path("a.x3p").absolute()), "sides": [str(Path("b").absolute()), "c"]})
 
@@ -375,7 +375,7 @@ class Running(Bench):
         self.assertEqual(len(list(Path("campaigns/rows/collected").glob("shard-*.parquet"))), 1)
         of_campaign = fretwear.when(ended["folder"], depth="10 nm")["milestones"][0]["points"]
         self.assertEqual(sum(point["runs"] for point in of_campaign), 2)
-        # A row that fails is a warning, and the others are there.
+        # A failed row causes a warning. The other rows are complete.
         printed = {"rows": 3, "done": 2, "failed": [{"index": 1, "message": "not converged"}]}
         with mock.patch.object(_program, "call", return_value=json.dumps(printed)), self.assertWarnsRegex(UserWarning, "1 of 3 rows"):
             self.assertEqual(fretwear.campaign("rows.toml")["failed"], printed["failed"])
@@ -397,7 +397,7 @@ class Running(Bench):
 
     def test_the_words_and_codes_of_errors_are_those_of_the_program(self):
         self.refused(2, ["did you mean contact.normal_load?"], fretwear.run, "joint.toml", set={"contact.normal_laod": "3 kN"})
-        # A text stays one, also where it looks like a number.
+        # A text remains a text, even if it looks like a number.
         self.refused(2, ["seed"], fretwear.run, "joint.toml", set={"surface.seed": "7"})
         self.refused(2, ["nowhere.toml"], fretwear.run, "nowhere.toml")
         self.assertFalse(Path("runs").exists())
@@ -463,14 +463,14 @@ class Running(Bench):
                     self.assertLess(time.monotonic() - begun, PATIENCE)
                     self.assertIsNone(child.poll())
                     time.sleep(0.01)
-                # As a terminal does, to the group of Python. The program must see it once: two end it at once.
+                # Signal to the process group of Python, as from a terminal. The program must receive one signal: a second one stops it immediately.
                 os.killpg(child.pid, signal.SIGINT)
                 said = child.communicate(timeout=PATIENCE)[1]
                 self.assertIn("stopped; continue with", said)
                 self.assertTrue(said.rstrip().endswith("KeyboardInterrupt"), said)
                 run = fretwear.Run("runs/joint")
                 run.verify()
-                # The program has let go of the run.
+                # The program has released the lock of the run.
                 with self.assertRaises(fretwear.Stopped):
                     fretwear.run(run=run.folder, max_wall=1e-6)
 

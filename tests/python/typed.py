@@ -1,4 +1,4 @@
-"""A user's script that calls every function of the module. mypy checks it with --strict, and it runs:
+"""User script that calls each function of the module. `mypy --strict` checks the types, and this command runs the script:
 
     python tests/python/typed.py SCENE CAMPAIGN
 """

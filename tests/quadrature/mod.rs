@@ -1,4 +1,4 @@
-//! Quadrature for tests: an independent way to the integrals that the crate has in closed form.
+//! Quadrature for tests, independent of the closed forms of the crate.
 
 /// Gauss-Legendre nodes and weights on \[-1, 1\].
 fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
@@ -6,7 +6,7 @@ fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
         .map(|k| {
             let mut x = (std::f64::consts::PI * (k as f64 + 0.75) / (order as f64 + 0.5)).cos();
             let mut slope = 1.0;
-            // Newton's iteration from this start is quadratic: eight steps are more than enough.
+            // Newton's iteration converges quadratically from this start, so eight steps suffice.
             for _ in 0..8 {
                 let (mut low, mut high) = (1.0, x);
                 for degree in 2..=order {
@@ -24,7 +24,7 @@ fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// ∫ f over \[from, to\] in `panels` equal panels of 20 nodes.
+/// Integral of f over \[from, to\] with `panels` equal panels of 20 nodes.
 pub fn integrate(from: f64, to: f64, panels: usize, f: impl Fn(f64) -> f64) -> f64 {
     let rule = gauss_legendre(20);
     let half = 0.5 * (to - from) / panels as f64;
@@ -38,14 +38,15 @@ pub fn integrate(from: f64, to: f64, panels: usize, f: impl Fn(f64) -> f64) -> f
         .sum()
 }
 
-/// ∫ f(r, θ) dA over the annulus from `inner` to `outer`; r = mid + half·sin φ takes the square roots off both rims.
+/// Integral of f(r, θ) dA over the annulus from `inner` to `outer`. The substitution r = mid + half·sin φ removes the square roots at both
+/// rims.
 pub fn integrate_annulus(inner: f64, outer: f64, f: impl Fn(f64, f64) -> f64) -> f64 {
     use std::f64::consts::{FRAC_PI_2, PI};
     const ANGLES: usize = 48;
     let (middle, half) = (0.5 * (outer + inner), 0.5 * (outer - inner));
     integrate(-FRAC_PI_2, FRAC_PI_2, 8, |phi| {
         let r = middle + half * phi.sin();
-        // The trapezoidal rule on a full turn is exact for the few harmonics that occur.
+        // The trapezoidal rule on a full turn is exact for the few harmonics of the integrands.
         let around: f64 = (0..ANGLES)
             .map(|k| f(r, 2.0 * PI * (k as f64 + 0.5) / ANGLES as f64))
             .sum();
@@ -53,7 +54,7 @@ pub fn integrate_annulus(inner: f64, outer: f64, f: impl Fn(f64, f64) -> f64) ->
     })
 }
 
-/// ∫ of N functions of (x, y) over a rectangle about `centre`, in `panels`² panels of 10² nodes.
+/// Integral of N functions of (x, y) over a rectangle around `centre`, with `panels`² panels of 10² nodes.
 pub fn integrate_rectangle<const N: usize>(
     centre: (f64, f64),
     size: (f64, f64),

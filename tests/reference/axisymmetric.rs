@@ -18,7 +18,8 @@ fn capped(cap: f64) -> CappedHertz {
 fn without_a_cap_it_is_hertz() {
     let hertz = hertz();
     for (rings, tolerance) in [(100, 1e-4), (400, 1e-4 / 8.0)] {
-        // Between first and second order in the width of a ring (measured 1.9): four times the rings, less than an eighth.
+        // The error has an order between 1 and 2 in the width of a ring (measured 1.9). Four times as many rings divide the error by more
+        // than 8.
         let found = capped(f64::INFINITY).solve(rings).unwrap();
         let a = hertz.contact_radius();
         assert_eq!(found.plateau_radius, 0.0);
@@ -58,7 +59,8 @@ fn a_lower_cap_widens_plateau_and_contact() {
             a > last.0 && b > last.1 && found.approach > last.2,
             "{share}"
         );
-        // The plateau alone carries less than the load, the whole contact at the cap more; two rings of doubt at the edge.
+        // The cap over the plateau carries less than the load. The cap over the whole contact carries more. Both edges are uncertain by two
+        // rings.
         let doubt = 2.0 * found.width;
         assert!(
             cap * PI * (b - doubt).powi(2) < hertz.load
@@ -81,7 +83,8 @@ fn rings_converge_under_a_cap() {
             );
         };
         close(coarse.approach, fine.approach, 1e-5);
-        // Edges are located within a ring of 0.6 % of the radius; the thin elastic annulus at 0.6 has few rings to do so with.
+        // The position of an edge is exact to one ring, 0.6 % of the radius. The elastic annulus is thin at a share of 0.6 and has few
+        // rings.
         close(coarse.contact_radius, fine.contact_radius, 3e-3);
         close(coarse.plateau_radius, fine.plateau_radius, 1e-2);
     }

@@ -44,7 +44,7 @@ fn limits_are_full_stick_and_full_sliding() {
         case.sliding_displacement()
     );
     let small = 1e-6 * case.sliding_force();
-    // The first term left out is T/6µN.
+    // The relative truncation error of the linear term is T/6µN.
     assert!((case.displacement(small) * case.tangential_stiffness() / small - 1.0).abs() < 1e-6);
     for share in FORCES {
         let force = share * case.sliding_force();
@@ -52,7 +52,7 @@ fn limits_are_full_stick_and_full_sliding() {
     }
 }
 
-/// Cerruti's integral for both bodies, in polar coordinates about the field point.
+/// Displacement of both bodies by Cerruti's integral, in polar coordinates about the field point.
 fn cerruti(
     case: &fretwear::reference::CattaneoMindlin,
     peak: f64,
@@ -74,12 +74,12 @@ fn cerruti(
         if middle + half <= 0.0 {
             return 0.0;
         }
-        // On the chord the traction is peak/radius·√(half² − (t − middle)²).
+        // The traction on the chord is peak/radius·√(half² − (t − middle)²).
         let from = (-middle / half).max(-1.0).asin();
         let primitive = |phi: f64| 0.5 * (phi + 0.5 * (2.0 * phi).sin());
         peak / radius * half * half * (primitive(0.5 * PI) - primitive(from))
     };
-    // (1 − ν)/ρ + ν cos²θ/ρ = (2 − ν)/2ρ + ν cos 2θ/2ρ.
+    // Identity of the kernel: (1 − ν)/ρ + ν cos²θ/ρ = (2 − ν)/2ρ + ν cos 2θ/2ρ.
     let weighted =
         |theta: f64| chord(theta) * 0.5 * (isotropic + directional * (2.0 * theta).cos());
     let total = if r < radius {
@@ -145,7 +145,7 @@ fn nothing_slips_within_the_stick_circle_and_slip_follows_traction_outside() {
 #[test]
 fn energy_is_the_area_of_masings_loop() {
     let case = cattaneo_mindlin();
-    // Past full sliding too, where the branch has a kink at full sliding: a panel ends on it.
+    // Beyond full sliding, each branch has a kink. A panel of the quadrature ends at the kink.
     for share in [0.05, 0.4, 1.0, 1.7] {
         let amplitude = share * case.sliding_displacement();
         let kink = (amplitude - 2.0 * case.sliding_displacement()).max(-amplitude);
@@ -160,7 +160,7 @@ fn energy_is_the_area_of_masings_loop() {
             })
             .sum();
         let found = case.energy_per_cycle(amplitude);
-        // The branches end in a power of 3/2 where sliding sets in: algebraic convergence, 2e-8 here.
+        // Each branch ends with a power of 3/2 at the onset of sliding. The quadrature therefore converges algebraically, to 2e-8 here.
         assert!(
             (found / area - 1.0).abs() < 1e-6,
             "δ = {share} δₛ: {found:e} against {area:e}"
@@ -194,6 +194,6 @@ fn small_amplitudes_dissipate_with_the_cube_of_the_force() {
             * case.hertz().contact_radius()
             * elastic::tangential_modulus(&case.pair)
             * case.sliding_force());
-    // The next term is of relative order T/µN; the bracket cancels down to its third order, so digits are lost too.
+    // The next term has the relative order T/µN. The bracket cancels to the third order and loses digits, too.
     assert!((case.energy_per_cycle_at_force(force) / cube - 1.0).abs() < 2e-3);
 }

@@ -13,10 +13,10 @@ fn pressure_carries_the_load() {
     assert_eq!(hertz.pressure(1.0001 * hertz.contact_radius()), 0.0);
 }
 
-/// Boussinesq's integral of the pressure in polar coordinates about the field point, which takes the singularity away.
+/// Displacement by Boussinesq's integral of the pressure, in polar coordinates about the field point, which remove the singularity.
 fn boussinesq(hertz: &Hertz, x: f64) -> f64 {
     let a = hertz.contact_radius();
-    // The chord through the field point at angle θ: on it p²(t) is a parabola with roots t₁, t₂, and ∫p dt is half an ellipse.
+    // Chord through the field point at the angle θ: p²(t) is a parabola with the roots t₁ and t₂, and ∫p dt is half an ellipse.
     let chord = |theta: f64| {
         let discriminant = a * a - (x * theta.sin()).powi(2);
         if discriminant <= 0.0 {
@@ -44,7 +44,8 @@ fn boussinesq(hertz: &Hertz, x: f64) -> f64 {
     let total = if x < a {
         2.0 * integrate(0.0, PI, 8, chord)
     } else {
-        // Seen from outside the disc lies within asin(a/x) of the direction of the centre; sin φ takes the root off the rim.
+        // From a point outside, the disc spans ±asin(a/x) about the direction of the centre. The substitution sin φ removes the root at the
+        // rim.
         let limit = (a / x).asin();
         2.0 * integrate(0.0, 0.5 * PI, 8, |phi| {
             let theta = PI - limit * phi.sin();
@@ -60,7 +61,7 @@ fn displacement_is_boussinesqs_integral_of_the_pressure() {
     let a = hertz.contact_radius();
     for share in [0.0, 0.35, 0.9, 1.2, 2.5] {
         let (found, expected) = (hertz.displacement(share * a), boussinesq(&hertz, share * a));
-        // Chords that graze the rim are integrated with a kink: the quadrature, not the closed form, limits this.
+        // The integrand has a kink at chords that graze the rim. The kink limits the quadrature; the closed form is exact.
         assert!(
             (found / expected - 1.0).abs() < 1e-7,
             "r = {share} a: {found:e} against {expected:e}"
@@ -95,6 +96,6 @@ fn stiffness_is_the_slope_of_load_over_approach() {
     assert!((load(hertz.approach()) / hertz.load - 1.0).abs() < 1e-13);
     let step = 1e-4 * hertz.approach();
     let slope = (load(hertz.approach() + step) - load(hertz.approach() - step)) / (2.0 * step);
-    // A central difference of relative step 1e-4 is good to its square over 24.
+    // A central difference of the relative step h = 1e-4 has a relative error of h²/24.
     assert!((slope / hertz.normal_stiffness() - 1.0).abs() < 1e-8);
 }

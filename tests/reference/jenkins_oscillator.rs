@@ -1,4 +1,4 @@
-//! The backbone of a Jenkins oscillator against the time course of its force, and in its limits.
+//! Backbone of a Jenkins oscillator, compared with the force over a cycle and with its limits.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,8 +16,8 @@ const OSCILLATOR: JenkinsOscillator = JenkinsOscillator {
     },
 };
 
-/// What is in phase with the displacement and with the velocity, from the force over a cycle. Between its corners the force is smooth:
-/// Gauss points of each quarter of what lies between them.
+/// Force components in phase with the displacement and with the velocity, integrated over one cycle.
+/// The force is smooth between its corners: Gauss quadrature on four parts of each interval.
 fn balance(amplitude: f64) -> [f64; 2] {
     let Jenkins { stiffness, limit } = OSCILLATOR.contact;
     let slip = OSCILLATOR.contact.slip_phase(amplitude);
@@ -62,7 +62,7 @@ fn it_balances_the_force_of_the_element_over_a_cycle() {
         assert!((inertia / (4e7 + in_phase / amplitude) - 1.0).abs() < QUADRATURE);
         let force = 300.0 * omega * amplitude + behind;
         assert!((OSCILLATOR.resonant_force(amplitude) / force - 1.0).abs() < QUADRATURE);
-        // The energy of a cycle over 4π times the kinetic energy.
+        // Damping ratio: energy per cycle over 4π times the kinetic energy.
         let ratio = PI * force * amplitude / (4.0 * PI * 0.5 * inertia * amplitude * amplitude);
         assert!((OSCILLATOR.damping_ratio(amplitude) / ratio - 1.0).abs() < QUADRATURE);
     }
@@ -79,7 +79,7 @@ fn stuck_it_is_linear_and_sliding_it_takes_four_over_pi_of_the_limit() {
     };
     assert!((dry.resonant_force(1.0) / (4.0 / PI * 54.0) - 1.0).abs() < 1e-5);
     assert!((dry.backbone(1.0) / (4e7_f64 / 1.5).sqrt() - 1.0).abs() < 1e-5);
-    // Of a Jenkins element the loss is largest for its stiffness at twice the displacement at which it begins to slide.
+    // The loss per squared amplitude of a Jenkins element has its maximum at twice the displacement of first sliding.
     let largest =
         dry.contact.dissipated_energy(2.0 * 54.0 / 2.5e7) / (2.0 * 54.0 / 2.5e7_f64).powi(2);
     for amplitude in [1.8, 1.95, 2.05, 2.2] {

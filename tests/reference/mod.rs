@@ -1,4 +1,4 @@
-//! The closed forms against one another, against quadrature and against their own limits.
+//! Closed forms, compared with each other, with quadrature and with their limits.
 
 mod axisymmetric;
 mod cattaneo_mindlin;
@@ -16,7 +16,7 @@ use crate::contact::STEEL;
 
 pub use crate::contact::PAIR;
 
-/// Closed forms against quadrature that converges geometrically: what is left is rounding.
+/// Tolerance for a quadrature that converges geometrically: only rounding errors remain.
 pub const QUADRATURE: f64 = 1e-10;
 
 pub fn hertz() -> Hertz {

@@ -31,7 +31,7 @@ fn traction_carries_the_force() {
         radius: 2.0e-3,
         pair: PAIR,
     };
-    // r = a sin φ takes the singular rim away: 2π r dr / √(1 − r²/a²) = 2πa² sin φ dφ.
+    // The substitution r = a sin φ removes the singularity at the rim: 2π r dr / √(1 − r²/a²) = 2πa² sin φ dφ.
     let total = integrate(0.0, 0.5 * std::f64::consts::PI, 2, |phi| {
         let r = punch.radius * phi.sin();
         punch.traction(51.0, r) * 2.0 * std::f64::consts::PI * r * punch.radius * phi.cos()

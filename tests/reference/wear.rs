@@ -17,7 +17,7 @@ fn pressure_and_depth_obey_the_wear_law_and_the_spring() {
 
     let fixed_approach = slope(&|n| BED.depth_at_fixed_approach(initial, n));
     let pressure = BED.pressure_at_fixed_approach(initial, cycles);
-    // A central difference of relative step 1e-4 is good to its square over 6.
+    // A central difference of the relative step h = 1e-4 has a relative error of h²/6.
     assert!((fixed_approach / (rate * pressure) - 1.0).abs() < 1e-8);
     let worn = BED.depth_at_fixed_approach(initial, cycles);
     assert!((pressure / (initial - BED.stiffness * worn) - 1.0).abs() < 1e-13);

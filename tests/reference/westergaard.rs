@@ -22,7 +22,7 @@ fn pressure_has_the_mean_it_should() {
     for share in [0.01, 0.3, 0.9, 1.0, 1.7] {
         let wave = wave(share);
         let a = wave.half_width();
-        // x = a sin φ takes the root off the edge of the strip.
+        // The substitution x = a sin φ removes the root at the edge of the strip.
         let mean = integrate(-0.5 * PI, 0.5 * PI, 4, |phi| {
             wave.pressure(a * phi.sin()) * a * phi.cos()
         }) / wave.wavelength;
@@ -52,7 +52,7 @@ fn mean_gap_is_the_mean_of_the_gap() {
 
 #[test]
 fn pressure_opens_exactly_the_gap() {
-    // Displacement of harmonic k is 2 p_k / (E* 2πk/λ). With u = mean + undulation, the undeformed gap plus u is the gap.
+    // The displacement of harmonic k is 2 p_k / (E* 2πk/λ). The gap is the undeformed gap plus u, with u = mean + undulation.
     for share in [0.2, 0.7] {
         let wave = wave(share);
         let (a, length) = (wave.half_width(), wave.wavelength);
@@ -75,7 +75,8 @@ fn pressure_opens_exactly_the_gap() {
                 .sum();
             let undeformed = -wave.amplitude * (2.0 * PI * x / length).cos();
             let gap = wave.mean_gap() + undeformed + undulation;
-            // Harmonics of a square-root edge fall like k^-3/2 in pressure and k^-5/2 in displacement; 600 leave 1e-4.
+            // The edge is a square root: its harmonics fall like k^-3/2 in the pressure and k^-5/2 in the displacement. The error of 600 is
+            // 1e-4.
             assert!(
                 (gap - wave.gap(x)).abs() < 2e-4 * wave.amplitude,
                 "{share}, x = {x:e}: {gap:e}, {:e}",
@@ -95,6 +96,6 @@ fn limits_are_no_contact_and_full_contact() {
     let nearly = wave(1.0 - 1e-12);
     assert!(
         (nearly.pressure(0.0) / full.pressure(0.0) - 1.0).abs() < 1e-9,
-        "both branches meet"
+        "the branches must meet"
     );
 }

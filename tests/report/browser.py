@@ -1,9 +1,9 @@
-"""Opens reports in a real browser: nothing missing, nothing empty, nothing that is no number, nothing cut off.
+"""Checks reports in a real browser for missing or empty figures, invalid numbers, and cut text.
 
     browser.py [--screenshots DIR] [--figures ID,ID,…] REPORT.html…
 
-Needs the Python standard library and Chromium. A copy of the page gets a script that looks at what the browser made of it and
-leaves what it found in the page, which the browser then prints.
+The script needs the Python standard library and Chromium. It adds a probe to a copy of each page. The probe examines the rendered page and
+writes its result into the page, and the browser then prints the page.
 """
 
 import argparse
@@ -17,8 +17,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-# What a person would see at once: figures without extent, coordinates that are no numbers, text beyond the edge of its drawing or
-# over another text, a page wider than the screen, and anything fetched from elsewhere.
+# Probe for visible faults: figures without extent, invalid coordinates, text outside its drawing or over another text, a page wider than
+# the screen, and downloads.
 PROBE = """
 <script>
 addEventListener("load", async () => {
@@ -28,17 +28,17 @@ addEventListener("load", async () => {
     return {left: box.left - own.left, top: box.top - own.top, right: box.right - own.left, bottom: box.bottom - own.top,
             width: own.width, height: own.height, text: element.textContent.trim()};
   };
-  // One of several states is seen at a time, and the slider chooses which.
+  // One state is visible at a time, and the slider selects it.
   for (const states of document.querySelectorAll("details.states")) {
     const seen = () => [...states.querySelectorAll(".state")].map((state) => !state.hidden);
     const slider = states.querySelector("input");
-    if (seen().indexOf(true) !== seen().length - 1) faults.push("the slider does not begin at the last state");
+    if (seen().indexOf(true) !== seen().length - 1) faults.push("the slider does not start at the last state");
     slider.value = 0;
     slider.dispatchEvent(new Event("input"));
-    if (seen().indexOf(true) !== 0 || seen().lastIndexOf(true) !== 0) faults.push("the slider does not choose a state");
+    if (seen().indexOf(true) !== 0 || seen().lastIndexOf(true) !== 0) faults.push("the slider does not select a state");
     states.querySelectorAll(".state").forEach((state) => (state.hidden = false));
   }
-  // Dragging enlarges a chart with new numbers at its axes, a double click takes that back; a name in the legend hides its curve.
+  // Dragging enlarges a chart and changes the numbers at its axes. A double click restores the chart. A name in the legend hides its curve.
   const chart = document.querySelector("svg.plot");
   if (chart) {
     const numbers = () => [...chart.parentNode.querySelectorAll("[data-ticks] text")].map((text) => text.textContent).join();
@@ -52,7 +52,7 @@ addEventListener("load", async () => {
     if (numbers() === before) faults.push("dragging does not enlarge a chart");
     chart.dispatchEvent(new MouseEvent("dblclick", {bubbles: true}));
     const back = chart.parentNode.querySelectorAll("[data-ticks] text").length;
-    if (!back) faults.push("a double click leaves no numbers");
+    if (!back) faults.push("no numbers at the axes after a double click");
   }
   const key = document.querySelector(".key");
   if (key) {
@@ -60,19 +60,19 @@ addEventListener("load", async () => {
     key.dispatchEvent(new MouseEvent("click", {bubbles: true}));
     if (!hidden()) faults.push("the legend hides no curve");
     key.dispatchEvent(new MouseEvent("click", {bubbles: true}));
-    if (hidden()) faults.push("the legend shows no curve again");
+    if (hidden()) faults.push("the legend does not show a hidden curve again");
   }
   const figures = [...document.querySelectorAll("figure")];
   for (const figure of figures) {
     const say = (what) => faults.push(`${figure.id}: ${what}`);
-    if (!figure.querySelector("figcaption p")?.textContent.trim()) say("no caption");
+    if (!figure.querySelector("figcaption p")?.textContent.trim()) say("the caption is missing");
     const drawings = [...figure.querySelectorAll("svg:not(.plot)")];
-    if (!drawings.length) say("no drawing");
+    if (!drawings.length) say("the drawing is missing");
     for (const svg of drawings) {
       const box = svg.getBBox();
-      if (!(box.width > 0 && box.height > 0)) say("an empty drawing");
-      if (!svg.querySelector("title")?.textContent.trim()) say("a drawing without a title");
-      if (!svg.querySelector("polyline, image, rect, circle")) say("a drawing without marks");
+      if (!(box.width > 0 && box.height > 0)) say("a drawing is empty");
+      if (!svg.querySelector("title")?.textContent.trim()) say("a drawing has no title");
+      if (!svg.querySelector("polyline, image, rect, circle")) say("a drawing has no marks");
       for (const element of svg.querySelectorAll("*"))
         for (const attribute of element.attributes)
           if (/\b(NaN|inf|infinity|undefined)\b/i.test(attribute.value) && !attribute.value.startsWith("data:"))
@@ -84,21 +84,21 @@ addEventListener("load", async () => {
       texts.forEach((a, k) => texts.slice(k + 1).forEach((b) => {
         const wide = Math.min(a.right, b.right) - Math.max(a.left, b.left);
         const high = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
-        // Lines of text have air above and below.
+        // The boxes of text lines include space above and below the letters.
         if (wide > 1 && high > 0.35 * Math.min(a.bottom - a.top, b.bottom - b.top))
-          say(`"${a.text}" lies over "${b.text}"`);
+          say(`"${a.text}" overlaps "${b.text}"`);
       }));
     }
   }
   for (const image of document.querySelectorAll("image"))
-    if (!image.getAttribute("href").startsWith("data:image/png;base64,")) faults.push("an image from elsewhere");
+    if (!image.getAttribute("href").startsWith("data:image/png;base64,")) faults.push("an image is not stored in the page");
   const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
   if (wide > 0) faults.push(`the page is ${wide} px wider than the screen`);
   for (const link of document.querySelectorAll("nav a"))
-    if (!document.querySelector(link.getAttribute("href"))) faults.push(`a link to nowhere: ${link.getAttribute("href")}`);
+    if (!document.querySelector(link.getAttribute("href"))) faults.push(`a link has no target: ${link.getAttribute("href")}`);
   const elsewhere = performance.getEntriesByType("resource").map((entry) => entry.name);
-  for (const name of elsewhere.filter((name) => !name.startsWith("data:"))) faults.push(`fetched: ${name}`);
-  // Who points at a curve reads its value.
+  for (const name of elsewhere.filter((name) => !name.startsWith("data:"))) faults.push(`the page downloads ${name}`);
+  // The page shows the value of a curve at the pointer.
   const within = (axis, place) => {
     const [begin, end] = axis.split(" ").map(Number);
     return (place - begin) * (place - end) <= 0;
@@ -106,7 +106,7 @@ addEventListener("load", async () => {
   const lines = [...document.querySelectorAll("svg[data-x] polyline[class^=s]")];
   const corners = lines.flatMap((line) =>
     line.getAttribute("points").trim().split(/\s+/).map((corner) => [line, ...corner.split(",").map(Number)]));
-  // A mark of the legend lies beyond the axes.
+  // Marks of the legend lie outside the axes.
   const inside = ([line, x, y]) => within(line.closest("svg").dataset.x, x) && within(line.closest("svg").dataset.y, y);
   const first = corners.find(inside);
   if (lines.length && !first) faults.push("no curve within the axes");
@@ -117,7 +117,7 @@ addEventListener("load", async () => {
     line.dispatchEvent(new PointerEvent("pointermove", {bubbles: true, clientX: point.x, clientY: point.y}));
     await new Promise((ready) => setTimeout(ready, 50));
     const tip = document.querySelector("#tip");
-    if (tip?.hidden !== false || !/\d/.test(tip.textContent)) faults.push("no value where one points");
+    if (tip?.hidden !== false || !/\d/.test(tip.textContent)) faults.push("no value at the pointer");
     if (tip) tip.hidden = true;
   }
   const found = {
@@ -138,7 +138,7 @@ addEventListener("load", async () => {
 </script>
 """
 
-# Chromium's names of the schemes.
+# Colour schemes as Chromium numbers them.
 DARK, LIGHT = 0, 1
 VIEWS = {"light": (1200, LIGHT), "dark": (1200, DARK), "narrow": (390, LIGHT)}
 
@@ -147,11 +147,11 @@ def chromium():
     for name in ("chromium", "chromium-browser", "google-chrome", "chrome"):
         if path := shutil.which(name):
             return path
-    sys.exit("no Chromium; install the Debian package chromium")
+    sys.exit("Chromium is missing; install the Debian package chromium")
 
 
 def open_in_browser(browser, page, size, scheme, folder, *arguments):
-    """What the browser prints to stdout and to stderr."""
+    """Output of the browser on stdout and on stderr."""
     command = [
         browser,
         "--headless=new",
@@ -172,7 +172,7 @@ def open_in_browser(browser, page, size, scheme, folder, *arguments):
 
 
 def framed(folder, page, width, height):
-    """A page with another in a frame as wide as a telephone: the browser's own windows are not that narrow."""
+    """Page with another page in a frame of the width of a telephone. Windows of the browser cannot be that narrow."""
     frame = folder / f"frame_{page.stem}.html"
     style = f"border:0;width:{width}px;height:{height}px"
     frame.write_text(f'<!DOCTYPE html><body style="margin:0"><iframe src="{page.name}" style="{style}"></iframe>', encoding="utf-8")
@@ -185,16 +185,16 @@ def check(browser, report, expected, screenshots):
         folder = Path(name)
         text = report.read_text(encoding="utf-8")
         if re.search(r"""(?:src|href)=["'](?:https?:)?//""", text):
-            faults.append("something is to be fetched from a network")
-        # The page lets its own script run and no other; the copy lets the probe run too.
+            faults.append("the page refers to a network address")
+        # The policy of the page allows only the page's script. The copy also allows the probe.
         own = re.search(r"script-src '(sha256-[^']+)'", text)
         script = re.search(r"<script>(.*)</script>", text, re.DOTALL)
         if not own or not script:
-            return ["no script, or no policy that says which it is"]
+            return ["the script of the page or the policy for the script is missing"]
         if own[1] != "sha256-" + base64.b64encode(hashlib.sha256(script[1].encode()).digest()).decode():
             faults.append("the policy of the page refuses its own script")
         probed = text.replace(f"'{own[1]}'", "'unsafe-inline'").replace("default-src 'none'", "default-src 'none'; frame-src *")
-        # Before the frame reads it, the script leaves what it found in the page that holds the frame.
+        # In a frame, the probe writes its result into the outer page.
         probe = PROBE.replace("document.body.append(result)", "(parent === window ? document : parent.document).body.append(result)")
         page = folder / "page.html"
         page.write_text(probed.replace("</body>", probe + "</body>"), encoding="utf-8")
@@ -212,11 +212,11 @@ def check(browser, report, expected, screenshots):
                 continue
             found = json.loads(match[1].replace("&quot;", '"').replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&"))
             faults += [f"{view}: {fault}" for fault in found["faults"]]
-            faults += [f"{view}: no figure {figure}" for figure in expected if figure not in found["figures"]]
+            faults += [f"{view}: figure {figure} is missing" for figure in expected if figure not in found["figures"]]
             if found["width"] != width:
-                faults.append(f"{view}: {found['width']} px wide in place of {width}")
+                faults.append(f"{view}: the page is {found['width']} px wide instead of {width} px")
             if found["dark"] != (scheme == DARK):
-                faults.append(f"{view}: the browser's scheme is another")
+                faults.append(f"{view}: the browser uses another colour scheme")
             if (sum(map(int, re.findall(r"\d+", found["background"])[:3])) < 200) != (scheme == DARK):
                 faults.append(f"{view}: the background is {found['background']}")
             if screenshots:
@@ -229,7 +229,7 @@ def check(browser, report, expected, screenshots):
                     browser, shown, (max(width, 500), height), scheme, folder, f"--screenshot={target.resolve()}"
                 )
                 if not target.is_file():
-                    faults.append(f"{view}: no screenshot")
+                    faults.append(f"{view}: the screenshot is missing")
             print(f"{report} {view}: {len(found['figures'])} figures, {len(found['faults'])} faults")
     return faults
 
@@ -237,8 +237,8 @@ def check(browser, report, expected, screenshots):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("reports", nargs="+", type=Path)
-    parser.add_argument("--figures", default="", help="figures that must be there, with commas")
-    parser.add_argument("--screenshots", type=Path, help="folder for what the pages look like")
+    parser.add_argument("--figures", default="", help="required figures, separated by commas")
+    parser.add_argument("--screenshots", type=Path, help="folder for screenshots of the pages")
     arguments = parser.parse_args()
     if arguments.screenshots:
         arguments.screenshots.mkdir(parents=True, exist_ok=True)

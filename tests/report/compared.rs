@@ -1,4 +1,4 @@
-//! Runs side by side: what their users made different, in the units in which they wrote it, and sections along one line.
+//! Comparison of several runs: keys with different values in the units of their scenes, and sections along one line.
 
 use fretwear::report::{Report, RunTables};
 use tempfile::TempDir;
@@ -7,7 +7,7 @@ use super::small_runs::{WORN, begin, compute};
 use super::words::{attributes, between};
 use crate::support::{Bench, RESONATOR};
 
-/// A prescribed motion of a joint as large as that of [`RESONATOR`].
+/// Prescribed motion of a joint with the size of the joint of [`RESONATOR`].
 fn prescribed() -> String {
     WORN.replace(r#"["4 mm", "3 mm"]"#, r#"["40 mm", "36 mm"]"#)
         .replace(r#"["0.5 mm", "0.4 mm"]"#, r#"["5 mm", "4 mm"]"#)
@@ -37,7 +37,7 @@ fn differences_are_those_that_users_made_and_have_units() {
             .contains("<td>amplitude 300 N, at far_wall, direction x</td><td>–</td>"),
         "{section}"
     );
-    // The same text in both, and defaults of what the other run has nothing of.
+    // The table omits keys with the same text in both runs, and defaults of a feature that the other run lacks.
     for key in [
         "joint.hole.diameter",
         "contact.stiffness",
@@ -66,7 +66,7 @@ fn sections_of_all_runs_are_along_one_line() {
     assert_eq!(attributes(&html, "section", "data-x").len(), 4);
     let caption = between(&html, "the deepest point of wear of all runs, x ", ": ");
     assert!(caption.contains(" and y "), "{caption}");
-    // Each alone is cut where it is deepest itself.
+    // The report of a single run cuts the joint at its own deepest point.
     let alone = runs.map(|run| {
         let html = Report::new(&[run]).unwrap().html();
         between(&html, "the deepest point of wear, x ", ": ").to_owned()
@@ -75,7 +75,7 @@ fn sections_of_all_runs_are_along_one_line() {
     assert!(alone.contains(&caption.to_owned()), "{alone:?}: {caption}");
 }
 
-/// Comments say what a scene is meant to be: a report keeps them.
+/// Comments describe the purpose of a scene. A report shows these comments.
 #[test]
 fn a_report_shows_the_scene_as_it_was_written() {
     let bench = Bench::new();
@@ -87,7 +87,7 @@ fn a_report_shows_the_scene_as_it_was_written() {
     let scene = between(&html, "<section id=\"scene\">", "</section>");
     assert!(scene.contains("# of the rig in hall 2"), "{scene}");
     assert!(!scene.contains("Damaged"), "{scene}");
-    // What somebody puts in its place is not what was computed.
+    // A replaced scene file is not the scene of the computation.
     let file = bench.path("a/scene.original.toml");
     std::fs::write(&file, "# another joint\n").unwrap();
     let run = RunTables::open(&bench.path("a")).unwrap();
@@ -99,7 +99,7 @@ fn a_report_shows_the_scene_as_it_was_written() {
     }
 }
 
-/// A run whose scene no user wrote shows the scene that it keeps, and no file that was put beside it.
+/// The report of a run without a user's scene file shows the stored scene. The report ignores a file that another program added.
 #[test]
 fn a_run_of_a_scene_that_no_user_wrote_shows_the_one_it_keeps() {
     let folder = TempDir::new().unwrap();
@@ -112,7 +112,7 @@ fn a_run_of_a_scene_that_no_user_wrote_shows_the_one_it_keeps() {
     assert!(!scene.contains("of a stranger"), "{scene}");
 }
 
-/// The same number means another wear by another law.
+/// Equal numbers are different wear coefficients under different wear laws.
 #[test]
 fn a_wear_law_is_told_with_its_coefficient() {
     let folder = TempDir::new().unwrap();

@@ -1,4 +1,4 @@
-//! What is read from finished runs.
+//! Tests of the program parts that read finished runs.
 
 #[cfg(feature = "polars")]
 mod compare;

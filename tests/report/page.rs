@@ -1,4 +1,4 @@
-//! The report of runs: what figures it has, and that they and its words say what the tables say.
+//! Tests of the report page: the set of figures, and the agreement of figures, captions and tables.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -91,7 +91,7 @@ fn each_run_has_the_figures_of_its_physics() {
             assert!(html.contains(&format!("href=\"#fig-{}\"", figure.id)));
             assert!(!figure.caption.contains("NaN"), "{}", figure.caption);
         }
-        // All columns that a figure names are columns of its table.
+        // Each column that a figure names exists in its table.
         for (table, columns) in report.figures().iter().flat_map(|figure| &figure.sources) {
             let schema = TableName::from_name(table).unwrap().schema();
             for column in columns {
@@ -102,10 +102,10 @@ fn each_run_has_the_figures_of_its_physics() {
     }
 }
 
-/// What modes that are left out may have of the response, in a coarse structure of few modes: 2.5 %. Of the published case it is 0.06 %.
+/// Largest share of the omitted modes in the response. A coarse structure with few modes has 2.5 %; the published case has 0.06 %.
 const RESIDUAL: f64 = 0.05;
 
-/// The modes at the outline, under the forces that are stored, move the response point as the run says.
+/// The modes at the outline give the displacement of the response point under the stored forces. The run stores the same displacement.
 #[test]
 fn the_shape_of_a_resonance_is_that_of_the_run() {
     let folder = TempDir::new().unwrap();
@@ -122,7 +122,7 @@ fn the_shape_of_a_resonance_is_that_of_the_run() {
     assert!(own != 0.0, "{caption}");
 }
 
-/// Every file is well-formed XML with drawn things in it, whose coordinates are numbers.
+/// Each SVG file is well-formed XML with at least one mark and finite coordinates.
 fn drawings_are_sound(report: &Report, folder: &Path) {
     const COORDINATES: [&str; 12] = [
         "x", "y", "x1", "y1", "x2", "y2", "cx", "cy", "r", "width", "height", "points",
@@ -160,7 +160,7 @@ fn drawings_are_sound(report: &Report, folder: &Path) {
     }
 }
 
-/// The first and the last value of a column stand in the caption, in the unit that it is shown in.
+/// A caption quotes the first and the last value of a column in the unit of the figure.
 #[test]
 fn captions_say_what_the_tables_say() {
     let folder = TempDir::new().unwrap();
@@ -171,7 +171,7 @@ fn captions_say_what_the_tables_say() {
         let values = numeric_column(&summary, column).unwrap();
         [values[0], values[values.len() - 1]]
     };
-    // Numbers of a text, and whether one of them is a value to the digits that are shown.
+    // True if the text contains the value, to the digits that the report prints.
     let has = |caption: &str, value: f64| {
         let text = caption.replace('−', "-");
         let words = text.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-'));
@@ -202,7 +202,7 @@ fn captions_say_what_the_tables_say() {
         has(text, deepest / 1e-6) || has(text, deepest / 1e-9),
         "{text}"
     );
-    // And in the table of results, with the error bar.
+    // The table of results shows the value with its error bar.
     let bar = ends("error_kn")[1];
     assert!(bar > 0.0);
     let html = report.html();
@@ -241,7 +241,7 @@ fn a_run_that_is_not_at_its_end_says_so_on_top() {
     assert!(!done.html().contains("In progress"));
 }
 
-/// Curves of all runs in one chart, with a legend; a run takes part where it has the physics.
+/// One chart shows the curves of all runs with a legend. A run without the physics of a chart is missing there.
 #[test]
 fn several_runs_share_their_charts() {
     let folder = TempDir::new().unwrap();
@@ -262,7 +262,7 @@ fn several_runs_share_their_charts() {
     assert!(!stiffness.contains(">pressed</text>"));
     let pressure = std::fs::read_to_string(svg.join("pressure.svg")).unwrap();
     assert!(pressure.contains(">pressed: pressure, without wear</text>"));
-    // Two colours with their own dashes.
+    // The two colours have different dashes.
     assert!(stiffness.contains("class=\"s6\"") && stiffness.contains("class=\"s7\""));
     let html = report.html();
     assert!(html.contains("Comparison of 3 runs") && html.contains("rough &amp; ready"));
@@ -284,14 +284,14 @@ fn the_page_needs_no_other() {
         let found = html.match_indices(fetched);
         assert_eq!(found.count(), 0, "{fetched}");
     }
-    // One script, its own; the page lets no other run, and lets nothing be fetched.
+    // The page contains exactly one script. Its policy forbids other scripts and all downloads.
     assert_eq!(html.matches("<script").count(), 1);
     let policy = html.find("http-equiv=\"Content-Security-Policy\"").unwrap();
     assert!(policy < html.find("<style>").unwrap());
     assert!(html.contains(
         "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-"
     ));
-    // What the drawings refer to is in the page, once.
+    // Each anchor of the drawings exists exactly once in the page.
     let mut anchors: BTreeMap<&str, usize> = BTreeMap::new();
     for part in html.split(" id=\"").skip(1) {
         *anchors.entry(part.split('"').next().unwrap()).or_default() += 1;
@@ -306,7 +306,7 @@ fn the_page_needs_no_other() {
     let stands = |html: &str, text: &str| html.find(text).unwrap_or_else(|| panic!("no {text}"));
     let figure = "id=\"fig-stiffness\"";
     assert!(stands(&html, "<p>judged</p>") > stands(&html, figure));
-    // A study has another title, and begins with what it is about.
+    // The page of a study has another title and begins with its first section.
     let first = Section {
         id: "first",
         title: "First".to_owned(),
@@ -347,13 +347,13 @@ fn the_command_writes_where_it_says() {
         (0, "worn/report.html", "")
     );
     assert!(there("worn/report.html") && there("figures/stiffness.svg"));
-    // A page in the folder is no damage to the run.
+    // `verify` accepts a page in the folder of the run.
     assert_eq!(code(&["verify", "worn"]).0, 0);
     assert_eq!(code(&["report", "worn", "pressed"]).1.trim(), "report.html");
     assert!(there("report.html"));
     assert_eq!(code(&["report", "pressed", "-o", "p.html"]).0, 0);
     assert!(there("p.html"));
-    // The paper's claims stand where they are asked for.
+    // The page contains the claims of the paper only with `--claims`.
     let claims = |name: &str| {
         let page = std::fs::read_to_string(folder.path().join(name)).unwrap();
         page.contains("<section id=\"claims\">")
@@ -377,13 +377,13 @@ fn the_command_writes_where_it_says() {
     let html = std::fs::read_to_string(root.join("report.html")).unwrap();
     assert!(html.contains("Damaged: ") && html.contains("In progress: worn"));
 
-    // The scene is the one that the run was computed with, whatever became of its file.
+    // The report reads the scene from the run's record. A damaged scene file does not matter.
     std::fs::write(root.join("scene.toml"), "[joint").unwrap();
     let (exit, _, error) = code(&["report", "worn"]);
     assert!(exit == 4 && !error.contains("scene"), "{error}");
 }
 
-/// A title and a folder may be called anything: the page shows it, and does nothing else.
+/// A title and a folder may have any name. The page shows the name as text.
 #[cfg(unix)]
 #[test]
 fn foreign_text_is_only_text() {
@@ -399,7 +399,7 @@ fn foreign_text_is_only_text() {
     let svgs = files.map(|file| std::fs::read_to_string(file.unwrap().path()).unwrap());
     for text in svgs.chain([page.clone()]) {
         assert!(!text.contains(['\u{1b}', '\u{202e}']), "{text}");
-        // The page has one of its own.
+        // The page contains one script of the program.
         let own = usize::from(text.starts_with("<!DOCTYPE html>"));
         assert_eq!(text.matches("<script").count(), own, "{text}");
     }

@@ -1,8 +1,8 @@
-"""Evaluates the Polars queries that stand under the figures of reports, in the folder they are relative to.
+"""Evaluates the Polars queries below the figures of reports, in the folder to which their paths are relative.
 
     queries.py FOLDER REPORT.html…
 
-Needs Polars.
+The script needs Polars.
 """
 
 import os
@@ -28,7 +28,7 @@ def main():
         queries = re.findall(r'<p class="data">.*<code>([^<]*pl\.[^<]*)</code></p>', text)
         assert len(queries) == len(figures) > 0, f"{report}: {len(queries)} queries for {len(figures)} figures"
         for figure, query in zip(figures, map(unescape, queries)):
-            assert rows(eval(query, {"pl": pl})) > 0, f"{figure}: nothing from {query}"
+            assert rows(eval(query, {"pl": pl})) > 0, f"{figure}: the query {query} gives no rows"
         print(f"{report}: {len(queries)} queries give rows")
 
 

@@ -1,4 +1,4 @@
-//! A run's tables as frames, against the store's own reader.
+//! Tables of a run as frames, compared with the reader of the store.
 
 use fretwear::report::{ReportError, RunTables, WEAR_ITERATION, numeric_column, scan_runs};
 use fretwear::store::StoreError;
@@ -26,7 +26,7 @@ fn a_series_holds_what_the_store_reads() {
             .collect();
         assert_eq!(numeric_column(&summaries, name).unwrap(), stored, "{name}");
     }
-    // No vibration, no column: neither in the series nor at an iteration.
+    // Without vibration, the column is missing in the series and in each iteration.
     assert_eq!(numeric_column(&summaries, "resonance_frequency"), None);
     let last = run
         .iteration_table(run.latest(), TableName::Summary)
@@ -38,7 +38,7 @@ fn a_series_holds_what_the_store_reads() {
         numeric_column(&summaries, "kn").unwrap()[run.iterations().len() - 1..]
     );
 
-    // Many rows an iteration, in the order of the file.
+    // A table with many rows per iteration keeps the order of the file.
     let fields = run.series(TableName::WearField).unwrap().unwrap();
     let depth = numeric_column(&fields, "wear_depth").unwrap();
     let stored: Vec<f64> = run
@@ -96,7 +96,7 @@ fn what_does_not_verify_does_not_count() {
     );
 }
 
-/// Also of a table that was sound when the run was opened.
+/// Damage after the opening of the run is an error, too.
 #[test]
 fn damage_found_while_reading_is_an_error() {
     let folder = TempDir::new().unwrap();
@@ -118,7 +118,7 @@ fn damage_found_while_reading_is_an_error() {
     is_damage(scan_runs(&[run], TableName::Cycle).err().unwrap());
 }
 
-/// `timing` is outside the chain: damage to it takes its own rows away and nothing else.
+/// The table `timing` is outside the hash chain. Its damage removes only its rows.
 #[test]
 fn damaged_times_are_passed_over() {
     let folder = TempDir::new().unwrap();

@@ -1,4 +1,4 @@
-//! Small runs to read.
+//! Small runs for tests of readers.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use fretwear::stages::{Observer, Progress, RunOptions, Stage, run};
 use fretwear::store::{Opening, RealFileSystem};
 use tempfile::TempDir;
 
-/// A joint small enough to be worn within a test, with steps of a fixed depth so that there are several of them.
+/// Joint that wears within the time of a test. Steps of a fixed depth give several wear iterations.
 pub const WORN: &str = r#"
 [joint]
 size = ["4 mm", "3 mm"]
@@ -32,7 +32,7 @@ cycles = 400_000
 depth_step = "0.2 um"
 "#;
 
-/// A joint small enough for a test, pressed together once.
+/// Joint of a size for tests, pressed together once.
 pub const STATIC: &str = r#"
 [joint]
 size = ["4 mm", "3 mm"]
@@ -63,7 +63,7 @@ pub fn compute(folder: &TempDir, name: &str, scene: &str, until: Option<Stage>) 
     computed(folder, name, scene, until, u64::MAX)
 }
 
-/// Runs a scene in `folder/name` and stops it after some commits.
+/// Runs a scene in `folder/name` and stops after the given number of commits.
 pub fn begin(folder: &TempDir, name: &str, scene: &str, commits: u64) -> PathBuf {
     computed(folder, name, scene, None, commits)
 }

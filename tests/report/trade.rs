@@ -1,4 +1,4 @@
-//! What a trade concludes, on tables made by hand.
+//! Conclusions of a trade from handmade tables.
 
 use fretwear::recipe::MotionKind;
 use fretwear::report::trade::{
@@ -7,7 +7,7 @@ use fretwear::report::trade::{
 };
 use fretwear::scene::variants::{KnobKind, Variant};
 
-/// Seconds of a row are a thousandth of its FFT pairs and noise, so that either decides otherwise.
+/// Row of a trade. The CPU time is 1e-3 s per FFT pair, and the elapsed time is twice the CPU time.
 fn row(name: &str, kind: KnobKind, size: f64, pairs: f64, error: Option<f64>) -> Row {
     let (knob, value) = name.split_once('-').unwrap_or(("preset", name));
     let (mut values, mut errors, mut bars): (Values, Values, Values) = Default::default();
@@ -76,9 +76,9 @@ fn example() -> Trade {
 fn the_front_is_what_nothing_beats() {
     let points = [
         Some((1.0, 0.5)),
-        Some((2.0, 0.5)), // slower, no better
+        Some((2.0, 0.5)), // slower, not more accurate
         Some((2.0, 0.1)),
-        Some((2.0, 0.1)), // its twin: neither beats the other
+        Some((2.0, 0.1)), // equal rows: neither dominates
         None,             // failed
         Some((1.5, 0.6)),
         Some((9.0, 0.0)),
@@ -95,17 +95,17 @@ fn a_field_on_another_grid_is_compared_piece_by_piece() {
         cells: [2, 1],
         depth: vec![1.0, 3.0],
     };
-    // Along x in thirds: the middle one lies half in either cell of the other.
+    // The cells along x are thirds. Half of the middle cell overlaps each cell of the other grid.
     let fine = WearField {
         cells: [3, 2],
         depth: vec![1.0, 1.0, 2.0, 2.0, 3.0, 6.0],
     };
-    // |1 - 2| over a sixth, |3 - 2| over a sixth, |3 - 6| over a sixth, of a mean of 2.5.
+    // |1 - 2| over a sixth, |3 - 2| over a sixth, and |3 - 6| over a sixth of the area, relative to a mean of 2.5.
     let expected = (1.0 / 6.0 + 1.0 / 6.0 + 3.0 / 6.0) / 2.5;
     let error = field_error(&coarse, &fine).expect("an error");
     assert!((error - expected).abs() < 1e-15, "{error} for {expected}");
     assert_eq!(field_error(&fine, &fine), Some(0.0));
-    // The same heights on twice the cells are the same field.
+    // The same depths on a finer grid are the same field.
     let doubled = WearField {
         cells: [4, 3],
         depth: [1.0, 1.0, 3.0, 3.0].iter().flat_map(|d| [*d; 3]).collect(),
@@ -140,7 +140,7 @@ fn it_says_what_buys_most_and_what_is_not_converged() {
     assert_eq!(savings, expected);
     let first = found.savings[0].buy.as_ref().expect("a knob");
     assert_eq!((first.saved, first.saved_part), (200.0, 0.2));
-    // The finer grid does not come closer to the reference's, and is no gain in accuracy.
+    // The finer grid is not closer to the reference. The grid is therefore no gain in accuracy.
     let accuracy = found.accuracy.as_ref().expect("a knob");
     assert_eq!(accuracy.variant, "wear_tolerance-0.001");
     let [grid] = &found.convergence[..] else {
@@ -151,13 +151,13 @@ fn it_says_what_buys_most_and_what_is_not_converged() {
         .iter()
         .map(|step| (&step.from[..], &step.to[..], step.not_converged().len()))
         .collect();
-    // 0.2 against 0.005 changes much, 0.005 against 0.008 little; what failed is no step.
+    // The step from 0.2 to 0.005 is a large change; the step from 0.005 to 0.008 is small. A failed row is not a step.
     assert_eq!(steps, [("32", "64", 1), ("64", "128", 0)]);
     assert_eq!(grid.steps[0].change[FIELD], None);
     assert!(found.without_effect.is_empty());
 }
 
-/// What a knob costs by seconds is told where it is more than their noise, and never where the noise is not known.
+/// A cost in seconds counts as a difference only if it exceeds the noise. With unknown noise, no difference in seconds counts.
 #[test]
 fn noise_is_no_advice() {
     let mut trade = example();
@@ -179,14 +179,14 @@ fn noise_is_no_advice() {
     let (third, tenth) = (name("wear_tolerance-0.03"), name("wear_tolerance-0.1"));
     let finest = name("wear_tolerance-0.001");
     assert_eq!(told(&trade), (third, tenth.clone(), finest.clone()));
-    // A fifth of the seconds is no saving where equal runs differ by a quarter.
+    // Equal runs differ by 25 %. A saving of 20 % of the seconds is then no saving.
     trade.noise = Some(0.25);
     assert_eq!(told(&trade), (None, tenth, finest));
     trade.noise = None;
     assert_eq!(told(&trade), (None, None, None));
     let text = page(&trade, &[]).markdown();
     assert!(text.contains("noise is not known"), "{text}");
-    // What is more exact in hardly any more seconds costs no more than noise; of pairs it costs what it costs.
+    // A more accurate row costs 10 % more seconds, within the noise. FFT pairs have no noise, so their difference always counts.
     let dear = 3337.0 / 966.0;
     for (by, noise, words) in [
         (Cost::Seconds, 0.3, "costs no more within the noise"),
@@ -206,17 +206,17 @@ fn noise_is_no_advice() {
 
 #[test]
 fn noise_is_what_iterations_of_equal_runs_differ_by() {
-    // Their sums are equal, and hide nothing.
+    // The sums are equal, but the single values differ.
     assert_eq!(noise(&[1.0, 2.0, 3.0], &[1.5, 1.5, 3.0]), Some(1.0 / 6.0));
     assert_eq!(noise(&[1.0], &[1.0]), Some(0.0));
     assert_eq!(noise(&[1.0], &[1.0, 1.0]), None);
     assert_eq!(noise(&[], &[]), None);
 }
 
-/// Width of a letter in parts of the size of a text: on the average of names that of DejaVu Sans, the widest font in use.
+/// Width of a letter relative to the font size: the average over names in DejaVu Sans, the widest font in use.
 const WIDTH_OF_LETTER: f64 = 0.6;
 
-/// A text of a drawing, with the box that it takes: left, top, right, bottom.
+/// Text of a drawing and its box: left, top, right, bottom.
 #[derive(Debug)]
 struct PlacedAxis {
     text: String,
@@ -246,14 +246,14 @@ fn texts(svg: &str) -> Vec<PlacedAxis> {
                 "end" => x - width,
                 _ => x,
             };
-            // A line of DejaVu Sans reaches so far above and below where it stands.
+            // Ascent and descent of a line of DejaVu Sans, relative to the font size.
             let place = [left, y - 0.93 * size, left + width, y + 0.24 * size];
             PlacedAxis { text, place }
         })
         .collect()
 }
 
-/// No text lies over another one, or leaves the drawing; none of its numbers is none.
+/// Asserts that texts do not overlap, that texts lie within the drawing, and that all numbers are finite.
 fn assert_readable(svg: &str) {
     assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     let tag = svg.split_once('>').expect("a tag").0;
@@ -264,27 +264,27 @@ fn assert_readable(svg: &str) {
     for (k, one) in texts.iter().enumerate() {
         let [left, top, right, bottom] = one.place;
         let is_inside = left >= 0.0 && top >= 0.0 && right <= width && bottom <= height;
-        assert!(is_inside, "{one:?} leaves {width} x {height}");
+        assert!(is_inside, "{one:?} is outside {width} x {height}");
         for other in &texts[..k] {
             let [l, t, r, b] = other.place;
             let meet = left < r && l < right && top < b && t < bottom;
-            assert!(!meet, "{one:?} lies over {other:?}");
+            assert!(!meet, "{one:?} overlaps {other:?}");
         }
     }
 }
 
-/// True if a text is one of the drawing.
+/// True if the drawing contains the text.
 fn says(svg: &str, text: &str) -> bool {
     texts(svg).iter().any(|placed| placed.text == text)
 }
 
-/// The lines of the chart in a text for a terminal.
+/// Lines of the chart in a text for a terminal.
 fn chart(text: &str) -> Vec<&str> {
     let lines = text.lines().filter_map(|line| line.strip_prefix("    "));
     lines.collect()
 }
 
-/// Words of the chart between its title and the scale: the numbers of the marks, beside the ticks and names of promises.
+/// Words of the chart between its title and the scale: numbers of the marks, ticks and names of promises.
 fn marks(text: &str) -> Vec<String> {
     let lines = chart(text);
     let end = lines.iter().position(|line| line.contains(" +"));
@@ -302,7 +302,7 @@ fn the_chart_carries_the_numbers_of_the_table() {
     let shown = page(&trade, &[]);
     let (svg, text) = (shown.svg(), shown.plain(Some(100)));
     assert_readable(&svg);
-    // The 7 that have an error, and the reference at the edge: not what failed, nor what was run again.
+    // The chart shows the 7 rows with an error and the reference at the edge. Failed and repeated rows are missing.
     assert_eq!(svg.matches("class=\"mark\"").count(), 8);
     let expected = ["1*", "2", "3*", "4*", "5*", "6*", "7*", "8*"];
     for label in expected {
@@ -313,7 +313,7 @@ fn the_chart_carries_the_numbers_of_the_table() {
     found.retain(|word| !["5", "1"].contains(&word.as_str()));
     found.sort();
     assert_eq!(found, expected, "{text}");
-    // Costs go to the right, errors upwards, and the reference is at the edge.
+    // Costs increase to the right and errors upwards. The reference is at the edge.
     let at = |label: &str| -> (usize, usize) {
         let lines = chart(&text);
         let of_line = |(k, line): (usize, &&str)| Some((k, line.find(label)?));
@@ -323,11 +323,11 @@ fn the_chart_carries_the_numbers_of_the_table() {
     assert!(cheap.0 < dear.0 && cheap.1 < dear.1, "{text}");
     let axis = chart(&text).into_iter().find(|line| line.contains(" +"));
     assert!(axis.is_some_and(|axis| axis.contains("-2 -")), "{text}");
-    // Each mark says its name.
+    // The title of each mark is the name of its row.
     let names = ["<title>1* balanced</title>", "<title>7* grid = 32</title>"];
     assert!(names.iter().all(|name| svg.contains(name)), "{svg}");
     assert!(text.contains("|  7* | grid = 32 "), "{text}");
-    // Nothing but the reference, or not even that.
+    // Trades with only the reference, and without any row.
     let mut alone = trade;
     alone.rows.truncate(2);
     alone.rows.remove(0);
@@ -352,14 +352,14 @@ fn a_terminal_has_lines_of_its_width() {
             longest <= Some(width) && longest > Some(width / 2),
             "{width}: {text}"
         );
-        // Each block of columns names its rows.
+        // Each block of columns repeats the names of the rows.
         let heads = text.matches("|   # | variant ").count();
         assert_eq!(heads, text.matches("|  7* | grid = 32 ").count());
         assert!((width < 200) == (heads > 1), "{width}: {text}");
     }
 }
 
-/// Points that lie upon each other, at one cost or error, over many decades, and foreign names as long as they like.
+/// Points may coincide, share one cost or one error, or span many decades. Foreign names may have any length.
 #[test]
 fn numbers_in_a_crowd_lie_side_by_side() {
     let mut trade = example();
@@ -385,7 +385,7 @@ fn numbers_in_a_crowd_lie_side_by_side() {
             assert!(says(&svg, &label), "{label}, {along} {up}");
             assert!(marks.contains(&label), "{label}, {along} {up}: {text}");
         }
-        // Within a decade of numbers with many digits.
+        // All costs lie within one decade and have many digits.
         let mut narrow = trade.clone();
         let costs = [110_000.0, 980_000.0, 300_000.0].into_iter().cycle();
         for (row, cost) in narrow.rows.iter_mut().zip(costs) {
@@ -398,7 +398,7 @@ fn numbers_in_a_crowd_lie_side_by_side() {
     }
 }
 
-/// A scene whose presets are off by so much, with what fast says of itself.
+/// Scene with the given errors of the presets and the given error bar of `fast`.
 fn scene(name: &str, motion: MotionKind, errors: [f64; 2], bar: f64) -> Trade {
     let preset = KnobKind::Preset;
     let [balanced, fast] = errors;
@@ -459,11 +459,11 @@ fn presets_are_counted_by_kind_of_motion() {
     ];
     assert_eq!(told, expected);
     let all = &found[0];
-    // Of an even number of scenes the mean of the two in the middle.
+    // The median of an even number of scenes is the mean of the two middle values.
     assert_eq!((all.median, all.worst), (Some(0.003), Some(0.03)));
     assert_eq!(all.worst_scene.as_deref(), Some("b"));
     assert_eq!(all.pairs_part, Some(0.3));
-    // 0.04 is outside of a bar of 0.01; a bar is relative to its own figure, 0.7: 0.3 is outside of 0.25 of that.
+    // The error 0.04 exceeds the bar 0.01. A bar is relative to its figure, 0.7 here: the error 0.3 exceeds 0.25 times 0.7.
     let [volume] = &found[4].figures[..] else {
         panic!("{:?}", found[4].figures);
     };
@@ -471,7 +471,7 @@ fn presets_are_counted_by_kind_of_motion() {
         (volume.scenes, volume.within, volume.worst),
         (3, 1, Some(0.3))
     );
-    // Where the reference is zero there is no relative error, and the bar tells all the same.
+    // A reference of zero has no relative error. The error bar still decides.
     let mut zero = scenes.clone();
     zero[0].rows[2].values[0] = Some(0.0);
     zero[0].rows[0].errors[0] = None;
@@ -498,7 +498,7 @@ fn scenes_are_a_chart_a_table_and_a_text() {
     let shown = page_of_scenes("a set", &scenes);
     let svg = shown.svg();
     assert_readable(&svg);
-    // Both presets of four scenes; who breaks a promise has a star.
+    // The chart shows two presets of four scenes. A star marks a row that misses its promise.
     assert_eq!(svg.matches("class=\"mark\"").count(), 8);
     for (label, name) in [("5*", "b, balanced"), ("7*", "c, fast"), ("1", "a, fast")] {
         assert!(says(&svg, label), "{label}");
@@ -515,13 +515,13 @@ fn scenes_are_a_chart_a_table_and_a_text() {
         "| b, balanced ",
         " 1 %: FAIL |",
         "- b, balanced: volume −3 %, of 1 %\n",
-        // In parts of itself, as its bar is.
+        // The miss is relative to the row's value, as the error bar is.
         "- c, fast: volume −43 %, of 25 %\n",
         "- lost | one, reference: no luck\n",
     ] {
-        assert!(text.contains(part), "{part:?} in {text}");
+        assert!(text.contains(part), "{part:?} is missing in {text}");
     }
-    // Columns of a table stand below each other.
+    // The columns of a table are aligned.
     let lines: Vec<&str> = text.lines().filter(|line| line.starts_with('|')).collect();
     let widths: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
     assert!(
@@ -556,7 +556,7 @@ fn a_failure_is_shown_and_escaped() {
     let shown = page(&trade, &left_out);
     let text = shown.markdown();
     assert!(text.contains("- grid = 256: no \\<luck>\n"), "{text}");
-    // Set in columns.
+    // The table is aligned in columns.
     let cells = |name: &str| -> Vec<String> {
         let has = |line: &&str| line.contains(&format!(" | {name} "));
         let cells = text.lines().find(has).expect(name);
@@ -589,7 +589,7 @@ fn a_failure_is_shown_and_escaped() {
         "–",
     ];
     assert_eq!(cells("fast"), fast);
-    // Held against itself the reference says nothing.
+    // The reference has no error relative to the reference.
     assert_eq!(cells("reference")[5..8], ["–", "–", "–"]);
     let page = shown.html();
     assert!(page.contains("no &lt;luck&gt;") && page.contains("made &amp; up"));
@@ -600,7 +600,7 @@ fn a_failure_is_shown_and_escaped() {
     );
 }
 
-/// A scene's file may have any name, and a failure quotes whatever a file says.
+/// A scene's file may have any name. A failure may quote any text of a file.
 #[test]
 fn foreign_text_is_only_text() {
     let mut trade = example();

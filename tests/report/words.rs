@@ -1,4 +1,4 @@
-//! What a page says first, in what its runs differ, and that its drawings are whole and share their scales.
+//! Tests of the words of a page: headline, differences of runs, warnings; and of scales and axes of its drawings.
 
 use fretwear::report::{Report, RunTables, numeric_column, percent};
 use fretwear::tables::TableName;
@@ -11,15 +11,17 @@ fn open(folder: &TempDir, name: &str, scene: &str) -> RunTables {
     RunTables::open(&compute(folder, name, scene, None)).unwrap()
 }
 
-/// What stands between the first two texts, after the first.
+/// Text between the first occurrence of `begin` and the next occurrence of `end`.
 pub fn between<'a>(text: &'a str, begin: &str, end: &str) -> &'a str {
     let (_, rest) = text
         .split_once(begin)
-        .unwrap_or_else(|| panic!("no {begin}"));
-    rest.split_once(end).unwrap_or_else(|| panic!("no {end}")).0
+        .unwrap_or_else(|| panic!("{begin} is missing"));
+    rest.split_once(end)
+        .unwrap_or_else(|| panic!("{end} is missing"))
+        .0
 }
 
-/// The values that an attribute has in a figure of a page.
+/// Values of an attribute in a figure of a page.
 pub fn attributes<'a>(html: &'a str, figure: &str, name: &str) -> Vec<&'a str> {
     let figure = between(html, &format!("<figure id=\"fig-{figure}\">"), "</figure>");
     let begin = format!(" {name}=\"");
@@ -27,7 +29,7 @@ pub fn attributes<'a>(html: &'a str, figure: &str, name: &str) -> Vec<&'a str> {
     parts.map(|part| part.split('"').next().unwrap()).collect()
 }
 
-/// Three digits of a value in a unit.
+/// Value with three digits.
 fn three(value: f64) -> String {
     let decimals = 2 - value.abs().log10().floor() as i32;
     let step = 10f64.powi(-decimals);
@@ -38,7 +40,7 @@ fn three(value: f64) -> String {
     )
 }
 
-/// Where each warning of a page stands: the anchor of its figure or section, or of neither on top, with its text.
+/// Warnings of a page: the anchor of the figure or section with the warning, if any, and the text.
 fn warnings(html: &str) -> Vec<(Option<&str>, &str)> {
     let mut place = None;
     let mut found = Vec::new();
@@ -55,14 +57,14 @@ fn warnings(html: &str) -> Vec<(Option<&str>, &str)> {
     found
 }
 
-/// Anchors that the contents of a page mark.
+/// Anchors that the table of contents marks with a warning.
 fn marked(html: &str) -> Vec<&str> {
     let contents = between(html, "<nav", "</nav>");
     let lines = contents.lines().filter(|line| line.contains("warning"));
     lines.map(|line| between(line, "href=\"#", "\"")).collect()
 }
 
-/// A warning stands once: in the figure that it concerns, and on top where the page has no such figure or it concerns all of them.
+/// A page shows each warning once: in the figure with the problem, or at the top if several or no figures show the problem.
 #[test]
 fn a_warning_stands_beside_what_it_concerns() {
     let folder = TempDir::new().unwrap();
@@ -86,7 +88,7 @@ fn a_warning_stands_beside_what_it_concerns() {
     );
     assert_eq!(marked(&html), ["fig-hysteresis-loops"]);
 
-    // The few highest asperities yield. Without a motion there is no figure of friction.
+    // The few highest asperities yield. A run without motion has no figure of friction.
     let sharp = doubtful
         .replace("\"2 um\"", "\"20 um\"")
         .replace("\"300 N\"", "\"3 kN\"");
@@ -122,7 +124,7 @@ fn a_page_begins_with_what_became_of_the_joint() {
     let html = Report::new(std::slice::from_ref(&run)).unwrap().html();
     let headline = between(&html, "<p class=\"headline\">", "</p>");
     assert!(html.find("class=\"headline\"") < html.find("<nav"));
-    // The volume with its bar, and the stiffness before and after.
+    // The headline quotes the volume with its error bar, and the stiffness before and after wear.
     let volume = last("wear_volume");
     let bar = percent(last("error_wear_volume"));
     let lost = format!(
@@ -141,7 +143,7 @@ fn a_page_begins_with_what_became_of_the_joint() {
         headline.contains(&stiffness),
         "{headline} lacks {stiffness}"
     );
-    // The table of all figures is the last part.
+    // The table of all results is the last section.
     let at = |id: &str| html.find(&format!("<section id=\"{id}\">")).unwrap();
     assert!(at("figures") < at("scene") && at("scene") < at("results"));
 
@@ -152,7 +154,7 @@ fn a_page_begins_with_what_became_of_the_joint() {
     assert!(headline.starts_with("Under 300\u{a0}N "), "{headline}");
 }
 
-/// The resonance of a worn joint is that of its own contact elements, not of those that drove the last of the wear.
+/// The headline quotes the resonance with the contact elements of the worn joint. The wear steps before used older contact elements.
 #[test]
 fn the_headline_of_a_vibration_is_that_of_the_worn_state() {
     let folder = TempDir::new().unwrap();
@@ -179,7 +181,7 @@ fn the_headline_of_a_vibration_is_that_of_the_worn_state() {
             "{headline} lacks {amplitude}"
         );
     }
-    // What matters first comes first.
+    // The page begins with the most important figures.
     let ids: Vec<&str> = report.figures().iter().map(|figure| figure.id).collect();
     assert_eq!(
         ids[..4],
@@ -187,7 +189,7 @@ fn the_headline_of_a_vibration_is_that_of_the_worn_state() {
     );
 }
 
-/// A joint that sticks wears nothing: that is said, and what rounding left of its dissipation and heights is no figure.
+/// A joint that sticks does not wear, and the headline reports this. Rounding errors of dissipation and heights are not figures.
 #[test]
 fn a_joint_in_which_nothing_wore_says_so() {
     let folder = TempDir::new().unwrap();
@@ -220,7 +222,7 @@ fn a_joint_in_which_nothing_wore_says_so() {
         rate.starts_with("Worn volume stays at 0\u{a0}mm³. Wear rate stays at 0"),
         "{rate}"
     );
-    // What rounding left, if it left anything.
+    // The mean height may contain a rounding error.
     let roughness = caption("roughness");
     let left = ["Mean height stays at 0\u{a0}", "Mean height stays below "];
     assert!(
@@ -231,7 +233,7 @@ fn a_joint_in_which_nothing_wore_says_so() {
     assert!(loops.contains(" below "), "{loops}");
 }
 
-/// One unit a quantity: the largest run decides, on the whole page.
+/// Each quantity has one unit on the whole page. The largest run decides the unit.
 #[test]
 fn runs_side_by_side_have_one_unit() {
     let folder = TempDir::new().unwrap();
@@ -243,7 +245,7 @@ fn runs_side_by_side_have_one_unit() {
         let summary = run.series(TableName::Summary).unwrap().unwrap();
         *numeric_column(&summary, column).unwrap().last().unwrap()
     };
-    // Alone they would have other units.
+    // In separate reports, the two runs would have different units.
     let [most, least] = [0, 1].map(|k| last(&runs[k], "dissipated_energy"));
     assert!(most >= 1e-3 && least < 1e-3, "{most} {least}");
     let html = Report::new(&runs).unwrap().html();
@@ -260,7 +262,7 @@ fn runs_side_by_side_have_one_unit() {
     assert_eq!(energies.matches("\u{a0}mJ").count(), 2, "{energies}");
 }
 
-/// A moment that rounding left is known by what it is below alone.
+/// A moment of the size of rounding errors is quoted as an upper bound only.
 #[test]
 fn noise_is_said_as_what_it_is_below() {
     let folder = TempDir::new().unwrap();
@@ -316,7 +318,7 @@ fn several_runs_say_in_what_they_differ() {
             .contains(&cells(["0.6", "0.6", "–"])),
         "{section}"
     );
-    // What is the same stands nowhere.
+    // Keys with equal values are missing in the table.
     for key in ["surface.seed", "joint.grid", "contact.normal_load"] {
         assert!(row(key).is_none(), "{key}");
     }
@@ -326,7 +328,7 @@ fn several_runs_say_in_what_they_differ() {
             .contains("are the same")
     );
     assert!(!page(&twice[..1]).contains("id=\"differences\""));
-    // Maps of all runs have the same scale, and charts of all the same axes.
+    // The maps of all runs have one scale. The charts of all runs have the same axes.
     for (figure, attribute, count) in [
         ("surface", "data-scale", 5),
         ("pressure", "data-scale", 5),
@@ -354,7 +356,7 @@ fn several_runs_say_in_what_they_differ() {
     );
 }
 
-/// Error bars end within their axes, and profiles are drawn at cycles between the first and the last.
+/// Error bars end within their axes. Profiles belong to cycles between the first and the last.
 #[test]
 fn drawings_are_whole() {
     let folder = TempDir::new().unwrap();
@@ -378,7 +380,7 @@ fn drawings_are_whole() {
                 .collect();
             for bar in drawing.split("class=\"bar ").skip(1) {
                 bars += 1;
-                // From the lower end of each upwards: its caps are level.
+                // Each bar goes from its lower end to its upper end. Its caps are horizontal.
                 let ends = between(bar, " d=\"", "\"").split('V').skip(1);
                 for high in ends.map(|end| end.split('M').next().unwrap()) {
                     let y: f64 = high.parse().unwrap();

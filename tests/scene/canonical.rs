@@ -1,4 +1,4 @@
-//! The canonical form and the document: what is equal, what differs, and what can be loaded again.
+//! Tests of the canonical form and of the document: equal scenes, different scenes, and scenes that the program writes and reads again.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use fretwear::json::differences;
 
 use super::{CASE, case, case_with, scene_of};
 
-/// [`CASE`] in other units, another order and other words for the defaults.
+/// [`CASE`] in other units, in another order, and with its defaults written out.
 const SAME: &str = r#"title = "Another title"
 [contact]
 normal_load = "0.03 MN"
@@ -46,7 +46,7 @@ fn equal_scenes_in_other_units_are_equal() {
     assert_eq!(
         case.canonical().to_string(),
         other.canonical().to_string(),
-        "equal to the byte, for a hash"
+        "the bytes must be equal"
     );
 }
 
@@ -154,7 +154,7 @@ fn the_document_loads_again_as_the_same_scene() {
     ];
     for (name, sets) in changes {
         let scene = folder.scene(name, sets);
-        // In another folder, since relative paths would then lead elsewhere.
+        // The copy has another folder. Relative paths of the document would be wrong there.
         let copy = folder.path("again").join(format!("{}.toml", scene.name));
         fs::write(&copy, scene.to_toml()).expect("a copy");
         let again = fretwear::scene::load(&copy, &[]).expect("a scene");
@@ -169,7 +169,7 @@ fn the_document_keeps_the_units_of_the_user() {
     assert!(CASE.contains("normal_load = \"30 kN\""));
 }
 
-/// A key means something where all is there that it is about, whatever its default says.
+/// A key is relevant if the scene has its subject. The default of the key does not matter.
 #[test]
 fn keys_of_contact_elements_mean_something_with_a_structure_alone() {
     let pipelines = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");

@@ -1,8 +1,8 @@
-//! Faults of the vibration and of what follows from it, word for word.
+//! Messages for faults of the vibration and of the later stages, word for word.
 
 use super::{ROUGH, assert_faults, message_of};
 
-/// What is replaced in the rough joint, by what, and the message.
+/// Replaced text of the rough joint, new text, and message.
 const OF_DYNAMICS: &[(&str, &str, &str)] = &[
     (
         r#"force = { amplitude = "1000 N", at = "far_wall", direction = "x" }"#,
@@ -238,7 +238,7 @@ frequency =",
     ),
 ];
 
-/// What is replaced in the rough joint, of updates, samples and what is kept, by what, and the message.
+/// Replaced text of the rough joint, new text, and message, for updates, samples and pruning.
 const OF_WEAR: &[(&str, &str, &str)] = &[
     (
         "stiffness_change = 0.10",

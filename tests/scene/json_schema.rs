@@ -1,4 +1,4 @@
-//! The JSON Schema of scenes, by which an editor completes and checks them.
+//! Tests of the JSON Schema of scenes, which editors use for completion and checks.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,11 +19,11 @@ fn the_file_is_what_the_program_writes() {
     let text = fs::read_to_string(&path).expect("the schema");
     assert!(
         text == format!("{:#}\n", json_schema()),
-        "write it anew: fretwear schema scene --json-schema > schemas/scene.schema.json"
+        "update the file: fretwear schema scene --json-schema > schemas/scene.schema.json"
     );
 }
 
-/// What a schema finds wrong with a value. Of JSON Schema it knows what the schema of scenes uses, and it refuses the rest.
+/// Faults of a value by a schema. The function supports the keywords in the schema of scenes and fails for any other keyword.
 fn faults(schema: &Value, value: &Value, at: &str) -> Vec<String> {
     let mut found = Vec::new();
     match schema {
@@ -112,7 +112,7 @@ fn faults(schema: &Value, value: &Value, at: &str) -> Vec<String> {
                     .keys()
                     .all(|name| faults(rule, &json!(name), at).is_empty())
             }),
-            other => panic!("{other} is not known here"),
+            other => panic!("unsupported keyword {other}"),
         };
         if !holds {
             found.push(format!("{at}: {value} against {keyword}"));
@@ -129,7 +129,7 @@ fn is_of(value: &Value, kind: &str) -> bool {
         "number" => value.is_number(),
         "boolean" => value.is_boolean(),
         "integer" => value.as_f64().is_some_and(|x| x.fract() == 0.0),
-        other => panic!("{other} is no type"),
+        other => panic!("{other} is not a type"),
     }
 }
 
@@ -191,7 +191,7 @@ fn what_a_scene_may_say_in_other_words_is_valid() {
     let list = "force = [{ amplitude = \"1 N\" }, { amplitude = \"2 N\", harmonic = 2 }]";
     let text = replaced(OSCILLATOR, "force = { amplitude = \"100 N\" }", list);
     assert_eq!(faults_of(&text), [""; 0]);
-    // What a base gives need not be there.
+    // A scene may omit the keys that its base contains.
     for text in [
         "",
         "base = \"other.toml\"\n[surface]\nrq = \"1 um\"\n",
@@ -204,7 +204,7 @@ fn what_a_scene_may_say_in_other_words_is_valid() {
 #[test]
 fn wrong_scenes_are_not_valid() {
     let wrong: &[(&str, &str, &str)] = &[
-        // Unknown keys.
+        // Unknown keys
         (CASE, "title =", "titel ="),
         (CASE, "rq =", "rg ="),
         (CASE, "hole = { diameter", "hole = { radius"),
@@ -220,7 +220,7 @@ fn wrong_scenes_are_not_valid() {
             "{ amplitude = \"100 N\" }",
             "[{ amplitud = \"100 N\" }]",
         ),
-        // Wrong types.
+        // Wrong types
         (CASE, "title = \"Case\"", "title = 5"),
         (CASE, "rq = \"5 um\"", "rq = 5"),
         (CASE, "rq = \"5 um\"", "rq = \"5\""),
@@ -239,7 +239,7 @@ fn wrong_scenes_are_not_valid() {
             "[update]\nstiffness_change = 0.10",
             "[[update]]\nstiffness_change = 0.10",
         ),
-        // Out of range.
+        // Values out of range
         (CASE, "grid = [64, 40]", "grid = [64, 0]"),
         (CASE, "poisson_ratio = 0.3", "poisson_ratio = 0.6"),
         (
@@ -253,7 +253,7 @@ fn wrong_scenes_are_not_valid() {
             "[fidelity]\nsteps_per_cycle = 33\n[update]",
         ),
         (ROUGH, "frequency", "harmonics = [0, 1, 1]\nfrequency"),
-        // Wrong words.
+        // Unknown words
         (CASE, "kind = \"gaussian\"", "kind = \"gausian\""),
         (CASE, "keep = \"all\"", "keep = \"al\""),
         (
@@ -262,7 +262,7 @@ fn wrong_scenes_are_not_valid() {
             "boundary = \"Periodic\"",
         ),
         (ROUGH, "direction = \"x\"", "direction = \"X\""),
-        // The keys of another kind.
+        // Keys of another kind
         (CASE, "seed = 3", "radius = \"3 mm\""),
         (CASE, "kind = \"gaussian\"", "kind = \"flat\""),
         (

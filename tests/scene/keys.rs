@@ -1,4 +1,4 @@
-//! The declarations of keys against what is made of a scene: every key is read, every example is one, every default is the one.
+//! Comparison of declared keys with loaded scenes: the program reads each key, accepts each example, and applies each default.
 
 use std::collections::BTreeSet;
 
@@ -8,14 +8,14 @@ use fretwear::scene::{Motion, Plan, Preset, Scene, SceneError};
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, replaced};
 
-/// A bolt by its dimensions.
+/// Bolt with its dimensions.
 fn bolt(thread: &str) -> String {
     format!(
         "bolt = {{ {thread}, clamp_length = \"40 mm\", bearing_diameter = \"14.6 mm\", hole = \"11 mm\", outer_diameter = \"40 mm\" }}\n"
     )
 }
 
-/// Scenes such that every key belongs into one of them, and is absent from one.
+/// Scenes for tests of keys. Each key belongs in at least one scene and is absent from at least one scene.
 fn scenes() -> Vec<(&'static str, String)> {
     let gaussian = "kind = \"gaussian\"\nrq = \"5 um\"\ncorrelation_length = [\"0.5 mm\", \"0.4 mm\"]\nseed = 3\n";
     let surface = |text: &str| replaced(CASE, gaussian, text);
@@ -134,7 +134,7 @@ fn scenes() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// The scenes in a folder.
+/// Folder of scenes, and their names.
 struct Scenes(Folder, Vec<&'static str>);
 
 impl Scenes {
@@ -152,7 +152,7 @@ impl Scenes {
         self.0.load(&format!("{name}.toml"), sets)
     }
 
-    /// Whether a scene gives a key itself.
+    /// True if the text of the scene contains the key.
     fn has(&self, name: &str, key: &str) -> bool {
         let scene = self.load(name, &[]).expect("a scene");
         let mut parts = key.split('.');
@@ -161,13 +161,13 @@ impl Scenes {
     }
 }
 
-/// Every key but that of a file alone.
+/// All keys except `base`, which only a file may contain.
 fn keys() -> Vec<KeyDescription> {
     let keys = sections().into_iter().flat_map(|section| section.keys);
     keys.filter(|key| key.key != "base").collect()
 }
 
-/// The example of a key as after `--set`.
+/// Example of a key as an argument of `--set`.
 fn example(key: &KeyDescription) -> String {
     let value = key.example.split_once(" = ").expect("a line").1;
     format!("{}={value}", key.key)
@@ -184,8 +184,8 @@ fn every_example_is_accepted_and_every_key_is_read() {
             .copied()
             .filter(|name| scenes.load(name, &[&set]).is_ok())
             .collect();
-        assert!(!accepting.is_empty(), "no scene takes {set}");
-        // No key is a date.
+        assert!(!accepting.is_empty(), "no scene accepts {set}");
+        // A date is never a valid value.
         let set = format!("{}=1979-05-27", key.key);
         for name in accepting {
             let error = scenes.load(name, &[&set]).expect_err("a date").to_string();
@@ -207,7 +207,7 @@ const PARTS: [Part; 8] = [
     Part::ResponseAt,
 ];
 
-/// What influences a run is in the hash of its scene: whatever moves the recipe moves the record.
+/// The hash of a scene covers all inputs of a run: each change of the recipe changes the record.
 #[test]
 fn what_moves_the_recipe_moves_the_record() {
     let scenes = Scenes::new();
@@ -231,7 +231,7 @@ fn what_moves_the_recipe_moves_the_record() {
                 let Some(of_after) = recipe(&after) else {
                     continue;
                 };
-                // Reasons say which key is given, also where it is given as it is.
+                // Reasons are omitted, since a reason names each key that the scene contains, even with its default value.
                 let [parts, other] = [&of_before, &of_after].map(|(recipe, motion)| {
                     let parameters = recipe.parameters(&PARTS);
                     (parameters, format!("{motion:?}"), recipe.output.clone())
@@ -257,7 +257,7 @@ fn every_word_is_accepted() {
                 .iter()
                 .any(|name| match scenes.load(name, &[&set]) {
                     Ok(_) => true,
-                    // A word may want other keys beside it.
+                    // A word may need other keys. Such an error differs from the error for an unknown word.
                     Err(error) => !error.to_string().contains("must be one of"),
                 });
             assert!(known, "{set}");
@@ -269,11 +269,11 @@ fn every_word_is_accepted() {
     }
 }
 
-/// Whether a scene is of a kind.
+/// Test of the kind of a scene.
 type OfScene = fn(&Scene) -> bool;
 
-/// Keys that are not what the preset says in scenes of a kind: an oscillator has more samples, a joint that vibrates longer wear steps, and a history
-/// more steps a cycle.
+/// Keys with a default that differs from the preset in scenes of some kind. An oscillator has more samples.
+/// A joint that vibrates has longer wear steps. A motion from a history has more steps per cycle.
 const OTHER_THAN_THE_PRESET: [(&str, OfScene); 4] = [
     ("fidelity.harmonic_tolerance", |scene| {
         scene.recipe.wear.is_some()
@@ -308,7 +308,7 @@ fn every_default_is_what_an_absent_key_gives() {
             let sets = [under, &[&set]].concat();
             let mut held = false;
             for name in scenes.1.iter().filter(|name| !scenes.has(name, key.key)) {
-                // A key of a table makes one of what is none.
+                // A key of a table would create the table in a scene without the table.
                 let tables = [
                     ("output.keep.", "pruned"),
                     ("contact.bolt.", "bolted"),
@@ -321,7 +321,7 @@ fn every_default_is_what_an_absent_key_gives() {
                 if tables.into_iter().any(of_table) {
                     continue;
                 }
-                // Where a key does not belong it is refused.
+                // The program rejects keys that do not belong in the scene.
                 let (Ok(without), Ok(with)) = (scenes.load(name, under), scenes.load(name, &sets))
                 else {
                     continue;
@@ -337,14 +337,14 @@ fn every_default_is_what_an_absent_key_gives() {
                 );
                 held = true;
             }
-            assert!(held, "no scene without {set}");
+            assert!(held, "no scene tests {set}");
             count += 1;
         }
     }
     assert!(count > 80, "{count} defaults");
 }
 
-/// What the rules say in words.
+/// Each default that the documentation describes in words equals the default of an absent key.
 #[test]
 fn rules_are_what_an_absent_key_gives() {
     let scenes = Scenes::new();
@@ -465,7 +465,7 @@ fn every_key_is_told_in_plain_sentences() {
 #[test]
 fn a_section_is_told_by_its_keys() {
     let Ok(About::Section(section)) = explain("dynamics") else {
-        panic!("no section");
+        panic!("the section is missing");
     };
     let names: Vec<&str> = section.keys.iter().map(|key| key.key).collect();
     assert_eq!(
@@ -477,7 +477,7 @@ fn a_section_is_told_by_its_keys() {
         ]
     );
     let Ok(About::Section(inner)) = explain("dynamics.response") else {
-        panic!("no section");
+        panic!("the section is missing");
     };
     assert_eq!(inner.keys.len(), 2);
     for (name, hint) in [

@@ -1,4 +1,4 @@
-//! Bases and `--set`: what lies on top of what, where paths start, and what a new kind drops.
+//! Tests of bases and `--set`: order of the layers, start of relative paths, and keys that a new kind removes.
 
 use std::path::Path;
 
@@ -40,7 +40,7 @@ fn a_fault_is_reported_where_it_was_written() {
         .with("top.toml", "base = \"bad.toml\"\n\nwear.cycles = 5\n");
     let expected = "bad.toml, line 16: contact.normal_load: \"30 mm\" is a length; a force is wanted, such as \"30 N\" or \"30 kN\"";
     assert_eq!(folder.message("top.toml", &[]), expected);
-    // A value on top of the faulty one mends it; a faulty one on top is reported at the top.
+    // A value of a higher layer replaces the faulty value. The program reports a faulty value in the layer that contains it.
     folder.scene("top.toml", &["contact.normal_load=30 kN"]);
     let folder = folder.with(
         "over.toml",

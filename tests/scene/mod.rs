@@ -1,4 +1,4 @@
-//! Scenes as a user writes them: what is accepted, what is refused, and in which words.
+//! Tests of scenes as users write them: accepted scenes, rejected scenes, and messages.
 
 mod canonical;
 mod dynamics_faults;
@@ -23,7 +23,7 @@ use fretwear::scene::{Bodies, Contact, Joint, Motion, Scene, SceneError, Surface
 use fretwear::wear::{Harmonic, HarmonicMotion};
 use tempfile::TempDir;
 
-/// A scene that uses most sections, one key a line, so that a test can change one of them.
+/// Scene with most sections. Each key has its own line, so that a test can replace it.
 const CASE: &str = r#"title = "Case"
 [joint]
 size = ["40 mm", "30 mm"]
@@ -49,7 +49,7 @@ cycles = 10_000_000
 keep = "all"
 "#;
 
-/// A rough joint in a resonator that wears.
+/// Rough joint that wears in a resonator.
 const ROUGH: &str = r#"[joint]
 size = ["40 mm", "38 mm"]
 grid = [76, 57]
@@ -77,7 +77,7 @@ cycles = 10_000_000
 stiffness_change = 0.10
 "#;
 
-/// The resonator on contact elements of given stiffness.
+/// Resonator with contact elements of a given stiffness.
 const SPRINGS: &str = r#"[joint]
 size = ["40 mm", "38 mm"]
 [material]
@@ -96,7 +96,7 @@ force = { amplitude = "1000 N" }
 frequency = ["900 Hz", "1050 Hz"]
 "#;
 
-/// One mass on one contact element.
+/// Oscillator with one mass and one contact element.
 const OSCILLATOR: &str = r#"[structure]
 kind = "oscillator"
 mass = "1 kg"
@@ -110,7 +110,7 @@ normal_load = "1 kN"
 force = { amplitude = "100 N" }
 "#;
 
-/// A folder with scene files.
+/// Folder with scene files.
 struct Folder(TempDir);
 
 impl Folder {
@@ -139,7 +139,7 @@ impl Folder {
             .unwrap_or_else(|error| panic!("{name} {sets:?}: {error}"))
     }
 
-    /// What is wrong with `name`, each fault alone, file names without the folder.
+    /// Faults of the scene `name`, one text per fault. The texts contain file names without the folder.
     fn faults(&self, name: &str, sets: &[&str]) -> Vec<String> {
         let folder = format!("{}/", self.0.path().display());
         match self.load(name, sets) {
@@ -151,7 +151,7 @@ impl Folder {
         }
     }
 
-    /// The message that `name` fails with, file names without the folder.
+    /// Message of the error for `name`, with file names without the folder.
     fn message(&self, name: &str, sets: &[&str]) -> String {
         match self.load(name, sets) {
             Ok(_) => panic!("{name} {sets:?} was accepted"),
@@ -162,7 +162,7 @@ impl Folder {
     }
 }
 
-/// The sections that a scene of a rough joint has.
+/// Sections that a scene of a rough joint contains.
 trait Sections {
     fn the_joint(&self) -> &Joint;
     fn the_material(&self) -> &Bodies;
@@ -194,7 +194,7 @@ impl Sections for Scene {
     }
 }
 
-/// Harmonic displacements of half ranges \[m\] and phases \[rad\] along x and y, under a load of this half range \[N\].
+/// Harmonic motion with half ranges \[m\] and phases \[rad\] along x and y, under a normal load with the given half range \[N\].
 fn displaced(amplitude: [f64; 2], phase: [f64; 2], normal_load_amplitude: f64) -> Option<Motion> {
     let axis = |axis: usize| Harmonic {
         amplitude: amplitude[axis],
@@ -208,35 +208,35 @@ fn displaced(amplitude: [f64; 2], phase: [f64; 2], normal_load_amplitude: f64) -
     }))
 }
 
-/// [`CASE`] in a folder, as `case.toml`.
+/// Folder with [`CASE`] as `case.toml`.
 fn case() -> Folder {
     Folder::new().with("case.toml", CASE)
 }
 
-/// [`CASE`] with `--set`.
+/// [`CASE`] with arguments of `--set`.
 fn case_with(sets: &[&str]) -> Scene {
     scene_of(CASE, sets)
 }
 
-/// A scene that is written so.
+/// Scene from a text, with arguments of `--set`.
 fn scene_of(text: &str, sets: &[&str]) -> Scene {
     let folder = Folder::new().with("case.toml", text);
     folder.scene("case.toml", sets)
 }
 
-/// What is wrong with a scene that is written so, each fault alone.
+/// Faults of a scene from a text, one text per fault.
 fn faults_of(text: &str, sets: &[&str]) -> Vec<String> {
     let folder = Folder::new().with("case.toml", text);
     folder.faults("case.toml", sets)
 }
 
-/// The message that such a scene fails with.
+/// Message of the error for a scene from a text.
 fn message_of(text: &str, sets: &[&str]) -> String {
     let folder = Folder::new().with("case.toml", text);
     folder.message("case.toml", sets)
 }
 
-/// Rows of what is replaced in a case, by what, and the message of a fault.
+/// Asserts the message for each row. A row contains the replaced text of a case, the new text, and the message.
 fn assert_faults(case: &str, rows: &[(&str, &str, &str)]) {
     for (from, to, expected) in rows {
         let faults = faults_of(&replaced(case, from, to), &[]);
@@ -247,9 +247,9 @@ fn assert_faults(case: &str, rows: &[(&str, &str, &str)]) {
     }
 }
 
-/// A scene with one text replaced by another.
+/// Scene with one text replaced by another.
 fn replaced(case: &str, from: &str, to: &str) -> String {
-    assert!(case.contains(from), "the case has no {from}");
+    assert!(case.contains(from), "{from} is missing in the case");
     case.replacen(from, to, 1)
 }
 
@@ -258,7 +258,7 @@ fn edited(from: &str, to: &str) -> String {
     replaced(CASE, from, to)
 }
 
-/// A relative file name as the program resolves it.
+/// Absolute file name, as the program resolves it.
 fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).expect("a working folder")
 }

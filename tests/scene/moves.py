@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Which values of the recipe each key of a scene moves.
+"""Lists the values of the recipe that each key of a scene changes.
 
     python3 tests/scene/moves.py PROGRAM [--key KEY ...] [--json FILE]
 
-Each key is set to other values with `--set`, in every shipped scene that accepts them, and the recipes of `plan` before and after are
-compared. Printed are the values of the recipe that each key moves, then those that several keys move, and the keys that move none. Reasons
-(`why`) and titles are texts for people and left out. Needs nothing but Python.
+The script sets each key to other values with `--set`, in each shipped scene that accepts the values, and compares the recipes of `plan`
+before and after. The script prints the values of the recipe that each key changes, the values that several keys change, and the keys
+without effect. Reasons (`why`) and titles are texts for people and are ignored. The script needs only Python.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = sorted((ROOT / "pipelines").glob("*.toml"))
-# A number of a text with a unit, as in "5 um".
+# Number in a text with a unit, as in "5 um".
 NUMBER = re.compile(r"^(\"?)(-?[0-9][0-9_.eE+-]*)")
 FACTORS = (1.25, 0.75, 2.0)
 
@@ -33,7 +33,7 @@ def recipe(program, scene, *sets):
 
 
 def leaves(value, path=""):
-    """The values below a path; indices of lists are left out, so that lists of other lengths compare."""
+    """Values below a path. The paths omit indices of lists, so that lists of different lengths are comparable."""
     if isinstance(value, dict):
         for key, inner in value.items():
             if key not in ("why", "title"):
@@ -54,7 +54,7 @@ def moved(before, after):
 
 
 def values(about):
-    """Values to try: the words of a choice, the example, and the example by some factors."""
+    """Values for a test: the words of a choice, the example, and multiples of the example."""
     example = about["example"].split("=", 1)[1].strip()
     tried = [f'"{choice["word"]}"' for choice in about.get("choices", [])] + [example]
     if NUMBER.match(example):
@@ -91,11 +91,11 @@ def main():
     for key, paths in moves.items():
         for path in paths:
             by_value[path].append(key)
-    print("\nvalues that several keys move")
+    print("\nvalues that several keys change")
     for path, own in sorted(by_value.items()):
         if len(own) > 1:
             print(f"{path}: {', '.join(own)}")
-    print("\nkeys that move none:", ", ".join(key for key, paths in moves.items() if not paths) or "-")
+    print("\nkeys without effect:", ", ".join(key for key, paths in moves.items() if not paths) or "-")
     if options.json:
         options.json.write_text(json.dumps(moves, indent=1) + "\n")
 

@@ -1,4 +1,4 @@
-//! The scenes that are shipped.
+//! Tests of the shipped scenes.
 
 use std::f64::consts::{PI, TAU};
 use std::fs;
@@ -70,14 +70,14 @@ fn the_published_parameters() {
     assert_eq!(plastic.the_conditions().pressure_cap, Some(6e8));
 }
 
-/// What Table 1 and sections 3 and 4 of the paper say, and what the scene says it assumes.
+/// The scene agrees with Table 1 and with sections 3 and 4 of the paper, and with the assumptions in the scene's comments.
 #[test]
 fn the_published_case() {
     let scene = shipped("lap_joint.toml");
     let prescribed = shipped("prescribed_fretting.toml");
     assert_eq!(scene.surface, prescribed.surface);
     assert_eq!(scene.material, prescribed.material);
-    // The response is known no better than its wear steps.
+    // The wear steps limit the accuracy of the response. The tolerance of both scenes therefore differs.
     let of_response = |wear: Wear| Wear {
         tolerance: 0.015,
         ..wear
@@ -179,7 +179,7 @@ fn given_springs_are_those_of_the_independent_run() {
     assert!(scene.surface.is_none() && scene.recipe.wear.is_none());
 }
 
-/// The comment of the oscillator says where its resonances are, and that friction holds it.
+/// The comment of the scene quotes both resonances and the friction limit.
 #[test]
 fn the_oscillator_slips_between_its_two_resonances() {
     let scene = shipped("oscillator.toml");
@@ -209,7 +209,7 @@ fn the_static_contact_does_not_move() {
     assert_eq!((scene.motion, scene.recipe.wear), (None, None));
 }
 
-/// Shares that the scene of the sphere states for itself, to the two digits it states them with.
+/// Tolerance of the ratios that the comments of the sphere scene quote with two digits.
 const STATED: f64 = 0.01;
 
 #[test]

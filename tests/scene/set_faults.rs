@@ -1,8 +1,8 @@
-//! Faults on the command line and sections that are not there, word for word.
+//! Messages for faults on the command line and for missing sections, word for word.
 
 use super::{CASE, case, message_of};
 
-/// What is set on the command line, and the message.
+/// Arguments of `--set` and message.
 const IN_SET: &[(&[&str], &str)] = &[
     (
         &["wear.cycles"],
@@ -180,7 +180,7 @@ fn faults_in_set() {
     }
 }
 
-/// A section that is left out of the case, and the message.
+/// Section that the case omits, and message.
 const LEFT_OUT: &[(&str, &str)] = &[
     (
         "joint",
@@ -225,7 +225,7 @@ fn missing_sections() {
     }
 }
 
-/// The case without one of its sections.
+/// [`CASE`] without one of its sections.
 fn without(section: &str) -> String {
     let mut kept = true;
     CASE.lines()
@@ -250,7 +250,7 @@ fn a_quantity_error_is_the_source_of_a_unit_fault() {
     ));
 }
 
-/// A key of so many names is none, and whatever goes through them one below the other would go too deep.
+/// The program rejects a key of very many names. A recursive function would exceed the stack.
 #[test]
 fn a_key_of_many_names() {
     let name = |count| vec!["a"; count].join(".");

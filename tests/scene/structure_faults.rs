@@ -1,8 +1,8 @@
-//! Faults of structures and their contacts, word for word.
+//! Messages for faults of structures and their contacts, word for word.
 
 use super::{OSCILLATOR, ROUGH, SPRINGS, assert_faults};
 
-/// What is replaced in the rough joint, by what, and the message.
+/// Replaced text of the rough joint, new text, and message.
 const IN_ROUGH: &[(&str, &str, &str)] = &[
     (
         r#"[structure]
@@ -239,7 +239,7 @@ correlation_length = ["0.5 mm", "0.5 mm"]"#,
     ),
 ];
 
-/// What is replaced in the resonator of given stiffness, by what, and the message.
+/// Replaced text of the resonator with given stiffness, new text, and message.
 const IN_SPRINGS: &[(&str, &str, &str)] = &[
     (
         r#"kt = "1e4 N/um"
@@ -370,7 +370,7 @@ normal_load = "30 kN""#,
     ),
 ];
 
-/// What is replaced in the oscillator, by what, and the message.
+/// Replaced text of the oscillator, new text, and message.
 const IN_OSCILLATOR: &[(&str, &str, &str)] = &[
     (
         "[structure]",

@@ -1,10 +1,10 @@
-//! Every number has one source: no type repeats the fields of one of the recipe, from which they would be copied by hand.
+//! Each number has one source: no other type repeats the fields of a type of the recipe. Such fields would be copies by hand.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// Types of rooms that know no recipe, and what is printed of one.
+/// Types of modules that do not use the recipe, and types for printing.
 const WITHOUT_RECIPE: [&str; 18] = [
     "Duffing",
     "ElementParameters",
@@ -26,7 +26,7 @@ const WITHOUT_RECIPE: [&str; 18] = [
     "Superelement",
 ];
 
-/// The names of the fields of each type of a text; those of the variants of an enumeration by `Type::Variant`.
+/// Field names of each type in a source text. The variants of an enumeration have names like `Type::Variant`.
 fn fields(text: &str) -> BTreeMap<String, BTreeSet<String>> {
     let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     let (mut outer, mut name) = (None, String::new());
@@ -64,7 +64,7 @@ fn fields(text: &str) -> BTreeMap<String, BTreeSet<String>> {
     found
 }
 
-/// All types below a folder.
+/// All types in the source files below a folder.
 fn types(folder: &Path) -> Vec<(String, BTreeSet<String>)> {
     let entries = fs::read_dir(folder).expect("a folder");
     let paths = entries.map(|entry| entry.expect("an entry").path());

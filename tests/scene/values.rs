@@ -1,4 +1,4 @@
-//! What a scene resolves to: SI values, defaults, presets.
+//! Values of a loaded scene: SI values, defaults and presets.
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
@@ -68,10 +68,13 @@ fn grid_and_patch_follow_the_joint() {
     assert_eq!((grid.dx, grid.dy), (0.04 / 64.0, 0.03 / 40.0));
     assert!(
         !patch.is_in_joint[grid.index(32, 20)],
-        "the middle is in the hole"
+        "the middle must be in the hole"
     );
-    assert!(patch.is_in_joint[grid.index(0, 0)], "the corner is not");
-    // A staircase circle misses the area of the hole by less than one ring of cells.
+    assert!(
+        patch.is_in_joint[grid.index(0, 0)],
+        "the corner must not be in the hole"
+    );
+    // The area of a staircase circle differs from the area of the hole by less than one ring of cells.
     let hole = 0.04 * 0.03 - patch.area();
     let circle = std::f64::consts::PI * 0.0055f64.powi(2);
     let ring = std::f64::consts::PI * 0.011 * grid.dx.max(grid.dy);
@@ -158,7 +161,7 @@ fn surfaces_of_every_kind() {
         correlation_length, ..
     } = kind(&["surface.correlation_length=0.2 mm"])
     else {
-        panic!("the kind was not to change");
+        panic!("the kind has changed");
     };
     assert_eq!(correlation_length, [0.2e-3; 2]);
 }
@@ -246,7 +249,7 @@ fn a_tolerance_sets_the_knobs_by_what_each_adds_to_the_error() {
     assert!((fidelity.tolerances.normal - 5e-6).abs() < 1e-18);
     assert!((fidelity.tolerances.tangential - 5e-3).abs() < 1e-15);
     assert!((wear.tolerance - 0.0125).abs() < 1e-15);
-    // What is said singly counts.
+    // A single tolerance has priority over `fidelity.tolerance`.
     let scene = case_with(&[
         "fidelity.tolerance=0.05",
         "fidelity.tangential_tolerance=1e-5",
@@ -353,6 +356,6 @@ fn a_static_contact_needs_no_friction() {
     let scene = scene_of(&text[..start], &[]);
     assert_eq!(scene.the_contact().friction_coefficient, None);
     assert_eq!((scene.motion, scene.recipe.wear), (None, None));
-    // The case itself is not affected by its copy.
+    // The case remains valid: only its copy was changed.
     assert!(case().load("case.toml", &[]).is_ok());
 }

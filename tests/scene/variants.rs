@@ -1,4 +1,4 @@
-//! The variants of a scene that a trade runs.
+//! Tests of the variants of a scene that a trade runs.
 
 use std::path::Path;
 
@@ -31,11 +31,11 @@ fn pipeline(name: &str) -> std::path::PathBuf {
         .join(name)
 }
 
-/// What a scene says about accuracy is what is measured: the presets are without it, and it is a variant of its own.
+/// The presets ignore the accuracy keys of the scene. The variant `as_written` uses these keys.
 #[test]
 fn presets_are_without_the_accuracy_of_the_scene() {
     let bench = Bench::new();
-    let path = bench.path("small.toml"); // wear.tolerance = 1e-3
+    let path = bench.path("small.toml"); // The file contains wear.tolerance = 1e-3.
     let sets = [
         "wear.scheme=explicit",
         "wear.depth_step=0.05 um",
@@ -86,7 +86,7 @@ fn presets_are_without_the_accuracy_of_the_scene() {
             "{}",
             variant.name
         );
-        // A grid of time, as that of space, is the scene's.
+        // All variants keep the time steps of the scene, as they keep its grid.
         assert_eq!(scene.fidelity.steps_per_cycle, 48, "{}", variant.name);
     }
 }
@@ -165,17 +165,17 @@ fn knobs_are_those_of_the_scene() {
     );
     let oscillator = variants_of(&pipeline("oscillator.toml"), &[], &["harmonics", "preset"]);
     assert_eq!(of(&oscillator, "harmonics")[1], "[0, 1, 3]");
-    // Its aft_samples are its own.
+    // The scene contains its own aft_samples.
     assert_eq!(of(&oscillator, "scene"), ["as written"]);
 
-    // Every variant of them is a scene, and every name a folder.
+    // Each variant is a valid scene, except for the hole. Each name is a valid name of a folder.
     for (name, made) in [
         ("prescribed_fretting.toml", &fretting),
         ("lap_joint.toml", &joint),
     ] {
         for variant in &made.variants {
             let scene = variants::load(&pipeline(name), &[], variant);
-            // The hole of 11 mm is that of 21 elements for nearly the scene's size of them only.
+            // Only elements of nearly the scene's size represent the hole of 11 mm with 21 missing elements.
             let other_hole = ["[15, 15]", "[23, 23]"].contains(&variant.value.as_str());
             assert_eq!(scene.is_err(), other_hole, "{}: {scene:?}", variant.name);
             let fit = |c: char| c.is_ascii_alphanumeric() || "._-".contains(c);
@@ -195,7 +195,7 @@ fn harmonics_of_forces_stay() {
     );
 }
 
-/// More steps than a history has rows change its cycle, fewer do not.
+/// The number of steps changes the cycle only if it exceeds the number of rows of the history.
 #[test]
 fn steps_of_a_history_are_varied_where_they_matter() {
     let bench = Bench::new();
@@ -223,7 +223,7 @@ fn steps_of_a_history_are_varied_where_they_matter() {
     assert!(reason.contains("more rows"), "{reason}");
 }
 
-/// What a person calls a motion follows from what moves, and not from how it is written.
+/// The kind of a motion follows from the moving quantities. The notation of the motion does not matter.
 #[test]
 fn motions_are_of_a_kind() {
     let bench = Bench::new();

@@ -1,4 +1,4 @@
-//! What a scene with a vibrating structure resolves to.
+//! Values of a loaded scene with a vibrating structure.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,10 +11,10 @@ use fretwear::scene::{
 
 use super::{CASE, Folder, OSCILLATOR, ROUGH, SPRINGS, Sections, case_with, message_of, scene_of};
 
-/// Rounding of a natural frequency: a few operations.
+/// Rounding error of a natural frequency after a few operations.
 const ROUNDING: f64 = 1e-14;
 
-/// The resonator without a contact.
+/// Resonator without a contact.
 const BONDED: &str = r#"[joint]
 size = ["40 mm", "38 mm"]
 [material]
@@ -47,7 +47,7 @@ fn modes(scene: &Scene) -> Option<usize> {
     Some(scene.recipe.structure.as_ref()?.modes)
 }
 
-/// That of the rough contact, shared by area.
+/// Stiffness of the rough contact, distributed by area.
 fn uniform(stiffness: Stiffness) -> ElementStiffness {
     ElementStiffness::Contact {
         stiffness,
@@ -189,7 +189,7 @@ fn every_dimension_of_the_resonator_is_a_key() {
     assert_eq!(resonator(&scene), expected);
 }
 
-/// The hole of a resonator is that of its mesh, whether or not it is named, and so are the cells.
+/// A resonator has the hole and the cells of its mesh. The key of the hole does not change them.
 #[test]
 fn the_hole_of_a_resonator_is_a_staircase() {
     let (plain, named) = (
@@ -199,7 +199,7 @@ fn the_hole_of_a_resonator_is_a_staircase() {
     assert_eq!(plain.canonical(), named.canonical());
     let rough = plain.rough().expect("a rough joint");
     let element = 0.04 * 0.038 / 361.0;
-    // The grid is a multiple of the elements: 4 by 3 cells each.
+    // Each element contains 4 by 3 cells of the grid.
     assert_eq!(rough.patch().cells(), 340 * 4 * 3);
     assert!((rough.patch().area() / (340.0 * element) - 1.0).abs() < ROUNDING);
     for set in ["joint.hole.diameter=8.6 mm", "joint.hole.diameter=12.6 mm"] {
@@ -250,7 +250,7 @@ fn a_contact_may_be_open_at_rest_and_without_friction() {
     }
 }
 
-/// The load may fall with wear wherever there is a surface, a structure or not.
+/// A wear section is necessary for a bolt load that falls. A structure is not necessary.
 #[test]
 fn a_bolt_loosens_only_with_wear() {
     let set = "contact.bolt_stiffness=500 N/um";
@@ -299,7 +299,7 @@ fn an_oscillator_with_its_defaults() {
     assert_eq!(three.structure(), Some(&expected));
 }
 
-/// Beside a damping ratio that is given, in place of one that is not.
+/// Rayleigh damping adds to a given damping ratio. Without a given ratio, the default of the ratio is 0.
 #[test]
 fn rayleigh_damping() {
     let set = r#"dynamics.rayleigh={ mass = "5 1/s", stiffness = "2 us" }"#;
@@ -314,7 +314,7 @@ fn rayleigh_damping() {
         let both = scene_of(text, &[set, "dynamics.damping_ratio=0.003"]);
         assert_eq!(dynamics(&both).rayleigh, Some(expected));
         assert_eq!(dynamics(&both).damping_ratio, 0.003);
-        // No damping is none.
+        // Rayleigh damping of zero counts as absent.
         let nothing = scene_of(text, &["dynamics.rayleigh.mass=0 1/s"]);
         assert_eq!(dynamics(&nothing).rayleigh, None);
     }
@@ -352,13 +352,13 @@ fn a_ground_that_moves() {
     };
     let found = dynamics(&scene);
     assert_eq!((found.base, found.forces.len()), (Some(expected), 0));
-    // The ground is the drive: its axis is that of the response, and of the frequencies.
+    // The motion of the ground is the drive. Its axis is the axis of the response and of the frequency range.
     assert_eq!(found.at, port("mass", 1));
     let natural = 2e6_f64.sqrt() / TAU;
     let [from, _] = found.frequency.expect("a range");
     assert!((from / (0.5 * natural) - 1.0).abs() < ROUNDING);
 
-    // One or the other motion, beside forces too; a force of harmonic 1 is then the drive.
+    // The ground moves by a displacement or an acceleration, also together with forces. A force of harmonic 1 is then the drive.
     let base = r#"base = { acceleration = "5 m/s^2", direction = "z", harmonic = 4 }"#;
     let text = format!("{OSCILLATOR}{base}\n");
     let scene = scene_of(&text, &["dynamics.base.displacement=2 um"]);
@@ -426,7 +426,7 @@ fn grounds_that_cannot_move_so() {
     }
 }
 
-/// From half the frequency without the contact to one and a half times that with its springs.
+/// The range extends from 0.5 times the frequency without contact to 1.5 times the frequency with the stuck contact.
 #[test]
 fn the_frequencies_of_an_oscillator() {
     let linear = OSCILLATOR.replace("kt = \"6 N/um\"", "kt = \"0 N/um\"");
@@ -470,7 +470,7 @@ fn the_frequencies_of_an_oscillator() {
     }
 }
 
-/// A given frequency needs no range; with one, the range is that of the forced response.
+/// A given frequency needs no range. A given range applies to the forced response.
 #[test]
 fn a_response_at_a_given_frequency() {
     let alone = ROUGH.replace(r#"frequency = ["900 Hz", "1050 Hz"]"#, r#"at = "20 Hz""#);
@@ -496,7 +496,7 @@ fn a_response_at_a_given_frequency() {
         );
         assert_eq!(found.frequencies_in_force(), Some([20.0, 20.0]));
     }
-    // An oscillator has a range from its resonances all the same.
+    // An oscillator derives a range from its resonances in any case.
     let scene = scene_of(OSCILLATOR, &["dynamics.at=20 Hz"]);
     assert!(dynamics(&scene).frequency.is_some());
 }
@@ -639,7 +639,7 @@ fn harmonics_that_are_not_given_are_extended() {
         assert_eq!(tolerance(&own), Some(0.01));
     }
     assert_eq!(tolerance(&["fidelity.tolerance=0.01"]), Some(0.005));
-    // A linear vibration has nothing to extend.
+    // A linear vibration has no further harmonics.
     assert_eq!(
         message_of(
             crate::support::OSCILLATOR,
@@ -647,7 +647,7 @@ fn harmonics_that_are_not_given_are_extended() {
         ),
         "--set fidelity.harmonic_tolerance=0.01: fidelity.harmonic_tolerance = 0.01: without a [contact] the vibration is linear and has no further harmonics; remove it"
     );
-    // Those that are driven are among them from the beginning.
+    // The initial harmonics include all driven harmonics.
     let forces = r#"dynamics.force=[{ amplitude = "9 N" }, { amplitude = "5 N", harmonic = 5 }]"#;
     let scene = scene_of(OSCILLATOR, &[forces]);
     assert_eq!(dynamics(&scene).harmonics, [0, 1, 2, 3, 5]);
@@ -660,13 +660,13 @@ fn a_set_kind_drops_the_keys_of_other_structures() {
         "kind = \"resonator\"\nblock_length = \"71 mm\"",
     );
     let folder = Folder::new().with("case.toml", &text);
-    // What is left is the joint, which an oscillator has none of.
+    // The section [joint] remains, but an oscillator has no joint.
     let faults = folder.faults("case.toml", &["structure.kind=oscillator"]);
     assert_eq!(
         faults[0],
         "case.toml, line 1: section [joint]: an oscillator has one contact element and no joint; remove it"
     );
-    // Of the structure nothing is left to complain of.
+    // The keys of the old structure are removed without a fault.
     assert!(
         !faults.iter().any(|fault| fault.contains("structure.")),
         "{faults:#?}"
@@ -749,7 +749,7 @@ fn differences_have_the_names_of_keys() {
     ] {
         let key = set.split('=').next().expect("a key");
         let found = changed(ROUGH, &[set]);
-        // A force is compared as a whole, and a material by its bodies.
+        // Differences report a force as a whole, and a material per body.
         let told = match key {
             "material.density" => "material.lower.density",
             key if key.starts_with("dynamics.force") => "dynamics.force",
@@ -774,7 +774,7 @@ fn differences_have_the_names_of_keys() {
     );
 }
 
-/// Whatever the structure is built from is in that section of the canonical form, which stands for it in a key of stored results.
+/// The section `structure` of the canonical form contains all inputs of the structure. The key of stored results uses this section.
 #[test]
 fn the_canonical_structure_is_complete() {
     let structure =

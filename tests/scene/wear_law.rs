@@ -1,11 +1,11 @@
-//! Archard's coefficient and the one per energy: which unit says which, and what becomes of either.
+//! Tests of Archard's coefficient and of the coefficient per energy: units, laws and resolved values.
 
 use super::{CASE, case_with, faults_of, replaced, scene_of};
 
-/// A quotient against the quotient of the same numbers in another unit: a few roundings.
+/// Tolerance for two quotients of the same numbers in different units: a few roundings.
 const ROUNDING: f64 = 1e-15;
 
-/// Units of either law, all of 2e-15 in SI.
+/// Coefficients in units of either law, all equal to 2e-15 in SI units.
 const OF_BOTH: [&str; 13] = [
     "2e-6 mm^3/(N m)",
     "2e-9 mm^3/(N mm)",
@@ -22,7 +22,7 @@ const OF_BOTH: [&str; 13] = [
     "2e-10 1/bar",
 ];
 
-/// Units of a coefficient per energy, all of 2e-15 in SI.
+/// Coefficients in units per energy, all equal to 2e-15 in SI units.
 const OF_ENERGY: [&str; 5] = [
     "2e3 um^3/J",
     "2e-6 mm^3/J",
@@ -37,7 +37,7 @@ fn coefficient(unit: &str, sets: &[&str]) -> f64 {
     case_with(&sets).recipe.wear.expect("wear").coefficient
 }
 
-/// [`CASE`] by Archard's law with another coefficient of friction.
+/// [`CASE`] with Archard's law and another friction coefficient.
 fn by_archard(friction: &str) -> String {
     let text = replaced(CASE, "2e3 um^3/J\"", "2e-15 1/Pa\"\nlaw = \"archard\"");
     let friction = format!("friction_coefficient = {friction}");
@@ -82,7 +82,7 @@ fn archards_coefficient_is_divided_by_the_friction_that_is_set() {
         ];
         assert_is(coefficient("2e-15 1/Pa", &sets), 2e-15 / mu, friction);
     }
-    // In whatever place both stand.
+    // The order of both keys does not matter.
     let scene = scene_of(&by_archard("0.25"), &[]);
     assert_is(scene.recipe.wear.expect("wear").coefficient, 8e-15, "0.25");
 }
@@ -96,7 +96,7 @@ fn archards_law_needs_friction() {
             "case.toml, line 21: wear.law = \"archard\": alpha = k/mu, and contact.friction_coefficient is 0: give a friction coefficient greater than zero"
         ]
     );
-    // A friction that is wrong is the only fault.
+    // An invalid friction coefficient is the only fault.
     let faults = faults_of(&by_archard("-1"), &[]);
     assert_eq!(faults.len(), 1, "{faults:?}");
     assert!(
@@ -105,7 +105,7 @@ fn archards_law_needs_friction() {
     );
 }
 
-/// Nothing but the coefficient per energy is resolved: keys and caches of equal scenes are equal.
+/// A scene resolves to the coefficient per energy only. Equal scenes therefore have equal keys in the cache.
 #[test]
 fn a_scene_by_archards_law_is_that_of_its_coefficient_per_energy() {
     let energy = case_with(&["wear.coefficient=4e-15 m^3/J"]).canonical();

@@ -1,4 +1,4 @@
-//! A stage of a committed iteration, computed again from the tables of the run alone, gives the same bits.
+//! The program computes each stage of a committed iteration again from the tables of the run. The tables have the same bits.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,7 +10,7 @@ use fretwear::stages::{Stage, recompute, stages_of};
 use super::{Seen, Start};
 use crate::support::{Bench, OSCILLATOR, SLIDER, latest, reader};
 
-/// Computes every stage of every iteration of a run again. The stages that there were.
+/// Computes each stage of each iteration of a run again and compares the tables. Returns the stages of the run.
 fn again(scene: &Scene, root: &Path) -> BTreeSet<Stage> {
     let inputs = Plan::of(scene).expect("a plan").inputs;
     let reader = reader(root);
@@ -24,7 +24,7 @@ fn again(scene: &Scene, root: &Path) -> BTreeSet<Stage> {
             let found = recompute(&reader, &inputs, stage.stage, k, 1, &Seen::default())
                 .unwrap_or_else(|error| panic!("{at}: {error}"));
             for (table, same) in &found.same {
-                assert!(same, "{at}: {table} is another one");
+                assert!(same, "{at}: {table} has other bits");
             }
             stages.insert(stage.stage);
         }
@@ -65,7 +65,8 @@ fn of_vibrating(kinds: &[&[&str]]) {
     for sets in kinds {
         let sets = [&["wear.cycles=150_000"], *sets].concat();
         let stages = computed_again(&bench, "resonator.toml", &sets);
-        // All but the coarse trajectory, which goes with a prescribed motion, and the twin, which is a run.
+        // A vibrating joint has all stages except the coarse trajectory, which needs a prescribed motion, and the twin, which is a separate
+        // run.
         assert_eq!(stages.len(), Stage::ALL.len() - 2);
     }
 }
@@ -111,7 +112,7 @@ fn of_what_does_not_wear() {
     }
 }
 
-/// What brings the scenes that are shipped to the size of a test: cells, elements, modes and cycles.
+/// Arguments that reduce the shipped scenes to the size of a test: cells, elements, modes and cycles.
 const SMALLER: [(&str, &[&str]); 5] = [
     ("hertz", &["joint.grid=[40, 36]", "wear.cycles=20_000"]),
     (
@@ -175,7 +176,7 @@ fn of_every_scene_that_is_shipped() {
             .to_string_lossy()
             .into_owned();
         if !name.ends_with(".toml") || name == "resonator_springs.toml" {
-            // Its structure alone takes longer than all the others.
+            // The structure of this scene takes longer than all other scenes together.
             continue;
         }
         let smaller = SMALLER.iter().find(|(prefix, _)| name.starts_with(prefix));
@@ -193,7 +194,7 @@ fn of_every_scene_that_is_shipped() {
     assert!(count >= 15, "{count} scenes");
 }
 
-/// What a sibling inherited from a run of another scene has to be brought into balance first.
+/// A sibling under another load begins with inherited tables. The program recomputes only the sibling's own iterations.
 #[test]
 fn of_a_sibling_under_another_load() {
     let bench = Bench::new();
@@ -210,7 +211,7 @@ fn of_a_sibling_under_another_load() {
         let of = |k| recompute(&reader(&root), &inputs, stage, k, 1, &Seen::default());
         let found = of(2).unwrap_or_else(|error| panic!("{error}"));
         assert!(found.same.values().all(|same| *same), "{stage}");
-        // What was inherited is of another scene.
+        // Iteration 1 belongs to the scene of the source run.
         let refused = of(1).err().expect("it is of another scene").to_string();
         assert!(refused.contains("was computed in the run a"), "{refused}");
     }
@@ -265,7 +266,7 @@ fn by_the_command() {
     }
     let did = bench.done(&["stage", "wear", "--run", &at, "--json"]);
     assert_eq!(did.json()["same"]["wear_field"], true);
-    // Nothing that is there is replaced, least of all in a run.
+    // The command never overwrites existing files and never writes into a run.
     for (folder, said) in [
         ("tables", "File exists"),
         ("a", "lies within the run"),
@@ -297,7 +298,7 @@ fn by_the_command() {
     }
 }
 
-/// A run that is done computes again what is computed once per run and was lost, and nothing else.
+/// A restart of a finished run computes a missing table of the folder `once` again, and no other table.
 #[test]
 fn a_lost_table_of_a_finished_run_is_computed_again() {
     let bench = Bench::new();

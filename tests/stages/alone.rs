@@ -1,4 +1,4 @@
-//! Vibrations without a rough contact: oscillators with and without a friction contact, and the resonator on given springs.
+//! Vibrations without a rough contact: oscillators with and without friction, and the resonator with given contact stiffness.
 
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use fretwear::tables::{Table, TableName};
 use super::Start;
 use crate::support::{Bench, OSCILLATOR, RESONATOR, SLIDER, reader, summary, table, verified};
 
-/// Of [`OSCILLATOR`] and [`SLIDER`].
+/// Parameters of [`OSCILLATOR`] and [`SLIDER`] in SI units.
 const MASS: f64 = 1.0;
 const DAMPING: f64 = 20.0;
 const STIFFNESS: f64 = 4e6;
@@ -40,22 +40,22 @@ fn frf(root: &Path) -> Table {
     table(root, 0, TableName::Frf)
 }
 
-/// A column of rows that all have a response.
+/// Column of a forced response with a value in each row.
 pub fn found(frf: &Table, column: &str) -> Vec<f64> {
     let values = frf.maybe_f64(column).expect("a column").iter();
     values.map(|value| value.expect("a response")).collect()
 }
 
-/// Frequency, amplitude and lag of each row.
+/// Frequency, amplitude and phase lag of each row.
 fn rows(frf: &Table) -> impl Iterator<Item = [f64; 3]> {
     let frequency = frf.f64("frequency").expect("a column");
     let (amplitude, lag) = (found(frf, "amplitude"), found(frf, "phase_lag"));
     (0..frf.rows()).map(move |row| [frequency[row], amplitude[row], lag[row]])
 }
 
-/// Every row is F / (k - m w^2 + i c w).
+/// Asserts that each row is F / (k - m w^2 + i c w).
 fn assert_linear(root: &Path, stiffness: f64, force: f64) {
-    /// A linear equation with a residual, and a sum of springs.
+    /// Residual of the linear equations, and rounding of the sum of springs.
     const EXACT: f64 = 1e-10;
     for [frequency, amplitude, lag] in rows(&frf(root)) {
         let omega = TAU * frequency;
@@ -73,7 +73,7 @@ fn assert_linear(root: &Path, stiffness: f64, force: f64) {
     }
 }
 
-/// Tables of the only iteration.
+/// Names of the tables of iteration 0.
 fn tables(root: &Path) -> Vec<String> {
     let reader = reader(root);
     let commit = reader.commit_of(0).expect("committed");
@@ -82,7 +82,7 @@ fn tables(root: &Path) -> Vec<String> {
     names
 }
 
-/// Without `[dynamics] force`; `drive` is in its place.
+/// [`OSCILLATOR`] with the line `drive` in place of `[dynamics] force`.
 fn driven_by(drive: &str) -> String {
     let lines = OSCILLATOR
         .lines()
@@ -93,7 +93,7 @@ fn driven_by(drive: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Seen from a ground that accelerates by a cos ωt, the mass bears the force -m a; one that moves by u cos ωt is m w^2 u.
+/// Relative to a ground with the acceleration a cos ωt, the force on the mass is -m a. For a displacement u cos ωt, the force is m w^2 u.
 #[test]
 fn a_ground_that_moves_is_a_force_on_the_mass() {
     const EXACT: f64 = 1e-10;
@@ -117,7 +117,7 @@ fn a_ground_that_moves_is_a_force_on_the_mass() {
     assert!((summary(&root, 0, "resonance_frequency") / natural - 1.0).abs() < 1e-9);
 }
 
-/// alpha m + beta k beside the dashpot.
+/// The damping alpha m + beta k adds to the dashpot.
 #[test]
 fn rayleigh_damping_is_a_dashpot_of_an_oscillator() {
     let bench = Bench::new();
@@ -149,22 +149,22 @@ fn a_linear_oscillator() {
         "summary",
     ];
     assert_eq!(tables(&root), expected);
-    // A quarter of a turn behind at the natural frequency, and highest at w^2 = k/m - c^2/2m^2.
+    // The phase lag is 90° at the natural frequency. The amplitude has its maximum at w^2 = k/m - c^2/2m^2.
     let natural = (STIFFNESS / MASS).sqrt() / TAU;
     assert!((summary(&root, 0, "resonance_frequency") / natural - 1.0).abs() < 1e-9);
     let peak = (STIFFNESS / MASS - 0.5 * (DAMPING / MASS).powi(2)).sqrt() / TAU;
     assert!((summary(&root, 0, "peak_frequency") / peak - 1.0).abs() < 1e-7);
     assert_eq!(summary(&root, 0, "dissipated_energy"), 0.0);
-    // Once more, it is done.
+    // A second start finds a finished run.
     let (outcome, seen) = Start::new(bench.scene("alone.toml", &[]), &root).done();
     assert_eq!((outcome.ending, seen.stages.take()), (Ending::Done, vec![]));
 }
 
-/// Of a softening spring the branch from the upper end of the range goes all the way to the lower one, at an amplitude beyond the top of the
-/// spring's force. The motion that rests at small loads is another branch, which turns back within the range.
+/// A softening spring has two branches. The branch from the upper end of the range reaches the lower end, at amplitudes beyond the maximum
+/// of the spring force. The other branch begins with small amplitudes and turns back within the range.
 #[test]
 fn a_softening_oscillator_has_both_branches() {
-    /// What the third harmonic changes.
+    /// Largest relative effect of the third harmonic.
     const BEYOND_ONE_HARMONIC: f64 = 0.05;
     let (stiffness, cubic, from) = (1e7, -1e16, 160.0);
     let bench = Bench::new();
@@ -176,13 +176,13 @@ fn a_softening_oscillator_has_both_branches() {
     ];
     let root = run(&bench, &text, &sets);
     let omega = TAU * from;
-    // Of one harmonic F² = (k − m ω² + ¾ k₃ a²)² a² + (c ω a)².
+    // Amplitude with one harmonic: F² = (k − m ω² + ¾ k₃ a²)² a² + (c ω a)².
     let force = |a: f64| {
         let elastic = stiffness - MASS * omega * omega + 0.75 * cubic * a * a;
         a * elastic.hypot(DAMPING * omega)
     };
     let (mut low, mut high) = (0.0, 1.5e-5);
-    assert!(force(high) > FORCE, "the load is below the top");
+    assert!(force(high) > FORCE, "the force must be below the maximum");
     while high - low > 1e-18 {
         let middle = 0.5 * (low + high);
         match force(middle) < FORCE {
@@ -197,12 +197,12 @@ fn a_softening_oscillator_has_both_branches() {
     assert!(at_rest.is_some(), "no row of {low:e} m at {from} Hz");
     assert!(
         rows(&frf).any(|[_, amplitude, _]| amplitude > 2.0 * low),
-        "the other branch is there too"
+        "the other branch is missing"
     );
 }
 
-/// Friction takes no more than 4 µN a of a motion, a load supplies up to π F a: above 4 µN/π nothing bounds the resonance of an oscillator that
-/// nothing else damps.
+/// Friction dissipates at most 4 µN a per cycle, and the force supplies up to π F a. Without other damping, the resonance has no bound
+/// above F = 4 µN/π.
 #[test]
 fn a_peak_without_a_top_is_not_known() {
     let bench = Bench::new();
@@ -213,14 +213,14 @@ fn a_peak_without_a_top_is_not_known() {
         let root = run(&bench, &slider(), &sets);
         summary(&root, 0, "error_peak_amplitude")
     };
-    assert!(bar(0.9) < 0.5, "below it friction bounds the peak");
-    assert!(bar(1.1) >= 1.0, "above it nothing does");
+    assert!(bar(0.9) < 0.5, "friction must bound the peak");
+    assert!(bar(1.1) >= 1.0, "the peak must be unbounded");
 }
 
 #[test]
 fn an_oscillator_that_sticks() {
     let bench = Bench::new();
-    // At resonance the spring bears 6e6 N/m · 1 N / (20 N s/m · 3162 rad/s) = 95 N of the 300 N.
+    // At resonance, the force in the contact spring is 6e6 N/m · 1 N / (20 N s/m · 3162 rad/s) = 95 N. The friction limit is 300 N.
     let root = run(&bench, &slider(), &["dynamics.force.amplitude=\"1 N\""]);
     assert_linear(&root, STIFFNESS + TANGENTIAL, 1.0);
     let expected = [
@@ -241,10 +241,10 @@ fn an_oscillator_that_sticks() {
     assert_eq!(summary(&root, 0, "kn"), NORMAL);
 }
 
-/// With one harmonic every point solves the balance with the first harmonic of the Jenkins loop.
+/// With one harmonic, each row satisfies the balance with the first harmonic of the Jenkins loop.
 #[test]
 fn an_oscillator_that_slips_by_one_harmonic() {
-    /// Of the sampling of a loop with corners: the square of a step.
+    /// Error of sampling a loop with corners, of second order in the step.
     const SAMPLED: f64 = 1e-4;
     let bench = Bench::new();
     let sets = ["dynamics.harmonics=[0, 1]", "fidelity.aft_samples=1024"];
@@ -274,7 +274,7 @@ fn an_oscillator_that_slips_by_one_harmonic() {
         );
         slipping += usize::from(jenkins.slips(amplitude));
     }
-    assert!(slipping >= 3, "it slips at {slipping} frequencies");
+    assert!(slipping >= 3, "the joint slips at {slipping} frequencies");
     let amplitude = table(&root, 0, TableName::DynamicResponse);
     let amplitude = amplitude.f64("resonance_amplitude").expect("one")[0];
     let energy = summary(&root, 0, "dissipated_energy");
@@ -287,10 +287,10 @@ fn an_oscillator_that_slips_by_one_harmonic() {
     assert_eq!(element.text("state").expect("a state"), ["slip"]);
 }
 
-/// Half the range of the first harmonic of the steady motion, step by step in time.
+/// Amplitude of the first harmonic of the steady motion, by integration in time.
 fn integrated(omega: f64) -> f64 {
     const STEPS: usize = 1500;
-    // 20 time constants 2m/c of the free motion.
+    // 20 time constants 2m/c of the free motion
     let periods = (20.0 * 2.0 * MASS / DAMPING * omega / TAU).ceil() as usize;
     let step = TAU / omega / STEPS as f64;
     let (mut x, mut v, mut friction) = (0.0f64, 0.0f64, 0.0f64);
@@ -298,7 +298,7 @@ fn integrated(omega: f64) -> f64 {
     let mut a = FORCE / MASS;
     for k in 0..periods * STEPS {
         let phase = TAU * ((k + 1) % STEPS) as f64 / STEPS as f64;
-        // Velocity Verlet; the damping force is of the middle of the step, solved for.
+        // Velocity Verlet method. The damping force uses the velocity at the middle of the step, implicitly.
         let half = v + 0.5 * step * a;
         let moved = step * half;
         x += moved;
@@ -316,7 +316,7 @@ fn integrated(omega: f64) -> f64 {
 
 #[test]
 fn an_oscillator_that_slips_in_time() {
-    /// Of the harmonics that are left out, and of the steps in time.
+    /// Error of the omitted harmonics and of the time steps.
     const HARMONICS: f64 = 2e-3;
     let bench = Bench::new();
     let sets = [
@@ -340,7 +340,7 @@ fn a_gap_that_never_closes() {
     let contact = SLIDER.replace("normal_load = \"1000 N\"", "gap = \"10 um\"");
     for direction in ["x", "z"] {
         let text = OSCILLATOR.replace("\"x\"", &format!("\"{direction}\""));
-        // At resonance 2.5 um of the 10 um.
+        // The amplitude at resonance is 2.5 um, and the gap is 10 um.
         let sets = ["dynamics.force.amplitude=\"0.1 N\""];
         let root = run(&bench, &format!("{text}{contact}"), &sets);
         assert_linear(&root, STIFFNESS, 0.1);
@@ -350,10 +350,10 @@ fn a_gap_that_never_closes() {
     }
 }
 
-/// Tables of an oscillator that has a contact.
+/// Tables that only an oscillator with contact has.
 const OF_CONTACT: [&str; 2] = ["contact_element", "joint_cycle"];
 
-/// A mean force that nothing holds is for the user to mend, and told whole.
+/// A mean force without any stiffness against it is a fault of the scene. The message gives the force and the remedy.
 #[test]
 fn a_mean_force_that_nothing_holds_is_a_fault_of_the_scene() {
     let free = r#"
@@ -399,19 +399,19 @@ fn no_resonance_in_the_range_is_no_failure() {
     assert!(tables(&root).iter().eq(without_contact));
     assert_linear(&root, STIFFNESS, FORCE);
     assert!(!table(&root, 0, TableName::Summary).has("resonance_frequency"));
-    // The peak is the largest row, at the end that is nearer to the resonance.
+    // The peak is the row with the largest amplitude, at the end of the range near the resonance.
     let response = frf(&root);
     let rows = rows(&response);
     let largest = rows.fold(0.0_f64, |most, row| most.max(row[1]));
     assert!((summary(&root, 0, "peak_amplitude") / largest - 1.0).abs() < 1e-9);
-    // With a contact its element is there all the same.
+    // A scene with contact has the table of the contact element in any case.
     bench.write("alone.toml", slider());
     let range = "dynamics.frequency=[\"700 Hz\", \"750 Hz\"]";
     bench.done(&["run", "alone.toml", "--run", "b", "--set", range]);
     assert_eq!(tables(&bench.path("b")), all);
 }
 
-/// The small resonator without its rough surface.
+/// Small resonator without its rough surface.
 fn without_surface(contact: &str) -> String {
     let (head, tail) = RESONATOR.split_once("[surface]").expect("a surface");
     let (_, tail) = tail.split_once("[structure]").expect("a structure");
@@ -420,7 +420,7 @@ fn without_surface(contact: &str) -> String {
     format!("{head}{contact}[structure]{tail}")
 }
 
-/// Enough that some elements slip.
+/// Force at which some elements slip.
 const FORCED: &str = "dynamics.force.amplitude=\"600 N\"";
 
 const SPRINGS: &str = r#"[contact]
@@ -451,7 +451,7 @@ fn a_resonator_on_given_springs() {
     assert!(energy > 0.0, "nothing slips");
     assert_eq!(summary(&root, 0, "dissipated_energy"), energy);
     assert!(response.f64("error_energy").expect("an error")[0] < 1e-6);
-    // Stage by stage it is the same.
+    // A run in single stages gives the same result.
     let parts = bench.path("parts");
     let scene = bench.scene("alone.toml", &[FORCED]);
     for stage in [
@@ -494,7 +494,7 @@ fn a_bonded_resonator() {
         (springs / first - 1.0).abs() < 5e-3,
         "{springs} Hz on stiff springs, {first} Hz bonded"
     );
-    // It is linear.
+    // The response is linear in the force.
     let twice = run(&bench, &text, &["dynamics.force.amplitude=\"600 N\""]);
     for (one, two) in rows(&single).zip(rows(&frf(&twice))) {
         assert!((two[1] / one[1] - 2.0).abs() < 1e-10, "{} Hz", one[0]);

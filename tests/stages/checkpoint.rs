@@ -1,4 +1,4 @@
-//! The published case from checkpoints in `data/`: whoever clones the project goes on from there.
+//! The published case, continued from the checkpoint in `data/`. Each user of the sources can continue this run.
 
 use std::fs;
 use std::path::Path;
@@ -14,9 +14,9 @@ use crate::support::copy;
 
 use super::Seen;
 
-/// The scene solves friction to a duality gap of 1e-3: processors that round otherwise differ by less.
+/// Largest relative difference. The scene solves friction to a duality gap of 1e-3, and other processors differ by less through rounding.
 const REPRODUCED: f64 = 1e-3;
-/// What says how a result was found rather than what it is.
+/// Columns that describe the effort of a solution.
 const EFFORT: [&str; 6] = [
     "error_normal",
     "error_tangential",
@@ -50,7 +50,7 @@ fn goes_on(checkpoint: &str) {
     let expected: Vec<Value> = serde_json::from_str(&expected).expect("rows");
     assert!(
         expected.iter().any(|row| row["updated"] == true),
-        "the contact elements are renewed on the way"
+        "the run must contain an update"
     );
 
     let scene = load(&root.join("scene.toml"), &[]).expect("the scene");
@@ -71,7 +71,7 @@ fn goes_on(checkpoint: &str) {
     let last = &expected[expected.len() - 1];
     let k = last["wear_iteration"].as_u64().expect("a number");
     assert_eq!(reader.latest(), Some(k));
-    // The checkpoint keeps its last iteration alone, so the last is what there is to compare.
+    // The checkpoint contains its last iteration only. The test therefore compares the last iteration.
     let row = reader.read(k, TableName::Summary).expect("the summary");
     for (schema, column) in row.columns() {
         let name = schema.name.as_str();

@@ -1,4 +1,4 @@
-//! `output.cycle_fields` in runs: what is written when and of which cells, and that nothing else hangs on it.
+//! Tests of `output.cycle_fields`: written cells and samples, and independence of all other tables.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -9,7 +9,7 @@ use fretwear::tables::{TableName, TypedTable, typed};
 use super::Start;
 use crate::support::{Bench, latest, reader, table, verified};
 
-/// Fewer cycles than those of the small scene, in steps.
+/// Small scene with fewer cycles, and with stepped cycles.
 const SMALL: [&str; 3] = [
     "wear.cycles=60_000",
     "fidelity.cycle=stepped",
@@ -57,7 +57,7 @@ fn chosen_samples_and_cells_in_every_so_many_iterations() {
         let cycle = typed::Cycle::of(&table(&all, k, TableName::Cycle)).expect("its columns");
         let samples: BTreeSet<i32> = whole.sample.iter().copied().collect();
         assert_eq!(samples, (0..cycle.time.len() as i32).collect());
-        // Constant load: the pressures of the static contact, a row a cell in contact.
+        // Under constant load, the pressures equal those of the static contact. The table has one row per cell in contact.
         let contact = typed::ContactField::of(&table(&all, k, TableName::ContactField));
         let contact = contact.expect("its columns");
         let in_contact = contact.pressure.iter().filter(|p| **p > 0.0);
@@ -96,7 +96,7 @@ fn chosen_samples_and_cells_in_every_so_many_iterations() {
     verified(&some);
 }
 
-/// The tables of a run do not hang on the fields but for the fields, and the keys of its stages not on their absence.
+/// The output of cycle fields changes no other table. Without the output, the keys of the stages do not contain it.
 #[test]
 fn nothing_else_hangs_on_them() {
     let bench = Bench::new();
@@ -151,7 +151,7 @@ fn a_run_that_is_stopped_behind_them_goes_on_to_the_same() {
     let start = || Start::new(bench.scene("small.toml", &sets), &root);
     start().until(Stage::FrettingCycle).done();
     let (_, seen) = start().done();
-    // The cycle of the draft is taken as it is.
+    // The second start uses the stored cycle of the draft.
     assert!(!seen.stages.borrow().contains(&(Stage::FrettingCycle, 0)));
     for k in 0..=latest(&whole) {
         assert_eq!(fields(&root, k), fields(&whole, k), "{k}");
@@ -159,7 +159,7 @@ fn a_run_that_is_stopped_behind_them_goes_on_to_the_same() {
     verified(&root);
 }
 
-/// The load of this joint varies, so that cells open within the cycle and have a gap there.
+/// The load of this joint varies. Cells open within the cycle and then have a gap.
 #[test]
 fn a_load_that_varies_has_gaps() {
     let bench = Bench::new();

@@ -1,22 +1,22 @@
-//! Decks of two bodies that touch.
+//! Decks of two bodies in contact.
 
 use std::fmt::Write;
 
-/// Whether a node of a body, at its place \[mm\], is in a set.
+/// Test of whether a node of a body, at a position \[mm\], belongs to a set.
 pub type Holds = fn(usize, [f64; 3]) -> bool;
 
-/// Two equal bodies of steel, of boxes.
+/// Two equal bodies of steel, meshed with boxes.
 pub struct TwoBodies {
     /// Edges of a box \[mm\].
     pub edge: [f64; 3],
-    /// Boxes along each axis.
+    /// Number of boxes along each axis.
     pub counts: [usize; 3],
-    /// Place of the upper body against the lower \[mm\].
+    /// Offset of the upper body from the lower body \[mm\].
     pub shift: [f64; 3],
 }
 
 impl TwoBodies {
-    /// A deck with these sets of nodes, the first of which is held.
+    /// Deck with the given sets of nodes. The nodes of the first set are fixed.
     pub fn deck(&self, sets: &[(&str, Holds)]) -> String {
         let [nx, ny, _] = self.counts;
         let number = |body: usize, [i, j, k]: [usize; 3]| {

@@ -1,5 +1,6 @@
-//! Joints in partial slip on which a single cell decides. Orbits are held against an independent dense solution (`tests/drawn/truth.py`): by
-//! steps of first order the first of them wore half as much again, within a bar of a tenth. A line is held against short steps.
+//! Joints in partial slip with a result that depends on a single cell. For orbits, the reference is an independent dense solution
+//! (`tests/drawn/truth.py`). Steps of first order gave 50 % too much wear in the first orbit, with an error bar of 10 %.
+//! For a straight motion, the reference is a run with short steps.
 
 use std::path::Path;
 
@@ -8,10 +9,10 @@ use fretwear::scene;
 use super::Start;
 use crate::support::{Bench, latest, summary};
 
-/// Scenes with their truth beside them.
+/// Scenes with a stored reference solution.
 const CASES: [&str; 2] = ["orbit_204", "orbit_308"];
 
-/// What the presets promise.
+/// Promised accuracy of the presets.
 const PROMISES: [(&str, f64); 2] = [("balanced", 0.01), ("fast", 0.05)];
 
 #[test]
@@ -49,11 +50,11 @@ fn wear_what_a_dense_solution_does(cases: &[&str]) {
     }
 }
 
-/// A line of which a cell sticks in truth and wears by long steps, so that its neighbours wear more.
+/// Straight motion. In the reference, one cell sticks. With long steps, this cell wears and its neighbours wear more.
 const ON_THE_VERGE: &str = "line_7124";
-/// By how much that is known to make the worn volume wrong, at least.
+/// Smallest known relative error of the worn volume with long steps.
 const WRONG: f64 = 0.15;
-/// What short steps know it to, at most.
+/// Largest error bar of the run with short steps.
 const KNOWN: f64 = 0.03;
 
 #[test]
@@ -74,15 +75,15 @@ fn the_bar_holds_what_a_cell_on_the_verge_decides_otherwise() {
     println!("{volume:e} m³ ± {bar:e}, by short steps {truth:e} ± {of_truth:e}: {error:e}");
     assert!(
         error > WRONG,
-        "the case decides nothing any more: {error:e}"
+        "the error is too small for a test: {error:e}"
     );
-    assert!(of_truth < KNOWN, "short steps know it to {of_truth:e}");
+    assert!(of_truth < KNOWN, "bar of short steps: {of_truth:e}");
     assert!(error < bar, "off by {error:e}, bar {bar:e}");
 }
 
-/// A joint whose wear dies out: its cycle dissipates next to nothing in the end by long steps, and by short ones this \[J\].
+/// Scene whose wear dies out, and its dissipated energy per cycle at the end with short steps \[J\]. Long steps give a smaller energy.
 const DEAD: (&str, f64) = ("force_7115", 4.26e-12);
-/// Part of the energy of the unworn joint that is next to nothing.
+/// Largest share of the unworn joint's energy that counts as negligible.
 const NEXT_TO_NOTHING: f64 = 0.1;
 
 #[test]
@@ -102,7 +103,7 @@ fn of_wear_that_has_died_out_the_energy_is_known_in_joules() {
     );
     assert!(
         energy < truth,
-        "long steps do not wear it out: {energy:e} J"
+        "wear does not die out with long steps: {energy:e} J"
     );
     assert!(
         truth - energy <= bar && bar < NEXT_TO_NOTHING * unworn,

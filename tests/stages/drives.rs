@@ -1,4 +1,4 @@
-//! What drives the joint, as the tables have it: given channels follow the scene, free ones bear nothing.
+//! Tables of driven joints: given channels follow the scene, and free channels have zero force.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -9,9 +9,9 @@ use fretwear::tables::{Table, TableName};
 use super::Start;
 use crate::support::{Bench, latest, summary, table, verified};
 
-/// Part of the friction force, or of its moment, by which given and free channels may be off.
+/// Tolerance of given and free channels, relative to the friction force or to its moment.
 const OFF: f64 = 1e-6;
-/// Largest moment under free rotations, in parts of load times length.
+/// Largest moment at free rotations, relative to load times length.
 const MOMENT: f64 = 1e-9;
 /// Load [N] and longer side [m] of the small joint, and its friction force [N].
 const LOAD: f64 = 200.0;
@@ -75,7 +75,7 @@ fn given_moments_are_borne_and_fixed_rotations_have_reactions() {
     let bench = Bench::new();
     let root = run(&bench, &[]);
     let row = table(&root, latest(&root), TableName::Summary);
-    assert!(!row.has("rotation_x"), "fixed rotations are no result");
+    assert!(!row.has("rotation_x"), "fixed rotations must be absent");
     assert!(column(&row, "moment_x")[0].abs() > MOMENT * LOAD * LENGTH);
 }
 
@@ -103,10 +103,10 @@ fn a_given_force_is_followed_and_the_displacement_found() {
             let displacement = column(&cycle, "displacement_x");
             let most = displacement.iter().copied().fold(f64::MIN, f64::max);
             let least = displacement.iter().copied().fold(f64::MAX, f64::min);
-            assert!(most > 0.0, "{march}: it moves");
+            assert!(most > 0.0, "{march}: the joint must move");
             assert!(
                 (most + least).abs() < 1e-3 * most,
-                "{march}: about its middle"
+                "{march}: the mean must be small"
             );
         }
         assert!(summary(&root, latest(&root), "dissipated_energy") > 0.0);
@@ -164,7 +164,7 @@ fn a_rotation_about_z_and_a_moment() {
     }
 }
 
-/// A force that friction does not hold is refused before anything is computed.
+/// The plan rejects a force that exceeds the friction force.
 #[test]
 fn a_force_beyond_friction_is_refused_by_the_plan() {
     let bench = Bench::new();
@@ -177,12 +177,12 @@ fn a_force_beyond_friction_is_refused_by_the_plan() {
     Plan::of(&bench.scene("small.toml", &["motion.force=119 N"])).expect("held");
 }
 
-/// A moment that friction would not hold, were all of the load on the outermost cell, is refused before anything is computed.
+/// The plan rejects a moment above the largest possible friction moment: the whole load on the outermost cell.
 #[test]
 fn a_moment_beyond_friction_is_refused_by_the_plan() {
     const SHORTER: f64 = 3e-3;
     const CELLS: [f64; 2] = [26.0, 22.0];
-    // The friction force, on the middle of the cell in the corner.
+    // Largest moment: the friction force at the centre of the corner cell.
     let half = |length: f64, cells: f64| 0.5 * length * (1.0 - 1.0 / cells);
     let corner = half(LENGTH, CELLS[0]).hypot(half(SHORTER, CELLS[1]));
     let most = FRICTION * corner;

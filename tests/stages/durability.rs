@@ -1,4 +1,4 @@
-//! `output.durability = "end"`: the disk is waited for once, and what a run leaves is the same.
+//! With `output.durability = "end"`, the run waits for the disk once, at its end. The files of the run are the same.
 
 use std::fs;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ fn a_run_that_waits_at_its_end_leaves_the_same_and_survives_a_loss_of_power_afte
     Start::new(scene(), &late).through(sound.clone()).done();
     assert_same(&content(&late), &content(&usual), "at the end");
 
-    // Power is lost at the first change after the end, and before it.
+    // The power fails at the first change after the end of the run, and not before.
     let calls = sound.calls(Fault::PowerLoss);
     fs::remove_dir_all(&late).expect("removed");
     let losing = Arc::new(FaultyFileSystem::failing(calls + 1, Fault::PowerLoss));
@@ -33,7 +33,7 @@ fn a_run_that_waits_at_its_end_leaves_the_same_and_survives_a_loss_of_power_afte
     assert_same(&content(&late), &content(&usual), "after a loss of power");
 }
 
-/// It is a key that may change, in either direction, where a run goes on.
+/// A restart may change this key in either direction.
 #[test]
 fn a_run_goes_on_with_the_other_choice() {
     let bench = Bench::new();

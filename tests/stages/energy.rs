@@ -1,4 +1,4 @@
-//! What energies and amplitudes of a vibrating run must say to each other.
+//! Relations between energies and amplitudes of a run with vibration.
 
 use std::f64::consts::PI;
 use std::path::Path;
@@ -11,14 +11,14 @@ use crate::support::{Bench, OSCILLATOR, SLIDER, latest, reader, summary, table, 
 
 const FORCE: f64 = 300.0;
 const COEFFICIENT: f64 = 2e5 * 1e-18;
-/// Of an energy balance of a solution with a residual.
+/// Relative error of the energy balance of a converged solution.
 const BALANCE: f64 = 1e-6;
 
 fn number(table: &Table, column: &str) -> f64 {
     table.f64(column).expect("a column")[0]
 }
 
-/// Checks the rows of a forced response against a drive at which the response is measured too.
+/// Checks the rows of a forced response. The force acts at the response point.
 fn check_frf(root: &Path, k: u64, force: f64) {
     let frf = table(root, k, TableName::Frf);
     let of = |column| found(&frf, column);
@@ -36,7 +36,7 @@ fn check_frf(root: &Path, k: u64, force: f64) {
             left.abs() <= BALANCE * most,
             "{left:e} J of {most:e} J at row {row} of {k}"
         );
-        // The work of one force on the first harmonic, which alone it does work on.
+        // Work of the force on the first harmonic. The force does no work on other harmonics.
         let work = PI * force * of("amplitude")[row] * of("phase_lag")[row].sin();
         assert!(
             (work - input[row]).abs() <= 1e-9 * most,
@@ -61,7 +61,7 @@ fn energies_of_a_resonator_that_wears() {
         let input = number(&response, "input_energy");
         let spent = number(&response, "friction_energy") + number(&response, "viscous_energy");
         assert!((input - spent).abs() <= BALANCE * input, "iteration {k}");
-        // At the phase resonance the response is a quarter of a turn behind.
+        // At the phase resonance, the displacement lags behind the force by 90°.
         let work = PI * FORCE * number(&response, "resonance_amplitude");
         assert!((work / input - 1.0).abs() <= 1e-9, "iteration {k}");
         let counts = ["sticking_elements", "slipping_elements", "open_elements"];
@@ -74,11 +74,11 @@ fn energies_of_a_resonator_that_wears() {
             let found = states.iter().filter(|s| s == state).count();
             assert_eq!(found as i64, count, "{state} of {k}");
         }
-        // The summary repeats what the response says.
+        // The summary repeats values of the response.
         for column in ["resonance_frequency", "peak_frequency", "peak_amplitude"] {
             assert_eq!(summary(&root, k, column), number(&response, column));
         }
-        // The peak is no lower than the resonance.
+        // The peak is at least as high as the resonance.
         let (peak, resonance) = (
             number(&response, "peak_amplitude"),
             number(&response, "resonance_amplitude"),
@@ -87,8 +87,9 @@ fn energies_of_a_resonator_that_wears() {
             peak >= resonance * (1.0 - 1e-9),
             "{peak:e} below {resonance:e}"
         );
-        // Work of the joint's forces over its cycle, from the table that drives the fine contact: it is what friction takes but
-        // for what elements differ by among each other.
+        // Work of the joint's forces over its cycle, from the table that drives the fine contact. Its sign equals the sign of the friction
+        // energy.
+        // Differences between the elements change the amount.
         let cycle = table(&root, k, TableName::JointCycle);
         let of = |column: &str| cycle.f64(column).expect("a column");
         let n = cycle.rows();
@@ -106,7 +107,7 @@ fn energies_of_a_resonator_that_wears() {
             "{work:e} J against {friction:e} J"
         );
 
-        // Wear is what friction of the fine contact takes, as under a prescribed motion.
+        // The friction energy of the fine contact determines the wear, as with a prescribed motion.
         let cell = (40e-3 / 45.0) * (36e-3 / 36.0);
         let fields = table(&root, k, TableName::ContactField);
         let fine: f64 = fields
@@ -128,7 +129,7 @@ fn energies_of_a_resonator_that_wears() {
             (volume - COEFFICIENT * total).abs() <= 1e-12 * volume,
             "iteration {k}"
         );
-        // And the ledger has both sides of it.
+        // The ledger contains the energies of both sides.
         let ledger = table(&root, k, TableName::Ledger);
         let sides = |quantity: &str| {
             let names = ledger.text("quantity").expect("names");
@@ -137,7 +138,7 @@ fn energies_of_a_resonator_that_wears() {
             ["fine", "dynamic"].map(|side| ledger.f64(side).expect("a side")[row])
         };
         assert_eq!(sides("dissipated_energy [J]"), [cycle_energy, friction]);
-        // The total force is that of all along x, and of none along y, where the joint is driven along x.
+        // Under a drive along x, the total force is the force along x, since the force along y is nearly zero.
         let along_x = [TableName::Cycle, TableName::JointCycle].map(|of| {
             let table = table(&root, k, of);
             let force = table.f64("force_x").expect("a force").to_vec();

@@ -1,5 +1,5 @@
-//! The error bars of a run against the truth, which is the run with the tolerances of `reference`; and what a scheme that has no
-//! error to set its step by makes wrong.
+//! Comparison of error bars with the true error. The reference is a run with the tolerances of `reference`.
+//! Another test shows the errors of a scheme without control of the step length.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, RESONATOR, SMALL, assert_same, content, latest, summary, table};
 
-/// Figures and their bars.
+/// Figures and the columns of their error bars.
 const FIGURES: [(&str, &str); 6] = [
     ("wear_volume", "error_wear_volume"),
     ("dissipated_energy_total", "error_wear_volume"),
@@ -19,7 +19,7 @@ const FIGURES: [(&str, &str); 6] = [
     ("kt", "error_kt"),
 ];
 
-/// Partial slip and gross slip, rough, smooth and capped.
+/// Joints in partial slip and in gross slip: rough, smooth, and with a pressure cap.
 const JOINTS: [&[&str]; 5] = [
     &[],
     &["motion.amplitude=\"5 um\""],
@@ -31,7 +31,7 @@ const JOINTS: [&[&str]; 5] = [
     ],
 ];
 
-/// An orbit and a load that varies, which are stepped: a small grid and few cycles, as their truth takes the longest.
+/// Orbit and varying load, both stepped. The grid is small and the cycles are few, since the reference run is slow.
 const STEPPED: [&[&str]; 2] = [
     &[
         "joint.grid=[26, 22]",
@@ -47,7 +47,7 @@ const STEPPED: [&[&str]; 2] = [
     ],
 ];
 
-/// What the truth itself may be off by, and a few cells of some hundred that cross a threshold.
+/// Error of the reference run, including a few cells of some hundred that cross a threshold.
 const OWN: f64 = 2e-3;
 
 fn worn(bench: &Bench, name: &str, joint: &[&str], sets: &[&str]) -> PathBuf {
@@ -87,7 +87,7 @@ fn hold_the_truth(joints: &[&[&str]]) {
                     "{joint:?}, {preset}: {figure} is off by {error:e}, its bar {bar:e}"
                 );
             }
-            // A bar that holds anything says nothing.
+            // The bar must not be arbitrarily large.
             let volume = last(&root, "error_wear_volume");
             assert!(volume < 5.0 * tolerance, "{joint:?}, {preset}: {volume}");
         }
@@ -105,8 +105,8 @@ fn error_bars_of_many_joints_hold_the_truth() {
     hold_the_truth(&[&JOINTS[..], &STEPPED].concat());
 }
 
-/// Beyond its limit the explicit scheme lets cells of little pressure overshoot, lift off and come back: its contact area is
-/// wrong while its volume is nearly right. The bar of its volume says that something is.
+/// With too long steps, cells of low pressure overshoot in the explicit scheme, lift off and return. The contact area is then wrong,
+/// while the volume is nearly right. The large error bar of the volume reveals the problem.
 #[test]
 #[ignore = "long: 20 seconds"]
 fn the_explicit_scheme_makes_a_false_area_and_the_implicit_one_the_right_one() {
@@ -142,7 +142,7 @@ fn the_explicit_scheme_makes_a_false_area_and_the_implicit_one_the_right_one() {
     assert!(off(&implicit, "wear_volume") < 0.01);
 }
 
-/// The knobs that a tolerance chooses leave an error bar within it, and the truth within that.
+/// With `fidelity.tolerance`, the error bar lies within the tolerance, and so does the true error.
 fn keep_a_tolerance(joints: &[&[&str]]) {
     let bench = Bench::new();
     bench.write("own.toml", SMALL.replace("tolerance = 1e-3\n", ""));
@@ -163,7 +163,7 @@ fn keep_a_tolerance(joints: &[&[&str]]) {
             let error = (last(&root, "wear_volume") / last(&truth, "wear_volume") - 1.0).abs();
             assert!(
                 error <= tolerance,
-                "{joint:?}: off by {error:e}, {tolerance:e} asked"
+                "{joint:?}: off by {error:e}, tolerance {tolerance:e}"
             );
         }
     }
@@ -180,7 +180,7 @@ fn a_tolerance_is_kept_by_many_joints() {
     keep_a_tolerance(&JOINTS);
 }
 
-/// The parts of a vibrating joint's bar add up from one step to the next: each wears under the vibration of the state before it.
+/// The parts of the error bar of a vibrating joint accumulate over the steps. Each step wears under the vibration of the state before.
 #[test]
 fn what_the_vibration_makes_wrong_adds_up() {
     let bench = Bench::new();
@@ -206,7 +206,7 @@ fn what_the_vibration_makes_wrong_adds_up() {
             (of_cycle(k, "elements_energy") / energy - 1.0).abs()
         };
         let pending = |k: u64| at_update(k).max(between_scales(k));
-        // What is worn since the last update is wrong by as much as an update has changed, or by what both scales differ by.
+        // The wear since the last update has a relative error: the change at an update or the difference between both scales.
         closure -= pending(k - 1) * (summary(&root, k - 1, "wear_volume") - last);
         let updated = table(&root, k, TableName::Summary);
         let updated = updated.bool("updated").expect("a flag")[0];
@@ -232,7 +232,7 @@ fn what_the_vibration_makes_wrong_adds_up() {
         let steps =
             figure("error_wear_volume") - figure("error_harmonics") - figure("error_closure");
         assert!(steps > 0.0 && steps < 0.1, "{steps}");
-        // What is wrong in a vibration is in its own figures.
+        // The error bars of figures of the vibration include the errors of the vibration.
         let now = table(&root, k, TableName::DynamicResponse);
         for (bar, own) in [
             ("error_resonance_frequency", "error_resonance_frequency"),
@@ -245,8 +245,8 @@ fn what_the_vibration_makes_wrong_adds_up() {
     assert!(harmonics > 0.0 && closure > 0.0);
 }
 
-/// Without `dynamics.harmonics` there are as many as leave out little, in every iteration, and a run that is continued at any stage
-/// has the same.
+/// Without `dynamics.harmonics`, the program adds harmonics in each iteration until the truncation error is below the tolerance.
+/// A run that restarts at any stage has the same harmonics.
 #[test]
 #[ignore = "long: a minute"]
 fn harmonics_that_suffice() {
@@ -271,10 +271,10 @@ fn harmonics_that_suffice() {
         let orders = response.i32("harmonic").expect("orders");
         assert_eq!(orders.iter().max().map(|o| i64::from(*o)), Some(highest));
     }
-    assert!(highest > 3, "nothing was extended");
+    assert!(highest > 3, "no harmonic was added");
     let parts = bench.path("parts");
     let stages = Stage::ALL.into_iter();
-    // That goes with a prescribed motion.
+    // The coarse trajectory needs a prescribed motion.
     let stages = stages.filter(|stage| *stage != Stage::CoarseTrajectory);
     for stage in stages.cycle() {
         let (outcome, _) = Start::new(scene(), &parts).until(stage).done();
@@ -285,7 +285,7 @@ fn harmonics_that_suffice() {
     assert_same(&content(&parts), &content(&root), "stage by stage");
 }
 
-/// A cycle without wear has the bars that the unworn state of a run with wear has, and its energy is within it of that of exact solves.
+/// A cycle without wear has the error bars of the unworn state of a run with wear. The bar bounds the difference from an exact solution.
 #[test]
 fn a_cycle_without_wear_has_a_bar_of_its_energy() {
     let bench = Bench::new();

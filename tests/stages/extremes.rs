@@ -1,4 +1,4 @@
-//! Wear far from any sensible joint: each scene comes to its end with finite tables and an error bar, or is refused with the reason.
+//! Wear of extreme joints. Each scene ends with finite tables and an error bar, or the program rejects the scene with the reason.
 
 use fretwear::scene::load;
 use fretwear::tables::{Column, TableName};
@@ -6,11 +6,11 @@ use fretwear::tables::{Column, TableName};
 use super::Start;
 use crate::support::{Bench, latest, reader, summary, table};
 
-/// Values that may be infinite: a joint without roughness is rigid, and the compliance of elements without friction (`dynamic` of the
-/// ledger).
+/// Columns that may be infinite: the stiffness of a joint without roughness, and the compliance of elements without friction
+/// (`dynamic` of the ledger).
 const INFINITE: [&str; 3] = ["kn", "kt", "dynamic"];
 
-/// What is changed of the small scene, and whether it has to come to its end.
+/// Names and changes of the small scene.
 const SCENES: [(&str, &[&str]); 25] = [
     ("Rq 10 nm", &["surface.rq=\"10 nm\""]),
     ("Rq 100 nm", &["surface.rq=\"100 nm\""]),
@@ -76,7 +76,7 @@ const SCENES: [(&str, &[&str]); 25] = [
     ),
 ];
 
-/// Iterations that any of them may take.
+/// Largest number of iterations of each scene.
 const ITERATIONS: u64 = 150;
 
 fn wear_at(scenes: impl Iterator<Item = (&'static str, &'static [&'static str])>) {
@@ -119,7 +119,7 @@ fn wear_at_the_extremes() {
     wear_at(SCENES.into_iter());
 }
 
-/// Values of a run that are not numbers, or infinite where nothing can be.
+/// Columns with NaN, or with infinite values outside [`INFINITE`].
 fn strange(root: &std::path::Path) -> Vec<String> {
     let mut found = Vec::new();
     for k in 0..=latest(root) {
@@ -147,7 +147,7 @@ fn strange(root: &std::path::Path) -> Vec<String> {
     found
 }
 
-/// What cannot be is refused, with what would be right.
+/// The program rejects impossible scenes and suggests a correct value.
 #[test]
 fn what_cannot_be_is_refused() {
     let bench = Bench::new();
@@ -169,10 +169,10 @@ fn what_cannot_be_is_refused() {
     }
 }
 
-/// Where its resonance is looked for, if it may be anywhere.
+/// Wide range for the search of the resonance.
 const ANYWHERE: &str = "dynamics.frequency=[\"20 Hz\", \"2000 Hz\"]";
 
-/// What is changed of the small resonator, with any law of its contact elements.
+/// Names and changes of the small resonator, for any law of its contact elements.
 const VIBRATING: [(&str, &[&str]); 7] = [
     ("no friction", &[ANYWHERE, "contact.friction_coefficient=0"]),
     (
@@ -211,8 +211,8 @@ const VIBRATING: [(&str, &[&str]); 7] = [
     ),
 ];
 
-/// The loop of vibration and wear comes to its end with either law of the contact elements, and the fine contact takes
-/// no more than the exciter gives, but for the bar that the run states.
+/// The loop of vibration and wear ends with either law of the contact elements. The fine contact dissipates at most the energy
+/// of the exciter, within the error bar.
 #[test]
 #[ignore = "long: half a minute"]
 fn vibration_at_the_extremes() {
@@ -234,7 +234,7 @@ fn vibration_at_the_extremes() {
             let [volume, bar, closure] = ["wear_volume", "error_wear_volume", "error_closure"]
                 .map(|column| summary(&root, end, column));
             println!(
-                "{name}, {law}: {end} iterations, {volume:.3e} m3, bar {bar:.1e}, of it closures {closure:.1e}"
+                "{name}, {law}: {end} iterations, {volume:.3e} m3, bar {bar:.1e}, of which closure {closure:.1e}"
             );
             let found = strange(&root).into_iter();
             faults.extend(found.map(|fault| format!("{name}, {law}: {fault}")));
@@ -251,10 +251,10 @@ fn vibration_at_the_extremes() {
             let taken = side("fine", "dissipated_energy");
             let input = table(&root, end, TableName::DynamicResponse);
             let input = input.f64("input_energy").expect("energy")[0];
-            // Parts of what the fine contact takes, as bars are parts of what it wears.
+            // The error bar is relative to the dissipated energy, as it is relative to the worn volume.
             if taken * (1.0 - bar) > supplied + BALANCE * input {
                 faults.push(format!(
-                    "{name}, {law}: friction takes {taken:e} J of {supplied:e} J, with a bar of {bar:e}"
+                    "{name}, {law}: friction dissipates {taken:e} J of {supplied:e} J, bar {bar:e}"
                 ));
             }
         }
@@ -262,10 +262,10 @@ fn vibration_at_the_extremes() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Part of the exciter's energy by which the balance of a converged vibration may be open.
+/// Largest error of the energy balance of a converged vibration, relative to the energy of the exciter.
 const BALANCE: f64 = 1e-4;
 
-/// A joint that the vibration opens as a whole has no resonance that could be followed, and is told what would.
+/// The program rejects a joint that the vibration opens completely, since its resonance cannot be followed. The message suggests a remedy.
 #[test]
 #[ignore = "long: 7 seconds"]
 fn a_vibration_that_opens_the_joint_is_refused() {

@@ -1,4 +1,4 @@
-//! A fault at every call to the file system: what is committed verifies, and the continued run equals the undisturbed one.
+//! Runs with a fault at each call to the file system. The committed tables verify, and the continued run equals an undisturbed run.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,14 +17,14 @@ const FAULTS: [Fault; 4] = [
     Fault::PowerLoss,
 ];
 
-/// Three iterations of a joint so small that a run takes milliseconds.
+/// Three wear iterations of a very small joint. A run takes milliseconds.
 const TINY: [&str; 3] = [
     "joint.grid=[11, 9]",
     "wear.cycles=200_000",
     "wear.depth_step=\"0.05 um\"",
 ];
 
-/// A cycle that is marched depends on the shear it starts from.
+/// A stepped cycle depends on the shear at its start.
 const STEPPED: [&str; 4] = [
     "fidelity.cycle=stepped",
     "fidelity.steps_per_cycle=8",
@@ -34,7 +34,7 @@ const STEPPED: [&str; 4] = [
 const EXPLICIT: [&str; 2] = ["wear.scheme=explicit", "wear.depth_step=\"0.05 um\""];
 const PRUNING: [&str; 1] = ["output.keep={ last = 1 }"];
 
-/// Runs with the fault at every `stride`-th call, then without.
+/// Runs the scene with the fault at each `stride`-th call, then without a fault.
 fn sweep(fault: Fault, sets: &[&str], stride: usize) {
     let bench = Bench::new();
     let sets: Vec<&str> = TINY.iter().chain(sets).copied().collect();
@@ -49,28 +49,25 @@ fn sweep_scene(fault: Fault, bench: &Bench, scene: Scene, stride: usize) {
     through(counted.clone(), &reference).0.expect("a run");
     let expected = content(&reference);
     let iterations = latest(&reference);
-    assert_eq!(iterations, 2, "the unworn state and two that wore");
+    assert_eq!(iterations, 2, "the run must have three iterations");
 
     for call in (1..=counted.calls(fault)).step_by(stride) {
         let at = format!("{fault:?} at call {call}");
         let root = bench.path(&format!("{fault:?}-{call}"));
         let failing = Arc::new(FaultyFileSystem::failing(call, fault));
         let (result, seen) = through(failing.clone(), &root);
-        assert!(result.is_err(), "{at} went unnoticed");
+        assert!(result.is_err(), "{at}: the fault caused no error");
         failing.settle();
 
         let (result, again) = through(Arc::new(FaultyFileSystem::sound()), &root);
         let outcome = result.unwrap_or_else(|error| panic!("{at}: {error}"));
         assert_eq!(outcome.wear_iteration, Some(iterations), "{at}");
-        // What was committed is not computed again.
+        // The restart does not compute committed stages again.
         if let Some(last) = seen.committed.borrow().last() {
             let computed = again.stages.borrow();
             assert!(computed.iter().all(|(_, k)| k > last), "{at}: {computed:?}");
         }
-        assert!(
-            !root.join("damaged").exists(),
-            "{at}: something was set aside"
-        );
+        assert!(!root.join("damaged").exists(), "{at}: a file was set aside");
         assert_same(&content(&root), &expected, &at);
         std::fs::remove_dir_all(&root).expect("removed");
     }
@@ -110,7 +107,7 @@ fn every_fault_at_any_call() {
     }
 }
 
-/// Three iterations of a structure that sticks so much that its response takes milliseconds.
+/// Three wear iterations of a structure with a sticking joint. The response takes milliseconds.
 const SHAKEN: [&str; 4] = [
     "dynamics.points=2",
     "wear.tolerance=0.5",
@@ -118,7 +115,7 @@ const SHAKEN: [&str; 4] = [
     "output.curves_every=1",
 ];
 
-/// A folder with a resonator whose elements are renewed every so many iterations.
+/// Folder with a resonator whose contact elements are updated every `iterations` iterations.
 fn renewed_every(iterations: u64) -> Bench {
     let bench = Bench::new();
     let every = format!("iterations = {iterations}");
@@ -146,8 +143,8 @@ fn every_fault_at_more_calls_of_a_vibrating_run() {
     vibrating([131, 71, 73, 53]);
 }
 
-/// A machine that loses power may keep any of the files that it was not told to wait for: with each single one of them lost, what
-/// is left of a draft leads to the same bits.
+/// After a loss of power, any file that was not synced may be missing. The restart from the remaining files of the draft gives the same
+/// bits, for each single missing file.
 fn a_draft_lost_any_file(stride: usize) -> usize {
     let bench = Bench::new();
     let sets = ["fidelity.cycle=stepped", "fidelity.steps_per_cycle=8"];
@@ -162,8 +159,8 @@ fn a_draft_that_lost_any_file() {
     assert!(lost > 5, "only {lost} files were lost");
 }
 
-/// With each single file lost, what is left of a draft of a run with a structure leads to the same bits. The last tables of an iteration
-/// are there: the draft has more tables than any other.
+/// The restart gives the same bits for each single missing file in a draft of a run with a structure. The run computes the last tables of
+/// an iteration too: this draft has the largest number of tables.
 fn a_draft_of_a_vibrating_run_lost_any_file(stride: usize) -> usize {
     let bench = renewed_every(1);
     let once = ["wear.cycles=1"];
@@ -189,7 +186,7 @@ fn a_draft_of_a_vibration_alone_that_lost_any_file() {
     assert!(lost > 1, "only {lost} files were lost");
 }
 
-/// The strides are about a table each.
+/// Each stride is about the number of calls for one table.
 #[test]
 #[ignore = "long: a run for each file of many drafts"]
 fn many_drafts_that_lost_any_file() {
@@ -202,7 +199,7 @@ fn many_drafts_that_lost_any_file() {
     }
 }
 
-/// Ends runs at every `stride`-th call, and loses each file of what is left of their drafts. How many were lost.
+/// Stops runs at each `stride`-th call, and removes each single file of the remaining draft. Returns the number of removed files.
 fn lose_any(bench: &Bench, scene: Scene, stride: usize) -> usize {
     let reference = bench.path("reference");
     let counted = Arc::new(FaultyFileSystem::sound());
@@ -236,7 +233,7 @@ fn lose_any(bench: &Bench, scene: Scene, stride: usize) -> usize {
     lost
 }
 
-/// The files below a folder, relative to it; none if there is no such folder.
+/// Files below a folder, relative to the folder. The list is empty if the folder does not exist.
 fn files_below(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Vec::new();

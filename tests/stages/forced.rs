@@ -1,4 +1,4 @@
-//! A joint that a response at a given frequency wears, far below the resonance of its structure.
+//! Wear of a joint by the response at a given frequency, far below the resonance of the structure.
 
 use fretwear::tables::{TableName, typed};
 
@@ -6,7 +6,7 @@ use super::Start;
 use super::vibrating::updates;
 use crate::support::{Bench, RESONATOR, assert_same, content, latest, reader, table, verified};
 
-/// The small resonator at 20 Hz, a fiftieth of its resonance, with elements that do what the fine contact does; two updates within four iterations.
+/// Small resonator at 20 Hz, 1/50 of its resonance. Its contact elements are sliders, and the run has two updates within four iterations.
 fn forced() -> String {
     let text = RESONATOR.replace(
         "frequency = [\"900 Hz\", \"1100 Hz\"]\npoints = 3\n",
@@ -42,7 +42,7 @@ fn it_wears_the_joint_without_a_resonance() {
             (response.error_resonance_frequency, response.peak_frequency),
             (None, 20.0)
         );
-        // More harmonics are solved to a thousandth.
+        // The response with added harmonics has an error of the energy below 0.1 %.
         assert!(response.error_energy < 1e-3 && response.friction_energy > 0.0);
         let resonance: typed::Resonance = reader.typed(k).expect("a table");
         assert_eq!(
@@ -98,7 +98,7 @@ fn from_any_iteration_in_the_same_bits() {
     }
 }
 
-/// What reads runs says the frequency in place of a resonance; what needs a range of resonances says so.
+/// Commands that read runs print the frequency instead of a resonance. Commands that need a range of resonances report the missing range.
 #[test]
 fn a_run_is_read_without_a_resonance() {
     let bench = bench();
@@ -126,7 +126,7 @@ fn a_run_is_read_without_a_resonance() {
         "{}",
         refused.stderr()
     );
-    // A range is that of the forced response, and of a backbone.
+    // A given range applies to the forced response and to a backbone.
     let range = r#"dynamics.frequency=["900 Hz", "1100 Hz"]"#;
     let sets = [
         "--set",

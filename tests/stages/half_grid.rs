@@ -1,4 +1,4 @@
-//! Half the grid: what stepped cycles on it say of those between two ends, and what it changes of the worn volume.
+//! Tests of half the grid: its stepped cycles give a correction of the cycles between two ends, and its worn volume gives an error bar.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, assert_same, content, latest, summary, table};
 
-/// A joint with an even number of cells, whose elements have laws of their own.
+/// Joint with an even number of cells. Its contact elements are sliders.
 const LAP: [&str; 6] = [
     "joint.grid=[72, 64]",
     "contact.stiffness=sliders",
@@ -33,7 +33,7 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
     let end = latest(&whole);
     let of = |k: u64, name, column| table(&whole, k, name).f64(column).expect("a number")[0];
 
-    // What a check has found is in force from the next update on.
+    // The factor of a check applies from the next update on.
     let found = |k| of(k, TableName::FrettingCycle, "stepped_part");
     let in_force = |k| of(k, TableName::DynamicResponse, "stepped_part");
     let updated = |k: u64| {
@@ -59,10 +59,10 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
         };
         assert!(
             (error - asked).abs() < 1e-12,
-            "iteration {k}: {error} and {asked}"
+            "iteration {k}: {error} for {asked}"
         );
     }
-    // The elements dissipate what the fine contact does, the factor in both.
+    // The contact elements dissipate the same energy as the fine contact. Both energies contain the factor.
     let (fine, elements) = (
         of(next, TableName::FrettingCycle, "dissipated_energy"),
         of(next, TableName::DynamicResponse, "friction_energy"),
@@ -72,7 +72,7 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
         "{fine} and {elements}"
     );
 
-    // The twin is a run of its own.
+    // The twin is a separate run.
     let twin = whole.join("grid_twin");
     let volume = |run: &Path| summary(run, latest(run), "wear_volume");
     let is_of_the_twin = |run: &Path| {
@@ -80,7 +80,7 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
         let error = summary(run, latest(run), "error_grid");
         assert!(
             (error - asked.max(0.015)).abs() < 1e-9,
-            "{error} and {asked}"
+            "{error} for {asked}"
         );
     };
     is_of_the_twin(&whole);
@@ -92,7 +92,7 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
         .sum();
     assert!(summary(&whole, end, "error_wear_volume") > error + without);
 
-    // A run goes on to the same bits, whether it was interrupted on half the grid or on all of it.
+    // A restart gives the same bits after an interruption on half the grid and on the full grid.
     let part = || Start::new(scene.clone(), &parts);
     let (outcome, _) = part().stopped_after(2).done();
     assert_eq!(outcome.ending, Ending::Stopped);
@@ -102,7 +102,7 @@ fn both_scales_take_the_energy_of_stepped_cycles_and_the_bar_that_of_the_grid() 
     part().done();
     assert_same(&content(&parts), &content(&whole), "interrupted");
 
-    // It goes on with the run, and is no run to begin from.
+    // The twin continues with its run. A sibling cannot start from a twin.
     let farther = [
         &LAP[..],
         &["wear.cycles=1_100_000", "fidelity.grid_check=true"],

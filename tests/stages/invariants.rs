@@ -1,5 +1,5 @@
-//! What a change of units, of material or of axes cannot change: the same answer within the error bar, over many decades, or a refusal that
-//! says why.
+//! Changes of units, material or axes do not change the result: it stays the same within the error bar over many decades.
+//! The program may also reject the scene with a reason.
 
 use std::fmt::Write;
 
@@ -9,14 +9,14 @@ use fretwear::tables::typed;
 use super::Start;
 use crate::support::{Bench, latest, reader, summary};
 
-/// Powers of ten that a scene is scaled by.
+/// Powers of ten as scale factors of a scene.
 const DECADES: std::ops::RangeInclusive<i32> = -10..=10;
-/// The least of them that have to come to an end: from a micrometre to kilometres of joint, and moduli of gels to beyond diamond's.
+/// Smallest number of computed scales: joints from 1 µm to kilometres, and moduli from gels to more than diamond.
 const COMPUTED: usize = 9;
-/// Rounding, through solves that end at a tolerance.
+/// Rounding, amplified by solvers that stop at a tolerance.
 const SAME: f64 = 1e-6;
 
-/// A file surface under an orbit, or under a straight motion whose load varies.
+/// Surface from a file under an orbit, or under a straight motion with a varying load.
 struct Case {
     grid: [usize; 2],
     /// Lines of x, values along y [µm].
@@ -59,7 +59,7 @@ impl Case {
         }
     }
 
-    /// x and y change their places.
+    /// Exchanges x and y.
     fn swapped(mut self) -> Case {
         self.heights = (0..self.grid[1])
             .map(|j| self.heights.iter().map(|line| line[j]).collect())
@@ -71,7 +71,7 @@ impl Case {
         self
     }
 
-    /// x changes its sign.
+    /// Reverses the sign of x.
     fn mirrored(mut self) -> Case {
         self.heights.reverse();
         self.phase[0] += 180.0;
@@ -107,7 +107,7 @@ impl Case {
         )
     }
 
-    /// The worn volume in units of the scale's cube, its error bar, and depths by place in units of the scale; or why it is refused.
+    /// Worn volume relative to the cube of the scale, its error bar, and wear depths relative to the scale; or the reason of a rejection.
     fn worn(&self, bench: &Bench, name: &str) -> Result<(f64, f64, Vec<Vec<f64>>), String> {
         let mut text = String::new();
         for line in &self.heights {
@@ -135,10 +135,10 @@ impl Case {
     }
 }
 
-/// Loads that stay, and that vary.
+/// Constant load and varying load.
 const LOAD_AMPLITUDES: [f64; 2] = [0.0, 0.3];
 
-/// At every `stride`-th decade.
+/// Compares the scaled case with the unscaled case at each `stride`-th decade.
 fn over_decades(stride: usize, scaled: impl Fn(f64, Case) -> Case, refused_for: &[&str]) {
     let bench = Bench::new();
     for load_amplitude in LOAD_AMPLITUDES {
@@ -218,7 +218,7 @@ fn a_joint_wears_alike_however_its_axes_lie() {
         let (volume, _, depths) = of(case(), "as-it-is");
         let deepest = depths.iter().flatten().copied().fold(0.0, f64::max);
         let [nx, ny] = case().grid;
-        // Where a cell of the turned joint lies in the other one.
+        // Place of a cell of the turned joint in the unturned joint.
         type Place = fn(usize, usize, [usize; 2]) -> (usize, usize);
         let turned: [(&str, Case, Place); 4] = [
             ("mirrored", case().mirrored(), |i, j, [nx, _]| {
@@ -249,7 +249,7 @@ fn a_joint_wears_alike_however_its_axes_lie() {
     }
 }
 
-/// What the order of sums changes, through solves that end at a tolerance of `balanced`.
+/// Effect of another order of sums, amplified by solvers that stop at a tolerance of `balanced`.
 const ALIKE: f64 = 3e-4;
-/// What the order of sums changes in a single depth, over the deepest one, through solves that end at a tolerance of `balanced`.
+/// Effect of another order of sums on a single depth, relative to the largest depth.
 const ALIKE_IN_DEPTH: f64 = 3e-3;

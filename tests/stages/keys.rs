@@ -1,4 +1,4 @@
-//! What a stage declares to read is what it sees, and what its key is made of.
+//! A stage sees only the parts of the recipe that it declares, and its key contains exactly these parts.
 
 use fretwear::recipe::{Part, Recipe};
 use fretwear::scene::{Plan, Scene, load};
@@ -20,7 +20,7 @@ fn shipped(name: &str) -> Recipe {
     recipe(&load(&path, &[]).expect("a scene"))
 }
 
-/// Paths of all numbers, flags and texts of a value, but for reasons.
+/// Paths of all numbers, flags and texts of a value, except reasons.
 fn leaves(value: &Value, at: &str, into: &mut Vec<String>) {
     match value {
         Value::Object(object) => {
@@ -38,7 +38,7 @@ fn leaves(value: &Value, at: &str, into: &mut Vec<String>) {
     }
 }
 
-/// Another value of the same kind.
+/// Another value of the same type.
 fn changed(value: &Value) -> Value {
     match value {
         Value::Bool(flag) => json!(!flag),
@@ -51,7 +51,7 @@ fn changed(value: &Value) -> Value {
     }
 }
 
-/// The parts of a recipe that a path belongs to.
+/// Parts of a recipe that contain a path.
 fn parts_of(path: &str) -> Vec<Part> {
     let of_joint = |name| path.starts_with(&format!("/joints/0/{name}"));
     match path {
@@ -68,7 +68,7 @@ fn parts_of(path: &str) -> Vec<Part> {
     }
 }
 
-/// Every field of a recipe in turn: exactly the stages that declare its part see the change, and exactly their keys change.
+/// Changes each field of a recipe in turn. Exactly the stages that declare its part see the change, and exactly their keys change.
 #[test]
 fn a_changed_field_changes_the_keys_of_the_stages_that_read_it() {
     let bench = Bench::new();
@@ -85,7 +85,7 @@ fn a_changed_field_changes_the_keys_of_the_stages_that_read_it() {
     let mut count = 0;
     for recipe in &recipes {
         let whole = serde_json::to_value(recipe).expect("a value");
-        // Where the file of a surface stands is not part of a recipe.
+        // The recipe does not contain the path of a surface file.
         let recipe = &serde_json::from_value::<Recipe>(whole.clone()).expect("a recipe");
         let mut paths = Vec::new();
         leaves(&whole, "", &mut paths);
@@ -93,7 +93,7 @@ fn a_changed_field_changes_the_keys_of_the_stages_that_read_it() {
             let mut other = whole.clone();
             let value = other.pointer_mut(&path).expect("a leaf");
             *value = changed(value);
-            // A word that is no other word of its kind cannot be read.
+            // The changed word may be invalid.
             let Ok(other) = serde_json::from_value::<Recipe>(other) else {
                 continue;
             };
@@ -103,7 +103,7 @@ fn a_changed_field_changes_the_keys_of_the_stages_that_read_it() {
                 let reads = parts.iter().any(|part| stage.recipe.contains(part));
                 let at = format!("{path} and {}", stage.stage);
                 let sees = recipe.only(stage.recipe) != other.only(stage.recipe);
-                assert_eq!(sees, reads, "{at}: what it sees");
+                assert_eq!(sees, reads, "{at}: its part of the recipe");
                 let keys = [recipe, &other].map(|of| of.parameters(stage.recipe));
                 assert_eq!(keys[0] != keys[1], reads, "{at}: its key");
             }
@@ -112,7 +112,7 @@ fn a_changed_field_changes_the_keys_of_the_stages_that_read_it() {
     assert!(count > 350, "{count} fields");
 }
 
-/// What a stage reads of its own iteration, a stage before it writes; what it reads of the one before, some stage does.
+/// Each table that a stage reads is written by an earlier stage of the iteration, or by any stage for the previous iteration.
 #[test]
 fn what_is_read_is_written() {
     for (at, stage) in STAGES.iter().enumerate() {
@@ -123,7 +123,7 @@ fn what_is_read_is_written() {
                 .any(|written| written == table);
             assert!(
                 written,
-                "{} reads {table}, which nobody writes",
+                "{} reads {table}, which no stage writes",
                 stage.stage
             );
         }
@@ -134,12 +134,12 @@ fn what_is_read_is_written() {
                 .any(|written| written == table);
             assert!(
                 written,
-                "{} reads {table}, which nobody writes",
+                "{} reads {table}, which no stage writes",
                 stage.stage
             );
         }
     }
-    // And all tables of a run are somebody's.
+    // A stage writes each table of a run.
     let beside = [
         TableName::Timing,
         TableName::Backbone,
@@ -151,7 +151,7 @@ fn what_is_read_is_written() {
     ];
     for table in TableName::ALL.into_iter().filter(|t| !beside.contains(t)) {
         let written = STAGES.iter().any(|stage| stage.writes.contains(&table));
-        assert!(written, "nobody writes {table}");
+        assert!(written, "no stage writes {table}");
     }
 }
 

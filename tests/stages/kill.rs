@@ -1,21 +1,21 @@
-//! The program, killed at any instant and started again, ends where an undisturbed one does, bit for bit.
+//! The program is killed at random times and restarted. The final run has the same bits as an undisturbed run.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::support::{Bench, Chance, assert_same, content, latest, verified};
 
-/// Kills at least, over all runs of a case.
+/// Smallest number of kills over all runs of a case.
 const KILLS: usize = 12;
 
-/// Runs at most of a case: each is killed until it gets through.
+/// Largest number of runs of a case. Each run is killed until it ends.
 const RUNS: usize = 20;
 
-/// Parts of the time of an undisturbed run after which a start is killed at the latest: by turns within the creation of the run
-/// and the opening, within the first stages, and later.
+/// Latest times of a kill, relative to the time of an undisturbed run. The times alternate: during the creation and opening of the run,
+/// during the first stages, and later.
 const PARTS: [f64; 3] = [0.02, 0.1, 0.4];
 
-/// Kills runs of the scene at pinned random moments, and continues each until it gets through.
+/// Kills runs of the scene at random times with a fixed seed, and restarts each run until it ends.
 fn killed(scene: &str, sets: &[&str], seed: u64) {
     let bench = Bench::new();
     let arguments = |run: &str| -> Vec<String> {
@@ -42,7 +42,7 @@ fn killed(scene: &str, sets: &[&str], seed: u64) {
             }
             kills += 1;
             starts += 1;
-            assert!(starts < 200, "{name} does not get through");
+            assert!(starts < 200, "{name} does not end");
         }
         let root = bench.path(&name);
         verified(&root);
@@ -51,7 +51,7 @@ fn killed(scene: &str, sets: &[&str], seed: u64) {
             &expected,
             &format!("{name}, {starts} times"),
         );
-        assert!(!root.join("damaged").exists(), "something was set aside");
+        assert!(!root.join("damaged").exists(), "a file was set aside");
         if kills >= KILLS {
             return;
         }
@@ -59,7 +59,7 @@ fn killed(scene: &str, sets: &[&str], seed: u64) {
     panic!("only {kills} kills in {RUNS} runs");
 }
 
-/// Starts the program; true if it was killed, false if it got through before.
+/// Starts the program. Returns true if the program was killed, and false if it ended before.
 fn is_killed(bench: &Bench, arguments: &[String], after: Duration) -> bool {
     let end = Instant::now() + after;
     let mut child = bench.command(arguments).spawn().expect("started");
@@ -74,7 +74,7 @@ fn is_killed(bench: &Bench, arguments: &[String], after: Duration) -> bool {
         sleep(Duration::from_micros(200));
     };
     if let Some(code) = status.code() {
-        assert_eq!(code, 0, "a start failed by itself");
+        assert_eq!(code, 0, "a start failed without a kill");
     }
     !status.success()
 }
@@ -84,7 +84,7 @@ fn a_killed_run_ends_in_the_same_bits() {
     killed("small.toml", &[], 1);
 }
 
-/// Larger, so that stages take longer than files, and marched sample by sample under a load that varies.
+/// The joint is larger, so that stages take longer than files. The cycle is stepped under a varying load.
 #[test]
 fn a_killed_stepped_run_ends_in_the_same_bits() {
     let sets = [
@@ -97,27 +97,27 @@ fn a_killed_stepped_run_ends_in_the_same_bits() {
     killed("small.toml", &sets, 2);
 }
 
-/// Iterations disappear while the run goes on.
+/// The run prunes iterations while it computes.
 #[test]
 fn a_killed_run_that_keeps_little_ends_in_the_same_bits() {
     let sets = ["output.keep={ every = 4, last = 2 }"];
     killed("small.toml", &sets, 3);
 }
 
-/// Its response of one iteration is the start of the next, and the contact elements outlive iterations.
+/// The response of an iteration starts from the response before. The contact elements remain over several iterations.
 #[test]
 fn a_killed_vibrating_run_ends_in_the_same_bits() {
     killed("resonator.toml", &["output.response_at=[100_000]"], 4);
 }
 
-/// The load of an iteration is found from the one before.
+/// The search of the bolt load starts from the load of the iteration before.
 #[test]
 fn a_killed_run_that_loses_its_bolt_load_ends_in_the_same_bits() {
     let sets = ["contact.bolt_stiffness=\"500 N/um\"", "wear.cycles=150_000"];
     killed("resonator.toml", &sets, 5);
 }
 
-/// The laws of the contact elements and what they leave of the fine contact outlive iterations.
+/// The laws of the contact elements and the remaining compliance of the fine contact stay over several iterations.
 #[test]
 #[ignore = "long: 10 seconds"]
 fn a_killed_run_of_many_sliders_ends_in_the_same_bits() {

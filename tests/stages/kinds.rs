@@ -1,4 +1,4 @@
-//! Every kind of scene runs, verifies, and leaves the columns of the physics that it has, and no others.
+//! Each kind of scene runs and verifies. The tables have exactly the columns of its physics.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -22,7 +22,7 @@ fn run(bench: &Bench, scene: &str, sets: &[&str]) -> std::path::PathBuf {
     root
 }
 
-/// The columns of a table of the last iteration.
+/// Columns of a table of the last iteration.
 fn columns(root: &Path, name: TableName) -> BTreeSet<String> {
     let table = table(root, latest(root), name);
     table
@@ -31,7 +31,7 @@ fn columns(root: &Path, name: TableName) -> BTreeSet<String> {
         .collect()
 }
 
-/// The tables of an iteration.
+/// Names of the tables of an iteration.
 fn tables(root: &Path, k: u64) -> BTreeSet<String> {
     let commit = reader(root).commit_of(k).expect("committed").clone();
     commit.tables.into_keys().collect()
@@ -41,7 +41,7 @@ fn set(names: &[&str]) -> BTreeSet<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// Every iteration has the columns of the last.
+/// Asserts that each iteration has the columns of the last one.
 fn assert_same_columns(root: &Path) {
     for name in [
         TableName::Summary,
@@ -121,7 +121,7 @@ fn a_static_contact() {
         set(&["i", "j", "gap", "pressure"])
     );
     assert_eq!(columns(&root, TableName::Summary), set(&STATIC_SUMMARY));
-    // Once more, it is done.
+    // A second start finds a finished run.
     let (_, seen) = Start::new(bench.scene("static.toml", &[]), &root).done();
     assert_eq!(seen.stages.take(), []);
 }
@@ -158,7 +158,7 @@ fn a_worn_joint_without_y() {
     let expected = [&STATIC_SUMMARY[..], &CYCLE_SUMMARY, &WEAR_SUMMARY].concat();
     assert_eq!(columns(&root, TableName::Summary), set(&expected));
     assert_same_columns(&root);
-    // The curves belong to every second iteration of this scene, and to the last.
+    // The scene writes curves at every second iteration and at the last one.
     let last = latest(&root);
     for k in 0..=last {
         let due = k % 2 == 0 || k == last;
@@ -192,18 +192,18 @@ fn an_orbit() {
     );
     for (x, y) in x.iter().zip(y) {
         let circle = (x / 1e-6).powi(2) + (y / 0.7e-6).powi(2);
-        assert!((circle - 1.0).abs() < 1e-12, "{circle} is off the orbit");
+        assert!((circle - 1.0).abs() < 1e-12, "{circle} is not on the orbit");
     }
     let force = cycle.f64("force_y").expect("a force");
     assert!(force.iter().any(|f| f.abs() > 1.0));
-    // What the samples leave is in the bars.
+    // The error bars include the error of the samples.
     let at_end = |column| summary(&root, latest(&root), column);
     let of_cycle = at_end("error_cycle");
     assert!((1e-3..0.1).contains(&of_cycle), "{of_cycle:e}");
     assert!(at_end("error_dissipated_energy") > of_cycle);
     assert!(at_end("error_wear_volume") > 0.5 * of_cycle);
     assert_same_columns(&root);
-    // The work of the forces over the steady cycle is what friction takes, but for the length of the steps.
+    // The work of the forces over the steady cycle equals the friction energy, within the error of the step length.
     let fx = cycle.f64("force_x").expect("a force");
     let work: f64 = (1..x.len())
         .map(|k| {
@@ -224,7 +224,7 @@ fn a_load_that_varies() {
     let varying = [
         SHORT,
         "motion.normal_load_amplitude=\"50 N\"",
-        // Half of them are no whole quarters of a cycle, so that the samples are not even.
+        // Half of the steps is not a multiple of a quarter cycle. The samples are therefore not evenly spaced.
         "fidelity.steps_per_cycle=14",
     ];
     let root = run(&bench, "small.toml", &varying);
@@ -266,7 +266,7 @@ fn a_history_from_csv_and_from_another_run() {
     );
     let root = run(&bench, "history.toml", &[SHORT]);
     let first = table(&root, 1, TableName::Cycle);
-    // Its own loads press the joint, and contact.normal_load does not.
+    // The loads of the history press the joint. The key contact.normal_load has no effect.
     let is_own = |load: f64| assert!((load - 200.0).abs() < 1e-9, "{load}");
     let recipe = bench.scene("history.toml", &["contact.normal_load=1 kN"]);
     let recipe = Plan::of(&recipe).expect("a plan").inputs.recipe;
@@ -287,7 +287,7 @@ fn a_history_from_csv_and_from_another_run() {
     Start::new(bench.scene("history.toml", &bolt), &bolted).done();
     is_own(summary(&bolted, 0, "normal_load"));
 
-    // The cycle of a run is a history, with the same steady state.
+    // The cycle of a run is a valid history with the same steady state.
     fs::copy(
         root.join("iterations/wear_iteration=1/cycle.parquet"),
         bench.path("cycle.parquet"),
@@ -313,7 +313,7 @@ fn a_history_from_csv_and_from_another_run() {
             summary(&again, k, "wear_volume")
         );
     }
-    // What it says counts, not where it is.
+    // The content of the history decides, not its path.
     let did = bench.fretwear(&["run", "again.toml", "--run", "again", "--set", SHORT]);
     assert_eq!(did.code(), 0, "{}", did.stderr());
     let did = bench.fretwear(&["run", "again.toml", "--run", "run", "--set", SHORT]);
@@ -325,10 +325,10 @@ fn a_history_from_csv_and_from_another_run() {
     );
 }
 
-/// The promise of `balanced` on dissipation.
+/// Promised accuracy of the dissipated energy with `balanced`.
 const PROMISED: f64 = 0.01;
 
-/// A history is straight between its rows, so that rows on these lines change nothing but the steps.
+/// A history is linear between its rows. Additional rows on these lines change only the time steps.
 #[test]
 fn rows_on_the_lines_of_a_history_change_nothing_beyond_the_error_bars() {
     const CORNERS: [(f64, [f64; 2]); 4] = [
@@ -399,7 +399,7 @@ fn a_measured_surface() {
     assert!(latest(&root) >= 1);
 }
 
-/// Its bytes are hashed and its heights taken in one reading: a file that changes while a run begins is not taken for another.
+/// The program reads the file once, for its hash and for its heights. A file that changes at the start of a run is not confused.
 #[test]
 fn a_measured_surface_is_read_once() {
     let bench = Bench::new();
@@ -465,11 +465,11 @@ fn a_measured_surface_that_is_none() {
             );
         }
     }
-    // Nothing was begun.
+    // The program created no run.
     assert!(!bench.path("runs").exists());
 }
 
-/// The small scene with a surface from a file.
+/// Small scene with a surface from a file.
 fn measured(path: &str) -> String {
     let (head, tail) = SMALL.split_once("kind = \"gaussian\"").expect("a kind");
     let (_, tail) = tail.split_once("[contact]").expect("a contact");
@@ -526,7 +526,7 @@ fn a_hole_is_in_no_table() {
     assert_eq!(field.rows(), kept);
 }
 
-/// Between two reversals there are no middles to leave out of the cycle that is written.
+/// The stored cycle of a straight history contains only the reversals. Rows between them are omitted.
 #[test]
 fn a_history_that_is_straight_is_written_with_its_reversals() {
     let bench = Bench::new();
@@ -544,7 +544,7 @@ fn a_history_that_is_straight_is_written_with_its_reversals() {
     assert_eq!(place, [1e-6, -1e-6, 1e-6]);
 }
 
-/// kn and kt are left out where they are not asked for, from all iterations and with their error bars, and nothing else changes.
+/// With `output.stiffness=false`, kn, kt and their error bars are missing in all iterations. All other columns are unchanged.
 #[test]
 fn a_run_without_stiffness_has_all_but_that() {
     let [with, without] = ["true", "false"].map(|choice| {

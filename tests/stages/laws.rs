@@ -1,4 +1,4 @@
-//! What the tables of one run must say to each other, whatever it computes.
+//! Relations between the tables of one run, for any kind of scene.
 
 use std::path::Path;
 
@@ -8,15 +8,15 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, SMALL, latest, summary, table, verified};
 
-/// Sums in another order than the program's: a few hundred cells, rounded.
+/// Rounding of sums over a few hundred cells in another order.
 const ROUNDING: f64 = 1e-12;
 
 const COEFFICIENT: f64 = 2e-15;
 const FRICTION: f64 = 0.6;
 const LOAD: f64 = 200.0;
-/// E / (2 (1 − ν²)) of two like bodies.
+/// Contact modulus E / (2 (1 − ν²)) of two equal bodies.
 const CONTACT_MODULUS: f64 = 198.4e9 / (2.0 * (1.0 - 0.3 * 0.3));
-/// Of the `balanced` preset.
+/// Tolerance of the preset `balanced`.
 const NORMAL_TOLERANCE: f64 = 1e-6;
 const AREA: f64 = 4e-3 * 3e-3;
 
@@ -24,7 +24,7 @@ fn grid() -> Grid {
     Grid::over([4e-3, 3e-3], [26, 22])
 }
 
-/// A column of the kept cells, which are all in these scenes.
+/// Column of a field. In these scenes, the tables contain all cells.
 fn field(root: &Path, k: u64, name: TableName, column: &str) -> Vec<f64> {
     let table = table(root, k, name);
     let (i, j) = (table.i32("i").expect("i"), table.i32("j").expect("j"));
@@ -54,7 +54,7 @@ fn run(bench: &Bench, sets: &[&str]) -> std::path::PathBuf {
     root
 }
 
-/// Checks what holds of every run with wear.
+/// Checks relations of any run with wear.
 fn check(root: &Path) {
     let last = latest(root);
     let unworn = summary(root, 0, "mean_height");
@@ -76,7 +76,7 @@ fn check(root: &Path) {
             &at("volume by energy"),
         );
         let drop = unworn - summary(root, k, "mean_height");
-        // The mean of heights of 1 µm is rounded, however little is worn.
+        // The heights have the size 1 µm. Their mean therefore has a rounding error even if the wear is small.
         assert!(
             (drop - volume / AREA).abs() <= ROUNDING * 1e-6,
             "{}",
@@ -104,7 +104,7 @@ fn check(root: &Path) {
         let gap = field(root, k, TableName::ContactField, "gap");
         let shear =
             ["shear_x", "shear_y"].map(|name| field(root, k, TableName::ContactField, name));
-        // The displacement of a cell under the peak pressure, to which violations of the contact conditions are compared.
+        // Displacement of a cell under the largest pressure, as a scale of violations of the contact conditions.
         let scale = pressure.iter().fold(0.0f64, |m, p| m.max(*p)) * grid().dx / CONTACT_MODULUS;
         let violation = 2.0 * NORMAL_TOLERANCE * scale;
         for c in 0..pressure.len() {
@@ -147,9 +147,9 @@ fn check(root: &Path) {
     }
     assert!(
         ever_slipped.iter().any(|slipped| !slipped),
-        "every cell slipped"
+        "some cells must not slip"
     );
-    assert!(before.iter().any(|w| *w > 0.0), "nothing wore");
+    assert!(before.iter().any(|w| *w > 0.0), "the joint must wear");
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn a_stepped_run_obeys_its_laws() {
     check(&run(&bench, &sets));
 }
 
-/// [A eq. 2.7–2.8], from the tables of the run alone.
+/// Check of the step rule [A eq. 2.7–2.8] with the tables of the run.
 #[test]
 fn an_explicit_run_makes_the_published_steps() {
     const DEPTH: f64 = 0.01e-6;
@@ -188,7 +188,7 @@ fn an_explicit_run_makes_the_published_steps() {
     for k in 1..=last {
         let energy = field(&root, k - 1, TableName::ContactField, "dissipation");
         let deepest = COEFFICIENT * energy.iter().fold(0.0f64, |m, e| m.max(*e));
-        // The last step ends where the run does.
+        // The last step ends at the last cycle of the run.
         let left = CYCLES - summary(&root, k - 1, "cycles");
         let cycles = (DEPTH / deepest).floor().min(left);
         assert!(cycles > 1.0);
@@ -249,7 +249,7 @@ fn a_run_stops_at_its_volume() {
         if scheme.len() == 1 {
             assert!(
                 volume(last) < 1.1 * 5e-14,
-                "{:e} is far past it",
+                "{:e} is far beyond the volume",
                 volume(last)
             );
         }
@@ -257,7 +257,7 @@ fn a_run_stops_at_its_volume() {
     }
 }
 
-/// A joint that sticks all over wears nothing: its cycles pass at once, and a volume is never reached.
+/// A joint that sticks completely does not wear. Its cycles take one step, and it never reaches a wear volume.
 #[test]
 fn a_joint_that_does_not_slip() {
     let bench = Bench::new();

@@ -1,5 +1,5 @@
-//! A resonance that wear brings to an end: its frequency falls towards an antiresonance of the structure, until the displacement is nowhere near it 90° behind
-//! the force. Another resonance of the range is no answer.
+//! Wear ends this resonance: its frequency approaches an antiresonance of the structure, until the displacement is nowhere near it 90°
+//! behind the force. The program must not replace the resonance by another one of the range.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use fretwear::stages::RunError;
 use super::Start;
 use crate::support::{Bench, latest};
 
-/// Frequencies between which the resonance was before \[Hz\]; the next one of the structure is above 2000 Hz.
+/// Range of the resonance before its end \[Hz\]. The next resonance of the structure is above 2000 Hz.
 const BEFORE: [f64; 2] = [400.0, 430.0];
 
 #[test]
@@ -29,7 +29,7 @@ fn a_run_does_not_go_on_at_another_resonance() {
     };
     assert!(BEFORE[0] < before && before < BEFORE[1], "{before}");
     assert!(found > 2.0 * before, "{found}");
-    // What was worn under the resonance is kept.
+    // The run stores the wear before the end of the resonance.
     assert_eq!(latest(&root) + 1, wear_iteration);
     assert!(wear_iteration > 1, "{wear_iteration}");
 }

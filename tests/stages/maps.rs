@@ -1,11 +1,11 @@
-//! Runs of measured maps that fit to their joint, fit badly, or have a second face.
+//! Runs with measured maps: matching maps, badly matching maps, and maps of both faces.
 
 use fretwear::tables::TableName;
 
 use crate::support::{Bench, Did, reader, summary, table};
 use crate::surface::writers::{Sur, npy, sur};
 
-/// Heights of so many points \[µm\], rough and of no symmetry.
+/// Heights of a rough map without symmetry \[µm\].
 fn heights(nx: usize, ny: usize) -> Vec<f64> {
     let wave = |i: usize, j: usize| {
         let (x, y) = (i as f64, j as f64);
@@ -120,7 +120,7 @@ fn what_does_not_fit_is_told_by_its_key() {
     }
 }
 
-/// A file in millimetres whose numbers are micrometres.
+/// The file declares millimetres, but its numbers are micrometres.
 #[test]
 fn a_correction_overrides_the_file_and_is_warned_of() {
     let bench = Bench::new();
@@ -176,13 +176,13 @@ fn two_faces_stay_with_their_run() {
         ["height", "height_first", "height_second"].map(|column| of_surface(&bench, column));
     for cell in 0..20 * 16 {
         let (i, j) = (cell / 16, cell % 16);
-        // Two points more on either side and one above and below; moved up by two, and seen from behind.
+        // The upper map has two more points at each end of x and one more at each end of y. It is shifted by two points and mirrored.
         let point = upper[(23 - i) * 18 + j + 1];
         assert!((second[cell] - point * 1e-6).abs() < 1e-18, "({i}, {j})");
         assert!((first[cell] - lower[cell] * 1e-6).abs() < 1e-18);
         assert!((height[cell] - first[cell] - second[cell]).abs() < 1e-18);
     }
-    // Another second face is another run.
+    // Other heights of the second face belong to another run.
     let others: Vec<f64> = upper.iter().map(|h| 1.1 * h).collect();
     bench.write("upper.npy", map_of(24, 18, &others));
     let did = bench.fretwear(&["run", "map.toml", "--run", "run"]);
@@ -197,7 +197,7 @@ fn two_faces_stay_with_their_run() {
     );
 }
 
-/// A sphere under 2 % of the force that makes it slide: Mindlin's energy is a half of what the grid has.
+/// Sphere under 2 % of the sliding force. The energy by Mindlin is half of the energy on the grid.
 #[test]
 fn a_slip_ring_thinner_than_a_cell_is_in_the_error_of_the_cycle() {
     let bench = Bench::new();

@@ -1,4 +1,4 @@
-//! Runs of a structure that comes from the files of another program.
+//! Runs with a structure from the files of another program.
 
 use std::fs;
 use std::path::Path;
@@ -14,23 +14,24 @@ use crate::support::{Bench, assert_same, content, latest, summary, table, verifi
 
 const SHORT: &str = "wear.cycles=200_000";
 
-/// Two reductions of one structure by other orders of elimination differ by rounding; vibration and wear by what their solvers leave, some 1e-6.
+/// Two reductions with different orders of elimination differ by rounding. Vibration and wear differ by about 1e-6 through their
+/// tolerances.
 const SAME: f64 = 1e-5;
 
-/// On so few cells the heads of the bolt cover the whole lap, and count as a layer of it where the layers are found from positions: what sliders take
-/// from the half spaces differs by that.
+/// On so few cells, the bolt heads cover the whole lap. A search of layers by position then counts the heads as a layer of the lap.
+/// The compliance of the half spaces, which the sliders subtract, differs by this amount.
 const OTHER_LAYERS: f64 = 1e-2;
 
-/// Laws are found until both scales agree within 1 %, and structures that differ by little may stop at another round: their cycles then differ by
-/// twice that and what layers do, while stiffness and vibration do not.
+/// The search of laws ends when both scales agree within 1 %. Structures with small differences may need another number of rounds.
+/// Their cycles then differ by twice this tolerance and by the effect of the layers. Stiffness and vibration do not differ.
 const OTHER_ROUND: f64 = 3e-2;
 const SAME_VIBRATION: f64 = 1e-3;
 
-/// Force and response are at both points of the resonator: pseudo-modes are of all ports that a structure has, and a structure from files has no
-/// others.
+/// Force and response act at both points of the resonator. The pseudo-modes contain all ports of a structure, and a structure from files
+/// has only these two.
 const BOTH: &str = "dynamics.response.at=block";
 
-/// The files of the small resonator, and the scene that reads them.
+/// Writes the files of the small resonator and the scene that reads them.
 fn exported(bench: &Bench) {
     bench.done(&[
         "export",
@@ -116,7 +117,7 @@ fn a_run_from_matrices_goes_on_and_knows_its_files() {
         &content(&bench.path("whole")),
         "a branch",
     );
-    // The same numbers in another order are the same structure, other numbers are another one.
+    // The same numbers in another order are the same structure. Other numbers are another structure.
     let nodes = fs::read_to_string(bench.path("files/pairs.csv")).expect("pairs");
     let comment = format!("# pairs of the lap\n{nodes}");
     fs::write(bench.path("files/pairs.csv"), comment).expect("pairs");
@@ -157,7 +158,7 @@ fn mistakes_in_the_files_of_a_structure_are_named() {
     };
     let has = |text: String, parts: &[&str]| {
         for part in parts {
-            assert!(text.contains(part), "{text}\nhas no \"{part}\"");
+            assert!(text.contains(part), "{text}\nlacks \"{part}\"");
         }
     };
     fs::write(bench.path("short.csv"), "upper_node,lower_node\n1,2\n3,x\n").expect("pairs");
@@ -207,7 +208,7 @@ fn mistakes_in_the_files_of_a_structure_are_named() {
     has(told(&["structure.layer=0 mm"]), &["structure.layer"]);
 }
 
-/// Two blocks of 20 x 30 mm that touch, of matrices with nodes and pairs beside them.
+/// Two blocks of 20 x 30 mm in contact, from matrices with files of nodes and pairs.
 const BLOCKS: &str = r#"
 [joint]
 size = ["20 mm", "30 mm"]
@@ -240,7 +241,7 @@ fn deck_of_blocks() -> String {
     bodies.deck(&[("CLAMP", |body, [_, _, z]| body == 0 && z == 0.0)])
 }
 
-/// The files of [`BLOCKS`]: their matrices in one file, and each in its own.
+/// Writes the files of [`BLOCKS`]: all matrices in one file, and each matrix in a separate file.
 fn blocks(bench: &Bench) {
     let deck = deck_of_blocks();
     let path = Path::new("blocks.inp");
@@ -290,7 +291,7 @@ fn blocks(bench: &Bench) {
     bench.write("blocks.toml", BLOCKS);
 }
 
-/// A damping matrix in the files is not added to by a ratio that nobody gave.
+/// A damping matrix from files is the only damping if the scene gives no damping ratio.
 #[test]
 fn with_damping_in_the_files_no_ratio_is_added() {
     let bench = Bench::new();
@@ -327,7 +328,7 @@ fn with_damping_in_the_files_no_ratio_is_added() {
     assert!(!plan(&[]).contains("in every mode"));
 }
 
-/// Damping that feeds a motion, one triangle of a matrix, and units that contradict those of a folder are errors.
+/// The program rejects damping with negative energy, one triangle of a matrix, and units that contradict the units of a folder.
 #[test]
 fn matrices_of_no_structure_are_rejected() {
     let bench = Bench::new();

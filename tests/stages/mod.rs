@@ -1,4 +1,4 @@
-//! Runs as a whole: killed, stopped, continued, branched, damaged; and what the tables of all kinds of runs say.
+//! Tests of whole runs: killed, stopped, continued, branched and damaged runs, and relations between the tables of all kinds of runs.
 
 mod again;
 mod alone;
@@ -46,7 +46,7 @@ use fretwear::store::{Cache, FileSystem, Opening};
 
 use crate::support::faulty::FaultyFileSystem;
 
-/// A run within this process.
+/// Run in the process of the test.
 struct Start<'a> {
     scene: Scene,
     root: &'a Path,
@@ -66,7 +66,7 @@ impl<'a> Start<'a> {
             until: None,
             commits: u64::MAX,
             cache: None,
-            // It does not wait for the disk.
+            // This file system does not wait for the disk.
             file_system: Arc::new(FaultyFileSystem::sound()),
         }
     }
@@ -81,7 +81,7 @@ impl<'a> Start<'a> {
         self
     }
 
-    /// It is asked to stop after so many iterations.
+    /// Stops the run after the given number of commits.
     fn stopped_after(mut self, commits: u64) -> Self {
         self.commits = commits;
         self
@@ -127,25 +127,25 @@ impl<'a> Start<'a> {
         (result, seen)
     }
 
-    /// One that must succeed.
+    /// Runs the scene and expects success.
     fn done(self) -> (Outcome, Seen) {
         let (result, seen) = self.run();
         (result.unwrap_or_else(|error| panic!("{error}")), seen)
     }
 
-    /// The message of one that must fail.
+    /// Runs the scene, expects an error, and returns its message.
     fn refused(self) -> String {
         match Plan::of(&self.scene) {
             Err(error) => error.to_string(),
             Ok(plan) => match self.run_inputs(&plan.inputs).0 {
-                Ok(_) => panic!("it was accepted"),
+                Ok(_) => panic!("the scene was accepted"),
                 Err(error) => error.to_string(),
             },
         }
     }
 }
 
-/// What a watcher of a run was told.
+/// Record of the messages to an observer of a run.
 #[derive(Default)]
 struct Seen {
     stages: RefCell<Vec<(Stage, u64)>>,

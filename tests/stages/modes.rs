@@ -1,4 +1,4 @@
-//! The ways to march a cycle, on small scenes: where two of them are right they agree, and each keeps the symmetries of friction.
+//! Methods for cycles on small scenes. Valid methods agree, and each method preserves the symmetries of friction.
 
 use std::path::PathBuf;
 
@@ -8,14 +8,14 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, latest, summary, table, verified};
 
-/// Runs to the scene's tolerances of 1e-4 of friction and 1e-3 of a wear step, on the energies of a cycle.
+/// Tolerance of energies per cycle, with the scene's tolerances of 1e-4 for friction and 1e-3 for a wear step.
 const SAME: f64 = 2e-3;
-/// Under a rotation slip turns a little on the way between two reversals, which 64 steps see and one does not: the dense solution of
-/// `tests/drawn` has up to 3.5e-3 of it.
+/// Under a rotation, the slip direction turns slightly between two reversals. A cycle of 64 steps includes this effect; one step does not.
+/// The dense solution of `tests/drawn` shows a difference of up to 3.5e-3.
 const TURNED: f64 = 4e-3;
-/// The reduced pressure of a superposition is solved to 1e-3.
+/// Tolerance for superposition, whose reduced pressure has the tolerance 1e-3.
 const SUPERPOSED: f64 = 1e-2;
-/// Mirror images: what rounding leaves of them.
+/// Rounding error between mirror images.
 const MIRRORED: f64 = 1e-6;
 /// Friction coefficient times load of the small joint \[N\].
 const FRICTION: f64 = 120.0;
@@ -57,7 +57,7 @@ fn reversal_and_stepped_agree_on_a_straight_motion() {
     }
 }
 
-/// Without Poisson's effect shear displaces as pressure does, and the superposition is exact; with it, it says how far it is off.
+/// Without Poisson's effect, shear and pressure displace alike and superposition is exact. Otherwise, superposition reports its error.
 #[test]
 fn superposition_is_exact_without_poissons_effect() {
     let bench = Bench::new();
@@ -107,7 +107,7 @@ fn superposition_is_exact_without_poissons_effect() {
     }
 }
 
-/// The opposite motion has the opposite shear and the same energy, under the same load.
+/// Under the same load, the opposite motion has the opposite shear and the same energy.
 #[test]
 fn a_load_in_phase_and_out_of_it() {
     let bench = Bench::new();
@@ -126,7 +126,7 @@ fn a_load_in_phase_and_out_of_it() {
             ["normal_load", "displacement_x"].map(|name| cycle.f64(name).expect("one"));
         assert!(
             (load[0] - 280.0).abs() < 1e-9,
-            "the load is largest at t = 0"
+            "the load must be largest at t = 0"
         );
         assert!((place[0] - 1e-6 * phase.to_radians().cos()).abs() < 1e-15);
         last(&root, "dissipated_energy")
@@ -137,11 +137,14 @@ fn a_load_in_phase_and_out_of_it() {
         "{opposite:e} for {in_phase:e}"
     );
     assert!((three_quarters / quarter - 1.0).abs() < MIRRORED);
-    assert!((quarter / in_phase - 1.0).abs() > 0.01, "the phase matters");
+    assert!(
+        (quarter / in_phase - 1.0).abs() > 0.01,
+        "the phase must matter"
+    );
 }
 
-/// Sliding all over far beyond the elastic displacement, friction does the work of its mean force: 4 µNA to a square or straight
-/// line, 2π µNA to a circle; less by what the elastic displacement takes of the path at the two reversals.
+/// In gross slip far beyond the elastic displacement, friction does the work of its mean force: 4 µNA for a straight line and 2π µNA for
+/// a circle. The elastic displacement at the two reversals reduces the work.
 #[test]
 fn gross_sliding_does_the_work_of_its_path() {
     for (sets, path) in [
@@ -164,12 +167,12 @@ fn gross_sliding_does_the_work_of_its_path() {
         let bench = Bench::new();
         let root = run(&bench, "run", &[sets, &["wear.cycles=1"]].concat());
         let work = summary(&root, 0, "dissipated_energy") / (FRICTION * path);
-        // The elastic displacement is some percent of the amplitude, and the samples of the circle leave a thousandth.
+        // The elastic displacement is some percent of the amplitude. The sampling error of the circle is 0.1 %.
         assert!((0.9..1.001).contains(&work), "{sets:?}: {work}");
     }
 }
 
-/// Nothing is dissipated without friction, and nothing wears; with much of it nothing slips far.
+/// Without friction, dissipation and wear are zero. With much friction, the slip is small.
 #[test]
 fn friction_from_none_to_much() {
     for more in [
@@ -188,7 +191,7 @@ fn friction_from_none_to_much() {
         assert_eq!(last(&none, "dissipated_energy"), 0.0, "{more:?}");
         assert_eq!(last(&none, "wear_volume"), 0.0, "{more:?}");
         assert_eq!(last(&none, "cycles"), 60_000.0, "{more:?}");
-        assert!(last(&none, "kt") > 0.0, "kt is that of full stick");
+        assert!(last(&none, "kt") > 0.0, "kt must belong to full stick");
         let some = run(&bench, "some", more);
         let much = run(
             &bench,
@@ -202,7 +205,7 @@ fn friction_from_none_to_much() {
     let sets = ["contact.friction_coefficient=0", "motion.force=1 N"];
     let error = Plan::of(&bench.scene("small.toml", &sets)).expect_err("refused");
     assert!(matches!(error, InputError::Plan(_)), "{error}");
-    // Without an end by cycles a joint that does not wear has no end.
+    // Without a limit of cycles, a joint that does not wear would never end.
     let (text, sets) = (crate::support::SMALL, ["contact.friction_coefficient=0"]);
     bench.write(
         "small.toml",

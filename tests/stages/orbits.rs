@@ -1,4 +1,4 @@
-//! A joint that goes round: two blocks that are driven along x and, a quarter of a turn later, along y.
+//! Joint under an orbit: two blocks with a drive along x and, 90° later, a drive along y.
 
 use std::fs;
 
@@ -7,10 +7,10 @@ use fretwear::tables::TableName;
 use super::decks::TwoBodies;
 use crate::support::{Bench, table};
 
-/// What friction of the fine contact and of the contact elements may differ by once laws are of the whole cycle. Six such joints were within 3 %;
-/// with laws of the longest line they were 6 to 17 % off.
+/// Largest relative difference of the friction energies of fine contact and contact elements, with laws from the whole cycle.
+/// Six such joints were within 3 %. With laws from the longest line, the difference was 6 to 17 %.
 const AGREED: f64 = 0.035;
-/// What forces of the fine contact and of the contact elements may differ by once laws are of the whole cycle.
+/// Largest relative difference of the forces of fine contact and contact elements, with laws from the whole cycle.
 const FORCE: f64 = 0.05;
 
 const SCENE: &str = r#"
@@ -48,7 +48,7 @@ cycles = 1000
 preset = "fast"
 "#;
 
-/// Two blocks of 30 x 25 x 20 mm, one on the other, of which the lower stands on what is held.
+/// Two blocks of 30 x 25 x 20 mm, one on the other. The bottom of the lower block is fixed.
 fn blocks() -> String {
     let bodies = TwoBodies {
         edge: [5.0, 5.0, 10.0],
@@ -84,7 +84,7 @@ fn both_scales_dissipate_alike_where_a_joint_goes_round() {
             "{name}: {fine:e} {dynamic:e}"
         );
     }
-    // It is an orbit: both axes move by much, and not together.
+    // The motion is an orbit: both axes move with similar amplitudes and not in phase.
     let joint = table(&root, 0, TableName::JointCycle);
     let [x, y] = ["force_x", "force_y"].map(|name| joint.f64(name).expect("a column").to_vec());
     let size = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -96,7 +96,7 @@ fn both_scales_dissipate_alike_where_a_joint_goes_round() {
     );
 }
 
-/// What no joint holds: the run ends within seconds, and says how much of the load it can be asked for.
+/// The force exceeds the friction of any joint with this load. The run ends within seconds and reports the largest possible force.
 #[test]
 #[ignore = "long: half a minute"]
 fn a_force_beyond_what_friction_holds_is_told() {

@@ -1,12 +1,12 @@
-//! The time to go that a run shows, against the time that it took.
+//! Comparison of the estimated remaining time of a run with the actual time.
 
 use fretwear::recipe::{Scheme, Wear};
 use fretwear::stages::{Pace, Stage};
 
-/// Part of a run from which the time to go is shown.
+/// Part of a run after which the estimate appears.
 const FIRST_PART: f64 = 0.2;
 
-/// Iterations of a run: the part behind each, and its seconds without vibrations, of vibrations, and of the forced response.
+/// Iterations of a run: completed part, and seconds of other stages, of vibrations, and of the forced response.
 type Course = &'static [[f64; 4]];
 /// Rows of the `timing` tables of `pipelines/lap_joint.toml`.
 const LAP_JOINT: Course = &[
@@ -28,7 +28,7 @@ const LAP_JOINT: Course = &[
     [0.7756, 0.59, 0.00, 0.00],
     [1.0000, 1.06, 0.00, 15.87],
 ];
-/// Those of a prescribed motion on 512 x 512 cells: every tenth iteration and the last compute curves.
+/// Rows for a prescribed motion on 512 x 512 cells. Every tenth iteration and the last one compute curves.
 const CURVES: Course = &[
     [0.0, 2.23, 0.0, 0.0],
     [0.0058, 1.03, 0.0, 0.0],
@@ -45,7 +45,7 @@ const CURVES: Course = &[
     [0.7679, 1.49, 0.0, 0.0],
     [1.0, 2.51, 0.0, 0.0],
 ];
-/// The same lap joint with `preset = "fast"`: later vibrations take longer.
+/// Rows for the same lap joint with `preset = "fast"`. Later vibrations take longer.
 const UPDATES: Course = &[
     [0.0, 1.04, 8.1, 9.6],
     [0.0025, 0.69, 0.0, 0.0],
@@ -99,14 +99,14 @@ fn the_time_to_go_is_within_a_factor_of_two() {
     }
 }
 
-/// Equal steps are counted exactly, and what a continued run reports again is not counted.
+/// Equal steps give an exact estimate. Repeated reports of a continued run do not count.
 #[test]
 fn equal_steps() {
     let equal: Vec<[f64; 4]> = (0..6)
         .map(|k| [0.1 * f64::from(k), 2.0, 0.0, 0.0])
         .collect();
     let mut pace = pace(&equal);
-    // As a start does that first restores a table, and without one.
+    // A start may first restore a table. Its time and the repeated commits must not count.
     pace.spend(Stage::Surface.name(), 7.0);
     pace.commit(5000, 0.0);
     pace.commit(5000, 0.0);
@@ -116,7 +116,7 @@ fn equal_steps() {
     assert!((rate - 500.0).abs() < 1e-9, "{rate}");
 }
 
-/// An iteration whose times are lost still counts for the part that is done.
+/// An iteration with lost times counts for the completed part.
 #[test]
 fn lost_times() {
     let mut pace = pace(&[[0.0, 2.0, 0.0, 0.0], [0.1, 2.0, 0.0, 0.0]]);

@@ -1,4 +1,4 @@
-//! Static contacts: under a load or at an approach, of bodies that differ elastically, with friction and without.
+//! Static contacts at a load or at an approach, of bodies with different elastic constants, with and without friction.
 
 use std::path::{Path, PathBuf};
 
@@ -10,14 +10,14 @@ use fretwear::tables::TableName;
 use super::Start;
 use crate::support::{Bench, SMALL, assert_same, content, latest, summary, table, verified};
 
-/// Two ways to one contact, each to the scene's tolerance of 1e-6 of a displacement.
+/// Tolerance between two methods for one contact. Each method has the scene's tolerance of 1e-6 of a displacement.
 const SAME: f64 = 1e-4;
-/// Bodies of the same E* have the same normal contact: what is left is rounding.
+/// Rounding: bodies with the same E* have the same normal contact.
 const ROUNDING: f64 = 1e-9;
-/// Poisson's ratio of all bodies here.
+/// Poisson's ratio of all bodies.
 const NU: f64 = 0.3;
 
-/// The small joint, pressed together once.
+/// Small joint, pressed together once.
 fn bench() -> Bench {
     let bench = Bench::new();
     let (joint, rest) = SMALL.split_once("[motion]").expect("a motion");
@@ -109,7 +109,7 @@ fn an_approach_and_something_that_moves_or_presses() {
     );
 }
 
-/// Without friction only E* matters to pressure and gap: two bodies of half the compliance each have the same.
+/// Without friction, pressure and gap depend only on E*. Two equal bodies with the same E* give the same contact.
 #[test]
 fn different_bodies_without_friction_are_alike_bodies_of_their_modulus() {
     let bench = bench();
@@ -129,13 +129,13 @@ fn different_bodies_without_friction_are_alike_bodies_of_their_modulus() {
         let (found, expected) = (summary(&different, 0, name), summary(&alike, 0, name));
         assert_close(found, expected, ROUNDING, name);
     }
-    // At full stick the coupling stiffens kt, by a part of the order of beta squared.
+    // At full stick, the coupling increases kt by a fraction of the order beta squared.
     let beta = 0.5 * (1.0 - 2.0 * NU) / (1.0 - NU) * (soft - 198.4e9) / (soft + 198.4e9);
     let stiffer = summary(&different, 0, "kt") / summary(&alike, 0, "kt") - 1.0;
     assert!(stiffer > 0.0 && stiffer < 2.0 * beta * beta, "{stiffer:e}");
 }
 
-/// Friction hinders what pressure moves along, so that the joint is stiffer; the shear keeps to Coulomb's law.
+/// Friction resists the tangential displacement by pressure, so the joint is stiffer. The shear obeys Coulomb's law.
 #[test]
 fn different_bodies_pressed_together_with_friction() {
     const FRICTION: f64 = 0.2;
@@ -155,22 +155,28 @@ fn different_bodies_pressed_together_with_friction() {
     let at_limit = |c: usize| x[c].hypot(y[c]) / (FRICTION * p[c]);
     let touching: Vec<usize> = (0..p.len()).filter(|&c| p[c] > 0.0).collect();
     assert!(touching.iter().all(|&c| at_limit(c) <= 1.0 + ROUNDING));
-    assert!(touching.iter().any(|&c| at_limit(c) > 0.99), "some slip");
-    assert!(touching.iter().any(|&c| at_limit(c) < 0.9), "some stick");
-    // The curve is the way there, and ends where the contact does.
+    assert!(
+        touching.iter().any(|&c| at_limit(c) > 0.99),
+        "no cell slips"
+    );
+    assert!(
+        touching.iter().any(|&c| at_limit(c) < 0.9),
+        "no cell sticks"
+    );
+    // The indentation curve is the load path, and its last point is the contact.
     let curve = table(&rough, 0, TableName::Indentation);
     assert_eq!(curve.rows(), 16);
     let last = |column: &str| *curve.f64(column).expect("a column").last().expect("a row");
     assert_close(last("load"), 200.0, SAME, "load");
     assert_eq!(last("displacement"), summary(&rough, 0, "approach"));
-    // Along x alone there is no other field.
+    // A contact along x only has no field along y.
     let along_x = run(
         &bench,
         "along_x",
         &[&sets[..], &["contact.transverse=absent"]].concat(),
     );
     assert!(!table(&along_x, 0, TableName::ContactField).has("shear_y"));
-    // Taken up again it is the same.
+    // Restarts give the same bits.
     let root = bench.path("again");
     let start = || Start::new(bench.scene("static.toml", &sets), &root);
     start().until(Stage::Surface).done();
@@ -179,7 +185,7 @@ fn different_bodies_pressed_together_with_friction() {
     assert_same(&content(&root), &content(&rough), "taken up again");
 }
 
-/// The load steps are an error of first order: half of it is left by twice as many.
+/// The load steps have an error of first order: twice as many steps halve the error.
 #[test]
 fn load_steps_converge() {
     let bench = bench();

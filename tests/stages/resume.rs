@@ -1,4 +1,4 @@
-//! A run that is taken up again: stage by stage, finished, extended, changed, damaged, pruned.
+//! Restarts of a run: stage by stage, and of a finished, extended, changed, damaged or pruned run.
 
 use std::fs;
 
@@ -11,7 +11,7 @@ use crate::support::{
     Bench, assert_same, content, content_from, flip, latest, reader, summary, verified,
 };
 
-/// A run of this scene takes the cycle's starting shear through the draft.
+/// The draft of a run of this scene stores the shear at the start of the cycle.
 const STEPPED: [&str; 3] = [
     "fidelity.cycle=stepped",
     "fidelity.steps_per_cycle=8",
@@ -44,13 +44,13 @@ fn a_run_made_stage_by_stage_is_the_same() {
             assert_eq!(outcome.ending, Ending::Until(stage));
         }
         assert_same(&content(&parts), &content(&whole), "stage by stage");
-        // Each stage was computed once, and counts once.
+        // The run computes and counts each stage once.
         let costs = [&whole, &parts].map(|root| {
             let spent = RunCost::of(&reader(root)).expect("readable");
             let staged = fs::read_dir(root.join("staging")).expect("a folder");
             assert_eq!(staged.count(), 0, "{}", root.display());
             assert!(spent.seconds.keys().eq(spent.fft_pairs.keys()));
-            // The processor's time is kept with a stage that an earlier start computed.
+            // The store keeps the processor time of a stage from an earlier start.
             let cost = reader(root).history().expect("readable").cost();
             let told = |cost: &StageCost| cost.cpu_seconds.is_some();
             assert!(!cfg!(unix) || cost.values().all(told), "{cost:?}");
@@ -64,7 +64,7 @@ fn a_run_made_stage_by_stage_is_the_same() {
         assert_eq!(
             once.len(),
             computed.len(),
-            "something was computed twice: {computed:?}"
+            "a stage was computed twice: {computed:?}"
         );
         fs::remove_dir_all(whole).expect("removed");
         fs::remove_dir_all(parts).expect("removed");
@@ -156,7 +156,7 @@ fn a_changed_scene_is_refused_with_the_keys_that_differ() {
     );
     assert!(
         !said.contains("wear.cycles"),
-        "a free key is no reason: {said}"
+        "the message names a free key: {said}"
     );
     assert_same(&content(&bench.path("a")), &before, "a refused run");
 }
@@ -191,23 +191,23 @@ fn free_keys_may_change_and_a_finished_run_goes_on() {
             name.display()
         );
     }
-    // The scene beside the run is the one that it has now.
+    // The scene in the folder of the run is the present scene.
     let did = bench.done(&["run", "--run", "a", "--json"]);
     assert_eq!(did.json()["cycles"], 250_000);
 
-    // Of a finished run, less may be kept.
+    // A finished run can be pruned further.
     assert!(last >= 4);
     begin(&["wear.cycles=250_000", "output.keep={ every = 3, last = 1 }"]);
     let kept: Vec<u64> = reader(&root).iterations().collect();
     let expected: Vec<u64> = (0..=last).filter(|k| k % 3 == 0 || *k == last).collect();
     assert_eq!(kept, expected);
     verified(&root);
-    // A volume that is reached already is the end.
+    // The run ends if the wear volume is already reached.
     begin(&["wear.cycles=900_000", "wear.volume=\"1 um^3\""]);
     assert_eq!(latest(&root), last);
 }
 
-/// The tables of an iteration that the next one, or a summary, depends on.
+/// The damaged tables are inputs of the next iteration or of a summary.
 #[test]
 fn a_flipped_bit_is_named_and_computed_again() {
     let bench = Bench::new();
@@ -274,7 +274,7 @@ fn a_damaged_surface_is_computed_again() {
     bench.done(&["run", "--run", "a", "--set", "wear.cycles=60_000"]);
     assert_eq!(fs::read(&path).expect("a file"), before);
     verified(&root);
-    // Also in a run that is done, which has no next iteration.
+    // The restart also repairs a finished run, which has no next iteration.
     flip(&path);
     bench.done(&["run", "--run", "a", "--set", "wear.cycles=60_000"]);
     assert_eq!(fs::read(&path).expect("a file"), before);
@@ -282,7 +282,7 @@ fn a_damaged_surface_is_computed_again() {
     assert_eq!(staged.count(), 0);
 }
 
-/// A timing may be lost without a reason to stop.
+/// A lost timing table does not stop the run.
 #[test]
 fn a_damaged_timing_stops_nothing() {
     let bench = Bench::new();
@@ -351,7 +351,7 @@ fn what_is_there_of_a_draft_is_used_only_for_the_same_inputs() {
         root.join("staging/wear_iteration=1/static_contact.parquet")
             .is_file()
     );
-    // Another end makes another first step, of which the draft knows nothing.
+    // Another last cycle changes the first step. The draft does not contain this step.
     Start::new(at("7_000"), &root).done();
     let direct = bench.path("b");
     Start::new(at("7_000"), &direct).done();

@@ -1,4 +1,4 @@
-//! Reduced structures, shared between runs through the cache.
+//! Reduced structures in the cache, shared between runs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,7 +21,7 @@ const TABLES: [&str; 6] = [
     "structure_outline_mode",
 ];
 
-/// A run of one iteration.
+/// Runs the resonator for one iteration.
 fn begin(bench: &Bench, name: &str, cache: &str, sets: &[&str]) -> Did {
     let mut arguments = vec!["run", "resonator.toml", "--run", name, "--json"];
     let short = ["wear.cycles=1", "output.response_at=[]"];
@@ -69,14 +69,14 @@ fn a_second_run_takes_the_structure_of_the_first() {
         assert_same(&content(&bench.path(name)), &expected, name);
         verified(&bench.path(name));
     }
-    // Begun again, a run has its own.
+    // A restarted run uses the structure in its folder.
     let again = begin(&bench, "b", "cache", &[]);
     assert!(
         !again.stderr().contains("note: the reduced"),
         "{}",
         again.stderr()
     );
-    // What the reduction does not depend on makes no other entry, what it does depend on does.
+    // Only inputs of the reduction create a new entry. Other keys use the same entry.
     let entries = || {
         let entries = fs::read_dir(bench.path("cache")).expect("a folder");
         let paths = entries.map(|entry| entry.expect("an entry").path());
@@ -114,7 +114,7 @@ fn a_flipped_bit_of_the_cache_is_found_and_repaired() {
         flip(path);
         let name = format!("run-{run}");
         let did = begin(&bench, &name, "cache", &[]);
-        assert!(computed(&did), "{} was not missed", path.display());
+        assert!(computed(&did), "{}: no damage found", path.display());
         assert_same(&content(&bench.path(&name)), &expected, &name);
         assert!(
             files(&bench.path("cache")) == sound,
@@ -154,7 +154,7 @@ fn a_cache_that_cannot_be_used_is_no_failure() {
         begin(&bench, "expected", "", &[]);
         content(&bench.path("expected"))
     };
-    // A file is in the way of the folder, or of the entry.
+    // A file has the path of the folder, or of the entry.
     let did = begin(&bench, "a", "resonator.toml/cache", &[]);
     let unread = "note: the cache of structures, resonator.toml/cache, cannot be read: ";
     assert!(did.stderr().contains(unread), "{}", did.stderr());
@@ -172,7 +172,7 @@ fn a_cache_that_cannot_be_used_is_no_failure() {
     assert_same(&content(&bench.path("c")), &expected, "c");
 }
 
-/// They add it at once: one of them is there in the end, and none sees half of it.
+/// Several runs add the same entry at once. One entry remains, and no run reads an incomplete entry.
 #[test]
 fn several_runs_at_once() {
     let bench = Bench::new();
@@ -247,7 +247,7 @@ fn within_a_process_too() {
     );
 }
 
-/// Tables with right hashes that are not those of one structure, or have no point that the scene needs.
+/// The tables have valid hashes, but they belong to different structures or lack a point of the scene.
 #[test]
 fn tables_that_do_not_fit_to_each_other_are_computed_again() {
     let bench = Bench::new();
@@ -262,7 +262,7 @@ fn tables_that_do_not_fit_to_each_other_are_computed_again() {
     let cache = Cache::new(Arc::new(RealFileSystem), &bench.path("cache"));
     let names = TABLES.map(|name| TableName::from_name(name).expect("a table"));
     let StoredResult::Valid(whole) = cache.get(&names, &key).expect("readable") else {
-        panic!("it was put");
+        panic!("the result is missing");
     };
     let provenance = Provenance {
         scene_hash: String::new(),
@@ -317,7 +317,7 @@ fn tables_that_do_not_fit_to_each_other_are_computed_again() {
         );
         assert_same(&content(&run), &expected, "computed again");
         assert!(!computed(&begin(&bench, "b", "cache", &[])));
-        // The same in the folder of a run.
+        // The same tables in the folder of a run are damage.
         for file in &files {
             fs::copy(bench.path(file), run.join("once").join(file)).expect("copied");
         }

@@ -1,4 +1,4 @@
-//! A run that begins from an iteration of another.
+//! Tests of sibling runs, which start from an iteration of another run.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::support::{
     Bench, assert_same, content, content_from, latest, reader, summary, table, verified,
 };
 
-/// A run of some iterations in `a`.
+/// Runs some iterations in the folder `a`. Returns the last iteration.
 fn source(bench: &Bench, sets: &[&str]) -> u64 {
     let root = bench.path("a");
     Start::new(bench.scene("small.toml", sets), &root).done();
@@ -65,10 +65,7 @@ fn with_a_changed_tolerance_it_is_a_run_of_its_own() {
     let root = bench.path("a-from-1");
     assert_eq!(did.json()["cycles"], 200_000);
     verified(&root);
-    assert!(
-        latest(&root) < last,
-        "a coarser tolerance makes longer steps"
-    );
+    assert!(latest(&root) < last, "the steps must be longer");
     let inherited = content(&root);
     for (name, bytes) in before
         .files
@@ -88,16 +85,16 @@ fn with_a_changed_tolerance_it_is_a_run_of_its_own() {
         );
     }
     assert_same(&content(&bench.path("a")), &before, "the source");
-    // The same again continues it, also without the source.
+    // The same command again continues the sibling, also without the source.
     std::fs::remove_dir_all(bench.path("a")).expect("removed");
     bench.done(&["run", "--run", "a-from-1"]);
     assert_same(&content(&root), &inherited, "the sibling");
 }
 
-/// Volumes agree to this when an iteration is made by two ways with the same numerics.
+/// Relative difference of volumes of one iteration, computed in two ways with the same numerics.
 const SAME: f64 = 1e-12;
 
-/// The first own step wears at the rates of the own parameters, not of those that the source had.
+/// The first step of the sibling wears at the rates of the sibling's parameters, not at the rates of the source.
 #[test]
 fn with_changed_physics_it_starts_from_its_own_contact() {
     let bench = Bench::new();
@@ -116,7 +113,7 @@ fn with_changed_physics_it_starts_from_its_own_contact() {
         "contact.transverse=absent",
     ] {
         let scene = bench.scene("small.toml", &changed(set));
-        // Unworn, a run of its own says what the sibling has to find.
+        // From the unworn state, a new run with these parameters gives the expected result.
         let own = bench.path("own");
         Start::new(scene.clone(), &own).done();
         let sibling = bench.path("sibling");
@@ -204,7 +201,7 @@ fn a_pruned_iteration_is_refused_with_those_that_remain() {
         did.stderr()
     );
     assert!(!bench.path("b").exists(), "a refused run left a folder");
-    // One that remains is as good as if all did.
+    // A sibling from a remaining iteration equals a sibling from a run without pruning.
     bench.done(&["run", "--from", "a@3", "--run", "b"]);
     let all = bench.path("all");
     let everything = bench.scene("small.toml", &["wear.cycles=400_000"]);
@@ -241,7 +238,7 @@ fn a_source_that_is_not_there_or_the_run_itself() {
     );
 }
 
-/// What was uncertain of the wear that a sibling inherits stays so, whatever it changes.
+/// A sibling inherits the uncertainty of the inherited wear. Its changed keys do not reduce it.
 #[test]
 fn it_inherits_what_its_parent_is_uncertain_of() {
     let bench = Bench::new();
@@ -254,7 +251,7 @@ fn it_inherits_what_its_parent_is_uncertain_of() {
     ];
     let a = bench.path("a");
     Start::new(bench.scene("small.toml", &sets), &a).done();
-    // An even iteration is one to which the coarse trajectory made a step, so that both go on from the same one.
+    // The coarse trajectory has a step to each even iteration. Both runs therefore continue from the same coarse trajectory.
     let (at, last) = (2, latest(&a));
     assert!(last > at, "{last} iterations");
     let sets = [&sets[..], &["output.curves_every=3"]].concat();
@@ -268,12 +265,8 @@ fn it_inherits_what_its_parent_is_uncertain_of() {
         let step = steps(root);
         step.f64("difference_wear_field").expect("a column")[0]
     };
-    assert!(differs(&a) > 0.0, "the coarse trajectory wears otherwise");
-    assert_eq!(
-        differs(&b),
-        differs(&a),
-        "what is known after one more step"
-    );
+    assert!(differs(&a) > 0.0, "the trajectories must differ");
+    assert_eq!(differs(&b), differs(&a), "after one more step");
     assert_eq!(latest(&b), last);
     let part = field(&b) / field(&a);
     assert!((part - 1.0).abs() < 0.1, "{part} of the parent's bar");

@@ -1,5 +1,5 @@
-//! Ctrl-C, SIGTERM and `--max-wall`: the iteration is finished and committed if that takes no longer than a person waits, and the run says
-//! how to go on.
+//! Stops by Ctrl-C, SIGTERM and `--max-wall`. The run finishes and commits the iteration if this takes a short time.
+//! The run prints the command that continues it.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -10,10 +10,10 @@ use serde_json::Value;
 
 use crate::support::{Bench, assert_same, content, latest, verified};
 
-/// Resumable, as the command line says.
+/// Exit code of a run that can be continued.
 const STOPPED: i32 = 75;
 
-/// Long enough that a signal comes in between.
+/// Arguments of a run that lasts until a signal arrives.
 const LONG: [&str; 6] = [
     "--set",
     "joint.grid=[62, 46]",
@@ -29,7 +29,7 @@ fn arguments(run: &str) -> Vec<&str> {
     arguments
 }
 
-/// Starts a run and sends a signal as soon as an iteration is committed.
+/// Starts a run and sends a signal after the first commit.
 fn signalled(signal: &str) {
     let bench = Bench::new();
     let root = bench.path("stopped");
@@ -55,14 +55,11 @@ fn signalled(signal: &str) {
     let stopped_at = latest(&root);
     verified(&root);
     let draft = root.join(format!("staging/wear_iteration={}", stopped_at + 1));
-    assert!(!draft.exists(), "it began another iteration");
+    assert!(!draft.exists(), "the run began another iteration");
 
     bench.done(&["run", "--run", "stopped"]);
     bench.done(&arguments("unbroken"));
-    assert!(
-        stopped_at < latest(&root),
-        "the signal came too late to tell"
-    );
+    assert!(stopped_at < latest(&root), "the signal came too late");
     let expected = content(&bench.path("unbroken"));
     assert_same(&content(&root), &expected, signal);
 }
@@ -101,11 +98,11 @@ fn a_start_without_time_makes_one_iteration() {
     assert_same(&content(&root), &content(&bench.path("b")), "one a start");
 }
 
-/// A second writer is refused as long as the first is there, and a reader is not.
+/// The program rejects a second writer as long as the first one runs. Readers are allowed.
 #[test]
 fn one_writer() {
     let bench = Bench::new();
-    // It is killed in the end: long enough for any machine.
+    // The test kills this run. Its cycles are enough for any machine.
     let long = [&arguments("a")[..], &["--set", "wear.cycles=3e9"]].concat();
     let mut first = bench
         .command(&long)
@@ -122,13 +119,16 @@ fn one_writer() {
     let second = bench.fretwear(&long);
     let status = bench.done(&["status", "a", "--json"]).json();
     let words = bench.done(&["status", "a"]).stdout();
-    // Readers come and go without being taken for writers.
+    // Readers never count as writers.
     for _ in 0..5 {
         bench.done(&["status", "a"]);
         sleep(Duration::from_millis(5));
     }
     let id = first.id();
-    assert!(first.try_wait().expect("a child").is_none(), "too short");
+    assert!(
+        first.try_wait().expect("a child").is_none(),
+        "the run was too short"
+    );
     first.kill().expect("killed");
     first.wait().expect("a child");
 
@@ -159,10 +159,10 @@ fn one_writer() {
     assert_eq!(lock, id.to_string(), "a reader wrote into the lock");
 }
 
-/// What a stop may take: two seconds, and as much again for a machine with other work.
+/// Largest time of a stop: two seconds, and two more for a loaded machine.
 const STOPS_WITHIN: Duration = Duration::from_secs(4);
 
-/// A static contact and a cycle of some seconds and more.
+/// Arguments of a run whose static contact and cycle take seconds or more.
 const LONG_STAGE: [&str; 12] = [
     "run",
     "small.toml",
@@ -178,7 +178,7 @@ const LONG_STAGE: [&str; 12] = [
     "fidelity.steps_per_cycle=512",
 ];
 
-/// A stage that takes long is not waited for: the process ends within it, says so, and the run goes on to the same bits.
+/// The program stops within a long stage and reports this. The continued run has the same bits.
 #[test]
 fn a_long_stage_is_ended_within_two_seconds() {
     let bench = Bench::new();
@@ -201,7 +201,7 @@ fn a_long_stage_is_ended_within_two_seconds() {
     assert_eq!(status.code(), Some(STOPPED), "{said:?}");
     let took = asked.elapsed();
     assert!(took < STOPS_WITHIN, "{took:?}: {said:?}");
-    // The answer is the first that is said after the figures of a beginning.
+    // The answer is the first message after the figures that a run prints at its start.
     let is_figure =
         |line: &&String| line.starts_with("plausibility checks") || line.starts_with("    ");
     let answer = said
@@ -217,12 +217,12 @@ fn a_long_stage_is_ended_within_two_seconds() {
     assert_eq!(last, "stopped; continue with: fretwear run --run a");
 }
 
-/// The end of `--max-wall` is obeyed as a signal is, and a start that gets through no stage says so.
+/// The limit of `--max-wall` acts like a signal. A start that completes no stage reports this.
 #[test]
 fn max_wall_ends_a_long_stage_within_two_seconds() {
     let bench = Bench::new();
     let limited = [&LONG_STAGE[..], &["--max-wall", "0.5 s"]].concat();
-    // Each start gets through a stage or more, but none through the cycle, which takes a minute and more.
+    // Each start completes at least one stage. No start completes the cycle, which takes a minute or more.
     const MOST_STARTS: usize = 5;
     for _ in 0..MOST_STARTS {
         let begun = Instant::now();
@@ -238,5 +238,5 @@ fn max_wall_ends_a_long_stage_within_two_seconds() {
             return;
         }
     }
-    panic!("{MOST_STARTS} starts have all got further");
+    panic!("{MOST_STARTS} starts have all completed a stage");
 }

@@ -1,4 +1,4 @@
-//! When the contact elements of a structure are renewed, what they then are, and what stays the same in between.
+//! Updates of the contact elements: time of an update, new elements, and unchanged quantities between updates.
 
 use std::path::{Path, PathBuf};
 
@@ -11,15 +11,15 @@ use crate::support::{
 };
 
 const LOAD: f64 = 30e3;
-/// Cells of the small lap less those of its hole.
+/// Number of cells of the small lap without its hole.
 const ELEMENTS: usize = 81 - 21;
-/// How far beyond its criterion an update may come, in parts of it: a cell that comes into contact makes this small joint stiffer by a
-/// thousandth at once.
+/// Largest relative overshoot of an update criterion. A single cell that comes into contact increases the stiffness of this small joint
+/// by 0.1 %.
 const LANDING: f64 = 0.15;
-/// Sums over some dozens of elements, rounded.
+/// Rounding of sums over some dozens of elements.
 const ROUNDING: f64 = 1e-12;
 
-/// Runs the resonator with this line in place of its criterion.
+/// Runs the resonator with another update criterion.
 fn run(bench: &Bench, criterion: &str, sets: &[&str]) -> PathBuf {
     let text = RESONATOR.replace(
         "stiffness_change = 0.01\nvolume_growth = \"never\"",
@@ -46,8 +46,9 @@ fn assert_close(found: f64, expected: f64, tolerance: f64, what: &str) {
     );
 }
 
-/// Checks what every criterion leaves in the tables: `due(reference, k)` says whether iteration k is due since the iteration
-/// `reference`. Returns the updates.
+/// Checks the tables for any criterion. The function `due(reference, k)` returns true if iteration k is due since the iteration
+/// `reference`.
+/// Returns the updates.
 fn check(root: &Path, due: impl Fn(u64, u64) -> bool) -> Vec<u64> {
     let (mut reference, mut count) = (0, 0);
     for k in 0..=latest(root) {
@@ -105,7 +106,7 @@ fn check(root: &Path, due: impl Fn(u64, u64) -> bool) -> Vec<u64> {
         assert_close(kt.iter().sum(), summary(root, at, "kt"), ROUNDING, "kt");
         for name in IN_FORCE {
             let same = table(root, k, name) == table(root, at, name);
-            assert!(same, "{name} of {k} is not that of {at}");
+            assert!(same, "{name} of {k} differs from {at}");
         }
         if expected && k > 0 {
             let before = table(root, k - 1, TableName::ContactElement);
@@ -141,7 +142,7 @@ fn a_change_of_stiffness() {
     );
     let mut from = 0;
     for &k in &renewed[1..] {
-        // The step has ended there, and not somewhere beyond.
+        // The step ends at the criterion and not far beyond.
         let reached = ["kn", "kt"].map(|column| f64::abs(changed(from, k, column)));
         let reached = f64::max(reached[0], reached[1]);
         assert!(reached <= CHANGE * (1.0 + LANDING), "{k}: {reached}");
@@ -182,10 +183,10 @@ fn a_worn_volume() {
     }
 }
 
-/// When the elements are renewed depends on the joint, and not on how long its steps are.
+/// The times of updates depend on the state of the joint and not on the length of its steps.
 #[test]
 fn updates_come_when_the_joint_has_changed_and_not_when_a_step_ends() {
-    /// Of the cycles at an update, and of the wear rate after the last: what steps of this tolerance are worth.
+    /// Largest relative difference of the cycles at an update, and of the last wear rate. The tolerance of the steps determines both.
     const CYCLES: f64 = 0.03;
     const RATE: f64 = 0.03;
     let bench = Bench::new();
@@ -214,8 +215,8 @@ fn updates_come_when_the_joint_has_changed_and_not_when_a_step_ends() {
     assert_close(coarse_rate, fine_rate, RATE, "wear rate in the end");
 }
 
-/// Without a criterion the joint keeps moving as the unworn one: its motion, and the structure itself, stay the same while it wears.
-/// Its structure is computed once.
+/// Without a criterion, the joint moves like the unworn joint. Its motion and the structure remain the same during the wear.
+/// The run computes the structure once.
 #[test]
 fn never() {
     let bench = Bench::new();
@@ -236,7 +237,7 @@ fn never() {
         )
     };
     for k in 1..=latest(&root) {
-        // The first iteration has the motion that all have, though nothing has been read back yet.
+        // Iteration 0 has the same motion, although no table has been read back yet.
         assert_eq!(cycle(k), cycle(0), "iteration {k}");
     }
     for name in [
@@ -256,7 +257,7 @@ fn never() {
     }
 }
 
-/// Between updates the motion does not change, and the wear rate is that of one joint running in; at an update it jumps.
+/// Between updates, the motion is constant and the wear rate follows the running-in of one joint. At an update, the wear rate jumps.
 #[test]
 fn the_wear_rate_jumps_at_updates_only() {
     let bench = Bench::new();
@@ -269,13 +270,13 @@ fn the_wear_rate_jumps_at_updates_only() {
     let never = bench.path("never");
     let sets = ["wear.cycles=300_000"];
     Start::new(bench.scene("never.toml", &sets), &never).done();
-    // At 0.01 the update falls due where the step ends in any case.
+    // With a criterion of 0.01, the update would coincide with the end of a regular step.
     let sets = ["wear.cycles=300_000", "update.stiffness_change=0.009"];
     Start::new(bench.scene("resonator.toml", &sets), &stiff).done();
     let renewed = updates(&stiff);
     let first = *renewed.get(1).expect("an update");
     let rate = |root: &Path, k| summary(root, k, "wear_rate");
-    // Up to the first update both are the same run, but that one of them ends its step there.
+    // Before the first update, both runs are equal. Only one of them ends its step there.
     for k in 0..first {
         assert_eq!(rate(&stiff, k), rate(&never, k), "iteration {k}");
     }
@@ -302,7 +303,7 @@ fn roughness_alone_is_stiffer_than_the_whole() {
     let root = bench.path("rough");
     Start::new(bench.scene("resonator.toml", &sets), &root).done();
     verified(&root);
-    // 1/k = 1/k_total - 1/k_smooth, with one k_smooth at all updates.
+    // The relation is 1/k = 1/k_total - 1/k_smooth, with one value of k_smooth for all updates.
     let mut smooth = Vec::new();
     for k in updates(&root) {
         for column in ["kn", "kt"] {
@@ -400,7 +401,7 @@ fn a_bolt_load_that_falls() {
     let last = latest(&root);
     for k in 1..=last {
         let expected = LOAD - BOLT * (at(k, "approach") - at(0, "approach"));
-        // The search ends at 1e-6 of the unworn load, in units of load; the contact gives by as much.
+        // The search of the load ends at 1e-6 of the unworn load. The tolerance of the contact adds the same amount.
         assert_close(at(k, "normal_load"), expected, 2e-6, "bolt");
         assert!(
             at(k, "normal_load") <= at(k - 1, "normal_load") + 2e-6 * LOAD,
@@ -428,7 +429,7 @@ fn a_bolt_load_that_falls() {
             "elements",
         );
     }
-    // Begun from any iteration it is the same run.
+    // A sibling from any iteration equals the run.
     let expected = content(&root);
     for k in [0, last / 2, last - 1] {
         let again = bench.path(&format!("from-{k}"));
@@ -437,7 +438,7 @@ fn a_bolt_load_that_falls() {
     }
 }
 
-/// Under a prescribed motion and a load that varies too.
+/// The bolt load falls also under a prescribed motion with a varying load.
 #[test]
 fn a_bolt_load_that_falls_under_a_prescribed_motion() {
     let bench = Bench::new();
@@ -481,7 +482,7 @@ fn a_bolt_load_that_falls_under_a_prescribed_motion() {
 #[test]
 fn a_joint_that_comes_loose_says_so() {
     let bench = Bench::new();
-    // Steps so long that the faces are gone before the load is.
+    // The steps are very long: the surfaces are worn away before the load is zero.
     let sets = [
         "contact.bolt_stiffness=\"1e6 N/um\"",
         "motion.amplitude=\"5 um\"",

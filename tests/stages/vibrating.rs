@@ -1,4 +1,4 @@
-//! Runs of a structure that vibrates and wears: stage by stage, with responses asked for, branched and pruned.
+//! Runs of a structure that vibrates and wears: stage by stage, with requested responses, as siblings, and pruned.
 
 use std::fs;
 use std::path::Path;
@@ -11,10 +11,10 @@ use crate::support::{
     Bench, OSCILLATOR, assert_same, content, content_from, latest, reader, summary, table, verified,
 };
 
-/// A few iterations with a renewal of the elements among them.
+/// A few iterations with one update of the contact elements.
 const SHORT: &str = "wear.cycles=200_000";
 
-/// Tables of the response in force: they are the same as long as the elements are.
+/// Tables of the response that drives the wear. They stay the same until the next update of the elements.
 pub const IN_FORCE: [TableName; 4] = [
     TableName::Response,
     TableName::DynamicResponse,
@@ -28,7 +28,7 @@ fn has(root: &Path, k: u64, name: TableName) -> bool {
     commit.tables.contains_key(name.as_str())
 }
 
-/// Iterations whose elements are those of their own fine contact.
+/// Iterations with an update, whose contact elements come from their own fine contact.
 pub fn updates(root: &Path) -> Vec<u64> {
     (0..=latest(root))
         .filter(|&k| {
@@ -80,14 +80,14 @@ fn a_run_made_stage_by_stage_is_the_same() {
         assert_eq!(
             once.len(),
             computed.len(),
-            "something was computed twice: {computed:?}"
+            "a stage was computed twice: {computed:?}"
         );
         fs::remove_dir_all(whole).expect("removed");
         fs::remove_dir_all(parts).expect("removed");
     }
 }
 
-/// An end after any stage of any iteration, then on in one go.
+/// Stops after any stage, then runs without a stop.
 #[test]
 fn until_any_stage_and_then_on_is_the_same() {
     let bench = Bench::new();
@@ -142,8 +142,8 @@ fn a_stage_that_the_scene_does_not_have_is_refused() {
     assert!(did.stderr().contains(said), "{}", did.stderr());
 }
 
-/// A response asked for lands the run there, is written there, and changes nothing else: all that drives the wear is the same as
-/// in a run that lands there for another reason.
+/// The run lands at a requested response and writes it there. The request changes nothing else: the drive of the wear equals that of
+/// a run that lands there for another reason.
 #[test]
 fn a_response_asked_for_is_not_fed_back() {
     const AT: u64 = 130_000;
@@ -169,8 +169,8 @@ fn a_response_asked_for_is_not_fed_back() {
         );
     }
 
-    // The other run ends there, which is a landing too, and goes on: of the response in force nothing differs, bit for bit, nor
-    // of wear and contact. Only keys may: the end is no part of them, the request is.
+    // The other run ends at this cycle and then continues. Its response, wear and contact are equal bit for bit.
+    // Only keys may differ: they contain the request, but not the end.
     let ended = bench.path("ended");
     let until = format!("wear.cycles={AT}");
     Start::new(bench.scene("resonator.toml", &[&until]), &ended).done();
@@ -195,7 +195,7 @@ fn a_response_asked_for_is_not_fed_back() {
             );
         }
     }
-    // Without a request there is one at the start and one at the end.
+    // Without a request, the run has a forced response at its start and at its end.
     let plain = bench.path("plain");
     Start::new(bench.scene("resonator.toml", &[SHORT]), &plain).done();
     for k in 0..=latest(&plain) {
@@ -204,8 +204,8 @@ fn a_response_asked_for_is_not_fed_back() {
     }
 }
 
-/// The worn response is that of the elements that the fine contact would give now: where the elements were renewed it is the
-/// response in force, elsewhere it has moved on from it.
+/// The worn response uses contact elements from the present fine contact. At an update, the worn response equals the response that drives
+/// the wear. At other iterations, it differs.
 #[test]
 fn a_worn_response_is_that_of_the_worn_joint() {
     let bench = Bench::new();
@@ -229,7 +229,7 @@ fn a_worn_response_is_that_of_the_worn_joint() {
                 force.f64(column).expect("a column")[0],
             );
             if renewed.contains(&k) {
-                // Newton's iteration starts from its result here, and from another response there.
+                // The two Newton iterations start from different responses: one from this result, one from an earlier response.
                 assert!((worn / force - 1.0).abs() < 1e-6, "{column} of {k}");
             } else {
                 differing += usize::from((worn / force - 1.0).abs() > 1e-6);
@@ -257,11 +257,11 @@ fn from_any_iteration_in_the_same_bits() {
     }
 }
 
-/// The first own step wears at the rate of the own response, not of that which the source had.
+/// The first step of the sibling wears at the rate of the sibling's response, not at the rate of the source.
 #[test]
 fn a_sibling_under_another_force_moves_as_its_own_response_says() {
     const FORCE: &str = "dynamics.force.amplitude=\"240 N\"";
-    /// Of the contact solutions: a response that starts from another one, and a cycle that does.
+    /// Tolerance of the contact solutions, since response and cycle start from different states.
     const SAME: f64 = 1e-3;
     let bench = Bench::new();
     let a = bench.path("a");
@@ -272,7 +272,7 @@ fn a_sibling_under_another_force_moves_as_its_own_response_says() {
     let root = bench.path("b");
     Start::new(scene.clone(), &root).from(&a, 0).done();
     verified(&root);
-    // Unworn, a run of its own says what the sibling has to find.
+    // From the unworn state, a new run with these parameters gives the expected result.
     for (column, at) in [
         ("n_cycles", 1),
         ("wear_volume", 1),
@@ -288,14 +288,14 @@ fn a_sibling_under_another_force_moves_as_its_own_response_says() {
     let own_one = summary(&own, 1, "resonance_frequency");
     assert!(
         (other / own_one - 1.0).abs() > 1e-6,
-        "the force changes nothing"
+        "the force has no effect"
     );
     assert!(
         !updates(&root)[1..].contains(&1),
         "the elements are those of iteration 0"
     );
 
-    // From a worn one, and interrupted.
+    // The sibling starts from a worn iteration and is interrupted.
     let k = latest(&a) - 1;
     let (whole, parts) = (bench.path("whole"), bench.path("parts"));
     Start::new(scene.clone(), &whole).from(&a, k).done();
@@ -327,7 +327,7 @@ fn a_sibling_with_another_criterion() {
     verified(&root);
     let expected: Vec<u64> = std::iter::once(0).chain(k + 1..=latest(&root)).collect();
     assert_eq!(updates(&root), expected);
-    // The change is counted from what the sibling began with: the elements of its own first contact.
+    // The change is relative to the first contact elements of the sibling.
     let row = table(&root, k + 1, TableName::ModelUpdate);
     assert_eq!(row.i64("updates").expect("a count")[0], 1);
 }
@@ -354,7 +354,7 @@ fn a_sibling_with_another_structure_is_refused() {
         message.contains("`structure.kind` was absent, is \"resonator\""),
         "{message}"
     );
-    // A stiffer leaf is a changed parameter like others.
+    // A thicker leaf is a changed parameter of the sibling.
     let c = bench.path("c");
     Start::new(bench.scene("resonator.toml", &[SHORT]), &c).done();
     let thick = bench.scene(
@@ -371,7 +371,7 @@ fn a_sibling_with_another_structure_is_refused() {
     assert!((new / old - 1.0).abs() > 1e-4, "{new} Hz with another leaf");
 }
 
-/// What follows from a key of the joint is in the structure's part of the scene too, under names that are no keys.
+/// Values that follow from a key of the joint are also in the section `structure`. Their names there are not keys.
 #[test]
 fn a_changed_joint_is_refused_by_its_own_key() {
     let bench = Bench::new();
@@ -425,8 +425,7 @@ fn updates_are_kept() {
     }
 }
 
-/// In one of these steps, from one sample of the cycle to the next, all shears begin just inside of limits that rose a little, and
-/// the joint slides.
+/// In one step of this cycle, all shears start just within limits that rose a little, and the joint slides.
 #[test]
 fn a_step_into_sliding_from_just_inside_the_limits_is_solved() {
     let bench = Bench::new();
@@ -448,7 +447,7 @@ fn a_step_into_sliding_from_just_inside_the_limits_is_solved() {
     assert!(error <= 1e-4, "{error}");
 }
 
-/// Where the motion goes on between updates, and more harmonics drive the wear, all of that is in tables: starts one after the other find the same bits.
+/// With extrapolated motion and corrected harmonics, the tables contain the full state. Restarts after each stage give the same bits.
 #[test]
 fn a_motion_that_is_carried_on_goes_on_after_an_interruption() {
     let bench = Bench::new();

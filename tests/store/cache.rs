@@ -1,4 +1,4 @@
-//! The cache: whole results or none, whatever happens while they are written, read or damaged.
+//! Tests of the cache: the cache returns a whole result or no result, after any failure during writing or reading and after damage.
 
 use super::{StageKey, quick, surface, wear_field};
 use crate::support::faulty::{Fault, FaultyFileSystem};
@@ -30,14 +30,14 @@ fn put(cache: &Cache, rq: f64) -> Result<(), fretwear::store::StoreError> {
     cache.put(&key(rq), &named, &provenance)
 }
 
-/// Entries of a cache but its lock.
+/// Number of entries of a cache, without its lock.
 fn left(root: &Path) -> usize {
     let entries = fs::read_dir(root).expect("a folder");
     let names = entries.map(|entry| entry.expect("an entry").file_name());
     names.filter(|name| name != "lock").count()
 }
 
-/// The tables of a result; none where they are to be computed.
+/// Tables of a result, or `None` if the caller must compute them.
 fn found(cache: &Cache, tables: &[TableName], key: &StageKey) -> Option<Vec<Table>> {
     match cache.get(tables, key).expect("readable") {
         StoredResult::Valid(tables) => Some(tables),
@@ -61,7 +61,7 @@ fn what_is_put_is_found_under_its_key_alone() {
         assert_eq!(read, Some(tables(rq)));
     }
     assert_eq!(found(&cache, &TABLES, &key(3.0)), None);
-    // A result without one of the tables asked for is none.
+    // A result that lacks one of the requested tables counts as missing.
     let more = [TableName::Surface, TableName::Cycle];
     assert_eq!(found(&cache, &more, &key(1.0)), None);
 }
@@ -91,12 +91,12 @@ fn a_flipped_bit_or_a_lost_file_is_a_miss_and_is_replaced() {
             assert_eq!(read, Some(tables(1.0)));
         }
     }
-    // An entry under the name of another key is not believed.
+    // The cache rejects an entry under the name of another key.
     fs::rename(&entry, folder.path().join(key(2.0).hash())).expect("renamed");
     assert_eq!(found(&cache, &TABLES, &key(2.0)), None);
 }
 
-/// After a fault at any call there is the whole result or none, the next one adds it, and nothing of the failed one is left.
+/// After a fault at any call, the cache contains the whole result or no result. The next call adds the result and removes all remains.
 #[test]
 fn a_fault_at_any_call() {
     for fault in [
@@ -123,14 +123,14 @@ fn a_fault_at_any_call() {
                 let failing = Arc::new(FaultyFileSystem::failing(call, fault));
                 let through: Arc<dyn FileSystem> = failing.clone();
                 let result = put(&Cache::new(through, folder.path()), 1.0);
-                assert!(result.is_err(), "{at} went unnoticed");
+                assert!(result.is_err(), "{at}: the fault caused no error");
                 failing.settle();
                 let read = found(&cache(folder.path()), &TABLES, &key(1.0));
                 assert!(read.is_none() || read == Some(tables(1.0)), "{at}");
                 put(&cache(folder.path()), 1.0).unwrap_or_else(|error| panic!("{at}: {error}"));
                 let read = found(&cache(folder.path()), &TABLES, &key(1.0));
                 assert_eq!(read, Some(tables(1.0)), "{at}");
-                assert_eq!(left(folder.path()), 1, "{at}: something is left over");
+                assert_eq!(left(folder.path()), 1, "{at}: a file remains");
             }
         }
     }
@@ -145,10 +145,10 @@ fn no_room_is_said_before_anything_is_written() {
         matches!(error, fretwear::store::StoreError::NoSpace { .. }),
         "{error}"
     );
-    assert_eq!(left(folder.path()), 0, "a draft is left over");
+    assert_eq!(left(folder.path()), 0, "a draft remains");
 }
 
-/// An entry without a seal is computed again: anybody may have written it by hand.
+/// An entry without a seal is computed again, since anybody may have written it by hand.
 #[test]
 fn an_entry_without_a_seal_is_a_miss_that_says_why() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -160,7 +160,7 @@ fn an_entry_without_a_seal_is_a_miss_that_says_why() {
     fs::write(&path, format!("{before}\n}}\n")).expect("written");
     match cache.get(&TABLES, &key(1.0)).expect("readable") {
         StoredResult::Stale(why) => assert!(why.to_string().contains("surface.json"), "{why}"),
-        StoredResult::Valid(_) => panic!("it has no seal"),
+        StoredResult::Valid(_) => panic!("the seal is missing"),
     }
     put(&cache, 1.0).expect("put");
     assert_eq!(found(&cache, &TABLES, &key(1.0)), Some(tables(1.0)));

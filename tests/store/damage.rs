@@ -1,4 +1,4 @@
-//! Damage is found, named, and stepped back from; nothing is deleted for it.
+//! The store finds damage, names the file, and returns to the last sound iteration. The store deletes no file because of damage.
 
 use super::*;
 use fretwear::store::{DamageKind, RunReader};
@@ -135,7 +135,7 @@ fn damage_to_timing_is_told_and_steps_nowhere() {
     assert_eq!(opening.latest, Some(2));
     assert_eq!(opening.repaired.len(), 1);
     assert!(opening.notices()[0].contains("timing.parquet"));
-    // It is out of the commit and kept aside, so that the run is sound from then on.
+    // The store removes the table from the commit and keeps the file aside. The run is sound afterwards.
     assert!(store.verify().expect("readable").is_sound());
     let error = store.read(1, TableName::Timing).expect_err("gone");
     assert!(matches!(error, StoreError::NoTable { .. }), "{error}");
@@ -151,7 +151,7 @@ fn reader_of(root: &Path) -> RunReader {
     RunStore::open_readonly(quick(), root).expect("readable")
 }
 
-/// Every bit of every file counts, but for the lock's and those of the tables, which are many and under one hash each.
+/// Each bit of each metadata file matters. The test omits the lock, and the tables, which have one hash each.
 #[test]
 fn a_flipped_bit_of_any_metadata_is_found_and_mended() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -166,7 +166,7 @@ fn a_flipped_bit_of_any_metadata_is_found_and_mended() {
     ] {
         let path = root.join(name);
         let sound = fs::read(&path).expect("a file");
-        // Every seventh byte: seven is no part of any record's length.
+        // The step is seven bytes: no length of a record is a multiple of seven.
         for at in (0..sound.len()).step_by(7) {
             let mut bytes = sound.clone();
             bytes[at] ^= 1 << (at % 8);
@@ -236,7 +236,7 @@ fn a_lost_or_broken_run_json_is_named() {
 
     let copy = root.join("run.copy.json");
     for broken in [Some(&text[..text.len() / 2]), None] {
-        // The one that is left says it all.
+        // The remaining copy contains the whole record.
         for lost in [&path, &copy] {
             match broken {
                 Some(half) => fs::write(lost, half).expect("written"),
@@ -261,7 +261,7 @@ fn a_lost_or_broken_run_json_is_named() {
         .as_object_mut()
         .expect("an object")
         .remove("seal");
-    // One without a hash is damaged.
+    // A record without a hash is damaged.
     for path in [&path, &copy] {
         fs::write(path, without_seal.to_string()).expect("written");
     }
@@ -275,5 +275,5 @@ fn a_lost_or_broken_run_json_is_named() {
         matches!(&error, StoreError::Damaged(damage) if damage.kind == DamageKind::Missing),
         "{error}"
     );
-    assert!(iteration(&root, 0).is_dir(), "nothing computed is touched");
+    assert!(iteration(&root, 0).is_dir(), "the iteration is missing");
 }

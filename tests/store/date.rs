@@ -1,4 +1,4 @@
-//! The date of a start against the calendar.
+//! Comparison of the date of a start with the calendar.
 
 use fretwear::store::date::{now, utc};
 

@@ -1,4 +1,4 @@
-//! A fault at every single call of a sequence of commits: nothing committed is lost, and the end is the same.
+//! Faults at each call of a sequence of commits. No commit is lost, and the final run is the same.
 
 use super::*;
 use crate::support::faulty::{Fault, FaultyFileSystem};
@@ -8,7 +8,7 @@ const LAST: u64 = 4;
 const ENDS: [Fault; 3] = [Fault::EndTruncating, Fault::EndBefore, Fault::PowerLoss];
 const FAULTS: [Fault; 4] = [Fault::Error, ENDS[0], ENDS[1], ENDS[2]];
 
-/// Runs with a fault; returns what the caller saw, and whether it got through.
+/// Runs with a fault. Returns the record of the caller, and true if the run ended.
 fn run_with(fs: &Arc<FaultyFileSystem>, root: &Path, prune: bool) -> (Seen, bool) {
     let mut seen = Seen::default();
     let result = open(fs.clone(), root)
@@ -17,7 +17,7 @@ fn run_with(fs: &Arc<FaultyFileSystem>, root: &Path, prune: bool) -> (Seen, bool
     (seen, result.is_ok())
 }
 
-/// With the fault at every `stride`-th call.
+/// Runs with the fault at each `stride`-th call.
 fn sweep(faults: &[Fault], prune: bool, stride: usize) {
     let folder = tempfile::tempdir().expect("a folder");
     let reference = folder.path().join("reference");
@@ -25,7 +25,7 @@ fn sweep(faults: &[Fault], prune: bool, stride: usize) {
     assert!(run_with(&fs, &reference, prune).1);
     let counted = fs;
     let changes = counted.calls(Fault::PowerLoss);
-    assert!(changes > 60, "{changes} changes are little to fail at");
+    assert!(changes > 60, "only {changes} changes for faults");
     let expected = content(&reference.join("iterations"));
     let (store, _) = open(quick(), &reference).expect("the reference");
     let expected_hashes = hashes(&store);
@@ -37,7 +37,7 @@ fn sweep(faults: &[Fault], prune: bool, stride: usize) {
             let root = folder.path().join(format!("{fault:?}-{call}"));
             let fs = Arc::new(FaultyFileSystem::failing(call, fault));
             let (seen, finished) = run_with(&fs, &root, prune);
-            assert!(!finished, "{at} went unnoticed");
+            assert!(!finished, "{at}: the fault caused no error");
 
             let (mut store, opening) = open(quick(), &root).unwrap_or_else(|e| panic!("{at}: {e}"));
             assert_eq!(opening.set_aside, [], "{at}");
@@ -52,7 +52,7 @@ fn sweep(faults: &[Fault], prune: bool, stride: usize) {
                 .unwrap_or_else(|e| panic!("{at}: {e}"));
             assert!(store.verify().expect("readable").is_sound(), "{at}");
             if prune {
-                // The fault may have come between the last commit and its pruning.
+                // The fault may be between the last commit and its pruning.
                 let keep = Keep {
                     every: Some(3),
                     last: 2,
@@ -113,7 +113,10 @@ fn a_copied_beginning(stride: usize) {
             let at = format!("{fault:?} at call {call}");
             let root = folder.path().join(format!("{fault:?}-{call}"));
             let fs = Arc::new(FaultyFileSystem::failing(call, fault));
-            assert!(sibling(fs.clone(), &root).is_err(), "{at} went unnoticed");
+            assert!(
+                sibling(fs.clone(), &root).is_err(),
+                "{at}: the fault caused no error"
+            );
             fs.settle();
             let (store, opening) = sibling(quick(), &root).unwrap_or_else(|e| panic!("{at}: {e}"));
             assert_eq!(opening.set_aside, [], "{at}");
@@ -152,7 +155,7 @@ fn a_changed_free_key(stride: usize) {
             let root = begin(&format!("{fault:?}-{call}"));
             let failing = Arc::new(FaultyFileSystem::failing(call, fault));
             let broken = RunStore::create_or_open(failing.clone(), &root, &extended);
-            assert!(broken.is_err(), "{at} went unnoticed");
+            assert!(broken.is_err(), "{at}: the fault caused no error");
             drop(broken);
             failing.settle();
             let (store, _) = RunStore::create_or_open(quick(), &root, &extended)
@@ -185,7 +188,7 @@ fn tables_of_an_unfinished_iteration_are_used_again() {
     draft.put(&key, &tables, &[]).expect("put");
     drop(draft);
     drop(store);
-    // A table that was cut short, and one of a stage that no longer exists.
+    // The draft contains a truncated table and a file of an unknown stage.
     fs::write(
         root.join("staging/wear_iteration=2/wear_field.parquet"),
         b"PAR1",

@@ -1,4 +1,4 @@
-//! Stage keys: equal for equal inputs, different for any other.
+//! Stage keys are equal for equal inputs and different for any other inputs.
 
 use super::*;
 use fretwear::store::Recompute;
@@ -50,7 +50,7 @@ proptest! {
 
         let (name, value) = pairs.iter().nth(at.index(pairs.len())).expect("in range");
         let mut changed = forward.clone();
-        // The next float: the smallest change there is.
+        // Next floating-point number: the smallest possible change.
         changed[name] = json!(f64::from_bits(value.to_bits() ^ 1));
         let after = key(&json!({ "p": changed }));
         prop_assert_ne!(before.hash(), after.hash());
@@ -87,7 +87,7 @@ fn why_a_table_is_computed_again_is_told() {
         StoredResult::Valid(surface(5e-6))
     );
     let StoredResult::Stale(why) = store.once(name, &after).expect("readable") else {
-        panic!("another key");
+        panic!("the key has changed");
     };
     assert_eq!(
         why.to_string(),

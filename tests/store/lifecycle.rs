@@ -1,4 +1,4 @@
-//! Creating, locking, continuing, changing and pruning a run.
+//! Tests of creation, locking, continuation, change and pruning of a run.
 
 use super::*;
 use fretwear::store::RealFileSystem;
@@ -76,7 +76,7 @@ fn equal_runs_have_equal_hashes_and_bytes() {
     let first = finished(&one, 3);
     drop(finished(&two, 1));
     let (mut second, _) = open(quick(), &two).expect("a run");
-    // Two starts and other timings: the chain does not see them.
+    // The second run has two starts and other timings. The hash chain does not contain them.
     let mut seen = Seen {
         computed: vec!["before".to_owned(); 9],
         ..Seen::default()
@@ -299,7 +299,7 @@ fn a_table_not_taken_up_is_not_committed() {
     assert!(store.verify().expect("readable").is_sound());
 }
 
-/// What a later stage of an iteration writes again stays beside it until the commit, so that the later stage can be computed again.
+/// A later stage may overwrite a table. The draft keeps the first version until the commit, so that the later stage can be repeated.
 #[test]
 fn a_table_that_is_written_again_is_not_lost_before_the_commit() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -334,7 +334,7 @@ fn a_table_that_is_written_again_is_not_lost_before_the_commit() {
     assert!(store.verify().expect("readable").is_sound());
 }
 
-/// A key file of staging is input like any other: a file that is not that of its table is not taken up.
+/// A key file of staging is untrusted input. The store ignores a key file with the path of another file.
 #[test]
 fn a_draft_that_names_another_file_is_computed_again() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -393,7 +393,7 @@ fn pruning_keeps_what_it_must_and_the_chain() {
     assert_eq!(store.reader().iterations().collect::<Vec<_>>(), [0, 10]);
     drop(store);
 
-    // The latest is damaged: the only place to step back to is the beginning, and the end is the same as ever.
+    // The latest iteration is damaged. The store returns to iteration 0, and the final run is the same.
     flip(&root.join("iterations/wear_iteration=10/cycle.parquet"), 70);
     let (mut store, opening) = open(quick(), &root).expect("a run");
     assert_eq!(opening.latest, Some(0));
@@ -421,16 +421,16 @@ fn the_history_has_a_row_of_every_iteration_also_of_those_that_are_pruned() {
     for k in 0..26 {
         let row: Option<typed::WearStep> = history.row(k).expect("readable");
         assert_eq!(row, Some(wear_step(k)), "{k}");
-        // No run of this test has one.
+        // The runs of this test have no summary.
         assert_eq!(history.row::<typed::Summary>(k).expect("readable"), None);
     }
     assert_eq!(history.cost()["wear"].fft_pairs, 26.0 * 12.0);
-    // What is pruned makes nothing grow that is read as a whole.
+    // Pruned iterations do not increase the length of the record, which the program reads completely.
     assert_eq!(
         fs::read(root.join("run.json")).expect("a file").len(),
         record
     );
-    // A start finds it complete, and one that was killed before its last rows were written completes it.
+    // A restart finds the history complete. After a kill before the last rows, a restart adds the missing rows.
     drop((reader, store));
     let before = fs::read(root.join("history.parquet")).expect("a file");
     let (mut store, _) = open(quick(), &root).expect("a run");
@@ -479,7 +479,7 @@ fn a_damaged_history_loses_the_rows_of_pruned_iterations_alone() {
         let (store, opening) = open(quick(), &root).expect("a run");
         assert_eq!(opening.set_aside, [], "{damage}");
         assert_eq!(opening.history_lost.expect("told").path, history);
-        // The rows of what is kept are the same, and the chain holds over those that are lost.
+        // The rows of the remaining iterations are unchanged. The hash chain remains valid over the lost rows.
         let report = store.verify().expect("readable");
         assert!(report.is_sound(), "{damage}");
         assert_eq!(report.pruned, [1, 2, 3, 5, 6, 7]);

@@ -1,4 +1,4 @@
-//! The run store: a run that is killed, damaged, shared, continued, branched and pruned.
+//! Tests of the run store with runs that are killed, damaged, shared, continued, branched and pruned.
 
 mod cache;
 mod damage;
@@ -20,7 +20,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A file system that does not wait for the disk: the tests write thousands of files.
+/// File system without waits for the disk, since the tests write thousands of files.
 fn quick() -> Arc<dyn FileSystem> {
     Arc::new(FaultyFileSystem::sound())
 }
@@ -60,7 +60,7 @@ fn open(fs: Arc<dyn FileSystem>, root: &Path) -> Result<(RunStore, Opening), Sto
 const NX: i32 = 7;
 const NY: i32 = 4;
 
-/// A field whose values tell the iteration, the run's own and what was before.
+/// Field with values that depend on the iteration, the run and the earlier tables.
 fn wear_field(depth: impl Fn(i32) -> f64) -> Table {
     let cells = 0..NX * NY;
     Table::builder(TableName::WearField)
@@ -116,16 +116,16 @@ fn surface(rq: f64) -> Table {
         .expect("a surface")
 }
 
-/// What a caller saw of a run, up to its failure.
+/// Record of a caller up to a failure.
 #[derive(Default)]
 struct Seen {
     committed: Option<u64>,
     computed: Vec<String>,
 }
 
-/// Runs the loop of a caller up to an iteration: once-tables, then draft, tables and commit, and pruning if asked.
+/// Runs the loop of a caller up to an iteration: tables of the run, then draft, tables, commit and, on request, pruning.
 ///
-/// The tables of an iteration depend on those before it, so that a wrong restart shows in the content.
+/// The tables of an iteration depend on the earlier tables. A wrong restart therefore changes the content.
 fn run(
     store: &mut RunStore,
     rq: f64,
@@ -139,7 +139,7 @@ fn run(
         store.put_once(TableName::Surface, &surface_key, &surface(rq))?;
     }
     let StoredResult::Valid(heights) = store.once(TableName::Surface, &surface_key)? else {
-        panic!("the surface was just written");
+        panic!("the stored surface is missing");
     };
     let heights = heights.f64("height").expect("a column").to_vec();
     while store.next() <= last {
@@ -207,14 +207,14 @@ fn run(
     Ok(())
 }
 
-/// A finished run in a folder of its own.
+/// Creates a finished run in its own folder.
 fn finished(root: &Path, last: u64) -> RunStore {
     let (mut store, _) = open(quick(), root).expect("a new run");
     run(&mut store, 5e-6, last, false, &mut Seen::default()).expect("a run");
     store
 }
 
-/// The hashes of the commits there are.
+/// Hashes of all stored commits.
 fn hashes(store: &RunStore) -> BTreeMap<u64, String> {
     store
         .reader()
@@ -223,7 +223,7 @@ fn hashes(store: &RunStore) -> BTreeMap<u64, String> {
         .collect()
 }
 
-/// Every file below a folder but the timings and what names them, with its content.
+/// All files below a folder with their content, except timings and the commit files that name them.
 fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     fn walk(folder: &Path, into: &mut BTreeMap<PathBuf, Vec<u8>>) {
         for entry in fs::read_dir(folder).expect("a folder") {

@@ -1,4 +1,4 @@
-//! A run that begins where another one is.
+//! Tests of runs that start from an iteration of another run.
 
 use super::*;
 use fretwear::store::Origin;
@@ -36,10 +36,10 @@ fn a_sibling_has_the_history_and_goes_its_own_way() {
     run(&mut store, 1e-6, 5, false, &mut seen).expect("on");
     assert_eq!(
         seen.computed[0], "surface",
-        "another surface has another key"
+        "the key of the surface must differ"
     );
     assert_ne!(hashes(&store)[&5], hashes(&original)[&5]);
-    assert_eq!(content(&source), before, "the source is as it was");
+    assert_eq!(content(&source), before, "the source has changed");
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn the_same_command_twice_continues() {
     let (source, root) = (folder.path().join("source"), folder.path().join("sibling"));
     drop(finished(&source, 2));
     drop(sibling(&root, &identity(), &source, 1).expect("a sibling"));
-    // The source may be gone by then.
+    // The sibling does not need its source any more.
     fs::remove_dir_all(&source).expect("removed");
     let (store, opening) = sibling(&root, &identity(), &source, 1).expect("the same");
     assert!(!opening.created);
@@ -143,7 +143,7 @@ fn an_unfinished_copy_says_how_to_finish_it() {
     let (source, root) = (folder.path().join("source"), folder.path().join("sibling"));
     drop(finished(&source, 2));
     drop(sibling(&root, &identity(), &source, 2).expect("a sibling"));
-    // As if it had been killed before the record.
+    // The files are the same as after a kill before the record.
     let origin = json!({ "run": "source", "wear_iteration": 2, "commit": "" });
     fs::write(root.join("copying.json"), origin.to_string()).expect("written");
     for record in ["run.json", "run.copy.json"] {

@@ -1,11 +1,11 @@
-//! A run folder of a stranger: nothing outside of it is read, written or removed, and nothing in it takes more than its share.
+//! Run folders of strangers. The program must not read, write or remove files outside, and must not use excessive time or memory.
 
 use super::*;
 use crate::support::{sealed, unsealed};
 use fretwear::store::{DamageKind, EntryKind, RealFileSystem, RunReader};
 use std::time::{Duration, Instant};
 
-/// A run, and a folder outside of it with a file that must stay as it is.
+/// Run, and a folder outside with a file that must not change.
 struct Trap {
     folder: tempfile::TempDir,
 }
@@ -34,11 +34,11 @@ impl Trap {
         let text = fs::read_to_string(self.victim().join("results.csv"));
         assert_eq!(text.expect("still there"), PRECIOUS, "{at}");
         let files = fs::read_dir(self.victim()).expect("a folder").count();
-        assert_eq!(files, 1, "{at}: something was written beside it");
+        assert_eq!(files, 1, "{at}: a file was added");
     }
 }
 
-/// Opens on the file system of the machine, whose locks and links are real.
+/// Opens the run on the file system of the machine, with real locks and links.
 fn start(root: &Path) -> Result<(RunStore, Opening), StoreError> {
     open(Arc::new(RealFileSystem), root)
 }
@@ -57,7 +57,7 @@ fn link(target: &Path, at: &Path) {
     std::os::unix::fs::symlink(target, at).expect("a link");
 }
 
-/// A link wherever the store has a file or a folder.
+/// Places a link at each path of a file or folder of the store.
 #[cfg(unix)]
 #[test]
 fn no_link_is_followed() {
@@ -114,7 +114,7 @@ fn no_link_is_followed() {
     }
 }
 
-/// A run may lie on another disk as a whole.
+/// The folder of a run may be a link to another disk.
 #[cfg(unix)]
 #[test]
 fn the_folder_of_a_run_may_be_a_link() {
@@ -132,7 +132,7 @@ fn the_folder_of_a_run_may_be_a_link() {
     );
 }
 
-/// The names of files in manifests are those of the tables, whatever a manifest says; it is hashed as its writer would.
+/// The store rejects manifests with other file names than those of the tables. The forged manifests have valid hashes.
 #[test]
 fn no_name_leads_out_of_a_run() {
     let outside = [
@@ -185,7 +185,7 @@ fn no_name_leads_out_of_a_run() {
     assert_eq!(look(&trap.root()).expect("readable").latest(), Some(1));
 }
 
-/// Gives a forged commit the hash that its content has.
+/// Replaces the hash of a forged commit by a valid hash.
 fn reseal_chain(commit: &mut Value) {
     let counted = json!({
         "wear_iteration": commit["wear_iteration"],
@@ -196,7 +196,7 @@ fn reseal_chain(commit: &mut Value) {
     commit["hash"] = json!(blake3::hash(text.as_bytes()).to_hex().as_str());
 }
 
-/// The same value with the keys of every object in order.
+/// Value with sorted keys in each object.
 fn in_order(value: Value) -> Value {
     match value {
         Value::Object(object) => {
@@ -209,7 +209,7 @@ fn in_order(value: Value) -> Value {
     }
 }
 
-/// Lengths are compared before anything is read: what has no end is not read to its end.
+/// The store compares lengths before it reads a file. A file without an end is never read completely.
 #[cfg(unix)]
 #[test]
 fn what_is_no_file_is_not_read() {
@@ -234,7 +234,7 @@ fn what_is_no_file_is_not_read() {
         fs::remove_file(&path).expect("removed");
         fs::write(&path, sound).expect("written");
     }
-    // Longer than any, and without a block on the disk.
+    // The file is longer than any table and occupies no block on the disk.
     let path = trap
         .root()
         .join("iterations/wear_iteration=2/cycle.parquet");
@@ -246,7 +246,7 @@ fn what_is_no_file_is_not_read() {
         report.commits[2].damage[0].kind,
         DamageKind::Size { .. }
     ));
-    // Its commit agrees.
+    // The forged commit contains the same length.
     let commit = trap.root().join("iterations/wear_iteration=2/commit.json");
     let mut forged = unsealed(&commit);
     forged["tables"]["cycle"]["bytes"] = json!(1_u64 << 40);
@@ -271,7 +271,7 @@ fn what_is_no_file_is_not_read() {
     assert_eq!(opening.repaired.len(), 1);
 }
 
-/// A lock holds the number of a process; a file with anything else is not emptied.
+/// A valid lock contains the number of a process. The program does not overwrite any other file.
 #[test]
 fn a_file_that_is_no_lock_is_left_alone() {
     let trap = Trap::new();
@@ -281,7 +281,7 @@ fn a_file_that_is_no_lock_is_left_alone() {
     assert!(error.to_string().contains("no lock of a run"), "{error}");
     let text = fs::read_to_string(&lock).expect("a file");
     assert!(text.starts_with("a letter"));
-    // Short ones too, and numbers that are somebody's under another name.
+    // The program does not change short texts, or numbers in a file with a second name.
     let precious = trap.victim().join("results.csv");
     for number in ["a number\n", "1914"] {
         fs::write(&precious, number).expect("written");
@@ -292,7 +292,7 @@ fn a_file_that_is_no_lock_is_left_alone() {
     }
 }
 
-/// A lock is not synced: after a power cut it may have its length and zeros.
+/// The lock is not synced. After a loss of power, the lock may have its length but contain zeros.
 #[test]
 fn zeros_and_digits_are_a_lock() {
     for (content, is_lock) in [
@@ -311,7 +311,7 @@ fn zeros_and_digits_are_a_lock() {
     }
 }
 
-/// Cells that the grid of the scene does not have, in tables with right hashes.
+/// The tables have valid hashes, but cells outside the grid of the scene.
 #[test]
 fn cells_outside_of_the_grid_are_damage() {
     let mut scene = scene(1000, 5e-6);
@@ -376,7 +376,7 @@ fn surface_of([i, j]: [i32; 2]) -> Table {
         .expect("a surface")
 }
 
-/// Iterations are counted by their folders, not by the number of the highest.
+/// The store counts the folders of iterations and ignores the size of their numbers.
 #[test]
 fn a_stray_folder_of_any_number_costs_nothing() {
     for number in ["99999999999", "18446744073709551615", "9223372036854775808"] {

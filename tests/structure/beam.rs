@@ -1,4 +1,4 @@
-//! A free bar against formulae for bars, and the solver of modes against a dense solution.
+//! A free bar against formulae for bars, and the mode solver against a dense solution.
 
 use std::f64::consts::TAU;
 
@@ -23,8 +23,8 @@ fn bar(cells: [usize; 3], formulation: Formulation) -> System {
     System::assemble(&Mesh::block(SIZE, cells, STEEL), formulation, &[]).unwrap()
 }
 
-/// First flexural frequency of a free bar \[Hz\] bending in the direction of `height`: Timoshenko's theory as evaluated in
-/// ASTM E1876, eqs. 1 and 2, good to 0.1 %.
+/// First bending frequency of a free bar \[Hz\] that bends in the direction of `height`. Timoshenko's theory by ASTM E1876, eqs. 1 and 2,
+/// accurate to 0.1 %.
 fn flexural(length: f64, height: f64) -> f64 {
     let (ratio, nu) = ((height / length).powi(2), STEEL.elastic.poisson_ratio);
     let correction = 1.0 + 6.585 * (1.0 + 0.0752 * nu + 0.8109 * nu * nu) * ratio
@@ -49,7 +49,7 @@ fn a_slender_bar_bends_and_stretches_as_bars_do() {
     for (expected, tolerance) in [
         (flexural(SIZE[0], SIZE[1]), 2e-3),
         (flexural(SIZE[0], SIZE[2]), 2e-3),
-        // Lateral inertia lowers the first stretching mode by 1e-4 (Rayleigh); the mesh raises it by less.
+        // Lateral inertia lowers the first longitudinal mode by 1e-4 (Rayleigh). The mesh raises the mode by less.
         ((198.4e9_f64 / 7949.0).sqrt() / (2.0 * SIZE[0]), 1e-3),
     ] {
         let error = nearest(expected);
@@ -58,7 +58,7 @@ fn a_slender_bar_bends_and_stretches_as_bars_do() {
             "{expected} Hz: {error:e} of {hz:?}"
         );
     }
-    // The first mode is bending about the weak axis, and the plain element locks in it.
+    // The first mode bends about the weak axis, and the plain element locks in bending.
     let plain = modes_of(&bar([40, 2, 3], Formulation::Plain), &ModeOptions::new(3)).unwrap();
     let locked = plain.omega[0] / modes.omega[0];
     assert!(locked > 1.03, "{locked}");
@@ -72,13 +72,13 @@ fn bending_converges_with_the_mesh() {
     };
     let [coarse, middle, best] = [[10, 1, 1], [20, 2, 2], [40, 4, 4]].map(fine);
     let order = ((coarse - middle) / (middle - best)).log2();
-    // Quadratic elements in bending: halving the cell takes three quarters of the error away or more.
+    // The elements are quadratic in bending: half the cell size removes at least three quarters of the error.
     assert!(order > 1.7, "{coarse} {middle} {best}: order {order}");
 }
 
 #[test]
 fn lanczos_finds_what_a_dense_solution_finds() {
-    // Square in section: bending modes come in pairs of one frequency.
+    // The section is square, so bending modes occur in pairs of equal frequency.
     let mesh = Mesh::block([0.3, 0.02, 0.02], [9, 2, 2], STEEL);
     let system = System::assemble(&mesh, Formulation::IncompatibleModes, &[]).unwrap();
     let options = ModeOptions::new(24);
@@ -131,7 +131,7 @@ fn a_body_has_as_many_rigid_modes_as_freedoms_left() {
         let system = System::assemble(&mesh, Formulation::Plain, springs).unwrap();
         let shift = shift(&system);
         let rigid = rigid_modes(&system, shift).unwrap();
-        // Rounding stays three digits away from what would be taken for a spring.
+        // Rounding stays three digits below the threshold of a spring.
         let forces = system.stiffness.times(&rigid);
         let energy = rigid.transpose_times(&forces);
         for r in 0..rigid.columns() {
@@ -144,7 +144,8 @@ fn a_body_has_as_many_rigid_modes_as_freedoms_left() {
         rigid.columns()
     };
     assert_eq!(rigid(&[]), 6);
-    // One node held in three directions leaves the rotations; another held across leaves one about the line between.
+    // One node restrained in three directions leaves three rotations. A second node with two lateral restraints leaves one rotation about
+    // the line between both nodes.
     assert_eq!(rigid(&[spring(0), spring(1), spring(2)]), 3);
     let last = 3 * 8;
     let line = [

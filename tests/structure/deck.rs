@@ -1,4 +1,4 @@
-//! The input deck, read back by a reader of its own. What another program makes of it: `tests/peers/calculix.py`.
+//! The input deck, read by an independent reader. `tests/peers/calculix.py` runs the deck in CalculiX.
 
 use std::collections::HashMap;
 
@@ -10,14 +10,14 @@ use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::{Hexahedron, Mesh};
 use fretwear::structure::resonator::{Resonator, ResonatorMesh};
 
-/// Coordinates and stiffnesses are written with twelve digits.
+/// Relative rounding of coordinates and stiffnesses, which the deck writes with twelve digits.
 const WRITTEN: f64 = 5e-12;
-/// Frequencies of the same problem with numbers of twelve digits, to the tolerance of the modes.
+/// Relative difference of frequencies for numbers of twelve digits, at the tolerance of the mode solver.
 const SAME: f64 = 1e-8;
-/// CalculiX reads so many characters of a number.
+/// Number of characters that CalculiX reads of a number.
 const READ: usize = 20;
 
-/// Few elements, and nothing alike in x and y.
+/// A resonator with few elements and without a symmetry between x and y.
 fn coarse(tied: bool) -> ResonatorMesh {
     let resonator = Resonator {
         lap_cells: 9,
@@ -34,7 +34,7 @@ fn coarse(tied: bool) -> ResonatorMesh {
     resonator.mesh().unwrap()
 }
 
-/// A keyword with its parameters, and its lines of data.
+/// Keyword with its parameters and data lines.
 struct Card {
     keyword: String,
     parameters: HashMap<String, String>,
@@ -79,7 +79,7 @@ fn of<'a>(cards: &'a [Card], keyword: &str) -> Vec<&'a Card> {
     cards.iter().filter(|c| c.keyword == keyword).collect()
 }
 
-/// The mesh of a deck, without springs. Parts and materials are numbered as they come.
+/// Mesh of a deck without springs. Parts and materials are numbered in the order of the deck.
 fn mesh_of(cards: &[Card]) -> Mesh {
     let mut nodes = Vec::new();
     for line in of(cards, "NODE")[0].numbers() {
@@ -122,7 +122,7 @@ fn mesh_of(cards: &[Card]) -> Mesh {
     }
 }
 
-/// The springs of a deck: each on what the equation of its node and direction says.
+/// Springs of a deck. The equation of the node and direction defines the displacement of each spring.
 fn springs_of(cards: &[Card]) -> Vec<Spring> {
     let mut equations = HashMap::new();
     for card in of(cards, "EQUATION") {
@@ -179,7 +179,7 @@ fn the_deck_has_the_mesh() {
         }
     }
     assert!(of(&cards, "EQUATION").is_empty() && of(&cards, "SPRING").is_empty());
-    // Five elastic modes and the rigid ones.
+    // Five elastic modes and six rigid modes.
     assert_eq!(of(&cards, "FREQUENCY")[0].numbers(), [[11.0]]);
     let sets: Vec<&String> = of(&cards, "NSET")
         .iter()
@@ -199,7 +199,7 @@ fn the_deck_has_the_mesh() {
 fn the_deck_has_springs_on_means() {
     let open = coarse(false);
     let stiffness: Vec<[f64; 3]> = (0..open.contacts.len())
-        // A joint that is worn: elements differ, one is open, one has no grip.
+        // Stiffness of a worn joint: elements differ, one element is open, and one element has no tangential stiffness.
         .map(|e| match e {
             3 => [0.0; 3],
             5 => [0.0, 0.0, 2e7],
@@ -210,7 +210,7 @@ fn the_deck_has_springs_on_means() {
     let cards = read(&deck.to_string());
     let springs = springs_of(&cards);
     assert_eq!(springs.len(), 3 * stiffness.len() - 5);
-    // The mean over the pairs as a naive sum, on a displacement that is no field's.
+    // Mean over the pairs as a plain sum, for an arbitrary displacement.
     let displacement = |dof: usize| (1.7 * dof as f64).sin();
     let mut expected = 0.0;
     for (contact, stiffness) in open.contacts.iter().zip(&stiffness) {
@@ -230,7 +230,7 @@ fn the_deck_has_springs_on_means() {
     let found: f64 = energy.sum();
     assert!((found / expected - 1.0).abs() < 1e-11, "{found} {expected}");
 
-    // The numbers of `frequencies` are those of what the deck says.
+    // `frequencies` returns the frequencies of the written deck.
     let system = System::assemble(&mesh_of(&cards), Formulation::IncompatibleModes, &springs);
     let read_back = super::resonator::frequencies(&system.unwrap(), 4);
     let own = deck.frequencies().unwrap();
@@ -247,7 +247,7 @@ fn the_contact_faces_face_each_other() {
     let springs = vec![[0.0; 3]; count];
     let cards = read(&Deck::new(&open, &springs, 1).unwrap().to_string());
     assert!(springs_of(&cards).is_empty());
-    // Centres of the faces of both sides, in the numbering of faces that the format's manual draws.
+    // Centres of the faces of both sides, in the face numbering of the CalculiX manual.
     let faces = ["1234", "5876", "1562", "2673", "3784", "4851"];
     let centres = |name: &str| -> Vec<[f64; 3]> {
         let mut surfaces = of(&cards, "SURFACE").into_iter();

@@ -11,10 +11,10 @@ use super::STEEL;
 
 const BOTH: [Formulation; 2] = [Formulation::Plain, Formulation::IncompatibleModes];
 const SHEAR: f64 = 198.4e9 / 2.6;
-/// Rounding of an element's 8 × 33 × 33 sums, relative to the largest number.
+/// Rounding of the 8 × 33 × 33 sums of an element, relative to the largest number.
 const ROUNDING: f64 = 1e-12;
 
-/// A box with corners at ±size/2.
+/// Box with corners at ±size/2.
 fn brick(size: [f64; 3]) -> [[f64; 3]; 8] {
     fretwear::structure::element::CORNERS.map(|c| [0, 1, 2].map(|a| 0.5 * size[a] * c[a]))
 }
@@ -60,13 +60,13 @@ fn a_distorted_element_has_exactly_six_rigid_motions() {
         let (values, _) = stiffness_of(&element).symmetric_eigen().unwrap();
         let largest = values[23];
         assert!(values[..6].iter().all(|v| v.abs() < ROUNDING * largest));
-        // The softest true mode of a distorted element is well away from rounding.
+        // The softest deformation mode of a distorted element is far above rounding.
         assert!(values[6] > 1e-3 * largest, "{values:?}");
     }
 }
 
-/// Uniform dilatation and the five uniform shears of a cube of side h are eigenvectors, since the nodal forces of a uniform
-/// stress σ are σ·x times h²/2 over h/2: λ = E h/(2(1 − 2ν)) and G h.
+/// Uniform dilatation and the five uniform shears of a cube of side h are eigenvectors. The nodal forces of a uniform stress σ are σ·x
+/// times h²/2 over h/2, so λ = E h/(2(1 − 2ν)) and λ = G h.
 #[test]
 fn a_cube_has_its_closed_form_eigenvalues() {
     let h = 0.7;
@@ -82,8 +82,8 @@ fn a_cube_has_its_closed_form_eigenvalues() {
     }
 }
 
-/// Bending about z with curvature κ: u_x = κxy, and the anticlastic u_z = −νκyz; the energy of a beam is E I κ² L. The plain
-/// element cannot bend without shear and is far too stiff.
+/// Bending about z with curvature κ: u_x = κxy, and the anticlastic u_z = −νκyz. The energy of a beam is E I κ² L. The plain element bends
+/// only with shear and is much too stiff.
 #[test]
 fn incompatible_modes_bend_like_a_beam() {
     let [length, height, width] = [1.9, 0.6, 0.45];
@@ -108,7 +108,7 @@ fn consistent_mass_is_that_of_the_box() {
     let element = matrices_of(&brick(size), Formulation::IncompatibleModes);
     let mass = STEEL.density * size.iter().product::<f64>();
     assert!((element.volume / size.iter().product::<f64>() - 1.0).abs() < ROUNDING);
-    // Linear shapes along each axis: 1/3 on the diagonal and 1/6 beside it, per axis.
+    // Shapes are linear along each axis: 1/3 on the diagonal and 1/6 off the diagonal, per axis.
     for (p, a) in brick(size).iter().enumerate() {
         for (q, b) in brick(size).iter().enumerate() {
             let same = (0..3).filter(|&m| a[m] * b[m] > 0.0).count();
@@ -118,7 +118,7 @@ fn consistent_mass_is_that_of_the_box() {
     }
 }
 
-/// A box of 3×2×2 elements with its two inner nodes moved off the grid, and the outer ones too where the faces stay flat.
+/// Box of 3×2×2 elements. The two inner nodes are moved off the grid. The outer nodes are moved within flat faces.
 fn patch() -> Mesh {
     let mut mesh = Mesh::block([1.2, 1.0, 0.9], [3, 2, 2], STEEL);
     let mut turn = 0.0_f64;
@@ -134,8 +134,8 @@ fn patch() -> Mesh {
     mesh
 }
 
-/// Every uniform strain, imposed on all nodes, leaves no force on the inner nodes and gives the energy of the exact stress: so
-/// elements of any shape reproduce it.
+/// Each uniform strain, imposed on all nodes, causes no force at the inner nodes and gives the energy of the exact stress. Elements of any
+/// shape reproduce uniform strain.
 #[test]
 fn distorted_elements_pass_the_patch_test() {
     let mesh = patch();
@@ -231,7 +231,7 @@ fn a_point_between_nodes_weighs_its_neighbours() {
     assert!((0..3).all(|a| (at[a] - point.position[a]).abs() < 1e-12));
     let outside = mesh.point("beyond", [1.001, 0.25, 0.3]).err();
     assert!(matches!(outside, Some(StructureError::PointOutside { name, .. }) if name == "beyond"));
-    // Inside a distorted element the weights reproduce the position as well.
+    // Inside a distorted element, the weights also reproduce the position.
     let patch = patch();
     let point = patch.point("inside", [0.52, 0.41, 0.37]).unwrap();
     for a in 0..3 {

@@ -1,4 +1,4 @@
-//! Frequencies of matrices from elsewhere against closed forms, by the dense and by the sparse way.
+//! Frequencies of imported matrices against closed forms, by the dense and the sparse solver.
 
 use std::f64::consts::PI;
 
@@ -7,10 +7,10 @@ use fretwear::structure::matrices::{DOUBLE_PRECISION, Matrices, Triplets};
 
 use super::only_matrices;
 
-/// Springs of k between masses of m, in a row: ω = 2 √(k/m) sin(…).
+/// Springs of stiffness k connect masses m in a row: ω = 2 √(k/m) sin(…).
 const K: f64 = 3e9;
 const M: f64 = 0.02;
-/// What is lost to the ratio of the highest ω² to the lowest, 1e6, and to the shift.
+/// Relative error from the ratio 1e6 of the highest to the lowest ω² and from the shift.
 const SAME: f64 = 1e-8;
 
 fn matrices(size: usize, stiffness: Vec<(u32, u32, f64)>, mass: Vec<(u32, u32, f64)>) -> Matrices {
@@ -28,7 +28,7 @@ fn lowest(matrices: &Matrices, is_fixed: &[bool], count: usize) -> Frequencies {
     found.expect("both")
 }
 
-/// A chain of `count` masses, free at both ends; `between` massless points in each spring.
+/// Chain of `count` masses, free at both ends, with `between` massless points in each spring.
 fn chain(count: usize, between: usize) -> Matrices {
     let step = between + 1;
     let size = (count - 1) * step + 1;
@@ -64,7 +64,7 @@ fn assert_near(found: &[f64], right: impl Fn(usize) -> f64) {
 
 #[test]
 fn free_chains_with_and_without_massless_points() {
-    // Dense below 450 rows, sparse above.
+    // The solver is dense below 450 rows and sparse above.
     for (count, between) in [(40, 0), (40, 3), (700, 0), (300, 2)] {
         let matrices = chain(count, between);
         let found = lowest(&matrices, &vec![false; matrices.size], 7);
@@ -93,7 +93,7 @@ fn chains_that_are_held_at_one_end() {
     }
 }
 
-/// More rigid modes than a body has: chains beside each other.
+/// Several chains beside each other have more rigid modes than one body.
 #[test]
 fn many_loose_bodies() {
     for (bodies, count) in [(19, 5), (160, 4)] {
@@ -113,7 +113,7 @@ fn many_loose_bodies() {
     }
 }
 
-/// A massless point that nothing holds, and rows without any entry.
+/// A massless point without a restraint, and rows without entries.
 #[test]
 fn loose_rows_without_mass_are_left_out_or_steadied() {
     let mut matrices = chain(12, 0);
@@ -126,7 +126,7 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
         (found.empty, found.rows, found.is_stabilized),
         (3, 12, false)
     );
-    // Two of them joined to each other, and to nothing else: a body without mass.
+    // Two massless points are connected only to each other and form a body without mass.
     let stiffness = matrices.stiffness.as_mut().expect("K");
     let before = stiffness.entries.len();
     stiffness
@@ -138,7 +138,7 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
         (1, 14, 2, false)
     );
     assert_near(&found.elastic, |mode| free(12, mode));
-    // A spring that resists their sum against the end of the chain: nothing resists their difference.
+    // A spring resists the sum of both displacements against the end of the chain. Their difference has no resistance.
     let stiffness = matrices.stiffness.as_mut().expect("K");
     stiffness.entries.truncate(before);
     let pair = [
@@ -158,7 +158,7 @@ fn loose_rows_without_mass_are_left_out_or_steadied() {
 
 #[test]
 fn soft_springs_are_no_rigid_modes() {
-    // On a mount of a thousandth of a hertz or so of the first elastic mode.
+    // The frequency on the mount is about a thousandth of the first elastic frequency.
     let count = 25;
     let mut matrices = chain(count, 0);
     let soft = 1e-7 * K;
@@ -171,7 +171,7 @@ fn soft_springs_are_no_rigid_modes() {
     let found = lowest(&matrices, &[false; 25], 3);
     assert!(found.rigid.is_empty());
     let right = (soft / (M * count as f64)).sqrt() / (2.0 * PI);
-    // The chain is not quite rigid on it.
+    // The chain deforms slightly on its mount.
     assert!(
         (found.elastic[0] / right - 1.0).abs() < 1e-4,
         "{} {right}",

@@ -1,4 +1,4 @@
-//! Readers of matrices on damaged files: a result or an error, within bounds of time and memory, and no panic.
+//! Matrix readers on damaged files: a result or an error, within bounds of time and memory, without a panic.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use fretwear::structure::readers::parse;
 use super::readers::sample;
 use crate::support::damage::{Noise, mutant};
 
-/// One of each reader and variant.
+/// One sample of each reader and variant.
 const SAMPLES: [&str; 17] = [
     "coordinate_K.mtx",
     "array_M.mtx",
@@ -29,9 +29,9 @@ const SAMPLES: [&str; 17] = [
     "solids/tied_quadratic.inp",
 ];
 
-/// A sample is read in a millisecond; a machine that does other work, too, does not take a thousand times as long.
+/// Largest time for one file. A sample takes a millisecond, and a busy machine is less than a thousand times slower.
 const LONGEST: Duration = Duration::from_secs(2);
-/// Rows that a damaged file may have, over its bytes unpacked. A megabyte of zeros packs into a kilobyte.
+/// Largest number of rows of a damaged file per byte. A megabyte of zeros compresses to a kilobyte.
 const ROWS_OF_A_BYTE: usize = 1100;
 
 fn fuzz(name: &str, bytes: &[u8], seed: usize, each: usize) {
@@ -80,7 +80,7 @@ fn damaged_files_are_read_or_refused() {
     fuzz_samples(1500);
 }
 
-/// What other programs wrote, below `matrices` of `FRETWEAR_REAL_DATA`.
+/// Files of other programs, in the folder `matrices` of `FRETWEAR_REAL_DATA`.
 const REAL: [&str; 3] = [
     "abaqus_mtx/model_STIF1.mtx",
     "abaqus_substructure/inner.mtx",
@@ -88,7 +88,7 @@ const REAL: [&str; 3] = [
 ];
 
 #[test]
-#[ignore = "long: a hundred thousand mutants of each sample and real file take many minutes"]
+#[ignore = "long: many minutes for 100 000 mutants of each sample and each real file"]
 fn many_damaged_files_are_read_or_refused() {
     const EACH: usize = 100_000;
     fuzz_samples(EACH);

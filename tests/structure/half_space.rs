@@ -1,4 +1,4 @@
-//! What a mesh has of the compliance of a half space: against the half space itself from afar, and a block of elements nearby.
+//! Compliance of a meshed half space: against the half space at a distance, and against a block of elements nearby.
 
 use fretwear::material::{Elastic, Material};
 use fretwear::structure::StructureError;
@@ -13,12 +13,12 @@ const STEEL: Elastic = Elastic {
     poisson_ratio: 0.3,
 };
 
-/// From some boxes on, a mesh of boxes displaces as the half space does: by Boussinesq's and Cerruti's solutions for a force at a
-/// point (Johnson, Contact Mechanics, eq. 3.19 and 3.75), off by the square of box over distance.
+/// At a distance of some boxes, a mesh displaces as the half space by Boussinesq's and Cerruti's solutions for a point force (Johnson,
+/// Contact Mechanics, eq. 3.19 and 3.75). The difference falls with the square of box size over distance.
 #[test]
 fn from_afar_a_mesh_is_a_half_space() {
     let (a, b) = (1.0e-3, 1.3e-3);
-    /// Part of the displacement at the farthest node that the faces beyond a period may make.
+    /// Largest share of the displacement at the farthest node due to the faces beyond a period.
     const BEYOND: f64 = 0.01;
     let reach = [18, 14];
     let face = FaceCompliance::of_layered_half_space(
@@ -81,12 +81,12 @@ fn lengths_that_are_none_are_refused() {
     }
 }
 
-/// A mesh of boxes against a block of these boxes, so large that its ends matter little: what a force displaces its node more than the next
-/// ones is that of the half space.
+/// A mesh of boxes against a large block of the same boxes, with a small effect of its ends. The displacement of a loaded node minus the
+/// displacement of its neighbours equals the half space's value.
 #[test]
 fn nearby_it_is_the_mesh() {
     const BOXES: [usize; 3] = [24, 22, 14];
-    /// Part of the difference between two nodes that the ends of the block may make.
+    /// Largest share of the difference between two nodes due to the ends of the block.
     const ENDS: f64 = 0.01;
     let sides = [1.0e-3, 1.2e-3];
     let layer = 1.1e-3;

@@ -1,4 +1,4 @@
-//! Structures from the matrices of other programs: their joint, and the small model at it, against direct solves of the whole.
+//! Structures from matrices of other programs: the joint and the reduced model, against direct solves of the whole structure.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -24,23 +24,24 @@ use super::only_matrices;
 use super::reduction::coarse_resonator;
 use crate::support::Chance;
 
-/// Receptances of the reduced structure against direct solves, up to 0.12 of its highest kept frequency: what the series of the residual leaves.
+/// Relative error of the receptances of the reduced structure up to 0.12 of the highest kept frequency, from the truncated series of the
+/// residual.
 const REDUCED: f64 = 5e-4;
-/// The part of that which is left at low frequencies: the two shifts of the residual are a hundredth of the square of the highest frequency apart.
+/// Share of [`REDUCED`] at low frequencies. The two shifts of the residual differ by a hundredth of the square of the highest frequency.
 const LEFT_BY_SHIFTS: f64 = 0.1;
-/// Two reductions of one structure.
+/// Relative difference of two reductions of one structure.
 const SAME: f64 = 1e-8;
-/// Rounding of weights.
+/// Rounding of the weights.
 const ROUNDING: f64 = 1e-12;
 
 const SIZE: [f64; 2] = [30e-3, 20e-3];
 const HEIGHT: [f64; 2] = [8e-3, 6e-3];
 const CELLS: [usize; 2] = [5, 4];
 
-/// Two blocks on each other, which share no node, the lower one clamped at its foot. Nodes are numbered from 1, those of the lower block first.
+/// Two stacked blocks without a common node. The lower block is clamped at its foot. Node numbers begin with 1 in the lower block.
 struct Blocks {
     systems: [System; 2],
-    /// Of all nodes \[m\].
+    /// Positions of all nodes \[m\].
     positions: Vec<[f64; 3]>,
 }
 
@@ -84,7 +85,7 @@ fn entries(systems: &[&SparseSymmetric], worth: f64) -> Triplets {
     triplets
 }
 
-/// The matrices of the blocks in other units, their model turned by `turn`.
+/// Matrices of the blocks in other units, with the model rotated by `turn`.
 fn matrices(blocks: &Blocks, unit: UnitSystem, turn: [[f64; 3]; 3]) -> Matrices {
     let nodes = blocks.positions.len();
     let [lower, upper] = &blocks.systems;
@@ -109,7 +110,7 @@ fn matrices(blocks: &Blocks, unit: UnitSystem, turn: [[f64; 3]; 3]) -> Matrices 
     }
 }
 
-/// T A Tᵀ for the same turn of every node; both triangles.
+/// T A Tᵀ for the same rotation of every node, with both triangles.
 fn turned(matrix: &Triplets, turn: [[f64; 3]; 3]) -> Triplets {
     let mut blocks: HashMap<(u32, u32), [[f64; 3]; 3]> = HashMap::new();
     for &(i, j, v) in &matrix.entries {
@@ -142,7 +143,7 @@ const STRAIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.
 /// Nodes of the upper and the lower body, and their area.
 type Pair = (i64, i64, Option<f64>);
 
-/// Nodes of the lower block at its foot, and pairs of nodes at the joint, upper and lower.
+/// Foot nodes of the lower block, and the node pairs at the joint (upper, lower).
 fn foot_and_pairs(blocks: &Blocks) -> (Vec<i64>, Vec<Pair>) {
     let layer = (CELLS[0] + 1) * (CELLS[1] + 1);
     let lower = blocks.systems[0].coordinates.len();
@@ -151,7 +152,7 @@ fn foot_and_pairs(blocks: &Blocks) -> (Vec<i64>, Vec<Pair>) {
     (foot, pairs.collect())
 }
 
-/// The faces of both bodies as sets of nodes, which are asked for in small letters.
+/// Faces of both bodies as node sets. The scene names the sets in lowercase letters.
 fn as_sets(read: &mut Matrices, pairs: &[Pair]) -> FacingNodes {
     let top = pairs.iter().map(|pair| pair.0).collect();
     let bottom = pairs.iter().map(|pair| pair.1).collect();
@@ -163,7 +164,7 @@ fn as_sets(read: &mut Matrices, pairs: &[Pair]) -> FacingNodes {
     }
 }
 
-/// The joint of the blocks, which are held at the foot.
+/// Joint of the blocks, which are fixed at the foot.
 fn on_foot(
     read: &Matrices,
     facing: &FacingNodes,
@@ -213,7 +214,7 @@ fn import(
     )
 }
 
-/// The receptance of some ports \[m/N\], of matrices in SI with the foot left out, by a factorization of K − ω²M.
+/// Receptance of some ports \[m/N\] by a factorization of K − ω²M, for SI matrices without the foot.
 fn direct(blocks: &Blocks, foot: usize, ports: &[Vec<(usize, f64)>], omega: f64) -> Matrix {
     let [lower, upper] = &blocks.systems;
     let cut = |matrices: [&SparseSymmetric; 2]| {
@@ -243,7 +244,7 @@ fn direct(blocks: &Blocks, foot: usize, ports: &[Vec<(usize, f64)>], omega: f64)
     forces.transpose_times(&columns)
 }
 
-/// Displacements of pairs of nodes along the axes, upper less lower, by the rows of the whole model.
+/// Relative displacements of node pairs along the axes (upper minus lower), by the rows of the whole model.
 fn of_pairs(pairs: &[Pair]) -> Vec<Vec<(usize, f64)>> {
     let row = |node: i64, axis: usize| 3 * (node as usize - 1) + axis;
     let each = pairs.iter().flat_map(|&(upper, lower, _)| {
@@ -269,7 +270,7 @@ fn receptance(reduced: &ReducedStructure, omega: f64) -> Matrix {
     reduced.receptance(omega, 0.0).0
 }
 
-/// Contact elements at nodes are the pairs, in the order of the array; two bodies, one of them free to move as a whole.
+/// Contact elements at nodes are the pairs in the order of the array. One of the two bodies moves freely.
 #[test]
 fn small_model_of_two_blocks_is_that_of_the_whole() {
     let blocks = blocks();
@@ -288,7 +289,7 @@ fn small_model_of_two_blocks_is_that_of_the_whole() {
         .expect("a small model")
         .0;
     assert_eq!(reduced.rigid.columns(), 6);
-    // The program numbers nodes with x fastest, the array with y fastest.
+    // The program numbers nodes with x fastest, and the array numbers nodes with y fastest.
     let place = |i: usize, j: usize| i + (CELLS[0] + 1) * j;
     let in_order: Vec<_> = (0..=CELLS[0])
         .flat_map(|i| (0..=CELLS[1]).map(move |j| (i, j)))
@@ -301,7 +302,7 @@ fn small_model_of_two_blocks_is_that_of_the_whole() {
     for share in [0.02, 0.06, 0.12, 0.24] {
         let omega = share * highest * TAU;
         let expected = direct(&blocks, foot.len(), &ports, omega);
-        // What the series of the residual leaves grows with the fourth power of the frequency, from what its shifts leave.
+        // The error of the residual series grows with the fourth power of the frequency, above the error of the shifts.
         let tolerance = REDUCED * (share / 0.12_f64).powi(4).max(LEFT_BY_SHIFTS);
         close(
             &receptance(&reduced, omega),
@@ -333,13 +334,13 @@ fn small_model_of_two_blocks_is_that_of_the_whole() {
     close(&receptance(&faces, omega), &expected, REDUCED, "faces");
 }
 
-/// Units of the files, and how the model stands in space, change nothing in the axes of the joint.
+/// Units of the files and the orientation of the model do not change the result in the axes of the joint.
 #[test]
 fn units_and_orientation_of_the_model_change_nothing() {
     let blocks = blocks();
     let (_, pairs) = foot_and_pairs(&blocks);
     let (c, s) = (0.8, 0.6);
-    // About z, then about the new y.
+    // Rotation about z, then about the new y.
     let turn = [[c * c, -s, c * s], [s * c, c, s * s], [-s, 0.0, c]];
     let mm = UnitSystem {
         length: 1e-3,
@@ -394,7 +395,7 @@ fn units_and_orientation_of_the_model_change_nothing() {
     );
 }
 
-/// Damping in proportion to mass and stiffness is diagonal between modes: α + βω².
+/// Damping proportional to mass and stiffness is diagonal between modes: α + βω².
 #[test]
 fn damping_between_modes_is_that_of_its_matrix() {
     let blocks = blocks();
@@ -441,7 +442,7 @@ fn damping_between_modes_is_that_of_its_matrix() {
     }
 }
 
-/// Files of few digits have rigid motions that their stiffness resists a little: that is no part of what the kept modes leave.
+/// Rounded files resist rigid motions slightly. This stiffness does not enter the residual of the kept modes.
 #[test]
 fn digits_of_the_files_do_not_enter_the_residual() {
     let blocks = blocks();
@@ -484,7 +485,7 @@ fn digits_of_the_files_do_not_enter_the_residual() {
     }
 }
 
-/// The resonator, read from matrices, is the resonator.
+/// The resonator read from matrices equals the generated resonator.
 #[test]
 fn resonator_from_matrices_is_the_resonator() {
     let geometry = Resonator {
@@ -549,7 +550,7 @@ fn resonator_from_matrices_is_the_resonator() {
     let omega = 0.3 * expected.omega[13];
     let [one, other] = [&found, &expected].map(|r| part(&receptance(r, omega)));
     close(&one, &other, SAME, "resonator");
-    // The residual is small beside the modes; its own error is looked at by itself.
+    // The residual is small relative to the modes, so the test compares the residual separately.
     close(
         &part(&found.residual),
         &part(&expected.residual),
@@ -559,7 +560,7 @@ fn resonator_from_matrices_is_the_resonator() {
     bonded_as_its_own_mesh(&geometry, &matrices, [&facing, &sets], &options);
 }
 
-/// Facing nodes that are made one are those of a mesh whose bodies share them; a face that is shifted is rejected.
+/// Merged facing nodes give the mesh of bodies with common nodes. The reader rejects a shifted face.
 fn bonded_as_its_own_mesh(
     geometry: &Resonator,
     matrices: &Matrices,
@@ -594,7 +595,7 @@ fn bonded_as_its_own_mesh(
             assert!((a / b - 1.0).abs() < SAME, "{a} {b}");
         }
         assert!((found.mass / expected.mass - 1.0).abs() < ROUNDING);
-        // A support of one node of a pair holds both.
+        // A support of one node of a merged pair fixes both nodes.
         let held = matrices.sets["TOP"][0].to_string();
         let supported = Options {
             fixed: Some(&held),
@@ -602,7 +603,7 @@ fn bonded_as_its_own_mesh(
         };
         let supported = ImportedStructure::new(matrices, &supported).expect("a resonator");
         assert_eq!(supported.rows, imported.rows - 3);
-        // A node without a displacement is not bonded by halves.
+        // The reader does not merge a pair if one node has no displacement.
         let mut lacking = matrices.clone();
         let dofs = lacking.dofs.as_mut().expect("freedoms");
         let upper = matrices.sets["TOP"][0];
@@ -623,7 +624,7 @@ fn bonded_as_its_own_mesh(
     }
 }
 
-/// Nodes in disorder, other ones on either body: displacements that are linear over the joint are those of its contact elements, so that
+/// Irregular nodes that differ between the bodies. Displacements that are linear over the joint are reproduced at the contact elements, so
 /// forces keep their resultant and moments.
 #[test]
 fn weights_reproduce_what_is_linear_over_the_joint() {
@@ -674,7 +675,7 @@ fn weights_reproduce_what_is_linear_over_the_joint() {
             assert_eq!(ports.contacts, places.len());
             for (e, (place, _)) in places.iter().enumerate() {
                 for (axis, is_x) in [(0, true), (1, false), (2, true)] {
-                    // Rows of the upper body move by 1 + x or 1 + y, those of the lower one not at all.
+                    // Rows of the upper body move by 1 + x or 1 + y. Rows of the lower body do not move.
                     let moved: f64 = ports.combinations[3 * e + axis]
                         .iter()
                         .filter(|(_, weight)| *weight != 0.0)
@@ -705,15 +706,15 @@ fn weights_reproduce_what_is_linear_over_the_joint() {
     }
 }
 
-/// Nodes that are held: the first ones.
+/// Number of fixed nodes at the beginning.
 const CELLS_AT_FOOT: usize = (CELLS[0] + 1) * (CELLS[1] + 1);
 
-/// A hole of nodes, and a corner cut off, are rectangles that are not there.
+/// A hole of nodes and a missing corner become absent rectangles.
 #[test]
 fn holes_and_outline_are_those_of_the_nodes() {
     let blocks = blocks();
     let (_, mut pairs) = foot_and_pairs(&blocks);
-    // The node in the middle of a wider joint, and one of its corners.
+    // A node in the middle of a wider joint, and one corner of the joint.
     let width = CELLS[0] + 1;
     let gone = [2 + 2 * width, 0];
     let mut at = 0;
@@ -732,7 +733,7 @@ fn holes_and_outline_are_those_of_the_nodes() {
     assert_eq!(array.nodes().len(), pairs.len());
 }
 
-/// A set of nodes on a part of one face against the whole of the other: the contact is where both are.
+/// A node set covers a part of one face, and the other set covers the whole face. The contact is their overlap.
 #[test]
 fn one_face_may_be_larger_than_the_other() {
     let blocks = blocks();
@@ -766,7 +767,7 @@ fn one_face_may_be_larger_than_the_other() {
     }
 }
 
-/// A lower face that does not lie under all of the upper one, and faces that do not touch.
+/// A lower face that covers only a part of the upper face, and faces that do not touch.
 #[test]
 fn faces_that_do_not_meet_are_told() {
     let blocks = blocks();
@@ -784,7 +785,7 @@ fn faces_that_do_not_meet_are_told() {
     };
     let notes = |shift| found(shift).expect("a joint").doubts.join("\n");
     assert!(!notes([0.0; 3]).contains("apart"));
-    // A twentieth of a contact element, 6 mm x 5 mm, is what pairs may be off, too.
+    // Pairs may also be misaligned by 1/20 of a contact element of 6 mm x 5 mm.
     assert!(!notes([0.2e-3, -0.2e-3, 0.0]).contains("apart"));
     assert!(notes([0.0, 0.0, 0.4e-3]).contains("0.4000 mm apart along its normal"));
     let told = |shift| found(shift).expect_err("a fault").to_string();
@@ -800,7 +801,7 @@ fn faces_that_do_not_meet_are_told() {
     );
 }
 
-/// Matrices that are no structure: a mass that was cut, two meshes, stiffness and mass exchanged, inner freedoms of solids.
+/// Suspicious matrices: truncated mass, two meshes, exchanged stiffness and mass, internal freedoms of solids.
 #[test]
 fn suspicions_are_told() {
     let sound = matrices(&blocks(), UnitSystem::default(), STRAIGHT);
@@ -835,7 +836,7 @@ fn suspicions_are_told() {
     );
     let exchanged = told(&|m: &mut Matrices| std::mem::swap(&mut m.stiffness, &mut m.mass));
     assert!(exchanged.contains("may be exchanged"), "{exchanged}");
-    // Numbered above the nodes of the mesh, they have no place, and do not move with the body.
+    // Internal nodes have numbers above the mesh nodes, have no position, and do not move with the body.
     let mut inner = sound.clone();
     inner.size += 3;
     let node = nodes as i64 + 1;
@@ -854,7 +855,7 @@ fn suspicions_are_told() {
     }
     assert_eq!(mass_by_direction(&inner), before);
     assert!(model_warnings(&inner).is_empty());
-    // A user may give the places of the first nodes alone, those of the joint: the others have mass all the same.
+    // A user may give positions for the nodes of the joint only. The other nodes still have mass.
     let mut partial = sound.clone();
     partial.positions.retain(|node, _| *node <= 42);
     assert_eq!(mass_by_direction(&partial), before);
@@ -866,7 +867,7 @@ fn suspicions_are_told() {
     );
 }
 
-/// Displacements along axes other than the global ones are rejected at every node that the scene uses, and at no other.
+/// The reader rejects local axes at every node that the scene uses, and only there.
 #[test]
 fn nodes_that_are_used_have_global_axes() {
     let blocks = blocks();
@@ -895,7 +896,7 @@ fn nodes_that_are_used_have_global_axes() {
     assert!(with(unused).is_ok());
 }
 
-/// A set or a position may be missing because its file was not read.
+/// An error about a missing set or position names the files that were not read.
 #[test]
 fn what_is_missing_is_told_with_what_was_not_read() {
     let blocks = blocks();
@@ -927,7 +928,7 @@ fn what_is_missing_is_told_with_what_was_not_read() {
     );
 }
 
-/// A node on springs to the ground, without mass: nothing that moves is joined to it.
+/// A massless node on springs to the ground is not connected to a mass.
 #[test]
 fn a_node_that_no_mass_is_joined_to_is_not_held() {
     let blocks = blocks();
@@ -956,7 +957,7 @@ fn a_node_that_no_mass_is_joined_to_is_not_held() {
     assert!(said.contains("no mass is connected to it"), "{said}");
 }
 
-/// What does not fit is said, with what would.
+/// Each error names the fault and the correction.
 #[test]
 fn joints_that_do_not_fit_are_refused() {
     let blocks = blocks();

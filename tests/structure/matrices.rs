@@ -1,4 +1,4 @@
-//! Element matrices against those that CalculiX wrote for the same block, if the environment variable names their folder.
+//! Element matrices against matrices from CalculiX for the same block. The environment variable names the folder of the files.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use fretwear::structure::element::Formulation;
 use fretwear::structure::mesh::Mesh;
 
 const FOLDER: &str = "FRETWEAR_REAL_DATA";
-/// The files print fourteen digits.
+/// Relative rounding of the files, which print fourteen digits.
 const PRINTED: f64 = 1e-12;
 
 fn folder() -> Option<PathBuf> {
@@ -21,7 +21,7 @@ fn folder() -> Option<PathBuf> {
     path
 }
 
-/// The block of the decks, 30×20×20 mm in 3×2×2 elements: its nodes are numbered as in them.
+/// Block of the decks: 30×20×20 mm with 3×2×2 elements and the node numbers of the decks.
 fn block(formulation: Formulation) -> System {
     let steel = Material {
         elastic: Elastic {
@@ -34,7 +34,7 @@ fn block(formulation: Formulation) -> System {
     System::assemble(&mesh, formulation, &[]).unwrap()
 }
 
-/// Degrees of freedom as (node from 0, axis), in the order of the matrices' rows.
+/// Degrees of freedom as (node from 0, axis), in the order of the matrix rows.
 fn freedoms(path: &Path) -> Vec<(usize, usize)> {
     let text = std::fs::read_to_string(path).unwrap();
     let parse = |line: &str| {
@@ -45,7 +45,7 @@ fn freedoms(path: &Path) -> Vec<(usize, usize)> {
     text.lines().map(parse).collect()
 }
 
-/// A full symmetric matrix from row, column and value of its upper triangle, scaled to SI.
+/// Full symmetric matrix from row, column and value of its upper triangle, scaled to SI.
 fn upper(path: &Path, size: usize, scale: f64) -> Matrix {
     let mut matrix = Matrix::zeros(size, size);
     for line in std::fs::read_to_string(path).unwrap().lines() {
@@ -59,7 +59,7 @@ fn upper(path: &Path, size: usize, scale: f64) -> Matrix {
     matrix
 }
 
-/// N/mm and t in SI.
+/// Scale from N/mm and t to SI.
 const SCALE: f64 = 1e3;
 
 fn assert_same(found: &Matrix, expected: &Matrix) {
@@ -101,7 +101,7 @@ fn plain_elements_are_those_of_calculix() {
             &read("mas"),
         );
     }
-    // The first frequency that CalculiX finds for these matrices.
+    // First frequency of these matrices in CalculiX.
     let freedoms = freedoms(&folder.join("block_clamped.dof"));
     let system = block(Formulation::Plain);
     let [stiffness, mass] =
@@ -110,8 +110,8 @@ fn plain_elements_are_those_of_calculix() {
     assert!((first - 15579.46).abs() < 0.01, "{first}");
 }
 
-/// CalculiX keeps the nine inner unknowns of each C3D8I as rows of its own, after those of the nodes: eliminated, they must leave
-/// the stiffness that is condensed here.
+/// CalculiX stores the nine internal unknowns of each C3D8I as rows after the rows of the nodes. Their elimination must give the condensed
+/// stiffness of this program.
 #[test]
 fn incompatible_modes_are_those_of_calculix() {
     let Some(folder) = folder() else { return };

@@ -1,4 +1,4 @@
-//! Finite elements, modes and reduction against closed forms, an independent program and direct solves.
+//! Finite elements, modes and reduction, against closed forms, an independent program and direct solves.
 
 mod beam;
 mod deck;
@@ -33,7 +33,7 @@ const STEEL: Material = Material {
     density: 7949.0,
 };
 
-/// Stiffness and mass, of which nothing else is known.
+/// Matrices that contain only stiffness and mass.
 fn only_matrices(stiffness: Triplets, mass: Triplets) -> Matrices {
     Matrices {
         size: stiffness.size,
@@ -66,7 +66,7 @@ fn dense(matrix: &SparseSymmetric) -> Matrix {
     full
 }
 
-/// All angular frequencies of dense matrices \[rad/s\], ascending, by Cholesky of the mass.
+/// All angular frequencies of dense matrices \[rad/s\], ascending, by Cholesky factorization of the mass.
 fn frequencies(stiffness: &Matrix, mass: &Matrix) -> Vec<f64> {
     let factor = mass.cholesky().unwrap();
     let mut reduced = stiffness.clone();

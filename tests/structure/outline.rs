@@ -1,4 +1,4 @@
-//! The outline of a mesh, and its modes there.
+//! Outline of a mesh, and the modes at the outline.
 
 use fretwear::structure::assembly::System;
 use fretwear::structure::element::Formulation;
@@ -7,7 +7,7 @@ use fretwear::structure::modes::ModeOptions;
 use fretwear::structure::reduction::{ContactPorts, Ports, reduce_with_shapes};
 use fretwear::structure::resonator::Resonator;
 
-/// Rounding of sums of a few terms, relative to the largest.
+/// Rounding of sums of a few terms, relative to the largest term.
 const ROUNDING: f64 = 1e-12;
 
 fn length(mesh: &Mesh, [from, to]: [usize; 2]) -> f64 {
@@ -26,7 +26,7 @@ fn a_block_has_twelve_edges() {
         .map(|line| length(&mesh, [line.nodes[0], line.nodes[line.nodes.len() - 1]]));
     let expected = 4.0 * size.iter().sum::<f64>();
     assert!((lengths.sum::<f64>() / expected - 1.0).abs() < ROUNDING);
-    // Of 23 cells along an edge eight parts are left, of three all three.
+    // An edge of 23 cells keeps eight parts. An edge of three cells keeps all three parts.
     let longest = lines.iter().map(|line| line.nodes.len()).max();
     let counts = |count: usize| {
         lines
@@ -72,12 +72,12 @@ fn the_outline_of_the_resonator_is_that_of_its_bodies_without_the_hole() {
         [low.min(x), high.max(x)]
     });
     let own = high - low;
-    // `length` leaves one stub and one gap out on the far side.
+    // `length` excludes one stub and one gap on the far side.
     let whole = resonator.length() + resonator.stub_length + resonator.gap_length;
     assert!((own / whole - 1.0).abs() < ROUNDING, "{own} m of {whole} m");
 }
 
-/// The upper less the lower nodes of a contact element is what its ports have.
+/// The ports of a contact element are the displacements of the upper nodes minus the lower nodes.
 #[test]
 fn modes_at_nodes_are_those_of_the_ports() {
     let resonator = Resonator {

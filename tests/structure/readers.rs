@@ -1,4 +1,4 @@
-//! Matrices of finite-element programs: one small truss in every format (`samples/make.py`), and files that are not what they should be.
+//! Matrices of finite-element programs: one small truss in every format (`samples/make.py`), and malformed files.
 
 use std::path::{Path, PathBuf};
 
@@ -11,9 +11,9 @@ use fretwear::structure::matrices::{Matrices, Role, Triplets};
 use fretwear::structure::readers::{Input, parse, read};
 use serde_json::Value;
 
-/// What scipy found of the truss has twelve digits; singular values of its condensation cost some.
+/// Relative error of frequencies. The scipy results have twelve digits, and the singular values of the condensation lose some digits.
 const SAME: f64 = 1e-9;
-/// Of files with ten digits, or with single precision.
+/// Relative error of files with ten digits or in single precision.
 const FEW_DIGITS: f64 = 1e-7;
 
 pub fn sample(name: &str) -> PathBuf {
@@ -55,7 +55,7 @@ fn dense(matrix: &Triplets) -> Matrix {
     full
 }
 
-/// Where row i of the sample stands in the file: Abaqus sorts its own node, -1, to the front.
+/// Positions of the rows of the sample in the file. Abaqus sorts its internal node, -1, to the front.
 fn rows_of(matrices: &Matrices) -> Vec<usize> {
     let Some(dofs) = &matrices.dofs else {
         return (0..15).collect();
@@ -121,7 +121,7 @@ fn assert_is_the_truss(matrices: &Matrices, tolerance: f64, name: &str) {
             tolerance,
             name,
         );
-        // Two nodes are a hinge.
+        // The truss turns about the line through two fixed nodes.
         assert_eq!(
             (found.rigid.len(), found.fixed, found.is_singular),
             (1, 6, true),
@@ -277,7 +277,7 @@ fn an_unsymmetric_matrix_is_told_by_how_much() {
 
 #[test]
 fn modal_coordinates_and_penalties_are_known() {
-    // Two boundary rows, three modes; a mass couples boundary and modes.
+    // Two boundary rows and three modes. A mass couples boundary and modes.
     let k = "%%MatrixMarket matrix coordinate real symmetric\n5 5 6\n1 1 7\n2 2 8\n2 1 -2\n3 3 10\n4 4 20\n5 5 30\n";
     let m = "%%MatrixMarket matrix coordinate real symmetric\n5 5 6\n1 1 2\n2 2 3\n3 1 0.2\n3 3 1\n4 4 1\n5 5 1\n";
     let mut matrices = parse(Path::new("K.mtx"), k.as_bytes(), None).expect("K");
@@ -302,7 +302,7 @@ fn modal_coordinates_and_penalties_are_known() {
 
 #[test]
 fn likely_units_follow_from_the_speed_of_waves() {
-    // A bar of steel, five elements of 10 mm along x, in three systems.
+    // A steel bar of five elements of 10 mm along x, in three unit systems.
     let bar = |length: f64, force: f64, mass: f64| {
         let (k, m) = (
             2e11 * 1e-4 / 0.01 * force / length,
@@ -328,11 +328,11 @@ fn likely_units_follow_from_the_speed_of_waves() {
     };
     assert!(bar(1.0, 1.0, 1.0).starts_with("m, kg"));
     assert!(bar(1e3, 1.0, 1e-3).starts_with("mm, t"));
-    // Newtons and millimetres with kilogrammes.
+    // Newtons and millimetres with kilograms.
     assert!(bar(1e3, 1.0, 1.0).starts_with("none"));
 }
 
-/// The message of a failure.
+/// Error message of a reader.
 fn failure(name: &str, bytes: impl AsRef<[u8]>) -> String {
     parse(Path::new(name), bytes.as_ref(), None)
         .expect_err(name)
@@ -353,7 +353,7 @@ fn malformed_files_are_told_by_line_and_by_what_would_be_right() {
     };
     let cases: Vec<(&str, Vec<u8>, &[&str])> = vec![
         ("a.bin", b"what is this?".to_vec(), &["what is this?", "Matrix Market", "ANSYS", "NPZ"]),
-        // Would be terabytes: refused before anything is allocated.
+        // The matrix would have terabytes. The reader rejects the matrix before allocation.
         (
             "K.mtx",
             b"%%MatrixMarket matrix coordinate real symmetric\n1000000000000 1000000000000 3\n1 1 1\n".to_vec(),
@@ -440,7 +440,7 @@ fn what_a_matrix_is_may_be_said() {
     );
 }
 
-/// Nodes in another order than their numbers, and three held freedoms whose unit rows are no part of the structure.
+/// Nodes in an unsorted order, and three fixed freedoms whose unit rows do not belong to the structure.
 #[test]
 fn held_freedoms_of_a_full_file_are_left_out() {
     let matrices = given(&["truss.full"]);
@@ -461,7 +461,7 @@ fn held_freedoms_of_a_full_file_are_left_out() {
     );
 }
 
-/// Variants of a full file, by the word of its second header that says so (from 1) or that of a record's kind, and what is told of them.
+/// Unsupported variants of a full file: the changed word of the second header (from 1) or of a record, and a part of the error message.
 #[test]
 fn variants_of_a_full_file_are_refused_with_what_to_do() {
     let bytes = std::fs::read(sample("truss.full")).expect("a file");
@@ -490,7 +490,7 @@ fn variants_of_a_full_file_are_refused_with_what_to_do() {
     assert!(error.to_string().contains("byte order"), "{error}");
 }
 
-/// Lower triangles of two bodies of two nodes each, by labels: a spring of each body, and its masses.
+/// Lower triangles of two bodies with two nodes each, by labels: one spring and two masses per body.
 const LABELS: [(&str, &str); 2] = [
     (
         "job_STIF1.mtx",
@@ -502,7 +502,7 @@ const LABELS: [(&str, &str); 2] = [
     ),
 ];
 
-/// The same as CalculiX writes it.
+/// The same matrices as CalculiX writes them.
 const MATRIX_STORAGE: [(&str, &str); 3] = [
     (
         "job.sti",
@@ -514,7 +514,7 @@ const MATRIX_STORAGE: [(&str, &str); 3] = [
 
 const NODES: &str = "*NODE\n11, 0., 0., 0.\n12, 4., 0., 0.\n21, 0., 7., 0.\n22, 4., 7., 0.\n*NSET, NSET=TOP\n21, 22\n";
 
-/// What is read of files in one folder, of which the first `given` are named.
+/// Reads files in one folder. The command names only the first `given` files.
 fn read_files(files: &[(&str, &str)], given: usize) -> Result<Matrices, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
@@ -530,7 +530,7 @@ fn read_files(files: &[(&str, &str)], given: usize) -> Result<Matrices, String> 
     read(&inputs, None).map_err(|error| error.to_string())
 }
 
-/// What is read of the matrices by labels, with a deck beside them.
+/// Reads the matrices by labels with a deck in the same folder.
 fn beside(deck: &str) -> Matrices {
     let [stiffness, mass] = LABELS;
     read_files(&[stiffness, mass, ("job.inp", deck)], 2).unwrap_or_else(|error| panic!("{error}"))
@@ -555,7 +555,8 @@ fn comments_of_matrices_may_be_indented() {
     assert_eq!(parsed(&indented), parsed(&substructure));
 }
 
-/// Axes of `*TRANSFORM` count where they are not the global ones, and not for CalculiX, whose matrices are along the global axes.
+/// The axes of `*TRANSFORM` count if they differ from the global axes. CalculiX writes matrices along the global axes, so its matrices
+/// ignore `*TRANSFORM`.
 #[test]
 fn transformed_nodes_are_known() {
     let turned = |card: &str| beside(&format!("{NODES}{card}\n")).local_axes;
@@ -572,14 +573,14 @@ fn transformed_nodes_are_known() {
         assert_eq!(found[0].1, [21, 22], "{card}");
         assert!(found[0].0.contains("*TRANSFORM (line 9)"), "{}", found[0].0);
     }
-    // The axis is a direction of any length, the second point lies anywhere on the positive side.
+    // The first point gives a direction of any length. The second point may lie anywhere on the positive side.
     for card in [
         "*TRANSFORM, NSET=TOP, TYPE=R\n2., 0., 0., 0., 3., 0.",
         "*TRANSFORM, NSET=TOP\n1., 0., 0., -4., 2., 0.",
     ] {
         assert_eq!(turned(card), [], "{card}");
     }
-    // A set that is not read may have any node.
+    // A set that the reader does not know may contain any node.
     let mut any = turned("*TRANSFORM, NSET=LATER\n0., 1., 0., -1., 0., 0.");
     any[0].1.sort_unstable();
     assert_eq!(any[0].1, [11, 12, 21, 22]);
@@ -595,7 +596,7 @@ fn transformed_nodes_are_known() {
     }
 }
 
-/// Positions in a part are those of the model unless its instance moves or turns it.
+/// Positions in a part are positions of the model unless the instance moves or rotates the part.
 #[test]
 fn positions_in_parts_that_are_moved_are_not_read() {
     let deck = |lines: &str| {
@@ -631,7 +632,7 @@ fn positions_in_parts_that_are_moved_are_not_read() {
     }
 }
 
-/// A deck beside the matrices that cannot be read is a note; as a file that is named it is an error.
+/// A malformed deck in the same folder causes a note. The same deck as a named file causes an error.
 #[test]
 fn a_deck_beside_that_cannot_be_read_is_noted() {
     let twice = "*HEADING\n*PART, NAME=L\n*NODE\n11, 0., 0., 0.\n*END PART\n*PART, NAME=U\n*NODE\n11, 0., 7., 0.\n*END PART\n";
@@ -652,7 +653,7 @@ fn a_deck_beside_that_cannot_be_read_is_noted() {
     assert!(named.contains("node 11 again"), "{named}");
 }
 
-/// A set of nodes by elements is none, nor is one that contains it.
+/// The reader ignores a node set from elements, and every set that contains such a set.
 #[test]
 fn sets_of_nodes_by_elements_are_not_empty() {
     let elements = "*NSET, NSET=ROOTN, ELSET=ROOT\n";
@@ -680,7 +681,7 @@ fn sets_of_nodes_by_elements_are_not_empty() {
     );
 }
 
-/// One dashpot in a structure of many freedoms: on the diagonal, off it, and as a full entry of both triangles.
+/// One dashpot in a structure of many freedoms: on the diagonal, off the diagonal, and as an entry in both triangles.
 #[test]
 fn a_damping_matrix_may_have_one_entry() {
     const SIZE: u32 = 300;
@@ -713,14 +714,14 @@ fn a_damping_matrix_may_have_one_entry() {
         assert_eq!(found.size, SIZE as usize);
         assert_eq!(found.damping.expect("damping").entries, expected);
     }
-    // The structure itself has entries in its rows.
+    // A stiffness matrix needs entries in its rows.
     let said =
         read_files(&[("K.mtx", &of("symmetric", 1, "1 1 20.0\n"))], 1).expect_err("one entry");
     let expected = "K.mtx announces 300 rows; 1 entries of all matrices are of at most 32 rows";
     assert!(said.contains(expected), "{said}");
 }
 
-/// Structural damping is hysteretic, and no matrix of viscous damping, whatever its place.
+/// Structural damping is hysteretic in every position and is never a viscous damping matrix.
 #[test]
 fn structural_damping_is_never_viscous() {
     let damping = "11,1, 11,1, 0.2\n12,1, 12,1, 0.2\n";
@@ -758,7 +759,7 @@ fn structural_damping_is_never_viscous() {
     assert!(said.to_string().contains("structural_damping="), "{said}");
 }
 
-/// What `fretwear-import` reads is told by its kind, with the command.
+/// The error message names the file kind and the `fretwear-import` command.
 #[test]
 fn files_for_the_importer_name_it() {
     let op4 = "       6      -6       6       2KAA     1P,5E16.9\n";
@@ -785,7 +786,7 @@ fn files_for_the_importer_name_it() {
     }
 }
 
-/// A folder of the importer is the structure of its parts, with the units that it says and what it leaves out.
+/// A folder from the importer gives the structure of its parts, the units, and the omitted content.
 #[test]
 fn a_neutral_folder_is_read() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -841,7 +842,7 @@ fn a_neutral_folder_is_read() {
     );
     let unit = here().expect("a folder").unit.flatten().expect("units");
     assert_eq!([&*unit.length, &*unit.mass, &*unit.time], ["mm", "t", "s"]);
-    // By sha256sum, of the sets as they stand above.
+    // Hash by sha256sum of the sets above.
     let hash = "7b6dbf5b18fdcd4e003c084c91296f122975b41ea2e650fe7480140738df9c27";
     for (hash, told) in [(hash, 0), (&hash.replace('0', "1"), 1)] {
         let with = format!("\"contents\": {{\"sets.csv\": \"{hash}\"}}, \"files\"");

@@ -1,4 +1,4 @@
-//! Matrices that Abaqus and CalculiX wrote, if the environment variable names the folder that has them.
+//! Matrices from Abaqus and CalculiX. The environment variable names the folder of the files.
 
 use std::path::PathBuf;
 
@@ -35,7 +35,7 @@ fn modes(matrices: &Matrices, held: &str, count: usize) -> Frequencies {
         .expect("stiffness and mass")
 }
 
-/// To the digits with which a figure is published.
+/// Compares with a published value to half of its last digit.
 fn assert_near(found: f64, published: f64, half_a_digit: f64) {
     assert!(
         (found - published).abs() <= half_a_digit,
@@ -58,11 +58,11 @@ fn abaqus_matrices_with_internal_nodes() {
             .count(),
         2
     );
-    // Density 100, section 0.25, length 3; the internal freedoms along the axis are relative, and so no part of the sum across it.
+    // Density 100, section 0.25, length 3. The internal freedoms along the axis are relative, so only the lateral sum gives the mass.
     let [_, _, across] = mass_by_direction(&beam);
     assert_near(across.expect("a mass"), 75.0, 1e-9);
     let found = modes(&beam, "", 8);
-    // Three combinations have no mass; the others as numpy finds them.
+    // Three combinations have no mass. The other frequencies are numpy results.
     assert_eq!((found.rigid.len(), found.elastic.len()), (6, 5));
     let others = [11.6230337, 11.6230337, 164.374518, 167.764040, 410.936296];
     for (found, other) in found.elastic.iter().zip(others) {
@@ -120,11 +120,11 @@ fn calculix_blocks() {
     for along in mass_by_direction(&free) {
         assert_near(along.expect("a mass") / (12e3 * 7.949e-9), 1.0, 1e-12);
     }
-    // The nodes of the clamped one, of which the other deck has no set.
+    // Nodes of the clamped deck, for which the free deck has no set.
     let held = modes(&free, "1,5,9,13,17,21,25,29,33", 4);
     assert_near(held.elastic[0], 15579.46, 5e-3);
     assert!(units(&free).expect("a guess").likely.starts_with("mm, t"));
-    // Kilogrammes in place of tonnes.
+    // Kilograms instead of tonnes.
     let mut heavy = free.clone();
     heavy
         .mass
@@ -132,7 +132,7 @@ fn calculix_blocks() {
         .flat_map(|m| &mut m.entries)
         .for_each(|e| e.2 *= 1e3);
     assert!(units(&heavy).expect("a guess").likely.starts_with("none"));
-    // The program has taken the set out: nothing is left to hold.
+    // CalculiX removed the rows of the set, so no row remains to fix.
     let (rows, notes) = parse_fixed_rows(&clamped, "FIX").expect("a set");
     assert!(!rows.contains(&true) && notes.len() == 1);
     assert_eq!((incompatible.size, incompatible.nodes()), (189, 63));

@@ -1,4 +1,4 @@
-//! The reduced model against direct solves of the whole.
+//! The reduced model against direct solves of the whole structure.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use fretwear::structure::modes::ModeOptions;
 use fretwear::structure::reduction::{ContactPorts, Ports, ReducedStructure, reduce};
 use fretwear::structure::resonator::{FacingFaces, Resonator};
 
-/// A resonator of the same proportions with few cells.
+/// Resonator of the same proportions with few cells.
 pub fn coarse_resonator() -> Resonator {
     Resonator {
         lap_cells: 9,
@@ -65,8 +65,8 @@ pub fn direct(system: &System, ports: &Ports, omega: f64, columns: &[usize]) -> 
     })
 }
 
-/// ‖found − expected‖ over some rows and some of the named columns, in the Frobenius norm, relative; `step_displacements` has all columns,
-/// `expected` those named.
+/// Relative error ‖found − expected‖ in the Frobenius norm, over some rows and some of the named columns. `found` has all columns, and
+/// `expected` has the named columns.
 fn error(
     found: &Matrix,
     expected: &Matrix,
@@ -84,7 +84,7 @@ fn error(
     (off / size).sqrt()
 }
 
-/// The receptance with only some of its terms.
+/// Receptance without the residual or its slope.
 fn partly(reduced: &ReducedStructure, omega: f64, residual: bool, slope: bool) -> Matrix {
     let mut receptance = reduced.receptance(omega, 0.0).0;
     if !residual {
@@ -111,7 +111,7 @@ fn thirty_modes_and_the_residual_of_the_published_case() {
     assert!((reduced.mass - 14.915).abs() < 1e-3);
     let drive = ports.of_point("far_wall", 0).unwrap();
     assert_eq!(drive, 1020);
-    // Elements at the lap's corner, beside the hole and in between; and the drive point.
+    // Elements at the corner of the lap, beside the hole and in between, and the drive point.
     let columns = [0, 1, 2, 500, 501, 502, 760, 761, 762, drive];
     let contact = 0..ports.contact_ports();
     for hz in [400.0, 985.0, 3000.0] {
@@ -129,7 +129,7 @@ fn thirty_modes_and_the_residual_of_the_published_case() {
         assert!(modes_alone > 1e-2);
     }
 
-    // The joint stuck, in the reduced model, against the independent solution; kn = 1.2 kt.
+    // Stuck joint in the reduced model against the independent solution, with kn = 1.2 kt.
     for (kt, expected) in [(1e9, 928.7), (1e10, 979.2), (1e11, 987.5)] {
         let stiffness: Vec<f64> = (0..1020)
             .map(|port| if port % 3 == 2 { 1.2 * kt } else { kt } / 340.0)
@@ -144,7 +144,7 @@ fn thirty_modes_and_the_residual_of_the_published_case() {
     }
 }
 
-/// Error of the contact's receptance at 1000 Hz by number of modes: alone, with the static residual, with its slope.
+/// Error of the contact's receptance at 1000 Hz over the number of modes: without residual, with the static residual, and with its slope.
 #[test]
 fn the_residual_is_what_makes_few_modes_enough() {
     let (system, ports) = coarse();
@@ -178,7 +178,7 @@ fn the_residual_is_a_flexibility() {
     for matrix in [&reduced.residual, &reduced.residual_slope] {
         let scale = (0..ports.len()).map(|p| matrix[(p, p)]).fold(0.0, f64::max);
         let (values, _) = matrix.symmetric_eigen().unwrap();
-        // Positive but for the rounding of what the rigid modes put into the flexibility.
+        // The residual is positive except for rounding from the rigid modes.
         assert!(values[0] > -1e-6 * scale, "{} {scale}", values[0]);
         for i in 0..ports.len() {
             for j in 0..i {
@@ -192,7 +192,7 @@ fn the_residual_is_a_flexibility() {
         let moved = &stiffest[r * ports.len()..r * ports.len() + contact];
         assert!(
             moved.iter().all(|v| v.abs() < 1e-9),
-            "bodies that hang together"
+            "connected bodies have equal rigid motions at both sides of the contact"
         );
     }
 }
@@ -201,7 +201,7 @@ fn the_residual_is_a_flexibility() {
 fn springs_in_the_reduced_model_are_springs_in_the_whole() {
     let (system, ports) = coarse();
     let reduced = reduce(&system, ports.clone(), &ModeOptions::new(30)).unwrap();
-    // Every seventh element open, the others of unequal stiffness.
+    // Every seventh element is open. The other elements have different stiffnesses.
     let stiffness: Vec<f64> = (0..ports.contact_ports())
         .map(|port| {
             if (port / 3) % 7 == 0 {
@@ -249,7 +249,7 @@ fn springs_in_the_reduced_model_are_springs_in_the_whole() {
     ));
 }
 
-/// Two blocks that face each other and are held by nothing: twelve rigid modes, six of them relative.
+/// Two facing blocks without supports have twelve rigid modes, including six relative modes.
 #[test]
 fn bodies_apart_keep_their_relative_rigid_modes() {
     let steel = Resonator::default().material;
@@ -283,7 +283,7 @@ fn bodies_apart_keep_their_relative_rigid_modes() {
         let expected = direct(&system, &ports, TAU * hz, &columns);
         let found = reduced.receptance(TAU * hz, 0.0).0;
         let off = error(&found, &expected, &columns, 0..ports.len(), 0..ports.len());
-        // What is left are the modes above the kept ones, at the third power of (ω/ω_n)².
+        // The modes above the kept modes cause the error, with the third power of (ω/ω_n)².
         assert!(off < 1e-5, "{hz} Hz: {off:e}");
     }
 }

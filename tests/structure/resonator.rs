@@ -1,4 +1,4 @@
-//! The resonator: what its mesh has, and its frequencies against an independent finite-element solution.
+//! Mesh of the resonator, and its frequencies against an independent finite-element solution.
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -10,7 +10,7 @@ use fretwear::structure::modes::{ModeOptions, lowest, rigid_modes, shift};
 use fretwear::structure::reduction::{ContactPorts, Ports};
 use fretwear::structure::resonator::{BOLT, Resonator, ResonatorMesh};
 
-/// The independent solution prints five digits, of frequencies of the same elements on the same mesh.
+/// Relative rounding of the independent solution, which prints five digits for the same elements on the same mesh.
 const PRINTED: f64 = 2e-5;
 
 fn published() -> ResonatorMesh {
@@ -74,7 +74,7 @@ fn the_mesh_has_the_elements_of_the_published_case() {
             "{i} {j}"
         );
     }
-    // The lower nodes belong to what lies below.
+    // The lower nodes belong to the lower body.
     let lower: HashSet<usize> = contacts.iter().flat_map(|c| c.pairs.map(|p| p.0)).collect();
     for element in &mesh.elements {
         let top = element.nodes.map(|n| mesh.nodes[n][2]).into_iter();

@@ -1,4 +1,4 @@
-//! Solids of other programs' meshes: rigid motions, constant strain, mass, and CalculiX's stiffness matrices.
+//! Solid elements of imported meshes: rigid motions, constant strain, mass, and stiffness matrices from CalculiX.
 
 use std::fs;
 use std::path::PathBuf;
@@ -10,9 +10,9 @@ use fretwear::structure::matrices::Matrices;
 use fretwear::structure::readers::{self, Input};
 use fretwear::structure::solids::{NAMES, Solid};
 
-/// Rounding, over the sum of the absolute parts.
+/// Rounding, relative to the sum of the absolute parts.
 const ROUNDING: f64 = 1e-12;
-/// The numbers of CalculiX are given with twelve digits; the lowest of hourglass motions has lost some.
+/// Relative error against CalculiX, which prints twelve digits. The lowest hourglass modes lose some digits.
 const SAME_PROGRAM: f64 = 1e-8;
 
 const MATERIAL: Material = Material {
@@ -27,7 +27,7 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/structure/samples/solids")
 }
 
-/// The first element of the sample of a kind, its nodes.
+/// Nodes of the first element in the sample of an element type.
 fn first(name: &str) -> Vec<[f64; 3]> {
     let text = fs::read_to_string(folder().join(format!("{name}.inp"))).expect("a sample");
     let (nodes, rest) = text.split_once("*ELEMENT").expect("elements");
@@ -107,7 +107,7 @@ fn solids_resist_strain_and_no_rigid_motion() {
         let mass: f64 = found.mass.iter().sum();
         let volume = mass / MATERIAL.density;
         if solid == Solid::Tetrahedron4 {
-            // ρV/20 (1 + δ), V from the edges.
+            // ρV/20 (1 + δ), with V from the edges.
             let edge = [1, 2, 3].map(|k| [0, 1, 2].map(|d| nodes[k][d] - nodes[0][d]));
             let triple: f64 = (0..3)
                 .map(|d| {
@@ -122,7 +122,7 @@ fn solids_resist_strain_and_no_rigid_motion() {
             }
         }
         let (strained, _) = energy(&found.stiffness, &moved(strain));
-        // The two points of a wedge do not have all of the volume of a skewed one.
+        // The two integration points of a wedge do not integrate the volume of a skewed wedge exactly.
         let tolerance = if solid == Solid::Wedge6 { 1e-2 } else { 1e-10 };
         assert!(
             (strained / (density * volume) - 1.0).abs() < tolerance,
@@ -140,7 +140,7 @@ fn solids_resist_strain_and_no_rigid_motion() {
                 );
             }
         }
-        // Turned inside out.
+        // The mirrored element is inverted.
         let mirrored: Vec<[f64; 3]> = nodes.iter().map(|[x, y, z]| [-x, *y, *z]).collect();
         let refused = solid
             .matrices(&mirrored, &MATERIAL, 17)
@@ -149,7 +149,7 @@ fn solids_resist_strain_and_no_rigid_motion() {
     }
 }
 
-/// Corners and middles of the faces lie in one plane, on straight elements, and every node of the surface is on one.
+/// The faces contain every surface node. The corners and mid-edge nodes of each face lie in one plane if the edges are straight.
 #[test]
 fn faces_are_those_of_the_format() {
     for (name, solid) in NAMES {
@@ -178,7 +178,7 @@ fn faces_are_those_of_the_format() {
                                 - a[(d + 2) % 3] * b[(d + 1) % 3])
                         })
                         .sum();
-                    // The block is skewed by products of coordinates, within which edges stay straight to a tenth.
+                    // Products of coordinates skew the block. The edges stay straight within 10 %.
                     assert!(volume.abs() < 0.1 * 1e-3_f64.powi(2), "{name}: {volume:e}");
                 }
             }
@@ -186,8 +186,8 @@ fn faces_are_those_of_the_format() {
     }
 }
 
-/// `samples/solids/make.py`: √(eigenvalue)/2π of the stiffness alone, that of CalculiX's matrices of the same decks, mm and N. Rows of its own,
-/// by which CalculiX keeps incompatible modes, are condensed.
+/// √(eigenvalue)/2π of the stiffness with unit mass, from CalculiX's matrices of the same decks (`samples/solids/make.py`) in mm and N. The
+/// rows of CalculiX's incompatible modes are condensed.
 const OF_STIFFNESS: [(&str, f64, [f64; 5]); 8] = [
     (
         "C3D8",
@@ -200,7 +200,7 @@ const OF_STIFFNESS: [(&str, f64, [f64; 5]); 8] = [
             68.2545999661,
         ],
     ),
-    // Both take the gradients of the incompatible modes at the centre, and differ in how they are scaled on skewed cells.
+    // Both programs take the gradients of the incompatible modes at the centre but scale them differently on skewed cells.
     (
         "C3D8I",
         5e-3,
@@ -294,14 +294,14 @@ fn stiffness_of_assembled_decks_is_that_of_calculix() {
         let found = lowest_frequencies(&read, &free, 5)
             .expect("frequencies")
             .expect("both matrices");
-        assert_eq!(found.rigid.len(), 0, "{name}: the foot is held by the deck");
+        assert_eq!(found.rigid.len(), 0, "{name}: the deck fixes the foot");
         for (a, b) in found.elastic.iter().zip(expected) {
             assert!((a / b - 1.0).abs() < tolerance, "{name}: {a} {b}");
         }
     }
 }
 
-/// What a mesh here is not is said, with what to do.
+/// The error names the unsupported content and the correction.
 #[test]
 fn decks_that_are_not_assembled_are_refused() {
     let sound = fs::read_to_string(folder().join("C3D10.inp")).expect("a sample");
@@ -369,7 +369,7 @@ fn decks_that_are_not_assembled_are_refused() {
         told("*include, input=two.msh\n*MATERIAL, NAME=STEEL\n".to_owned()),
         &["*INCLUDE of line 1", "give the deck as a file"],
     );
-    // Whatever is not known to leave the structure as it is may make another one of it.
+    // The reader rejects every keyword that may change the structure and that it does not know.
     for (card, parts) in [
         (
             "*ELGEN, ELSET=MORE\n1,2,1,1",
@@ -403,7 +403,7 @@ fn decks_that_are_not_assembled_are_refused() {
     }
 }
 
-/// The first character of a keyword's line that is no blank is its star.
+/// The first nonblank character of a keyword line is its star.
 #[test]
 fn keywords_and_comments_may_be_indented() {
     let sound = fs::read_to_string(folder().join("tied.inp")).expect("a sample");
@@ -418,7 +418,7 @@ fn keywords_and_comments_may_be_indented() {
     assert_eq!(read(&held).size, read(&sound).size);
 }
 
-/// What a step holds adds to what the model holds, or with `OP=NEW` takes its place.
+/// Supports of a step add to the supports of the model. `OP=NEW` replaces the supports of the model.
 #[test]
 fn a_step_may_hold_something_else() {
     let sound = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
@@ -451,7 +451,8 @@ fn a_step_may_hold_something_else() {
     assert!(more <= held, "{more} {held}");
 }
 
-/// What Gmsh writes beside the volumes changes nothing but what is told; a set of nodes may be that of a set of elements, here or within another set.
+/// Surface and line elements from Gmsh do not change the structure and cause a note. A node set may come from an element set, directly or
+/// within another set.
 #[test]
 fn faces_and_lines_without_a_section_are_left_out() {
     let plain = fs::read_to_string(folder().join("C3D10.inp")).expect("a sample");
@@ -472,7 +473,7 @@ fn faces_and_lines_without_a_section_are_left_out() {
     );
 }
 
-/// A loss factor of a material is hysteretic damping of so much of its stiffness.
+/// A loss factor of a material is hysteretic damping proportional to its stiffness.
 #[test]
 fn structural_damping_of_a_material_is_part_of_its_stiffness() {
     let plain = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
@@ -493,7 +494,7 @@ fn structural_damping_of_a_material_is_part_of_its_stiffness() {
     );
 }
 
-/// A deck in parts is read as one text, from the folder of the deck; a fault is told with the lines of the files.
+/// The reader joins included files into one text and finds them in the folder of the deck. An error names the lines of the files.
 #[test]
 fn included_files_are_read_in_their_place() {
     let plain = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
@@ -531,7 +532,7 @@ fn included_files_are_read_in_their_place() {
     assert!(told.contains("nodes.inp"), "{told}");
 }
 
-/// A line of a keyword that ends with a comma goes on, and blanks may follow a star; numbers below it are data.
+/// A keyword line that ends with a comma continues on the next line. Blanks may follow a star. Lines of numbers are data.
 #[test]
 fn a_keyword_may_go_on_below() {
     let plain = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
@@ -551,14 +552,14 @@ fn a_keyword_may_go_on_below() {
     // The name of a set is data.
     let held = read(&plain.replacen("*BOUNDARY\n", "*BOUNDARY,\n", 1)).expect("a deck");
     assert_eq!(held.size, expected.size);
-    // Lines are counted as they stand.
+    // Line numbers count the lines of the file.
     let (sound, _) = on.split_once("*MATERIAL").expect("a material");
     let line = sound.lines().count() + 1;
     let told = read(&format!("{sound}*NO SUCH KEYWORD\n")).expect_err("a keyword");
     assert!(told.to_string().contains(&format!("line {line}")), "{told}");
 }
 
-/// What belongs to a material stands within one, once.
+/// Material constants must follow a *MATERIAL, once each.
 #[test]
 fn constants_of_no_material_and_twice_are_rejected() {
     let sound = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
@@ -577,7 +578,7 @@ fn constants_of_no_material_and_twice_are_rejected() {
     assert!(told(global).contains("*GLOBAL DAMPING"));
 }
 
-/// A file that is in two folders may be meant twice.
+/// The reader rejects an included name that exists in two folders.
 #[test]
 fn an_included_name_is_one_file() {
     let plain = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");
@@ -605,7 +606,7 @@ fn an_included_name_is_one_file() {
     assert!(both.contains("a name that is one file"), "{both}");
 }
 
-/// Nodes whose positions are exchanged make a body that moves freely and does not turn.
+/// If node positions are exchanged, the body translates freely but resists rotation.
 #[test]
 fn a_body_that_does_not_turn_is_doubted() {
     let deck = fs::read_to_string(folder().join("C3D8.inp")).expect("a sample");

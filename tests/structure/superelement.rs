@@ -1,4 +1,4 @@
-//! The reduced structure as matrices, against the whole one.
+//! The reduced structure as matrices, against the whole structure.
 
 use std::f64::consts::TAU;
 
@@ -10,9 +10,11 @@ use fretwear::structure::superelement::Superelement;
 
 use super::reduction::{coarse, direct};
 
-/// What the superelement's flexibility is off the structure's by the series that is cut, over its largest entry: a few times what the model says of itself.
+/// Largest error of the superelement's flexibility from the truncated series, relative to the largest entry: a few times the estimate of
+/// the model.
 const OFF: f64 = 1e-3;
-/// An error that is asked of a reduction, and what a real frequency may make of it: terms of the series add up, and a resonance may be near.
+/// Requested error of a reduction, and the largest factor at a real frequency. At a real frequency, the terms of the series add up, and a
+/// resonance may be near.
 const RIGHT: f64 = 1e-3;
 const AT_REAL: f64 = 10.0;
 
@@ -47,7 +49,7 @@ fn a_superelement_answers_at_its_ports_as_the_structure_does() {
     let found = flexibility(&superelement, checked.shift, ports);
     let off = off(&found, &checked.flexibility);
     assert!(off < OFF, "{off:e}");
-    // Its lowest frequencies are those of the structure: K - (ω² - ε) M and K - (ω² + ε) M differ by one negative eigenvalue.
+    // The lowest frequencies are frequencies of the structure: K − (ω² − ε) M and K − (ω² + ε) M differ by one negative eigenvalue.
     let count = |square: f64| {
         let mut shifted = superelement.stiffness.clone();
         shifted.add(-square, &superelement.mass);
@@ -61,8 +63,8 @@ fn a_superelement_answers_at_its_ports_as_the_structure_does() {
     }
 }
 
-/// The frequency up to which a reduction is right to a thousandth, by its own check and the square, rises with its modes; and a solution of the whole
-/// structure at a real frequency finds it right there.
+/// More modes raise the frequency up to which a reduction is accurate to 1e-3. The frequency follows from the self-check with a quadratic
+/// law. A direct solve at a real frequency confirms the accuracy.
 #[test]
 fn a_reduction_knows_its_error() {
     let mut before = 0.0;
@@ -78,7 +80,7 @@ fn a_reduction_knows_its_error() {
             "{modes} modes: {right} Hz after {before} Hz"
         );
         before = right;
-        // Beside the resonances.
+        // A frequency between the resonances.
         let omega = TAU * 0.93 * right;
         let (system, ports) = coarse();
         let columns = [0, 1, 2, 90, 91, 92];
@@ -95,7 +97,7 @@ fn a_reduction_knows_its_error() {
             "{modes} modes: {off:e} at {right} Hz"
         );
     }
-    // Half of the residual is another structure, which a check must not miss.
+    // With half of the residual, the structure differs. The check must detect the difference.
     let mut without = reduced(30);
     let half = |i, j| 0.5 * without.residual[(i, j)];
     without.residual = Matrix::from_fn(without.ports.len(), without.ports.len(), half);

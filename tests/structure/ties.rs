@@ -1,5 +1,5 @@
-//! Meshes whose displacements follow from others: tied surfaces and linear equations, held against CalculiX, one mesh in one piece, and fields that
-//! ties leave exact.
+//! Meshes with dependent displacements: tied surfaces and linear equations, against CalculiX, against a mesh in one piece, and against
+//! exact fields.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,9 +11,9 @@ use fretwear::structure::matrices::{Matrices, Triplets};
 use fretwear::structure::readers::{self, Input};
 use fretwear::structure::solids::{NAMES, Solid};
 
-/// The numbers of CalculiX are given with twelve digits; its coordinates and weights have some less.
+/// Relative error against CalculiX, which prints twelve digits. Its coordinates and weights have fewer digits.
 const SAME_PROGRAM: f64 = 1e-7;
-/// Sums of some hundred entries that are rounded.
+/// Rounding of sums of some hundred entries.
 const ROUNDING: f64 = 1e-11;
 
 fn sample(name: &str) -> String {
@@ -30,7 +30,7 @@ fn refusal(text: &str) -> String {
     found.expect_err("a fault").to_string()
 }
 
-/// √(eigenvalue)/2π of the stiffness alone.
+/// √(eigenvalue)/2π of the stiffness with unit mass.
 fn roots(mut read: Matrices, count: usize) -> Vec<f64> {
     let mass = read.mass.as_mut().expect("a mass");
     mass.entries = (0..read.size as u32).map(|row| (row, row, 1.0)).collect();
@@ -52,7 +52,7 @@ fn form(matrix: &Triplets, u: &[f64]) -> (f64, f64) {
     (sum, parts)
 }
 
-/// `samples/solids/make.py`: the stiffness of CalculiX's matrices of the same decks, mm and N.
+/// Stiffness of CalculiX's matrices of the same decks (`samples/solids/make.py`), in mm and N.
 #[test]
 fn tied_decks_have_the_stiffness_of_calculix() {
     let expected = [
@@ -88,7 +88,7 @@ fn tied_decks_have_the_stiffness_of_calculix() {
     }
 }
 
-/// The mesh of a bar of 3 × 2 × 2 cells in two parts above each other, each with nodes of its own, or in one piece.
+/// Mesh of a bar of 3 × 2 × 2 cells, in one piece or in two stacked parts with separate nodes.
 fn bar(is_one_piece: bool, order: &str) -> String {
     let mut nodes = String::from("*NODE\n");
     let mut elements = [String::new(), String::new()];
@@ -152,7 +152,7 @@ fn tied_parts_that_match_are_one_piece() {
     }
 }
 
-/// Faces that do not match leave a field exact that is linear over both blocks, and all of the mass and its moments.
+/// Ties between nonmatching faces reproduce a field that is linear over both blocks, and keep the mass and its moments.
 #[test]
 fn ties_pass_the_patch_test() {
     for name in ["tied.inp", "tied_quadratic.inp"] {
@@ -174,7 +174,7 @@ fn ties_pass_the_patch_test() {
             dofs.iter().map(row).collect()
         };
         let volume = 30.0 * 14.0 * 10.0 + 26.0 * 11.0 * 8.0;
-        // The sole of the upper block comes down by 0.05, which makes its lowest cells higher.
+        // The tie moves the sole of the upper block down by 0.05, so the lowest cells become higher.
         let volume = volume + 26.0 * 11.0 * 0.05;
         for mass in mass_by_direction(&read) {
             let mass = mass.expect("a direction");
@@ -260,7 +260,7 @@ fn equations_are_a_product_of_matrices() {
     }
 }
 
-/// Equations that lead to each other, and terms that are held.
+/// Equations that depend on each other, and terms that are fixed.
 #[test]
 fn equations_are_followed_to_what_is_free() {
     let text = sample("tied.inp");
@@ -268,7 +268,7 @@ fn equations_are_followed_to_what_is_free() {
         "43,3,1.0,48,3,-0.75,48,1,0.5\n",
         "43,3,1.0,48,3,-0.75,\n 48,1,0.5\n*EQUATION\n2\n48,3,2.0,46,3,-1.0\n2\n46,3,-4.0,1,3,5.0\n",
     );
-    // Node 1 is held: so are 46 and 48 along z, and node 43 follows node 48 along x alone.
+    // Node 1 is fixed, so nodes 46 and 48 are fixed along z. Node 43 then depends only on node 48 along x.
     let direct = text.replace(
         "3\n43,3,1.0,48,3,-0.75,48,1,0.5\n",
         "2\n43,3,1.0,48,1,0.5\n",
@@ -279,7 +279,7 @@ fn equations_are_followed_to_what_is_free() {
     assert_eq!(chained.stiffness, direct.stiffness);
 }
 
-/// The nearest point of a face: of a parallelogram by its plane, of curved ones by a search over many points.
+/// The nearest point of a flat face by its plane, and of a curved face by a search over many points.
 #[test]
 fn nearest_points_of_faces_are_the_nearest() {
     const MANY: usize = 120;
@@ -302,7 +302,7 @@ fn nearest_points_of_faces_are_the_nearest() {
             .iter()
             .map(|n| read.positions[n])
             .collect();
-        // Middles of edges off their lines, so that faces curve where they can.
+        // Mid-edge nodes are off the straight edges, so quadratic faces are curved.
         for (k, node) in nodes
             .iter_mut()
             .enumerate()
@@ -336,7 +336,7 @@ fn nearest_points_of_faces_are_the_nearest() {
                         .sum();
                     assert!((by_weights - found.position[a]).abs() < 1e-10);
                 }
-                // No point of the face is nearer; those of a fine raster miss the nearest by a share of their distance.
+                // No point of the face is nearer. A fine raster misses the nearest point by a share of its spacing.
                 let mut nearest = f64::INFINITY;
                 for (i, j) in (0..=MANY).flat_map(|i| (0..=MANY).map(move |j| (i, j))) {
                     let place = [i, j].map(|x| x as f64 / MANY as f64);
@@ -362,12 +362,12 @@ fn nearest_points_of_faces_are_the_nearest() {
     assert!(Face::new(Solid::Tetrahedron4, 4, &[[0.0; 3]; 4]).is_none());
 }
 
-/// Each fault by the line it is in, and what would be right.
+/// Each error names the line of the fault and the correction.
 #[test]
 fn faults_of_ties_and_equations_are_told() {
     let sound = sample("tied.inp");
     let cases: [(&str, &str, &[&str]); 18] = [
-        // What hangs on a node that is not there would be free.
+        // A dependent displacement on a missing node would be free.
         (
             "48,1,0.5\n",
             "4800,1,0.5\n",
@@ -442,7 +442,7 @@ fn faults_of_ties_and_equations_are_told() {
             assert!(told.contains(part), "{told}\nhas no \"{part}\"");
         }
     }
-    // What is further off is told, and is not tied.
+    // The reader reports nodes beyond the tolerance and does not tie these nodes.
     let far = sound
         .replace("*TIE", "*SURFACE, NAME=ALL, TYPE=NODE\nSOLE\n43\n*TIE")
         .replace("SLAVE,MASTER", "ALL,MASTER");

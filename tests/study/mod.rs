@@ -1,4 +1,4 @@
-//! The paper's study.
+//! Tests of the paper's study.
 
 mod claims;
 mod scenes;

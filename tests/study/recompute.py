@@ -1,11 +1,11 @@
-"""Judges the claims of the paper from the tables of runs, and holds the verdicts of `fretwear reproduce` to that.
+"""Evaluates the claims of the paper from the tables of runs, and compares the verdicts of `fretwear reproduce` with the result.
 
-    recompute.py FOLDER                       # of fretwear reproduce: its runs, and claims.parquet
-    recompute.py FOLDER --program PROGRAM     # which makes a small study there first: a minute or two
+    recompute.py FOLDER                       # folder of fretwear reproduce, with its runs and claims.parquet
+    recompute.py FOLDER --program PROGRAM     # first computes a small study in the folder (1 to 2 minutes)
 
-Wants Polars and numpy. It shares nothing with the program but the tables: thresholds stand here as they are in the text of the paper (Armand
-and others, Proc. R. Soc. A, 2019), or where that has none, as the criteria of `claims.md` mark them with *. Ends with 1 where a verdict
-differs, on a claim or on one of the runs or sets that it is put together of.
+The script needs Polars and numpy, and it shares only the tables with the program. Its thresholds come from the text of the paper (Armand
+and others, Proc. R. Soc. A, 2019). Where the paper gives no threshold, the script uses the criteria that `claims.md` marks with *.
+The exit code is 1 if a verdict differs, on a claim or on one of its runs or sets of runs.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-# The paper's resonator with a coarse mesh, a coarse surface and a short life.
+# The paper's resonator with a coarse mesh, a coarse surface and few cycles.
 SMALL = """
 joint.grid=[27, 27]
 joint.elements=[9, 9]
@@ -58,7 +58,7 @@ def every(verdicts):
 
 
 class Bar:
-    """A value that may be off by `error`, which adds up."""
+    """Value with an error bound. Errors add up."""
 
     def __init__(self, value, error=0.0):
         self.value, self.error = float(value), float(abs(error))
@@ -164,7 +164,7 @@ class Run:
         return self.wears and self.cycles[-1] >= cycles
 
     def steps_error(self, place):
-        """What wear steps and contact solves make wrong in the worn volume: the bar without closure and harmonics."""
+        """Relative error of the worn volume by wear steps and contact solves: the error bar without closure and harmonics."""
         at = lambda name: float(self.column(name)[place] or 0) if self.column(name) is not None else 0.0
         clean = lambda value: 0.0 if math.isnan(value) else value
         whole, closure, harmonics = (clean(at("error_" + n)) for n in ("wear_volume", "closure", "harmonics"))
@@ -172,12 +172,12 @@ class Run:
 
     @staticmethod
     def followed(values, volumes, place, error):
-        """What a value is off by where the volume is off by a part, if it goes on as over the last step."""
+        """Error of a value for a relative error of the volume, by extrapolation of the last step."""
         worn = volumes[place] - volumes[place - 1]
         return abs(values[place] - values[place - 1]) * error * volumes[place] / worn if place and worn else 0.0
 
     def state(self, values, volumes, place, error):
-        """Of what follows the state of wear at least that part of what wear has changed so far."""
+        """Error of a value that follows the wear: at least the relative error times the change by wear so far."""
         return max(self.followed(values, volumes, place, error), abs(values[place] - values[0]) * error)
 
     def bar(self, name, place):
@@ -217,12 +217,12 @@ class Run:
         return Bar(depth, depth * self.steps_error(len(self.iterations) - 1))
 
     def forces(self):
-        """Largest tangential force of the fine contact, in parts of the friction limit under the load of the same time."""
+        """Largest tangential force of the fine contact, relative to the friction limit under the load at the same time."""
         of = lambda cycle: np.hypot(cycle["force_x"], cycle["force_y"]) / (self.friction * cycle["normal_load"])
         return [float(of(self.table(k, "cycle")).max()) for k in self.iterations]
 
     def seconds(self):
-        """Time of the processor for all stages and their parts; of the clock for a stage where that is not told throughout."""
+        """Processor time of all stages and their parts. A stage without complete processor times counts with its elapsed time."""
         timing = self.series("timing")
         frames = [path for path in (self.folder / "once").glob("timing.parquet")]
         timing = pl.concat([timing, *(pl.read_parquet(path) for path in frames)], how="diagonal_relaxed")
@@ -239,7 +239,7 @@ def moments(heights):
 
 
 class Claims:
-    """Each method judges one claim: pairs of the runs looked at and the verdict."""
+    """Verdicts on the claims. Each method evaluates one claim and returns pairs of runs and verdict."""
 
     def __init__(self, runs, setting_law):
         own = [run for run in runs if run.law == setting_law and not run.sphere]
@@ -273,7 +273,7 @@ class Claims:
     def each(self, judge, runs=None):
         return [([run], judge(run)) for run in (self.rough if runs is None else runs)]
 
-    # 231 iterations, of 0.1 µm, to 10 million cycles; 4 h 29 min, 70 s each.
+    # Paper: 231 iterations with steps of 0.1 µm to 10 million cycles, in 4 h 29 min, 70 s per iteration.
 
     def claim_1(self):
         run = self.explicit
@@ -328,13 +328,13 @@ class Claims:
             end = run.cycles[-1]
             last, earlier = run.bar("dissipated_energy", -1), run.bar_at("dissipated_energy", end - 2e6)
             change = abs(last.value - earlier.value) / 2 / last.value
-            # Steps err alike in neighbours; each cycle is solved by itself.
+            # The step errors of neighbouring iterations are nearly equal. The solver error of each cycle is independent.
             solves = np.nan_to_num(run.column("error_cycle").astype(float)[-1]) if run.column("error_cycle") is not None else 0
             return Bar(change, abs(last.error - earlier.error) / 2 / last.value + solves).below(0.05)
 
         return self.each(judge, [run for run in self.rough if run.reaches(1e7)])
 
-    # Peaks flattened, valleys untouched; Rq, skewness, kurtosis by eq. 4.1 and 4.2.
+    # Flattened peaks and unworn valleys; Rq, skewness and kurtosis by eq. 4.1 and 4.2.
 
     def claim_8(self):
         run = self.main
@@ -400,7 +400,7 @@ class Claims:
 
         return self.each(judge)
 
-    # Area, pressure, stiffness.
+    # Area, pressure and stiffness.
 
     def claim_15(self):
         def judge(run):
@@ -561,7 +561,7 @@ class Claims:
         area = 0.5 * abs(np.dot(u, np.roll(f, -1)) - np.dot(np.roll(u, -1), f))
         reach, force = np.ptp(u) / 2, np.ptp(f) / 2
         whole = 4 * force * (reach - force / slope)
-        # What the polygon misses of the energy is what its points leave open.
+        # The error is the energy that the polygon of the points does not enclose.
         return Bar(area / whole, area / whole * (area / energy - 1)) if whole > 0 else None
 
     def claim_36(self):
@@ -641,7 +641,7 @@ class Claims:
         return self.each(judge, self.updated)
 
     def pairs(self, judge, runs):
-        """Two runs that were never updated are the same, whatever updates do."""
+        """Compares pairs of runs. Two runs without any update are equal and therefore give no verdict."""
         updates = lambda run: run.column("updated")[1:].sum()
         each = [(a, b) for k, a in enumerate(runs) for b in runs[k + 1 :]]
         return every(judge(a, b) if updates(a) + updates(b) else UNDECIDED for a, b in each)
@@ -671,11 +671,11 @@ class Claims:
         return runs, self.pairs(judge, runs)
 
     def claim_32(self):
-        # "After these 10 million cycles."
+        # The paper claims this "after these 10 million cycles".
         return self.alike(self.updated) if len(self.updated) > 1 and all(run.reaches(1e7) for run in self.updated) else None
 
     def claim_33(self):
-        # "Up to 10 million cycles."
+        # The paper claims this "up to 10 million cycles".
         both = [*self.updated[:1], self.main]
         return self.alike(both) if self.updated and all(run.reaches(1e7) for run in both) else None
 
@@ -700,7 +700,7 @@ class Claims:
         return self.spheres, of(all(load) and all(plateau) and grows)
 
     def limited(self, judge):
-        """The verdict on elastic and plastic joint; none can be had where the elastic one nowhere bears as much as the limit."""
+        """Verdict on the elastic and the plastic joint. The claim is undecided if the elastic pressure nowhere reaches the limit."""
         if self.plastic:
             is_limited = self.main.column("max_pressure")[0] > self.plastic.cap
             return [self.main, self.plastic], judge() if is_limited else UNDECIDED
@@ -743,8 +743,8 @@ class Claims:
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--counts", action="store_true", help="print the verdicts too")
-    parser.add_argument("--program", help="makes a small study in the folder first")
+    parser.add_argument("--counts", action="store_true", help="also print the verdicts")
+    parser.add_argument("--program", help="program that first computes a small study in the folder")
     arguments = parser.parse_args()
     if arguments.program:
         sets = [word for line in SMALL.strip().splitlines() for word in ("--set", line)]

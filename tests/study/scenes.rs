@@ -1,4 +1,4 @@
-//! The shipped scenes of the study: what they are of, and that they are those of `pipelines/study`.
+//! Tests of the shipped scenes of the study: their settings, and their agreement with `pipelines/study`.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ fn they_are_all_that_is_in_the_folder() {
     assert_eq!(found, shipped);
 }
 
-/// The paper's setting is never updated, but for the runs on updates; both laws are what they are called.
+/// The paper's setting has no updates, except in the runs about updates. Both laws agree with their names.
 #[test]
 fn they_are_in_the_papers_setting() {
     for (law, joint, word) in [

@@ -1,10 +1,10 @@
-//! Damaged files: mutants of good ones, the same on every machine.
+//! Damaged files: reproducible mutants of sound files.
 
-/// Numbers that look random and are the same everywhere (splitmix64).
+/// Reproducible pseudorandom numbers (splitmix64).
 pub struct Noise(pub u64);
 
 impl Noise {
-    /// A number from 0 to below `below`.
+    /// Next number in 0..`below`.
     pub fn next(&mut self, below: usize) -> usize {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -14,7 +14,7 @@ impl Noise {
     }
 }
 
-/// The bytes with one to four changes.
+/// Copy of the bytes with one to four changes.
 pub fn mutant(bytes: &[u8], noise: &mut Noise) -> Vec<u8> {
     const WORDS: [&[u8]; 10] = [
         b"999999999999",
@@ -40,7 +40,7 @@ pub fn mutant(bytes: &[u8], noise: &mut Noise) -> Vec<u8> {
                 bytes.drain(at.min(end)..end);
             }
             4 => {
-                // A number in place of another.
+                // One number replaces another number.
                 let word = WORDS[noise.next(WORDS.len())];
                 let digits = bytes[at.min(bytes.len())..]
                     .iter()

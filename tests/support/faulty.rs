@@ -1,4 +1,4 @@
-//! A file system that fails when told to.
+//! File system with injected faults.
 
 use fretwear::store::{Entry, FileSystem, LockAttempt, LockGuard, Metadata, RealFileSystem};
 use std::fs;
@@ -6,23 +6,23 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// What happens at the chosen call.
+/// Fault at the chosen call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
-    /// It fails, and later ones do not.
+    /// The call fails, and later calls succeed.
     Error,
-    /// The process ends: it and all later ones fail. A file being written is cut in half.
+    /// The process ends: this call and all later calls fail. The call truncates the written file to half.
     EndTruncating,
-    /// The process ends, before a file being written has any name.
+    /// The process ends before the written file gets a name.
     EndBefore,
-    /// The machine loses power: as `EndTruncating`, every name that no `sync_dir` made durable is undone, and every file whose
-    /// content no `sync_file` made durable is cut.
+    /// The machine loses power. As in `EndTruncating`, all later calls fail. The file system also undoes every name without a later
+    /// `sync_dir` and truncates every file without a later `sync_file`.
     PowerLoss,
 }
 
 enum Undo {
     Created(PathBuf),
-    /// A file whose content is not on the disk yet.
+    /// A file whose content is not yet on the disk.
     Written(PathBuf),
     Renamed {
         from: PathBuf,
@@ -33,7 +33,7 @@ enum Undo {
 }
 
 impl Undo {
-    /// The path whose folder has to be synced for this to last.
+    /// Path of the change. A sync of its folder makes the change durable.
     fn path(&self) -> &Path {
         match self {
             Undo::Created(path) | Undo::Written(path) | Undo::Removed(path, _) => path,
@@ -76,24 +76,24 @@ struct State {
     undo: Vec<Undo>,
 }
 
-/// The real file system without its waits for the disk, and with faults.
+/// Real file system with injected faults, without waiting for the disk.
 ///
-/// An error may come at every call. An end is told apart only by what was changed before it, so that it counts the calls that
-/// change something.
+/// An error may occur at every call. An end of the process differs only by the changes before it, so its position counts only the calls
+/// with a change.
 pub struct FaultyFileSystem {
     fault: Option<(usize, Fault)>,
     free_space: u64,
     state: Mutex<State>,
 }
 
-/// Whether a call is to happen.
+/// Whether the file system executes a call.
 enum Verdict {
     Go,
     Stop { cut_file: bool },
 }
 
 impl FaultyFileSystem {
-    /// One that never fails.
+    /// File system without a fault.
     pub fn sound() -> Self {
         FaultyFileSystem {
             fault: None,
@@ -102,7 +102,7 @@ impl FaultyFileSystem {
         }
     }
 
-    /// One that fails at a call, counted from 1 among those at which the fault may come.
+    /// File system that fails at one call, counted from 1 among the calls that can have this fault.
     pub fn failing(call: usize, fault: Fault) -> Self {
         FaultyFileSystem {
             fault: Some((call, fault)),
@@ -110,7 +110,7 @@ impl FaultyFileSystem {
         }
     }
 
-    /// One with little room.
+    /// File system with limited free space.
     pub fn with_free_space(free_space: u64) -> Self {
         FaultyFileSystem {
             free_space,
@@ -118,7 +118,7 @@ impl FaultyFileSystem {
         }
     }
 
-    /// Calls so far at which the fault may come.
+    /// Number of calls so far that can have this fault.
     pub fn calls(&self, fault: Fault) -> usize {
         let state = self.state.lock().expect("no panic while held");
         match fault {
@@ -127,7 +127,7 @@ impl FaultyFileSystem {
         }
     }
 
-    /// After power is lost: undoes what was not made durable.
+    /// After a power loss, undoes every change that is not durable.
     pub fn settle(&self) {
         let mut state = self.state.lock().expect("no panic while held");
         if state.ended && matches!(self.fault, Some((_, Fault::PowerLoss))) {
@@ -156,7 +156,7 @@ impl FaultyFileSystem {
         }
     }
 
-    /// For a call that changes something.
+    /// Check before a call with a change.
     fn check_change(&self) -> io::Result<()> {
         match self.verdict(true) {
             Verdict::Go => Ok(()),
@@ -164,7 +164,7 @@ impl FaultyFileSystem {
         }
     }
 
-    /// For a call that only looks.
+    /// Check before a read-only call.
     fn check_look(&self) -> io::Result<()> {
         match self.verdict(false) {
             Verdict::Go => Ok(()),
@@ -245,7 +245,7 @@ impl FileSystem for FaultyFileSystem {
         self.check_change()?;
         let replaced = fs::read(to).ok();
         fs::rename(from, to)?;
-        // What is still unsynced inside a renamed folder is so under its new name.
+        // Unsynced changes inside a renamed folder get the new path.
         let mut state = self.state.lock().expect("no panic while held");
         for undo in &mut state.undo {
             let content = matches!(undo, Undo::Written(_));
@@ -287,7 +287,7 @@ impl FileSystem for FaultyFileSystem {
         match self.verdict(true) {
             Verdict::Go => fs::remove_dir_all(path),
             Verdict::Stop { .. } => {
-                // Half of it is gone when the process ends.
+                // The process ends when half of the folder is removed.
                 if let Some(entry) = fs::read_dir(path)?.next() {
                     let inner = entry?.path();
                     if inner.is_file() {

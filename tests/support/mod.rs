@@ -1,4 +1,4 @@
-//! What tests of whole runs share: a folder with a scene, the real binary, and the comparison of what runs leave.
+//! Support for tests of whole runs: a folder with a scene, the real binary, and comparisons of run folders.
 
 pub mod damage;
 pub mod faulty;
@@ -16,8 +16,8 @@ use fretwear::tables::{Table, TableName};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A rough joint of a few cells that wears in some iterations. The ratio of its cells to its padded plane (26·22 / 54·48) has no
-/// short binary form, so that sums of transform pairs do not happen to be exact.
+/// Rough joint of a few cells that wears in some iterations. The ratio of its cells to its padded plane (26·22 / 54·48) has no short binary
+/// form, so sums of FFT pairs are not exact by chance.
 pub const SMALL: &str = r#"title = "Small"
 [joint]
 size = ["4 mm", "3 mm"]
@@ -43,9 +43,9 @@ tolerance = 1e-3
 curves_every = 2
 "#;
 
-/// A resonator of so few cells that its vibration wears the joint in some iterations within a second; some of its elements slip.
-/// At this `stiffness_change` the elements are renewed more than once, and not at every iteration. They are those of the paper, which
-/// have one slider each; tests of more say so.
+/// Resonator with few cells. Its vibration wears the joint in some iterations within a second, and some contact elements slip. This
+/// `stiffness_change` causes several model updates, but not one per iteration. The contact elements have one slider each, as in the paper.
+/// Tests with more sliders set the key.
 pub const RESONATOR: &str = r#"title = "Small resonator"
 [joint]
 size = ["40 mm", "36 mm"]
@@ -112,7 +112,7 @@ frequency = ["160 Hz", "750 Hz"]
 points = 23
 "#;
 
-/// What gives [`OSCILLATOR`] a friction contact.
+/// Section that adds a friction contact to [`OSCILLATOR`].
 pub const SLIDER: &str = r#"[contact]
 kn = "8 N/um"
 kt = "6 N/um"
@@ -120,11 +120,11 @@ friction_coefficient = 0.3
 normal_load = "1000 N"
 "#;
 
-/// A folder with scenes and runs, and the cache of their structures, if there is one.
+/// Folder with scenes and runs, and the optional cache of their structures.
 pub struct Bench(TempDir, Option<PathBuf>);
 
 impl Bench {
-    /// One with [`SMALL`] as `small.toml` and [`RESONATOR`] as `resonator.toml`.
+    /// Folder with [`SMALL`] as `small.toml` and [`RESONATOR`] as `resonator.toml`.
     pub fn new() -> Bench {
         let bench = Bench(tempfile::tempdir().expect("a folder"), None);
         bench.write("small.toml", SMALL);
@@ -132,7 +132,7 @@ impl Bench {
         bench
     }
 
-    /// The bench, with structures shared between its runs.
+    /// Shares reduced structures between the runs of this folder.
     pub fn sharing(mut self) -> Bench {
         self.1 = Some(self.path("cache"));
         self
@@ -148,13 +148,13 @@ impl Bench {
         path
     }
 
-    /// A scene of this folder, changed by `sets`.
+    /// Scene of this folder, changed by `sets`.
     pub fn scene(&self, name: &str, sets: &[&str]) -> Scene {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         scene::load(&self.path(name), &sets).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The program in this folder, not started yet. It shares no structures with runs elsewhere, least of all with its user's.
+    /// Command of the program in this folder, not yet started. The command does not use the user's cache.
     pub fn command(&self, arguments: &[impl AsRef<OsStr>]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_fretwear"));
         command
@@ -168,7 +168,7 @@ impl Bench {
         command
     }
 
-    /// What the program did.
+    /// Runs the program and returns its output.
     pub fn fretwear(&self, arguments: &[impl AsRef<OsStr>]) -> Did {
         Did(self.command(arguments).output().expect("the program runs"))
     }
@@ -181,7 +181,7 @@ impl Bench {
     }
 }
 
-/// What a command did.
+/// Output and exit code of a command.
 pub struct Did(pub Output);
 
 impl Did {
@@ -203,19 +203,19 @@ impl Did {
     }
 }
 
-/// A run as its readers see it.
+/// Reader of a run.
 pub fn reader(root: &Path) -> RunReader {
     RunReader::open(Arc::new(RealFileSystem), root).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// A table of an iteration.
+/// Table of an iteration.
 pub fn table(root: &Path, wear_iteration: u64, name: TableName) -> Table {
     reader(root)
         .read(wear_iteration, name)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// One value of the summary of an iteration.
+/// Value of a summary column of an iteration.
 pub fn summary(root: &Path, wear_iteration: u64, column: &str) -> f64 {
     let row = table(root, wear_iteration, TableName::Summary);
     match row.f64(column) {
@@ -224,7 +224,7 @@ pub fn summary(root: &Path, wear_iteration: u64, column: &str) -> f64 {
     }
 }
 
-/// The last iteration.
+/// Last iteration.
 pub fn latest(root: &Path) -> u64 {
     reader(root).latest().expect("an iteration")
 }
@@ -240,16 +240,16 @@ pub fn verified(root: &Path) -> VerifyReport {
     report
 }
 
-/// What a run has computed: the bytes of every table but the timings, and the hash chain of the commits that verify.
+/// Results of a run: the bytes of every table except the timings, and the hash chain of the verified commits.
 ///
-/// A Parquet file holds nothing that differs between equal runs, so that whole files are compared.
+/// Equal runs have identical Parquet files, so tests compare whole files.
 #[derive(PartialEq)]
 pub struct Content {
     pub files: BTreeMap<PathBuf, Vec<u8>>,
     pub chain: BTreeMap<u64, (Option<String>, String)>,
 }
 
-/// Reads [`Content`] of the iterations from `first` on.
+/// Reads the [`Content`] of the iterations from `first` on.
 pub fn content_from(root: &Path, first: u64) -> Content {
     let reader = reader(root);
     let mut files = BTreeMap::new();
@@ -274,7 +274,7 @@ pub fn content_from(root: &Path, first: u64) -> Content {
     Content { files, chain }
 }
 
-/// Reads [`Content`].
+/// Reads the [`Content`] of all iterations.
 pub fn content(root: &Path) -> Content {
     content_from(root, 0)
 }
@@ -297,7 +297,7 @@ pub fn assert_same(found: &Content, expected: &Content, at: &str) {
     );
 }
 
-/// Copies a folder and what is in it.
+/// Copies a folder with its content.
 pub fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).expect("a folder");
     for entry in fs::read_dir(from).expect("a folder to copy") {
@@ -311,7 +311,7 @@ pub fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Every file below a folder with its content.
+/// All files below a folder with their content.
 pub fn every_file(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = BTreeMap::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -324,7 +324,7 @@ pub fn every_file(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-/// The object in a JSON file of a run, without the hash at its end.
+/// Object of a JSON file of a run, without the hash at its end.
 pub fn unsealed(path: &Path) -> Value {
     let text = fs::read_to_string(path).expect("a file");
     let mut value: Value = serde_json::from_str(&text).expect("an object");
@@ -332,7 +332,7 @@ pub fn unsealed(path: &Path) -> Value {
     value
 }
 
-/// The text of a JSON file of a run, with the hash at its end.
+/// Text of a JSON file of a run, with the hash at its end.
 pub fn sealed(value: &Value) -> String {
     let text = serde_json::to_string_pretty(value).expect("an object") + "\n";
     let seal = blake3::hash(text.as_bytes()).to_hex();
@@ -340,7 +340,7 @@ pub fn sealed(value: &Value) -> String {
     format!("{open},\n  \"seal\": \"{seal}\"\n}}\n")
 }
 
-/// Changes what `run.json` and its copy say, and their hashes.
+/// Changes `run.json` and its copy, and updates their hashes.
 pub fn forge_record(root: &Path, change: impl Fn(&mut Value)) {
     let mut record = unsealed(&root.join("run.json"));
     change(&mut record);
@@ -357,7 +357,7 @@ pub fn flip(path: &Path) {
     fs::write(path, bytes).expect("written");
 }
 
-/// A sequence of numbers in 0..1 that is the same in every test run.
+/// Reproducible sequence of numbers in 0..1.
 pub struct Chance(u64);
 
 impl Chance {
@@ -365,7 +365,7 @@ impl Chance {
         Chance(seed)
     }
 
-    /// The next one (splitmix64).
+    /// Next number (splitmix64).
     pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

@@ -1,4 +1,4 @@
-//! AL3D: tags of 52 bytes, then depths.
+//! AL3D files: tags of 52 bytes, then depths.
 
 use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
@@ -6,10 +6,10 @@ use super::AS_STATED;
 use super::malformed::{failure, says};
 use super::writers::file;
 
-/// 3 points along x, 2 along y \[m\], line by line.
+/// Heights \[m\] of 3 points along x and 2 points along y, line by line.
 const LINES: [[f32; 3]; 2] = [[0.07, 0.08, 0.09], [-0.01, 0.02, 0.03]];
 
-/// What the file has for a point that was not measured, and how the tag prints it.
+/// Value of a point without a measurement, and its text in the tag.
 const HOLE: f32 = 3.000_000_3e15;
 const HOLE_PRINTED: &str = "3e+15";
 
@@ -41,7 +41,7 @@ fn good_tags() -> Vec<(&'static str, String)> {
     .collect()
 }
 
-/// `filled` lines are as long as a multiple of eight points; then a texture of 6 bytes.
+/// File with a texture of 6 bytes after the heights. With `filled`, the length of each line is a multiple of eight points.
 fn al3d(tags: &[(&str, String)], filled: bool, point: impl Fn(usize, usize) -> f32) -> Vec<u8> {
     let mut bytes = b"AliconaImaging\0\r\n".to_vec();
     bytes.extend(tag("Version", "1"));
@@ -91,7 +91,7 @@ fn depths_with_holes_and_filled_lines() {
             assert_eq!(found.heights[i * 2 + j], f64::from(LINES[j][i]));
         }
     }
-    // Without a texture, without the value of a hole, and a NaN is a hole too.
+    // No texture and no value of a hole. NaN is also a hole.
     let mut tags = set("TextureImageOffset", "0");
     tags.retain(|(name, _)| *name != "InvalidPixelValue");
     let nan = |i, j| {
@@ -142,7 +142,7 @@ fn every_tag() {
         &with(&set("PixelSizeXMeter", "0")),
         &["spacing", "0e0 x 3e-6 m"],
     );
-    // Two tags of the format's own and nine more, after 17 bytes.
+    // Two tags of the format and nine other tags follow 17 bytes.
     says(
         &with(&set("DepthImageOffset", "588")),
         &["DepthImageOffset", "588", "at least 589"],
@@ -189,7 +189,7 @@ fn files_cut_short_or_of_another_kind() {
     };
     says(&edit(37, b"2"), &["version \"2\"", "version 1"]);
     says(&edit(89, b"many"), &["TagCount", "\"many\""]);
-    // A tag that is one byte longer than the others.
+    // One tag is one byte too long.
     says(&edit(119, b"x\r"), &["byte 119", "x\\r", "52 bytes"]);
     let (message, problem) = failure("map.al3d", b"AliconaImage", &AS_STATED);
     assert!(matches!(problem, ReadProblem::WrongMagic { .. }));

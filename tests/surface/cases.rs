@@ -1,4 +1,4 @@
-//! Files as people have them (`samples/cases`), each with its right value.
+//! Typical files of users (`samples/cases`), each with its correct value.
 
 use fretwear::surface::readers::{Correction, ReadOptions, Reading, read};
 
@@ -9,7 +9,7 @@ use super::{AS_STATED, MICROMETRES};
 /// Rq of the map of 12 x 8 points, as printed beside the cases.
 const RQ: f64 = 0.4688e-6;
 const PRINTED: f64 = 0.5e-10;
-/// What the five digits of the texts leave of the heights.
+/// Rounding of heights by the five digits of the texts.
 const DIGITS: f64 = 0.501e-11;
 
 fn case(name: &str, options: &ReadOptions) -> Reading {
@@ -21,7 +21,7 @@ fn refused(name: &str, options: &ReadOptions) -> String {
     error.to_string()
 }
 
-/// The heights \[m\] of the map of 12 x 8 points, from a text below a line of labels.
+/// Heights \[m\] of the map of 12 x 8 points, from a text below a line of labels.
 fn heights() -> Vec<f64> {
     let text = std::fs::read_to_string(sample("cases/csv_numeric_header/header.csv")).unwrap();
     let rows = text.lines().skip(1).flat_map(|line| line.split(','));
@@ -41,7 +41,7 @@ fn assert_is_the_map(found: &Reading, [dx, dy]: [f64; 2], rounding: f64) {
     }
 }
 
-/// Standard deviations of the means over y, along x, and over x, along y.
+/// Standard deviation along x of the means over y, and along y of the means over x.
 fn along_axes(found: &Reading) -> [f64; 2] {
     let map = &found.topography;
     let deviation = |means: Vec<f64>| {
@@ -147,7 +147,7 @@ fn marks_of_points_that_were_not_measured() {
 fn files_of_other_programs() {
     let spacing = [10e-6, 10e-6];
     for name in ["sur_compressed/map.sur", "sur_utf8_unit/map.sur"] {
-        // Integers count nanometres.
+        // The integers count nanometres.
         assert_is_the_map(&case(name, &AS_STATED), spacing, 0.501e-9);
     }
     assert_is_the_map(&case("x3p_in_folder/map.x3p", &AS_STATED), spacing, DIGITS);
@@ -159,7 +159,7 @@ fn files_of_other_programs() {
             "save one array with numpy.save",
         ],
     );
-    // An X3P whose numbers are micrometres, not metres.
+    // An X3P file with numbers in micrometres instead of metres.
     let correct = Correction {
         unit: Some(1e-6),
         spacing: Some(spacing),

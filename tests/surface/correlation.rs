@@ -29,7 +29,7 @@ fn the_autocorrelation_is_the_naive_mean_of_products() {
         let found = acf.at(a, b).unwrap();
         assert!((found - naive).abs() < 1e-11, "({a}, {b}): {found} {naive}");
     }
-    assert_eq!(acf.at(13, 0), None, "no pair is that far apart");
+    assert_eq!(acf.at(13, 0), None, "this distance exceeds the patch");
     assert!(autocorrelation(&patch, &vec![1.0; grid.len()]).is_err());
 }
 
@@ -47,7 +47,7 @@ fn the_correlation_length_is_found_on_both_axes() {
     let [x, y] = autocorrelation(&patch, &heights)
         .unwrap()
         .correlation_length();
-    // One seed with some 280 independent patches: a scatter of the autocorrelation of 6 % at most, hence of the length.
+    // One seed has about 280 independent patches. The autocorrelation, and therefore the length, scatters by at most 6 %.
     assert!((x.unwrap() / 0.3e-3 - 1.0).abs() < 0.15, "{x:?}");
     assert!((y.unwrap() / 0.15e-3 - 1.0).abs() < 0.15, "{y:?}");
 }

@@ -1,4 +1,4 @@
-//! Readers of maps on damaged files: a map or an error, within bounds of time and memory, and no panic.
+//! Map readers on damaged files: a map or an error, within bounds of time and memory, without a panic.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -10,12 +10,12 @@ use super::writers::{x3p_description, zip};
 use super::{AS_STATED, MICROMETRES};
 use crate::support::damage::{Noise, mutant};
 
-/// A sample is read in less than a millisecond; a machine that does other work, too, does not take a thousand times as long.
+/// Largest time for one file. A sample takes less than a millisecond, and a busy machine is less than a thousand times slower.
 const LONGEST: Duration = Duration::from_secs(2);
-/// Points that a damaged file may have, over its bytes. A megabyte of zeros packs into a kilobyte.
+/// Largest number of points of a damaged file per byte. A megabyte of zeros compresses to a kilobyte.
 const POINTS_OF_A_BYTE: usize = 1100;
 
-/// Reads what `damage` makes of the noise, many times.
+/// Reads many mutants from `damage`.
 fn fuzz(name: &str, each: usize, damage: impl Fn(&mut Noise) -> Vec<u8>) {
     let mut noise = Noise(each as u64);
     let (mut maps, mut refused) = (0, 0);
@@ -84,7 +84,7 @@ fn fuzz_all(each: usize) {
         let bytes = read(&format!("foreign/{name}"));
         fuzz(name, each.div_ceil(2), |noise| mutant(&bytes, noise));
     }
-    // The archive, and its members in an archive whose checksums are right.
+    // The archive, and its members in an archive with correct checksums.
     let archive = read("foreign/surfalize.x3p");
     fuzz("map.x3p", each.div_ceil(4), |noise| mutant(&archive, noise));
     let z = "<DataType>I</DataType><Increment>1e-7</Increment><Offset>1e-5</Offset>";
@@ -112,7 +112,7 @@ fn damaged_maps_are_read_or_refused() {
 }
 
 #[test]
-#[ignore = "long: a hundred thousand mutants of each format take a minute"]
+#[ignore = "long: a minute for 100 000 mutants of each format"]
 fn many_damaged_maps_are_read_or_refused() {
     fuzz_all(100_000);
 }

@@ -1,4 +1,4 @@
-//! One map by the writers of other programs (`samples/foreign/make.py`), and what a user may say of any file.
+//! One map from the writers of other programs (`samples/foreign/make.py`), and the keys that apply to any file.
 
 use std::path::PathBuf;
 
@@ -11,11 +11,11 @@ const NX: usize = 7;
 const NY: usize = 5;
 const SPACING: [f64; 2] = [0.5e-6, 0.8e-6];
 
-/// Differences are shares of the largest height.
+/// Tolerances, relative to the largest height.
 const SAME: f64 = 1e-9;
-/// A number of single precision.
+/// Rounding of single precision.
 const SINGLE: f64 = 6e-8;
-/// Half a step of the 16 bits between the lowest and the highest point.
+/// Half a step of 16-bit numbers between the lowest and the highest point.
 const SHORT: f64 = 0.5 / 65_000.0 * 1.8;
 
 pub fn sample(name: &str) -> PathBuf {
@@ -23,7 +23,7 @@ pub fn sample(name: &str) -> PathBuf {
     PathBuf::from(samples).join(name)
 }
 
-/// The heights \[m\] that the files have, as `make.py` says.
+/// Heights \[m\] of the files, by the formula of `make.py`.
 fn height(i: usize, j: usize) -> f64 {
     if (i, j) == (2, 1) {
         return f64::NAN;
@@ -49,7 +49,7 @@ fn assert_same(name: &str, found: &[f64], expected: &[f64], tolerance: f64) {
     }
 }
 
-/// The files that are read, whether they say their unit, what they say of their size, and how well they keep the heights.
+/// Readable files: whether the file states its unit, whether the file states its size, and the tolerance of the heights.
 const READ: [(&str, bool, bool, f64); 14] = [
     ("savetxt.txt", false, false, SAME),
     ("savetxt_tabs.txt", false, false, SAME),
@@ -90,7 +90,7 @@ fn maps_that_other_programs_wrote() {
         let map = foreign(name, &AS_STATED).topography;
         assert_eq!((map.nx, map.ny), (NX, NY), "{name}");
         assert_same(name, &map.heights, &stored.heights, SAME);
-        // A step of the integers is a number of single precision.
+        // The step of the integers has single precision.
         assert_same(name, &map.heights, &heights(), 2.0 * SINGLE);
         assert_same(name, &map.spacing.unwrap(), &SPACING, SINGLE);
     }
@@ -174,7 +174,7 @@ fn any_map_can_be_transposed() {
             plain.spacing.map(|[dx, dy]| [dy, dx]),
             "{name}"
         );
-        // What the user says is along the joint's axes.
+        // The user gives the spacing along the axes of the joint.
         let given = ReadOptions {
             spacing: Some([1e-6, 2e-6]),
             ..options
@@ -199,7 +199,7 @@ fn a_correction_overrides_what_a_file_states() {
             let options = ReadOptions {
                 correct,
                 transpose,
-                // Contradicts nothing, or is corrected.
+                // The unit agrees with the file, or the correction replaces it.
                 height_unit: Some(1e-6),
                 ..AS_STATED
             };
@@ -237,7 +237,7 @@ fn a_correction_of_heights_moves_no_points() {
         let scaled: Vec<f64> = heights().iter().map(|h| 1e-3 * h).collect();
         assert_same(name, &found.heights, &scaled, SAME);
     }
-    // Without another unit it is that of the positions, too.
+    // Without another unit, the unit of the heights also applies to the positions.
     let alone = ReadOptions {
         correct,
         ..AS_STATED

@@ -8,7 +8,7 @@ use fretwear::surface::statistics::roughness;
 
 use super::{bored, difference, joint};
 
-/// Sums of some ten thousand numbers of order one in double precision.
+/// Rounding of sums of about ten thousand numbers of order one in double precision.
 const ROUNDING: f64 = 1e-12;
 
 const RQ: f64 = 5e-6;
@@ -56,8 +56,7 @@ fn rq_and_mean_are_exact_over_the_kept_cells() {
     }
 }
 
-/// The value at a position of the sum of the waves whose amplitudes are found in a field by naive summation: what the same
-/// waves say between the cell centres.
+/// Sum of the waves of a field at a position, with amplitudes by plain summation. The sum interpolates the field between the cell centres.
 fn by_waves(grid: &Grid, heights: &[f64], at: (f64, f64)) -> f64 {
     let mut sum = 0.0;
     let [lx, ly] = grid.size();
@@ -77,8 +76,8 @@ fn by_waves(grid: &Grid, heights: &[f64], at: (f64, f64)) -> f64 {
 
 #[test]
 fn one_seed_is_one_surface_on_every_grid() {
-    // The waves that neither grid resolves carry exp(-(π nx clx / (2 Lx))²) and less of the power: below rounding here. Odd and
-    // even numbers of cells, whole and broken ratios.
+    // Waves that neither grid resolves carry at most exp(-(π nx clx / (2 Lx))²) of the power, which is below rounding here. The grids have
+    // odd and even numbers of cells with whole and fractional ratios.
     let surface = RandomSurface {
         spectrum: Spectrum::Gaussian {
             correlation_length: [2e-3, 1.4e-3],
@@ -100,8 +99,8 @@ fn one_seed_is_one_surface_on_every_grid() {
 
 #[test]
 fn a_finer_grid_adds_waves_and_keeps_the_others() {
-    // An exponential autocorrelation has waves of all lengths, so the fine grid has more of them and only the factor of the
-    // exact Rq is common to those of the coarse one.
+    // An exponential autocorrelation has waves of all lengths. The fine grid has more waves than the coarse grid. The common waves differ
+    // only by the factor of the exact Rq.
     let surface = all_spectra(5)[1];
     let (coarse, fine) = (joint([16, 12]), joint([40, 30]));
     let amplitude = |grid: &Grid, heights: &[f64], m: i64, n: i64| {
@@ -128,7 +127,7 @@ fn a_finer_grid_adds_waves_and_keeps_the_others() {
         let error = (p.0 - factor * q.0).hypot(p.1 - factor * q.1);
         assert!(error < ROUNDING * RQ, "wave ({m}, {n}): {p:?} {q:?}");
     }
-    // The Nyquist waves of the even grid are empty, the fine grid has waves there.
+    // The coarse even grid has no Nyquist waves. The fine grid has waves at this wave number.
     let nyquist = amplitude(&coarse, &a, 8, 1);
     assert!(nyquist.0.hypot(nyquist.1) < ROUNDING * RQ);
     assert!(amplitude(&fine, &b, 8, 1).0.abs() > 1e-6 * RQ);
@@ -143,14 +142,14 @@ fn seeds_differ_and_threads_do_not() {
     assert_eq!(here, there.join().unwrap());
     let other = random(&patch, &gaussian(2)).unwrap().heights;
     assert!(difference(&here, &other) > RQ);
-    // Seeds that differ in high bits only are different seeds too.
+    // Seeds that differ only in high bits give different surfaces.
     let high = random(&patch, &gaussian(1 | 1 << 40)).unwrap().heights;
     assert!(difference(&here, &high) > RQ);
 }
 
 #[test]
 fn the_stream_is_pinned() {
-    // A run that another version began is continued on the same surface, so these numbers never change.
+    // A newer version continues a run of an older version on the same surface, so these numbers must never change.
     let heights = random(&Patch::full(joint([24, 18])), &gaussian(1))
         .unwrap()
         .heights;
@@ -161,11 +160,11 @@ fn the_stream_is_pinned() {
         0.4444823418198524,
         -0.6170923832067813,
     ];
-    // The last digits depend on the machine's sine and logarithm.
+    // The last digits depend on the sine and logarithm of the machine.
     assert!(difference(&found, &PINNED) < ROUNDING, "{found:?}");
 }
 
-/// Mean over seeds of the measured autocorrelation at some lags, and the standard error of that mean.
+/// Mean over seeds of the measured autocorrelation at some lags, and its standard error.
 fn measured_acf(surface: impl Fn(u64) -> RandomSurface, lags: &[[isize; 2]]) -> Vec<(f64, f64)> {
     const SEEDS: u64 = 40;
     let patch = Patch::full(joint([96, 72]));
@@ -187,11 +186,11 @@ fn measured_acf(surface: impl Fn(u64) -> RandomSurface, lags: &[[isize; 2]]) -> 
 
 const LAGS: [[isize; 2]; 6] = [[2, 0], [6, 0], [0, 6], [4, 4], [4, -4], [12, 0]];
 
-/// Four standard errors: one test in ten thousand would fail by chance, and the seeds are fixed.
+/// Four standard errors. One test in ten thousand would fail by chance, and the seeds are fixed.
 const STANDARD_ERRORS: f64 = 4.0;
 
-/// Subtracting the mean of a patch with few correlation lengths lowers the autocorrelation everywhere by about the share
-/// π clx cly / (Lx Ly) = 1.6 % of power that it carries away.
+/// A patch with few correlation lengths loses its mean. The subtraction lowers the autocorrelation everywhere by about π clx cly / (Lx Ly)
+/// = 1.6 % of the power.
 const MEAN_REMOVED: f64 = 0.02;
 
 #[test]
@@ -211,8 +210,8 @@ fn the_gaussian_autocorrelation_is_the_one_asked_for() {
 #[test]
 fn the_exponential_autocorrelation_is_the_one_asked_for() {
     let grid = joint([96, 72]);
-    // The unresolved waves would have carried 1/√(1 + (π cl / cell)²) = 5 % of the power, all of it within a cell or two of
-    // lag zero; the exact Rq spreads it over the others.
+    // The unresolved waves would carry 1/√(1 + (π cl / cell)²) = 5 % of the power, all within one or two cells of lag zero. The exact Rq
+    // distributes this power over the other lags.
     const UNRESOLVED: f64 = 0.06;
     for (found, lag) in measured_acf(|s| all_spectra(s)[1], &LAGS)
         .into_iter()
@@ -253,26 +252,26 @@ fn the_self_affine_spectrum_has_its_slope_plateau_and_cut() {
     };
     let rolloff = 2.0 * PI / 1e-3;
     let cutoff = 2.0 * PI / 0.12e-3;
-    // Log-densities of two bands in the power law, a factor of two apart: their difference is the slope.
+    // Log densities of two bands in the power law, at a factor of two. Their difference is the slope.
     let ((low, _), (high, n)) = (
         mean(1.5 * rolloff, 2.0 * rolloff),
         mean(3.0 * rolloff, 4.0 * rolloff),
     );
-    // A periodogram scatters by its own value: of the mean over n waves (half of them independent) √(2/n) is left, and the
-    // lower band has a quarter of the waves.
+    // A periodogram scatters by its own value. The mean over n waves, half of them independent, scatters by √(2/n). The lower band has a
+    // quarter of the waves.
     let scatter = 4.0 * (2.0 / n as f64 * 5.0).sqrt();
     let slope = (high - low) / 2.0f64.ln();
     assert!(
         (slope + 2.0 + 2.0 * 0.7).abs() < scatter,
         "slope {slope}, scatter {scatter}"
     );
-    assert!(scatter < 0.6, "the test would see nothing");
+    assert!(scatter < 0.6, "the scatter is too large for this test");
     let highest = rings.iter().filter(|r| r.wave_number > 1.05 * cutoff);
     let peak = rings.iter().fold(0.0, |m: f64, r| m.max(r.density));
     assert!(highest.clone().count() > 5);
     assert!(
         highest.clone().all(|r| r.density < 1e-20 * peak),
-        "nothing beyond the cut-off"
+        "no power beyond the cut-off"
     );
     let (plateau, _) = mean(0.0, rolloff);
     let (below, _) = mean(rolloff, 1.5 * rolloff);
@@ -290,7 +289,8 @@ fn normally_distributed_heights() {
         sk += found.sk / SEEDS as f64;
         ku += found.ku / SEEDS as f64;
     }
-    // Some 60 independent patches (area over π clx cly / 2… ) a seed: standard errors √(6/60/40) = 0.05, √(24/60/40) = 0.1.
+    // One seed has about 60 independent patches (area over π clx cly / 2 …). The standard errors are √(6/60/40) = 0.05 and √(24/60/40) =
+    // 0.1.
     assert!(sk.abs() < 0.2, "{sk}");
     assert!((ku - 3.0).abs() < 0.4, "{ku}");
 }
@@ -353,7 +353,7 @@ fn doubtful_lengths_are_warned_of_and_senseless_ones_refused() {
             "{bad:?}"
         );
     }
-    // So long that not one wave of it is shorter than the joint.
+    // The correlation length exceeds the joint, so no wave fits into the joint.
     assert!(matches!(
         with(1.0, 1.0),
         Err(SurfaceError::NoPower { nx: 64, .. })

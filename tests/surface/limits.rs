@@ -1,4 +1,4 @@
-//! Files that ask for more than any topography is: refused before it is allocated, and in a time that goes with their length.
+//! Files with excessive sizes. The readers reject each file before allocation, in a time proportional to the file length.
 
 use std::time::Instant;
 
@@ -8,7 +8,8 @@ use super::malformed::{failure, says};
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
 use super::{AS_STATED, MICROMETRES};
 
-/// Some times what such a file takes on a loaded machine; a time that goes with the square of its length is some ten times this.
+/// Largest time \[s\]: a few times the duration on a busy machine. A duration with the square of the file length would be about ten times
+/// longer.
 const SECONDS: f64 = 3.0;
 
 fn in_time<T>(work: impl FnOnce() -> T) -> T {
@@ -34,7 +35,7 @@ fn x3p_of_elements_within_elements() {
             &["main.xml, byte", "one more element", "at most 64"],
         );
     }
-    // One below the other is no depth, whatever the names.
+    // Sequential elements do not increase the depth, whatever their names.
     let name = "n".repeat(10_000);
     let description = format!("<a><{name}>{}</{name}></a>", "<b>x</b>".repeat(40_000));
     let bytes = zip(&[("main.xml", description.as_bytes())]);
@@ -67,7 +68,7 @@ fn more_points_than_any_topography() {
     let text = header(u32::MAX, u32::MAX);
     let counts = "4294967295 x 4294967295 points";
     too_many("map.sdf", text.as_bytes(), &AS_STATED, counts);
-    // As many bytes as the header announces, of a hole in the file: nothing of it is copied before the counts are looked at.
+    // The sparse file has as many bytes as the header announces. The reader checks the counts before it copies data.
     let sparse = |name: &str, head: &[u8], length: u64| {
         let written = file(name, head);
         let opened = std::fs::OpenOptions::new().write(true).open(&written.path);
@@ -117,7 +118,7 @@ fn npy_headers_that_are_none() {
     }
 }
 
-/// A pipe would be waited for, a device never ends.
+/// A read from a pipe would wait, and a read from a device would never end.
 #[cfg(unix)]
 #[test]
 fn what_is_no_file() {
@@ -152,7 +153,7 @@ fn what_is_no_file() {
         let end = format!("{name}: cannot be read: it is {what}, not a regular file");
         assert!(error.to_string().ends_with(&end), "{error}");
     }
-    // A link to a file is one.
+    // A link to a file counts as a file.
     symlink(&written.path, beside("link.sur")).unwrap();
     let linked = read(&beside("link.sur"), &AS_STATED).unwrap();
     assert_eq!(linked.topography.nx, 3);

@@ -1,4 +1,4 @@
-//! Files that are not what they should be: each error names the file, what was found and what would be right.
+//! Malformed files: each error names the file, the fault and the correct content.
 
 use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
@@ -6,7 +6,7 @@ use super::foreign::sample;
 use super::writers::{Sur, file, npy, sur, x3p_description, zip};
 use super::{AS_STATED, MICROMETRES};
 
-/// The message of the failure, after checking that it names the file.
+/// Error message of a malformed file. The message must name the file.
 pub fn failure(
     name: &str,
     bytes: impl AsRef<[u8]>,
@@ -98,7 +98,7 @@ fn npy_of_wrong_shape_type_or_length() {
         (npy("<c16", false, "(2, 2)", &eight), "f8"),
         (npy("|b1", false, "(8, 8)", &eight), "f8"),
         (npy("<f8", false, "(3, 3)", &eight), "72 are needed"),
-        // Would be 16 exabytes: refused before it is allocated.
+        // The array would have 16 exabytes. The reader rejects the array before allocation.
         (
             npy("<f8", false, "(2000000000, 2000000000)", &eight),
             "are needed",
@@ -136,7 +136,7 @@ fn text_that_is_no_matrix() {
             "1,2,3,4\n5,6,7\n",
             vec!["line 2", "3 values", "4, as in the first line"],
         ),
-        // Comments and blank lines count, whatever ends a line.
+        // Comments and blank lines count as lines, with any line ending.
         (
             "# a\r\n1,2,3,4\r\n\r\n# b\r\n5,6,7\r\n",
             vec!["line 5", "3 values"],
@@ -212,7 +212,7 @@ fn bytes_that_are_no_text() {
     }
 }
 
-/// Points of 4 x 3 as lines of a text, each with what stands behind it.
+/// Lines of 4 x 3 points from `first` on, each followed by `behind`.
 fn points(first: usize, behind: &str) -> String {
     let point = |k: usize| format!("{} {} {}.5 {behind}\n", k / 3 * 10, k % 3 * 5, k);
     (first..12).map(point).collect()
@@ -239,7 +239,7 @@ fn named_columns_that_are_no_points() {
     }
     let profile = failure("map.csv", "x,z\n0,1\n1,2\n", &MICROMETRES).0;
     says(&profile, &["a profile (line 1: columns x and z without y)"]);
-    // Three names above another number of columns.
+    // Three names above a different number of columns.
     let text = format!("x y z\n{}", points(0, "0.9"));
     let (message, _) = failure("map.txt", text, &MICROMETRES);
     says(
@@ -283,7 +283,7 @@ fn points_with_more_columns_than_three() {
     for (text, columns) in [
         (points(0, "0 0 1"), 6),
         (points(0, "0.9"), 4),
-        // Some were not measured.
+        // Some points have no measurement.
         (points(2, "0.9"), 4),
     ] {
         let (message, _) = failure("map.xyz", text, &MICROMETRES);
@@ -297,7 +297,7 @@ fn points_with_more_columns_than_three() {
             ],
         );
     }
-    // An array of points is no map either.
+    // An array of points is not a map either.
     let values = (0..12).flat_map(|k| [(k / 3 * 10) as f64, (k % 3 * 5) as f64, 0.5]);
     let data: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
     let (message, _) = failure("map.npy", npy("<f8", false, "(12, 3)", &data), &MICROMETRES);
@@ -328,7 +328,7 @@ fn units_in_names() {
         let (message, _) = failure("map.csv", format!("{names}\n{rows}"), &MICROMETRES);
         says(&message, &parts);
     }
-    // A unit without brackets is no statement.
+    // A unit without brackets does not count.
     let (_, problem) = failure("map.csv", format!("x_um,y_um,z_um\n{rows}"), &AS_STATED);
     assert!(matches!(problem, ReadProblem::UnitMissing { .. }));
 }
@@ -581,7 +581,7 @@ fn sur_whose_streams_are_damaged() {
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
         failure("map.sur", bytes, &AS_STATED).0
     };
-    // The number of streams, then the lengths of the only one: 7 x 5 points of 4 bytes.
+    // The number of streams, then the length of the single stream: 7 x 5 points of 4 bytes.
     says(
         &with(512, 0),
         &["the unpacked data has 0 bytes; 140 are needed"],
@@ -681,7 +681,7 @@ fn x3p_with_parts_missing_or_wrong() {
     ]);
     cut.truncate(cut.len() / 2);
     says(&failure("map.x3p", cut, &AS_STATED).0, &["zip archive"]);
-    // One bit flipped in the points: the checksum of the archive notices.
+    // One flipped bit in the points. The checksum of the archive detects the change.
     let mut flipped = zip(&[
         ("main.xml", good.as_bytes()),
         ("bindata/data.bin", &[0x11; 32]),

@@ -1,4 +1,4 @@
-//! Surfaces: generated, measured, prepared, described.
+//! Surfaces: generation, measurement files, preparation, statistics.
 
 mod al3d;
 mod cases;
@@ -19,7 +19,7 @@ pub mod writers;
 use fretwear::grid::{Grid, Patch};
 use fretwear::surface::readers::{Correction, ReadOptions};
 
-/// A file that states its units.
+/// Options for a file that states its units.
 const AS_STATED: ReadOptions = ReadOptions {
     height_unit: None,
     lateral_unit: None,
@@ -31,23 +31,23 @@ const AS_STATED: ReadOptions = ReadOptions {
     },
 };
 
-/// A file that does not, with heights in micrometres.
+/// Options for a file without units, with heights in micrometres.
 const MICROMETRES: ReadOptions = ReadOptions {
     height_unit: Some(1e-6),
     ..AS_STATED
 };
 
-/// A joint that is neither square nor of square cells.
+/// Joint that is not square and has no square cells.
 fn joint(cells: [usize; 2]) -> Grid {
     Grid::over([8e-3, 5e-3], cells)
 }
 
-/// A joint with a bolt hole, neither square nor of square cells.
+/// Joint with a bolt hole that is not square and has no square cells.
 fn bored(cells: [usize; 2]) -> Patch {
     Patch::with_hole(joint(cells), 2e-3)
 }
 
-/// The field of a function of the cell's position \[m\] from the grid's centre.
+/// Field of a function of the cell's position \[m\], measured from the centre of the grid.
 fn field(grid: &Grid, height: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     (0..grid.len())
         .map(|index| {

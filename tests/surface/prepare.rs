@@ -29,7 +29,7 @@ fn map(grid: &Grid, heights: Vec<f64>) -> Topography {
     }
 }
 
-/// Micrometres of roughness on millimetres of joint.
+/// Roughness of micrometres over a joint of millimetres.
 fn rough(x: f64, y: f64) -> f64 {
     1e-6 * ((x * 2.9e3).sin() + (y * 4.1e3 + 1.0).cos() * (x * 1.3e3).cos())
 }
@@ -74,14 +74,14 @@ fn trends_are_removed_exactly_and_leave_the_rest() {
     assert!(difference(&after(&form, Detrend::Quadratic), &zero) < ROUNDING * largest);
     assert!(
         difference(&after(&form, Detrend::Plane), &zero) > 1e-6,
-        "a plane is not enough"
+        "a plane does not remove a quadratic trend"
     );
 
-    // Roughness survives: with or without a trend under it the result is the same.
+    // The detrended roughness does not depend on the trend.
     let both = after(&|x, y| form(x, y) + rough(x, y), Detrend::Quadratic);
     let alone = after(&rough, Detrend::Quadratic);
     assert!(difference(&both, &alone) < ROUNDING * largest);
-    // And what is left has no trend of that order: orthogonal to x over the kept cells.
+    // The detrended heights are orthogonal to x over the kept cells.
     let level = after(&rough, Detrend::Plane);
     let moment: f64 = level
         .iter()
@@ -95,10 +95,10 @@ fn trends_are_removed_exactly_and_leave_the_rest() {
 
 #[test]
 fn what_lies_in_the_bolt_hole_spoils_neither_trend_nor_rim() {
-    // The instrument looks into the hole and finds its bottom, 5 mm down; the map is finer than the joint.
+    // The instrument measures the bottom of the hole, 5 mm below the face. The map is finer than the joint.
     let patch = bored([32, 24]);
     let fine = joint([84, 66]);
-    // The circle of the hole lies a little within the staircase of the cells that it takes out.
+    // The circle of the hole lies slightly inside the staircase of removed cells.
     let deep = |x: f64, y: f64| {
         if x.hypot(y) < 0.85e-3 {
             -5e-3
@@ -121,7 +121,7 @@ fn what_lies_in_the_bolt_hole_spoils_neither_trend_nor_rim() {
     assert_eq!(found.patch, patch);
 }
 
-/// A field with a round hole inside, one at the edge and one in a corner.
+/// Field with a round hole inside, a hole at the edge and a hole in a corner.
 fn with_holes(grid: &Grid, height: impl Fn(f64, f64) -> f64) -> (Vec<f64>, usize) {
     let [lx, ly] = grid.size();
     let heights = field(grid, |x, y| {
@@ -159,8 +159,7 @@ fn holes_are_filled_exactly_on_a_plane_and_smoothly_elsewhere() {
     );
     assert!(difference(&found.heights, &field(&patch.grid, plane)) < 1e-11 * 1e-4);
 
-    // Elsewhere: the measured points are untouched, and each filled point inside is the weighted mean of its neighbours, so no
-    // filled point is higher than all measured ones.
+    // The measured points do not change. Each filled point is the weighted mean of its neighbours, so the measured points bound its height.
     let (heights, _) = with_holes(&patch.grid, rough);
     let found = onto_joint(
         &map(&patch.grid, heights.clone()),
@@ -217,7 +216,7 @@ fn holes_are_masked_out_of_the_joint() {
     );
     assert!(roughness(&found.patch, &found.heights).unwrap().mean.abs() < ROUNDING * 1e-3);
 
-    // On another grid a cell stays if half of it was measured, and its height is not spoilt by the hole.
+    // On another grid, a cell remains if half of its area was measured. The hole does not change its height.
     let fine = joint([150, 108]);
     let plane = |x: f64, y: f64| 2e-2 * x - 3e-2 * y;
     let (heights, _) = with_holes(&fine, plane);
@@ -240,7 +239,7 @@ fn sizes_that_differ_are_said_and_never_stretched() {
     let patch = Patch::full(joint([40, 30]));
     let of = |size: [f64; 2], cells: [usize; 2], centre: f64| {
         let grid = Grid::over(size, cells);
-        // Height says the position, so that a stretch would show.
+        // The heights encode the position, so the test would detect a stretch.
         onto_joint(
             &map(&grid, field(&grid, |x, y| 1e-3 * (x - centre) + 1e-4 * y)),
             &patch,
@@ -249,7 +248,7 @@ fn sizes_that_differ_are_said_and_never_stretched() {
     };
     let expected = field(&patch.grid, |x, y| 1e-3 * x + 1e-4 * y);
 
-    // Larger along both axes by no whole number of points.
+    // The map is larger along both axes by a fractional number of points.
     let found = of([10.3e-3, 6.1e-3], [117, 83], 0.0).unwrap();
     assert!(matches!(
         found.notices[..],
@@ -264,7 +263,7 @@ fn sizes_that_differ_are_said_and_never_stretched() {
         "{}",
         found.notices[0]
     );
-    // Larger along x only, of the joint's shape: resampled all the same.
+    // The map is larger only along x and has the shape of the joint. The program resamples the map.
     let found = of([9e-3, 5e-3], [40, 30], 0.0).unwrap();
     assert!(difference(&found.heights, &expected) < ROUNDING * 1e-5);
 
@@ -276,10 +275,10 @@ fn sizes_that_differ_are_said_and_never_stretched() {
         "{message}"
     );
 
-    // Within a hundredth the spacing is adjusted, and said.
+    // Within 1 %, the program adjusts the spacing and reports the adjustment.
     let found = of([7.95e-3, 5.03e-3], [40, 30], 0.0).unwrap();
     assert!(matches!(found.notices[..], [Notice::Fitted { .. }]));
-    // Rounding of single precision is not worth a word.
+    // A difference by single-precision rounding needs no notice.
     let found = of([8e-3 * (1.0 + 5e-8), 5e-3], [40, 30], 0.0).unwrap();
     assert_eq!(found.notices, []);
 }
@@ -288,7 +287,7 @@ fn sizes_that_differ_are_said_and_never_stretched() {
 fn what_cannot_be_prepared() {
     let patch = bored([12, 10]);
     let good = field(&patch.grid, rough);
-    // Two measured columns have a plane, but no quadratic.
+    // Two measured columns define a plane, but not a quadratic.
     let columns: Vec<f64> = (0..120)
         .map(|k| if k / 10 < 2 { good[k] } else { f64::NAN })
         .collect();
@@ -312,7 +311,7 @@ fn what_cannot_be_prepared() {
             terms: 6
         }
     );
-    // Measured in the bolt hole only.
+    // Only the bolt hole has measurements.
     let inside: Vec<f64> = good
         .iter()
         .zip(&patch.is_in_joint)
@@ -331,7 +330,7 @@ fn what_cannot_be_prepared() {
     ));
 }
 
-/// What the joint covers of a map, and the shape of the cells of one that states no spacing.
+/// Part of a map that the joint covers, and the cell shape of a map without a spacing.
 #[test]
 fn points_of_the_map_along_the_joint() {
     let patch = Patch::full(joint([12, 8]));
@@ -346,11 +345,11 @@ fn points_of_the_map_along_the_joint() {
         };
         onto_joint(&map, &patch, AS_IT_IS)
     };
-    // Cropped along x alone.
+    // Cropped only along x.
     let found = on(12, 8, Some([lx / 5.5, ly / 8.0])).unwrap().fit;
     assert!((found.points[0] - 5.5).abs() < ROUNDING, "{found:?}");
     assert_eq!((found.points[1], found.is_assumed), (8.0, false));
-    // To less than three points: there is no roughness to be had.
+    // A crop to fewer than three points has no usable roughness.
     let few = on(12, 8, Some([lx / 2.5, ly / 8.0])).unwrap().fit;
     let refused = few.check().unwrap_err();
     let said = refused.to_string();
@@ -365,14 +364,14 @@ fn points_of_the_map_along_the_joint() {
     assert_eq!((found.correlation, found.range), ([None; 2], 0.0));
 }
 
-/// A map with the spacing of the cells and a few points more is used as it is, whichever parity it has.
+/// A map with the spacing of the cells and some additional points needs no resampling, for any parity.
 #[test]
 fn a_window_of_whole_points_is_taken() {
     let patch = Patch::full(joint([12, 8]));
     let [dx, dy] = [patch.grid.dx, patch.grid.dy];
     let of = |more: [usize; 2], off: f64, shift: [f64; 2]| {
         let (nx, ny) = (12 + more[0], 8 + more[1]);
-        // A height says which point it is.
+        // The height encodes the index of the point.
         let map = Topography {
             nx,
             ny,
@@ -398,27 +397,27 @@ fn a_window_of_whole_points_is_taken() {
     let even = of([4, 2], 0.0, [0.0; 2]).unwrap();
     assert_eq!((first(&even), moved(&even)), (201, None));
     assert!(!is_resampled(&even));
-    // Of two windows as near to the middle the lower one, which the map is moved up to.
+    // Two windows are equally near to the middle. The program takes the lower window and moves the map up.
     let odd = of([3, 1], 0.0, [0.0; 2]).unwrap();
     assert_eq!(first(&odd), 100);
-    let offset = moved(&odd).expect("a word on it");
+    let offset = moved(&odd).expect("a notice of the offset");
     assert!((offset[0] - 0.5 * dx).abs() < 1e-9 * dx && (offset[1] - 0.5 * dy).abs() < 1e-9 * dy);
     assert!(!is_resampled(&odd));
-    // A thousandth of a cell over the joint is the same spacing, a tenth is not.
+    // A spacing that differs by 1/1000 of a cell over the joint counts as equal. A difference of 1/10 does not.
     assert!(!is_resampled(&of([3, 1], 8e-5, [0.0; 2]).unwrap()));
     assert!(is_resampled(&of([3, 1], 8e-3, [0.0; 2]).unwrap()));
-    // A shift by +x shows the points before.
+    // A shift by +x selects earlier points.
     let shifted = of([4, 2], 0.0, [2.0 * dx, -dy]).unwrap();
     assert_eq!((first(&shifted), moved(&shifted)), (2, None));
     let rounded = of([4, 2], 0.0, [0.8 * dx, 0.0]).unwrap();
     assert_eq!(first(&rounded), 101);
-    let offset = moved(&rounded).expect("a word on it");
+    let offset = moved(&rounded).expect("a notice of the offset");
     assert!((offset[0] - 0.2 * dx).abs() < 1e-9 * dx, "{offset:?}");
     let refused = of([4, 2], 0.0, [3.0 * dx, 0.0]).unwrap_err();
     assert!(matches!(refused, PrepareError::Uncovered { axis: 'x', .. }));
 }
 
-/// One asymmetric spike on each face: where it comes to stand, and that nothing else does.
+/// One asymmetric spike on each face. Only the expected cells have a height.
 #[test]
 fn two_faces_are_added_outwards() {
     let patch = Patch::full(joint([12, 8]));
@@ -451,13 +450,13 @@ fn two_faces_are_added_outwards() {
     };
     let both = |map: &Topography, shift| place(&first, [0.0; 2]).composite(place(map, shift));
     let own = [((1, 6), 5e-6), ((2, 6), 2e-6)];
-    // Its middle lies on the joint's: two points along x and one along y are cut off.
+    // The middle of the map lies on the middle of the joint. The crop removes two points along x and one point along y.
     let plain = both(&second, [0.0; 2]);
     assert_eq!(
         spikes(&plain),
         [own[0], ((2, 1), 5e-6), ((2, 2), 2e-6), own[1]]
     );
-    // h(Lx - x, y): the line 4 of 16 becomes 11, which is 9 of the joint.
+    // h(Lx - x, y): line 4 of 16 becomes line 11, which is line 9 of the joint.
     let mirrored = second.mirrored_along_x();
     let over_y = both(&mirrored, [0.0; 2]);
     assert_eq!(
@@ -469,7 +468,7 @@ fn two_faces_are_added_outwards() {
         spikes(&moved),
         [own[0], own[1], ((10, 0), 5e-6), ((10, 1), 2e-6)]
     );
-    // Both spikes of a line meet: 2 of 10 becomes 7, which is 6 of the joint.
+    // Both spikes of a line coincide: line 2 of 10 becomes line 7, which is line 6 of the joint.
     let over_x = both(&second.mirrored_along_y(), [0.0; 2]);
     assert_eq!(
         spikes(&over_x),
@@ -477,7 +476,7 @@ fn two_faces_are_added_outwards() {
     );
     let faces = moved.faces.expect("both faces");
     assert_eq!(faces[1][patch.grid.index(10, 0)], 5e-6);
-    // A hole in either is a hole in the sum.
+    // A hole in one face is a hole in the sum.
     let mut holed = second.clone();
     holed.heights[5 * 10 + 4] = f64::NAN;
     let found = place(&first, [0.0; 2]).composite(place(&holed, [0.0; 2]));

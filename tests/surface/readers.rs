@@ -17,10 +17,10 @@ use super::writers::{Sur, file, npy, sur, x3p_description, zip};
 use super::{AS_STATED, MICROMETRES};
 use crate::support::Chance;
 
-/// A product of a unit and a number against the number written out: one rounding.
+/// Rounding of one product of a unit and a number.
 const ROUNDING: f64 = 1e-15;
 
-/// Point (i, j) of every test file, in micrometres: 4 points along x, 3 along y; (2, 1) was not measured.
+/// Every test file has 4 points along x and 3 points along y, with heights in micrometres. Point (2, 1) has no measurement.
 const NX: usize = 4;
 const NY: usize = 3;
 
@@ -36,7 +36,7 @@ fn in_our_order() -> Vec<f64> {
     (0..NX * NY).map(|k| height(k / NY, k % NY)).collect()
 }
 
-/// Line by line, x fastest.
+/// Heights line by line, with x fastest.
 fn in_lines() -> Vec<f64> {
     (0..NX * NY).map(|k| height(k % NX, k / NX)).collect()
 }
@@ -45,7 +45,7 @@ fn assert_is_it(found: &Topography, spacing: Option<[f64; 2]>, hole: bool) {
     assert_eq!((found.nx, found.ny), (NX, NY));
     match (found.spacing, spacing) {
         (Some(a), Some(b)) => {
-            // Single precision in SUR files.
+            // SUR files use single precision.
             assert!(
                 (0..2).all(|k| (a[k] / b[k] - 1.0).abs() < 1e-7),
                 "{a:?} {b:?}"
@@ -77,7 +77,7 @@ fn npy_of_every_type_and_order() {
     let cases: [(&str, bool, Vec<u8>); 5] = [
         ("<f8", false, bytes(&ours, &|v| v.to_le_bytes().to_vec())),
         (">f8", false, bytes(&ours, &|v| v.to_be_bytes().to_vec())),
-        // Column by column in the file's terms: axis 0, our x, fastest.
+        // Fortran order of the file: axis 0 (x) is fastest.
         ("<f8", true, bytes(&columns, &|v| v.to_le_bytes().to_vec())),
         (
             "<f4",
@@ -94,7 +94,7 @@ fn npy_of_every_type_and_order() {
         let found = read_file("map.npy", npy(descr, fortran, &shape, &data), &MICROMETRES);
         assert_is_it(&found, None, true);
     }
-    // Integers have no hole: NaN became 0.
+    // Integers have no holes, so NaN became 0.
     let integers: [(&str, Vec<u8>); 6] = [
         ("|i1", bytes(&ours, &|v| (v as i8).to_le_bytes().to_vec())),
         ("<i2", bytes(&ours, &|v| (v as i16).to_le_bytes().to_vec())),
@@ -156,7 +156,7 @@ fn text_matrices_with_every_separator() {
             "lines run along x"
         );
     }
-    // A separator after every value, an empty field for a hole, Windows line ends, a byte order mark.
+    // A separator after every value, an empty field for a hole, Windows line endings and a byte order mark.
     let found = read_file("e.csv", "\u{feff}1;2;;4;\r\n5;6;7;8;\r\n", &MICROMETRES);
     assert_eq!((found.nx, found.ny, found.holes()), (2, 4, 1));
     assert!(found.heights[2].is_nan() && (found.heights[7] - 8e-6).abs() < ROUNDING);
@@ -164,7 +164,7 @@ fn text_matrices_with_every_separator() {
 
 #[test]
 fn xyz_tables_in_any_order_with_points_missing() {
-    // Millimetres along, micrometres up; rounded coordinates; the last row first.
+    // Positions in millimetres, heights in micrometres, rounded coordinates, last row first.
     let mut rows: Vec<String> = (0..NX * NY)
         .filter(|&k| (k % NX, k / NX) != (2, 1))
         .map(|k| {
@@ -197,7 +197,7 @@ fn xyz_tables_in_any_order_with_points_missing() {
         true,
     );
 
-    // A whole line of x missing: the other lines keep their places.
+    // A missing line of x does not move the other lines.
     let gap: String = (0..6)
         .filter(|i| *i != 3)
         .flat_map(|i| (0..4).map(move |j| format!("{i},{},{}\n", 2 * j, i * 10 + j)))
@@ -205,21 +205,21 @@ fn xyz_tables_in_any_order_with_points_missing() {
     let found = read_file("map.csv", gap, &MICROMETRES);
     assert_eq!((found.nx, found.ny, found.holes()), (6, 4, 4));
     assert!((found.heights[5 * 4 + 3] - 53e-6).abs() < ROUNDING);
-    // Without another word the positions are in the unit of the heights.
+    // By default, the positions have the unit of the heights.
     let spacing = found.spacing.unwrap();
     assert!((spacing[0] - 1e-6).abs() < ROUNDING && (spacing[1] - 2e-6).abs() < ROUNDING);
 }
 
-/// Heights that look like labels or positions at first, and comments and names that agree with how a text is read.
+/// Heights that resemble labels or positions, and comments and names that agree with the content.
 #[test]
 fn text_that_only_looks_like_another() {
     let whole = "0,1,2,3\n7,5,,6\n1,2,3,4\n";
     let found = read_file("map.csv", whole, &MICROMETRES);
     assert_eq!((found.nx, found.ny, found.holes()), (3, 4, 1));
-    // Two numbers do not count up.
+    // Two numbers are not an increasing sequence.
     let found = read_file("map.csv", "0,1\n0.5,0.25\n", &MICROMETRES);
     assert_eq!((found.nx, found.ny), (2, 2));
-    // Neither all pairs of a grid, nor each once.
+    // The pairs do not form a complete grid, or a pair occurs twice.
     for text in [
         "0,0,1.5,2\n1,1,0.5,1\n2,2,2.5,3\n",
         "0,0,1.5,2\n0,1,0.5,1\n0,0,2.5,3\n1,1,1,1\n",
@@ -252,7 +252,7 @@ fn text_that_only_looks_like_another() {
     assert_eq!((found.nx, found.ny), (1, 2));
 }
 
-/// Ways to write the same 3 x 4 heights, and what a reader has to tell of each.
+/// Different encodings of the same 3 x 4 heights, and the remark of the reader for each encoding.
 #[test]
 fn text_in_every_encoding_and_with_decimal_commas() {
     let wide = |big: bool| -> Vec<u8> {
@@ -305,7 +305,7 @@ fn text_in_every_encoding_and_with_decimal_commas() {
     }
 }
 
-/// The headers of programs whose lines are lines of y: 4 points along x, 3 along y.
+/// Headers of programs that write one y per line: 4 points along x, 3 points along y.
 #[test]
 fn headers_above_a_matrix() {
     let lines = "1\t2\t3\t4\n5\t6\t7\t8\n9\t10\t11\t12\n";
@@ -345,7 +345,7 @@ fn headers_above_a_matrix() {
         );
         assert_eq!(map.heights[2 * 3 + 1].is_nan(), holes == 1);
     }
-    // Points, too, may have their units above them.
+    // A table of points may also have units in its header.
     let points = "# Channel: T\n# Lateral units: mm\n# Value units: nm\n0 0 1\n0 2 2\n3 0 3\n3 2 4\n6 0 5\n6 2 6\n";
     let found = read(&file("map.xyz", points).path, &AS_STATED).unwrap();
     assert_eq!(found.stated_unit, Some(1e-9));
@@ -362,7 +362,7 @@ fn units_in_brackets_are_those_of_their_columns() {
         ("x [mm],y (um),z [nm]", [1e-3, 1e-6], 1e-9),
         ("x [mm],y [mm],z (nm)", [1e-3, 1e-3], 1e-9),
         ("X Position [um],Y Position [um],Z [µm]", [1e-6, 1e-6], 1e-6),
-        // The unit of z is that of the others.
+        // The unit of z applies to the other columns.
         ("x,y,z [nm]", [1e-9, 1e-9], 1e-9),
     ] {
         let found = read(
@@ -389,7 +389,7 @@ fn units_in_brackets_are_those_of_their_columns() {
 
 #[test]
 fn sur_of_both_widths() {
-    // Steps of a tenth of a micrometre, 3 µm of offset; the lowest measured point is -77 - 30 steps.
+    // The step is 1/10 µm and the offset 3 µm. The lowest measured point has -77 - 30 steps.
     let raw = |v: f64| {
         if v.is_nan() {
             -102
@@ -427,7 +427,7 @@ fn sur_of_both_widths() {
             comment: b"seven!!",
         };
         let found = read_file("map.sur", sur(&about, &points), &AS_STATED);
-        // The step is single precision: seven digits of 32 µm.
+        // The step has single precision: seven digits of 32 µm.
         for (h, expected) in found.heights.iter().zip(in_our_order()) {
             assert!(h.is_nan() == expected.is_nan());
             assert!(
@@ -525,7 +525,7 @@ fn x3p_in_other_encodings_and_folders() {
         text.clone().into_bytes(),
         format!("\u{feff}{text}").into_bytes(),
         text.replace(" encoding=\"UTF-8\"", "").into_bytes(),
-        // Readable, so that it is not what it says.
+        // The encoding is readable but differs from the declaration.
         text.replace("UTF-8", "UTF-16").into_bytes(),
         narrow("ISO-8859-1"),
         narrow("windows-1252"),
@@ -559,7 +559,7 @@ fn x3p_in_other_encodings_and_folders() {
 fn x3p_of_every_type() {
     let lines = in_lines();
     let increments = [0.5e-3, 0.25e-3];
-    // Floating-point heights are metres whatever the increment says; integers count increments, on top of the offset.
+    // Floating-point heights are metres for any increment. Integers count increments above the offset.
     let float = "<DataType>D</DataType><Increment>5</Increment>";
     let single = "<DataType>F</DataType>";
     let short = "<DataType>I</DataType><Increment>1e-7</Increment><Offset>1e-5</Offset>";
@@ -567,7 +567,7 @@ fn x3p_of_every_type() {
     let encode = |number: &dyn Fn(f64) -> Vec<u8>| -> Vec<u8> {
         lines.iter().flat_map(|&v| number(v)).collect()
     };
-    // Lowest bit first; point 6 of the lines is (2, 1); the spare bits at the end are set.
+    // Lowest bit first. Point 6 of the lines is (2, 1). The spare bits at the end are set.
     let valid: &[u8] = &[0b1011_1111, 0b1111_1111];
     let cases = [
         (float, encode(&|v| (1e-6 * v).to_le_bytes().to_vec()), false),
@@ -690,7 +690,7 @@ fn parquet_by_indices_and_by_positions() {
     assert_is_it(&found, Some([0.5e-3, 0.25e-3]), true);
 }
 
-/// What pandas, pyarrow and DuckDB write unless told otherwise, and what they are often told.
+/// Default and common compressions of pandas, pyarrow and DuckDB.
 #[test]
 fn parquet_of_every_compression() {
     let column = |value: &dyn Fn(usize, usize) -> f64| -> ArrayRef {
@@ -713,7 +713,7 @@ fn parquet_of_every_compression() {
         let bytes = compressed(columns, compression);
         assert_is_it(&read_file("map.parquet", bytes, &AS_STATED), None, true);
         let columns = vec![
-            // Columns that are not asked for are not looked at.
+            // The reader ignores additional columns.
             (
                 "name",
                 None,
@@ -729,7 +729,7 @@ fn parquet_of_every_compression() {
     }
 }
 
-/// A Parquet file whose description announces `rows`, or a compression, that it does not have.
+/// Parquet file whose metadata state a wrong number of rows or a wrong compression.
 fn announcing(bytes: &[u8], rows: Option<i64>, codec: Option<CompressionCodec>) -> Vec<u8> {
     let source = bytes::Bytes::copy_from_slice(bytes);
     let metadata = ParquetMetaDataReader::new()
@@ -750,7 +750,7 @@ fn announcing(bytes: &[u8], rows: Option<i64>, codec: Option<CompressionCodec>) 
         groups.push(builder.build().unwrap());
     }
     let changed = metadata.into_builder().set_row_groups(groups).build();
-    // Before the description: its length and the magic, eight bytes, end a file.
+    // The metadata precede the last eight bytes of the file: their length and the magic.
     let footer = &bytes[bytes.len() - 8..];
     let length = u32::from_le_bytes(footer[..4].try_into().unwrap()) as usize;
     let mut found = bytes[..bytes.len() - 8 - length].to_vec();
@@ -862,7 +862,7 @@ fn the_shipped_topography_has_the_statistics_of_its_readme() {
     }
 }
 
-/// What a run has taken out of its joint is no height of another one, and indices begin at 0.
+/// A cell that a run excludes from its joint has no height in another run. Indices begin at 0.
 #[test]
 fn parquet_of_cells_that_a_run_has_not_kept() {
     let cells: Vec<(usize, usize)> = (0..NX * NY).map(|k| (k / NY, k % NY)).collect();
@@ -889,7 +889,7 @@ fn parquet_of_cells_that_a_run_has_not_kept() {
     assert!(refused.contains("indices from 0"), "{refused}");
 }
 
-/// Positions that a stage reports are a little off their lines, all of them or one.
+/// Positions from a measuring stage deviate slightly from the grid lines, at all points or at one point.
 #[test]
 fn points_may_be_off_their_lines() {
     let mut chance = Chance::new(5);
@@ -922,7 +922,7 @@ fn points_may_be_off_their_lines() {
     assert!(read(&written.path, &MICROMETRES).is_err());
 }
 
-/// Positions above or beside heights are no heights, wherever they begin and whichever way they go.
+/// The reader rejects positions above or beside heights, for any first value and either direction.
 #[test]
 fn positions_beside_heights_are_labels() {
     let heights = |i: usize, j: usize| ((7 * i + 3 * j) % 11) as f64 * 0.13 - 0.4;

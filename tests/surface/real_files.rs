@@ -1,4 +1,4 @@
-//! Files written by instruments, if the environment variable names the folder that has them.
+//! Files from instruments. The environment variable names their folder.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ fn real(name: &str) -> Option<PathBuf> {
     path
 }
 
-/// Statistics over the whole map after subtracting its mean plane.
+/// Statistics over the whole map after subtraction of the mean plane.
 fn levelled(map: &Topography) -> Roughness {
     let patch = Patch::full(Grid::over(map.size().unwrap(), [map.nx, map.ny]));
     let options = PrepareOptions {
@@ -30,7 +30,8 @@ fn levelled(map: &Topography) -> Roughness {
     roughness(&prepared.patch, &prepared.heights).unwrap()
 }
 
-/// The statistics below come from an independent least-squares fit in double precision, printed to six digits or more.
+/// Relative tolerance of the statistics below. An independent least-squares fit in double precision gave the values with at least six
+/// digits.
 const SAME: f64 = 2e-6;
 
 fn assert_near(found: f64, expected: f64) {
@@ -49,13 +50,13 @@ fn a_digital_surf_map() {
         (size[0] - 1.9615e-3).abs() < 1e-7 && (size[1] - 1.6863e-3).abs() < 1e-7,
         "{size:?}"
     );
-    // The file flags points as not measured (two below its lowest point).
+    // The file marks points without a measurement by a value two steps below its lowest point.
     assert_eq!(map.holes(), 117);
     let measured = levelled(&map);
     assert_near(measured.rq, 1.710413924e-8);
     assert_near(measured.sk, -15.642390);
     assert_near(measured.ku, 811.279029);
-    // The figures published with the file, Rq 31 nm, Sk -30, Ku 1193, take that mark for a height.
+    // The figures published with the file (Rq 31 nm, Sk -30, Ku 1193) count these marks as heights.
     let lowest = map.heights.iter().copied().fold(f64::INFINITY, f64::min);
     let step = f64::from(1e-7f32) * 1e-3;
     for height in map.heights.iter_mut().filter(|h| h.is_nan()) {
@@ -99,7 +100,7 @@ fn an_alicona_map() {
     );
     let found = levelled(&map);
     assert_near(found.rq, 2.898221027836e-7);
-    // The skewness is that of a Gaussian but for its digits: it is compared as a number of its own kind, not by its own size.
+    // The skewness is close to 0, so the test compares its absolute value.
     assert!((found.sk + 0.0049765253706697).abs() < SAME, "{}", found.sk);
     assert_near(found.ku, 3.0712779005932);
 }
@@ -112,7 +113,7 @@ fn the_softgauge_of_the_sdf_standard() {
     let map = read(&path, &ReadOptions::default()).unwrap().topography;
     assert_eq!((map.nx, map.ny, map.holes()), (7, 4, 0));
     assert_eq!(map.spacing, Some([1e-6, 1e-6]));
-    // The last value of the second line and the first of the last, as they stand in the file.
+    // The last value of the second line and the first value of the last line, as in the file.
     assert_eq!(map.heights[6 * 4 + 1], 0.99874 * 1e-6);
     assert_eq!(map.heights[3], 0.97986 * 1e-6);
     let found = map.roughness().unwrap();

@@ -1,4 +1,4 @@
-//! Resampling, seen through the preparation of maps of another shape than the joint's.
+//! Resampling of maps whose shape differs from the joint.
 
 use fretwear::grid::{Grid, Patch};
 use fretwear::surface::prepare::{Detrend, Fill, PrepareOptions, onto_joint};
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::{difference, field, joint};
 
-/// Sums of some hundred terms of order one.
+/// Rounding of sums of about a hundred terms of order one.
 const ROUNDING: f64 = 1e-12;
 
 fn resampled(from: [usize; 2], heights: Vec<f64>, to: &Grid) -> Vec<f64> {
@@ -45,7 +45,7 @@ fn planes_are_exact_up_to_the_edge_finer_and_coarser() {
         let found = resampled([from.nx, from.ny], field(&from, plane), &to);
         let mut expected = field(&to, plane);
         if from.nx == 1 {
-            // A single point along x knows no slope.
+            // A single point along x has no slope.
             expected = field(&to, |_, y| plane(0.0, y));
         }
         assert!(difference(&found, &expected) < ROUNDING, "{from:?} {to:?}");
@@ -66,23 +66,23 @@ fn whole_ratios_are_block_means() {
 
 #[test]
 fn coarsening_does_not_alias() {
-    // A wave of three points of the fine grid would appear on the coarse one, picked point by point, as a long one.
+    // A wave with a length of three fine points would alias to a long wave if the program sampled single points.
     let (fine, coarse) = (joint([96, 40]), joint([23, 11]));
     let heights = field(&fine, |x, _| {
         (2.0 * std::f64::consts::PI * 32.0 * x / 8e-3).sin()
     });
     let found = resampled([96, 40], heights, &coarse);
     let largest = found.iter().fold(0.0, |m: f64, h| m.max(h.abs()));
-    // A mean over 4.2 points of a wave of 3: at most the sum over the third of a wave that is not complete, over 4.2.
+    // A mean over 4.2 points of a wave with 3 points: at most the sum over the incomplete third of a wave, divided by 4.2.
     assert!(largest < 0.3, "{largest}");
 }
 
 #[test]
 fn refining_a_smooth_surface_is_of_third_order() {
-    // Waves of a few thousandth of a metre; the cell means of the target are compared with the point values minus curvature.
+    // Waves with a length of some millimetres. The test compares the cell means of the target with the exact means.
     let to = joint([160, 120]);
     let height = |x: f64, y: f64| (x * 1.5e3).sin() * (y * 2e3 + 0.4).cos();
-    // The mean over a cell of a wave is the value at its centre times sinc.
+    // The cell mean of a wave is its value at the centre times sinc.
     let sinc = |a: f64| a.sin() / a;
     let mean_of = |grid: &Grid| {
         let factor = sinc(0.5 * 1.5e3 * grid.dx) * sinc(0.5 * 2e3 * grid.dy);
@@ -96,12 +96,12 @@ fn refining_a_smooth_surface_is_of_third_order() {
     };
     let (coarse, fine) = (error([36, 28]), error([72, 56]));
     let order = (coarse / fine).log2();
-    // Parabolas: third order, or nearly before the limit is reached; the one-sided edges decide the largest error.
+    // Parabolas have third order, or slightly less before the limit. The one-sided edges determine the largest error.
     assert!(order > 2.7, "order {order}, errors {coarse:e} {fine:e}");
 }
 
 proptest! {
-    /// The mean over the map is the mean over the joint, on any pair of grids.
+    /// The mean over the map equals the mean over the joint, on any pair of grids.
     #[test]
     fn the_mean_is_preserved(nx in 1usize..13, ny in 1usize..13, mx in 1usize..13, my in 1usize..13, seed in prop::collection::vec(-1.0f64..1.0, 144)) {
         let heights = seed[..nx * ny].to_vec();

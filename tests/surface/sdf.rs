@@ -1,4 +1,4 @@
-//! SDF, text and binary: written here by the standard's description.
+//! Text and binary SDF files, written by the description of the standard.
 
 use fretwear::surface::readers::{ReadOptions, ReadProblem, read};
 
@@ -6,10 +6,10 @@ use super::AS_STATED;
 use super::malformed::{failure, says};
 use super::writers::file;
 
-/// A product of a unit and a number against the number written out: one rounding.
+/// Rounding of one product of a unit and a number.
 const ROUNDING: f64 = 1e-15;
 
-/// 3 points along x, 2 along y, in tenths of a micrometre, line by line.
+/// Heights of 3 points along x and 2 points along y, in tenths of a micrometre, line by line.
 const LINES: [[f64; 3]; 2] = [[1.0, 20.0, -3.0], [4.0, 5.0, 60.0]];
 
 const HEADER: &str = "aISO-1.0\r\nManufacID = Tester\r\nCreateDate = 010120261200\r\nModDate = 010120261200\r\n\
@@ -44,7 +44,7 @@ fn text_of_every_version() {
     for version in ["aISO-1.0", "aISO-2.0", "aBCR-1.0", "aNIST-1.0"] {
         assert_is_it("map.sdf", text().replace("aISO-1.0", version), &[]);
     }
-    // Unix line ends, no blanks around =, no trailer, keys that are left out because nothing is compressed.
+    // Unix line endings, no blanks around =, no trailer, no keys for compression and checksum.
     let bare = text()
         .replace("\r\n", "\n")
         .replace(" = ", "=")
@@ -52,9 +52,9 @@ fn text_of_every_version() {
         .replace("CheckType=0\n", "");
     let end = bare.rfind("*\n<").unwrap();
     assert_is_it("map.SDF", &bare[..end], &[]);
-    // The first bytes are enough.
+    // The reader recognizes the format from the first bytes.
     assert_is_it("map.backup", text(), &[]);
-    // Remarks in another code page than the numbers'.
+    // The remarks have a different encoding than the numbers.
     let mut bytes = text().into_bytes();
     bytes.extend(b"\xe9\xff");
     assert_is_it("map.sdf", bytes, &[]);
@@ -64,7 +64,7 @@ fn text_of_every_version() {
 fn text_with_points_that_were_not_measured() {
     assert_is_it("map.sdf", text().replace("-3", "BAD"), &[(2, 0)]);
     assert_is_it("map.sdf", text().replace("-3", "bad"), &[(2, 0)]);
-    // The least number of a 16-bit type, if the header says that this is the type.
+    // The smallest number of a 16-bit type is a hole if the header states this type.
     let least = text().replace("DataType = 7", "DataType = 5");
     assert_is_it("map.sdf", least.replace("4 5\r", "4 -32768\r"), &[(1, 1)]);
     let all = HEADER.to_owned() + "BAD BAD BAD BAD BAD BAD\n*\n";
@@ -165,7 +165,7 @@ fn text_cut_short_or_with_wrong_values() {
         &with(text().replace("20", "inf")).0,
         &["point (1, 0)", "inf"],
     );
-    // Nothing of that size is allocated.
+    // The reader rejects the counts before allocation.
     let huge = text()
         .replace("Points = 3", "Points = 4000000000")
         .replace("Profiles = 2", "Profiles = 4000000000");
@@ -185,7 +185,7 @@ fn text_cut_short_or_with_wrong_values() {
     ));
 }
 
-/// A binary file with the points given as bytes.
+/// Binary file with the given bytes of the points.
 fn binary(version: &str, kind: u8, points: &[u8]) -> Vec<u8> {
     let mut bytes = version.as_bytes().to_vec();
     bytes.extend(b"Tester    010120261200010120261200");
@@ -218,7 +218,7 @@ fn doubles() -> Vec<u8> {
 
 #[test]
 fn binary_of_every_type_with_its_hole() {
-    // In an unsigned file the only negative height is the hole.
+    // In an unsigned file, the only negative height is the hole.
     let cases: [(u8, Vec<u8>, bool); 12] = [
         (0, points(|v| vec![v.abs() as u8]), false),
         (
@@ -297,7 +297,7 @@ fn binary_of_every_type_with_its_hole() {
         let holes: &[_] = if hole { &[(2, 0)] } else { &[] };
         for version in ["bISO-1.0", "bISO-2.0", "bBCR-1.0"] {
             if kind == 0 {
-                // Without sign, -3 is 3.
+                // An unsigned type stores -3 as 3.
                 let found = read(
                     &file("map.sdf", binary(version, kind, &data)).path,
                     &AS_STATED,
@@ -308,11 +308,11 @@ fn binary_of_every_type_with_its_hole() {
             }
         }
     }
-    // What follows the points is not read.
+    // The reader ignores bytes after the points.
     let mut followed = binary("bISO-1.0", 7, &doubles());
     followed.extend(b"<Operator>T</Operator>");
     assert_is_it("map.sdf", followed, &[]);
-    // Two further numbers in the header, as one maker writes them; and eight bytes that are a trailer.
+    // One manufacturer writes two additional numbers into the header. Eight bytes at the end are a trailer.
     let mut longer = [5u32.to_le_bytes(), 1u32.to_le_bytes()].concat();
     longer.extend(doubles());
     assert_is_it("map.sdf", binary("bISO-1.0", 7, &longer), &[]);

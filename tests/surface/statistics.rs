@@ -7,8 +7,8 @@ use super::{bored, field, joint};
 
 #[test]
 fn closed_forms() {
-    // Whole periods of a sine: Rq = A/√2, Ku = 3/2, exactly on equidistant points. Two levels, one of them a quarter of the
-    // cells: Sk = (1 - 2q)/√(q(1 - q)), Ku = 1 + Sk².
+    // Whole periods of a sine give exactly Rq = A/√2 and Ku = 3/2 at equidistant points. Two levels with a share q of the cells give Sk =
+    // (1 - 2q)/√(q(1 - q)) and Ku = 1 + Sk².
     let patch = Patch::full(joint([64, 48]));
     let sine = field(&patch.grid, |x, _| {
         2e-6 * (2.0 * std::f64::consts::PI * 3.0 * x / 8e-3).sin()
@@ -31,7 +31,7 @@ fn closed_forms() {
 
 /// Standard normal heights at equal steps of probability.
 fn normal_quantiles(n: usize) -> Vec<f64> {
-    // The distribution function by Simpson's rule from -8, inverted by walking along it.
+    // Distribution function by Simpson's rule from -8, inverted step by step.
     let density = |z: f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
     const STEP: f64 = 1e-5;
     let (mut z, mut sum) = (-8.0, 0.0);
@@ -54,8 +54,8 @@ fn normal_quantiles(n: usize) -> Vec<f64> {
 
 #[test]
 fn a_normal_surface_clipped_flat_first_loses_kurtosis() {
-    // Claim 12: what wear does to the distribution. Equal steps of probability leave out the tails beyond 1/(2n), which carry
-    // 0.003 of the fourth moment here.
+    // Claim 12: the change of the height distribution by wear. Equal steps of probability omit the tails beyond 1/(2n), which contain 0.003
+    // of the fourth moment here.
     const TAILS: f64 = 0.006;
     let grid = joint([250, 120]);
     let patch = Patch::full(grid);
@@ -91,7 +91,7 @@ fn a_normal_surface_clipped_flat_first_loses_kurtosis() {
 #[test]
 fn nanometres_on_a_metre_keep_their_digits() {
     let patch = bored([37, 26]);
-    // Steps of 2^-33 m, about 0.1 nm: exact on top of a metre.
+    // Steps of 2^-33 m, about 0.1 nm, are exact next to a metre.
     let step = 2f64.powi(-33);
     let small = field(&patch.grid, |x, y| {
         step * ((x * 3e4).sin() * 40.0 + (y * 2e4).cos() * 30.0).round()
@@ -101,7 +101,7 @@ fn nanometres_on_a_metre_keep_their_digits() {
         roughness(&patch, &small).unwrap(),
         roughness(&patch, &high).unwrap(),
     );
-    // The heights are the same numbers, so only the rounding of sums of a thousand of them differs.
+    // The heights are equal numbers, so only the rounding of sums of a thousand terms differs.
     const ROUNDING: f64 = 1e-12;
     assert!((a.rq / b.rq - 1.0).abs() < ROUNDING, "{a:?} {b:?}");
     assert!((a.sk - b.sk).abs() < ROUNDING && (a.ku - b.ku).abs() < ROUNDING);
@@ -171,7 +171,7 @@ fn the_histogram_counts_every_kept_cell_once() {
 }
 
 proptest! {
-    /// Ku ≥ 1 + Sk² holds for every distribution (Pearson), and scale and sign act as they must.
+    /// Ku ≥ 1 + Sk² for every distribution (Pearson). Scale and sign have the expected effect.
     #[test]
     fn kurtosis_bounds_skewness(heights in prop::collection::vec(-1e-5f64..1e-5, 12), scale in 1e-12f64..1e12) {
         let patch = Patch::full(Grid::over([4.0, 1.0], [4, 3]));

@@ -1,8 +1,8 @@
-//! Files written byte by byte from the formats' descriptions, by other code than reads them.
+//! Files written byte by byte from the descriptions of the formats, independently of the readers.
 
 use std::path::PathBuf;
 
-/// A file in a folder of its own that is removed with it.
+/// File in a temporary folder, deleted with the folder.
 pub struct Written {
     _folder: tempfile::TempDir,
     pub path: PathBuf,
@@ -18,7 +18,7 @@ pub fn file(name: &str, bytes: impl AsRef<[u8]>) -> Written {
     }
 }
 
-/// An NPY file, version 1.0.
+/// NPY file, version 1.0.
 pub fn npy(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     let order = if fortran { "True" } else { "False" };
     let mut header =
@@ -34,7 +34,7 @@ pub fn npy(descr: &str, fortran: bool, shape: &str, data: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What a SUR file says of itself.
+/// Header of a SUR file.
 pub struct Sur<'a> {
     pub bits: i16,
     pub nx: i32,
@@ -48,7 +48,7 @@ pub struct Sur<'a> {
     pub comment: &'a [u8],
 }
 
-/// A SUR file; points line by line, x fastest.
+/// SUR file with points line by line, x fastest.
 pub fn sur(about: &Sur, points: &[i32]) -> Vec<u8> {
     let mut bytes = vec![0u8; 512];
     let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
@@ -84,7 +84,7 @@ pub fn sur(about: &Sur, points: &[i32]) -> Vec<u8> {
     bytes
 }
 
-/// The description of an X3P file with matrix `nx` x `ny`; `z` is the content of the CZ element.
+/// Description of an X3P file with a matrix `nx` x `ny`. `z` is the content of the CZ element.
 pub fn x3p_description(nx: usize, ny: usize, increments: [f64; 2], z: &str, valid: bool) -> String {
     let valid = if valid {
         "<ValidPointsLink>bindata/valid.bin</ValidPointsLink>"
@@ -106,13 +106,13 @@ pub fn x3p_description(nx: usize, ny: usize, increments: [f64; 2], z: &str, vali
     )
 }
 
-/// A zip archive whose members are stored, not packed.
+/// Zip archive with uncompressed members.
 pub fn zip(members: &[(&str, &[u8])]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut directory = Vec::new();
     for (name, data) in members {
         let at = bytes.len() as u32;
-        // From the version needed to the length of the extra field: what both kinds of header share.
+        // Common part of both kinds of header: from the required version to the length of the extra field.
         let mut common = Vec::new();
         common.extend([20, 0, 0, 0, 0, 0, 0, 0, 0x21, 0]);
         common.extend(crc32(data).to_le_bytes());

@@ -1,4 +1,4 @@
-//! Tables: what can be built, and that a file is the table and its schema, bit for bit.
+//! Tables: valid contents, and files that reproduce the table and its schema bit by bit.
 
 use arrow_array::{Float64Array, RecordBatch};
 use arrow_schema::{DataType, Field};
@@ -22,7 +22,7 @@ fn provenance() -> Provenance {
     }
 }
 
-/// A table of any schema with all its columns, `rows` long unless the schema fixes the length.
+/// Table of any schema with all columns and `rows` rows, unless the schema fixes the number of rows.
 fn filled(table: TableName, rows: usize) -> Table {
     let schema = table.schema();
     let rows = schema.rows.unwrap_or(rows);
@@ -73,7 +73,7 @@ fn hysteresis(load: Vec<f64>) -> Table {
         .expect("two columns of one length")
 }
 
-/// The symbols that a unit may be made of; a new one is added here on purpose.
+/// Allowed unit symbols. A new symbol must be added here.
 const UNITS: [&str; 21] = [
     "1", "B", "m", "m^2", "m^3", "Pa", "N", "N m", "N/m", "m/N", "m s^2/N", "J", "J/m^2", "s",
     "Hz", "1/s", "1/s^2", "rad", "kg", "kg^-1/2", "as named",
@@ -85,7 +85,7 @@ fn every_schema_file_is_built_in_and_complete() {
     let mut stems: Vec<String> = std::fs::read_dir(folder)
         .expect("schemas/")
         .map(|entry| entry.expect("an entry").path())
-        // What makes types of them stands beside them.
+        // The folder also contains the build script that generates types.
         .filter(|path| path.extension().is_some_and(|e| e == "toml"))
         .map(|path| {
             path.file_stem()
@@ -113,13 +113,14 @@ fn every_schema_file_is_built_in_and_complete() {
             assert!(!column.sparse || column.kind == ColumnType::F64, "{name}");
             assert_ne!(
                 column.name, "wear_iteration",
-                "the key of the folder is no column"
+                "the key of the folder must not be a column"
             );
         }
     }
 }
 
-/// A history has the columns of the one-row tables side by side: those of the summary under their own names, others after their table's.
+/// A history joins the columns of the one-row tables. Columns of the summary keep their names, and other columns get the prefix of their
+/// table.
 #[test]
 fn the_columns_of_a_history_have_names_of_their_own() {
     let own = ["wear_iteration", "commit", "pruned", "bytes"];
@@ -168,7 +169,7 @@ fn every_file_says_its_units_and_one_beside_runs_what_its_columns_mean() {
             assert_eq!(field.metadata().get("unit"), Some(&column.unit), "{name}");
             let entry = &entry["columns"][&column.name];
             assert_eq!(entry["unit"], column.unit, "{name}");
-            // A run says it once, in its `schemas.json`.
+            // The file `schemas.json` of a run contains these texts once.
             let beside = table.schema().place == TableLocation::Beside;
             for (key, expected) in [
                 ("dimension", &column.dimension),
@@ -455,14 +456,14 @@ fn a_broken_schema_text_is_refused() {
     ));
 }
 
-/// The size that the design promises for cumulative wear at 256 x 256 cells, of which some tenth is worn.
+/// Largest file size \[B\] by the design, for cumulative wear at 256 x 256 cells with about a tenth of the cells worn.
 const WEAR_FIELD_BYTES: usize = 120_000;
 
 #[test]
 fn a_sparse_field_is_small() {
     let (nx, ny) = (256, 250);
     let cell = |index: usize| (index / ny, index % ny);
-    // Islands of contact, some eight per cent of the cells.
+    // Islands of contact in about 8 % of the cells.
     let worn: Vec<f64> = (0..nx * ny)
         .map(|index| {
             let (i, j) = cell(index);
@@ -487,7 +488,7 @@ fn a_sparse_field_is_small() {
     assert!(bytes.len() < WEAR_FIELD_BYTES, "{} bytes", bytes.len());
 }
 
-/// A table that another program read and wrote again, with all that stands beside it.
+/// Table that another program read and wrote again, with its metadata.
 fn written_again(bytes: &[u8], compression: Compression) -> Vec<u8> {
     let reader =
         ParquetRecordBatchReaderBuilder::try_new(Bytes::copy_from_slice(bytes)).expect("a table");
@@ -570,10 +571,10 @@ fn files_that_announce_what_is_not_read() {
     );
 }
 
-/// Bytes with some flipped, or the end cut off: the same of the same number.
+/// Copy of the bytes with some flipped bytes or a truncated end. `number` is the seed.
 fn damaged(bytes: &[u8], number: u64) -> Vec<u8> {
     let mut state = number;
-    // Steele, Lea & Flood's generator (SplitMix64).
+    // Generator of Steele, Lea & Flood (SplitMix64).
     let mut random = |below: usize| {
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = state;
@@ -586,7 +587,7 @@ fn damaged(bytes: &[u8], number: u64) -> Vec<u8> {
         found.truncate(random(bytes.len()));
         return found;
     }
-    // The description at the end is where damage does most.
+    // Damage of the metadata at the end of the file has the largest effect.
     let near_end = random(2) == 0;
     for _ in 0..=random(4) {
         let end = found.len();
@@ -600,7 +601,7 @@ fn damaged(bytes: &[u8], number: u64) -> Vec<u8> {
     found
 }
 
-/// Whatever the damage, the answer is a table or an error.
+/// For any damage, the result is a table or an error.
 #[test]
 fn damaged_files() {
     for name in [TableName::Summary, TableName::Cycle, TableName::Timing] {

@@ -1,4 +1,4 @@
-//! Quantities with units: values, faults, and exactness.
+//! Quantities with units: values, errors and exactness.
 
 use fretwear::units::{Dimension, UnitProblem, from_number, parse, parse_unit};
 use proptest::prelude::*;
@@ -67,7 +67,7 @@ fn values() {
         ("2 d", D { s: 1, ..D::NONE }, 172_800.0),
         ("1e-400 m", D::LENGTH, 0.0),
         ("0e99999999999999999999 m", D::LENGTH, 0.0),
-        // Halfway cases that a multiplication by 1e-6 or a division by 1e6 would round twice.
+        // Halfway cases. A multiplication by 1e-6 or a division by 1e6 would round twice.
         ("0.1 um", D::LENGTH, 1e-7),
         ("0.3 um", D::LENGTH, 3e-7),
         ("4.35 um", D::LENGTH, 4.35e-6),
@@ -246,7 +246,7 @@ fn a_unit_alone() {
         error.problem,
         UnitProblem::WrongDimension { found: D::FORCE }
     );
-    // Inches, and the mass that a pound of force moves by an inch a second squared.
+    // Inches, and the mass that a pound-force accelerates by one inch per second squared.
     assert_eq!(parse_unit("25.4 mm", D::LENGTH), Ok(0.0254));
     assert_eq!(parse_unit("175.1268 kg", D::MASS), Ok(175.1268));
     for (text, problem) in [
@@ -263,16 +263,16 @@ fn a_unit_alone() {
 }
 
 proptest! {
-    /// Every finite number survives being written in SI.
+    /// Every finite number is unchanged after writing and reading in SI.
     #[test]
     fn written_and_read_again(value in any::<f64>().prop_filter("finite", |v| v.is_finite())) {
         for text in [format!("{value} m"), format!("{value:e} m")] {
-            // Zero has one sign only, so that equal quantities have equal digits.
+            // Zero has no sign, so equal quantities have equal digits.
             prop_assert_eq!(parse(&text, D::LENGTH), Ok(value + 0.0));
         }
     }
 
-    /// A prefix is the same as an exponent, and another prefix with the point moved, to the last bit.
+    /// A prefix equals an exponent, and a different prefix equals a moved decimal point, to the last bit.
     #[test]
     fn prefixes_move_the_point(digits in 1u64..=u64::MAX, point in 0usize..25) {
         let text = format!("{digits:025}");
@@ -286,7 +286,7 @@ proptest! {
         prop_assert_eq!(parse(&format!("{} um^3/J", moved(point)), D::WEAR_COEFFICIENT), Ok(cubic));
     }
 
-    /// Whatever the text, there is an answer: a finite number or an error that quotes the text.
+    /// For any text, the result is a finite number or an error that quotes the text.
     #[test]
     fn no_text_panics(text in "[-+0-9.eE_, ]{0,6}[a-zA-Zµ°%^*/()0-9⁻³· ]{0,12}") {
         match parse(&text, D::LENGTH) {

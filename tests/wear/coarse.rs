@@ -1,4 +1,4 @@
-//! The coarse trajectory against the one that it is to tell the error of.
+//! The coarse trajectory against the trajectory whose error it estimates.
 
 use fretwear::grid::{Grid, Patch};
 use fretwear::wear::coarse::{self, RunTrajectory, TrajectoryDifference};
@@ -8,11 +8,12 @@ use fretwear::wear::{FrettingJoint, Motion};
 
 use super::{LAW, LOAD, after, difference_l1, joint, step_of, unworn, wear_by_equal_steps};
 
-/// Cycles that wear the orbit of partial slip well into its running-in.
+/// Number of cycles. The orbit in partial slip wears far into its running-in.
 const CYCLES: u64 = 1_200_000;
-/// Steps of the finer and of the own trajectory; the coarse one has half as many.
+/// Steps of the reference trajectory and of the own trajectory. The coarse trajectory has half the steps of the own trajectory.
 const STEPS: [u64; 2] = [16, 8];
-/// The difference of the trajectories is four and a half times the error of the own one where steps are short; over so few steps it is this far from it.
+/// Bounds of the ratio of the trajectory difference to the error of the own trajectory. For short steps the ratio is 4.5. The few steps of
+/// this test need wider bounds.
 const OVER_ERROR: (f64, f64) = (1.5, 12.0);
 
 fn orbit() -> FrettingJoint {
@@ -20,7 +21,7 @@ fn orbit() -> FrettingJoint {
     joint(motion, March::Stepped)
 }
 
-/// The joint worn by so many steps, and beside them by half as many of the coarse kind.
+/// States of the joint after `steps` steps and after half as many coarse steps.
 fn own_and_coarse(joint: &mut FrettingJoint, steps: u64) -> [WornState; 2] {
     let mut own = unworn(joint);
     let mut coarse = own.clone();
@@ -50,7 +51,7 @@ fn the_difference_of_the_coarse_trajectory_is_above_the_error_of_the_own_one() {
     let (truth, _) = wear_by_equal_steps(&mut joint, CYCLES, fine);
     joint.motion = motion.clone();
     let [own, coarse] = own_and_coarse(&mut joint, steps);
-    assert_eq!(joint.motion, motion, "the motion is given back");
+    assert_eq!(joint.motion, motion, "the joint keeps its motion");
     let error = difference_l1(&own.wear, &truth.wear);
     let of = TrajectoryDifference::between(&own, &coarse, &joint.patch, 1e-3);
     let difference = of.field / joint.volume(&own.wear);
@@ -86,19 +87,20 @@ fn differences_are_those_of_the_figures() {
     let coarse = state(&[0.0, 1.5, 1.0, 3.0, 2.5], &[0.0, 9.0, 2.0, 1.7, 0.5], 10.0);
     let patch = Patch::full(Grid::over([2.0, 5.0], [1, 5]));
     let of = TrajectoryDifference::between(&own, &coarse, &patch, 0.2);
-    // RunTrajectory less coarse: −0.5, 3, 0, −1.5.
+    // The run minus the coarse trajectory: −0.5, 3, 0, −1.5.
     assert_eq!((of.volume, of.field), (2.0, 10.0));
-    // Two are loaded, above 2; one and a half times their difference takes the one of 2.2 below it, and the one of 1.9 above.
+    // Two cells carry more than the threshold of 2. A change by 1.5 times the difference moves the cell with 2.2 below the threshold and
+    // the cell with 1.9 above the threshold.
     assert_eq!(of.loaded_area, 1.0);
     assert_eq!((of.max_pressure, of.dissipation), (0.1, 0.25));
-    // 4 against 3.
+    // The largest depths are 4 and 3.
     assert_eq!((of.largest_depth, of.depth_99), (0.25, 0.25));
-    // The mean depth of what wears is 2.25: only the third cell is off by more and by half.
+    // The mean depth of the worn cells is 2.25. Only the third cell differs by more than the mean and by more than half.
     assert_eq!(of.undecided, 1);
     assert_eq!(
         TrajectoryDifference::between(&own, &own, &patch, 0.2),
         TrajectoryDifference::default(),
-        "of two that are alike"
+        "equal trajectories have no difference"
     );
     let unworn = state(&[0.0; 5], &[0.0; 5], 0.0);
     assert_eq!(

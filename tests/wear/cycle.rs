@@ -4,14 +4,14 @@ use fretwear::wear::{FrettingJoint, Motion, WearError};
 
 use super::{EXACT, FRICTION, LOAD, difference, joint, unworn};
 
-/// Partial slip: a fraction of the displacement at which the joint slides.
+/// Amplitude in partial slip \[m\]: a fraction of the displacement at which the joint slides.
 const PARTIAL: f64 = 0.35e-6;
-/// Gross slip.
+/// Amplitude in gross slip \[m\].
 const GROSS: f64 = 3e-6;
-/// Two solves that differ in path but not in physics agree as well as the slip directions of a vector law repeat: to the
-/// size of the transverse shear's change along a branch.
+/// Relative difference of two solves of one cycle along different paths. The change of the transverse shear along a branch causes the
+/// difference.
 const PATH: f64 = 2e-3;
-/// What the tolerances of [`EXACT`] leave in energies and forces.
+/// Relative error of energies and forces at the tolerances of [`EXACT`].
 const SOLVER: f64 = 1e-5;
 
 fn cycle(joint: &mut FrettingJoint) -> CycleSolution {
@@ -45,7 +45,7 @@ fn reversal_and_stepped_agree_with_a_transverse_shear() {
     assert!((ratio - 1.0).abs() < PATH, "energies differ by {ratio}");
     assert!(
         by_reversal.shear[1].iter().any(|q| q.abs() > 0.0),
-        "the transverse shear is a field of its own"
+        "the transverse shear is not 0"
     );
 }
 
@@ -75,7 +75,7 @@ fn the_phase_moves_the_start_and_nothing_else() {
 
 #[test]
 fn the_loop_area_is_the_dissipated_energy() {
-    // Trapezoids under the loop lie inside it: the error falls with the square of the step.
+    // The trapezoids are inscribed in the loop, so the error falls with the square of the step.
     let mut errors = Vec::new();
     for samples in [16, 32, 64] {
         let motion = Motion::harmonic(&[(PARTIAL, 0.0)], LOAD, 0.0, samples);
@@ -143,14 +143,14 @@ fn a_changing_load_in_phase_dissipates_otherwise_than_a_constant_one() {
         cycle(&mut joint(motion, March::Stepped)).dissipation
     };
     let constant = energy(0.0, 0.0);
-    // Load and speed in quadrature: the mean of N|v| over a sliding cycle is that of the constant load, to the part of the
-    // cycle that sticks after each reversal.
+    // Load and speed are in quadrature. The mean of N|v| over a sliding cycle equals the mean under constant load, except for the sticking
+    // part after each reversal.
     let in_phase = energy(0.3 * LOAD, 0.0);
     assert!(
         (in_phase / constant - 1.0).abs() < 0.1,
         "{in_phase} against {constant}"
     );
-    // Opposite motions see the same loads in opposite order: equal energies by symmetry.
+    // Opposite motions pass the same loads in opposite order. The energies are equal by symmetry.
     let opposite = energy(0.3 * LOAD, std::f64::consts::PI);
     assert!((opposite / in_phase - 1.0).abs() < SOLVER);
 }
@@ -164,7 +164,8 @@ fn turning_the_motion_by_a_right_angle_in_time_makes_an_orbit() {
         32,
     );
     let cycle = cycle(&mut joint(orbit, March::Stepped));
-    // Gross slip along a circle of radius r dissipates less than µN·2πr, by what the elastic joint takes of the path.
+    // Gross slip along a circle of radius r dissipates less than µN·2πr, because the elastic deformation of the joint takes a part of the
+    // path.
     let rigid = FRICTION * LOAD * std::f64::consts::TAU * GROSS;
     assert!(
         cycle.dissipation < rigid && cycle.dissipation > 0.5 * rigid,

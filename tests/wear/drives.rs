@@ -1,4 +1,4 @@
-//! Forces, moments and free directions: what is not given is found.
+//! Cycles with given forces and moments and with free directions: the solver finds the displacements.
 
 use std::f64::consts::TAU;
 
@@ -8,11 +8,11 @@ use fretwear::wear::{Harmonic, Motion};
 
 use super::{FRICTION, LOAD, driven, harmonic, joint, unworn};
 
-/// What the tolerances of [`super::EXACT`] leave in energies, forces and displacements.
+/// Relative error of energies, forces and displacements at the tolerances of [`super::EXACT`].
 const SOLVER: f64 = 1e-5;
-/// Largest force or moment that a free direction keeps, in parts of µN or its lever.
+/// Largest force or moment in a free direction, relative to µN or to µN times the lever.
 const FREE: f64 = 1e-6;
-/// Half the side of the small joint [m].
+/// Half the side of the small joint \[m\].
 const LEVER: f64 = 2e-3;
 
 fn cycle(axes: &[Harmonic], rotation: Option<Harmonic>, march: March) -> CycleSolution {
@@ -20,7 +20,7 @@ fn cycle(axes: &[Harmonic], rotation: Option<Harmonic>, march: March) -> CycleSo
     unworn(&mut joint(motion, march)).cycle
 }
 
-/// The force that a displacement needs, given instead, gives that displacement and the same loss.
+/// The force that a displacement requires, given as the drive, reproduces the displacement and the dissipation.
 #[test]
 fn a_force_gives_back_the_displacement_that_it_came_from() {
     let displaced = cycle(&[harmonic(0.35e-6, false)], None, March::Reversal);
@@ -72,7 +72,7 @@ fn a_free_transverse_direction_bears_no_force_and_moves() {
     assert!(held.instants[0].force[1].abs() > FREE * FRICTION * LOAD);
 }
 
-/// A rotation and the moment that it needs are one motion given in two ways; both marches agree.
+/// A rotation and the moment that it requires describe the same motion. Both methods of the cycle agree.
 #[test]
 fn a_rotation_and_its_moment() {
     let held = [harmonic(0.0, false); 2];
@@ -121,7 +121,7 @@ fn free_rotations_leave_no_moment() {
     }
 }
 
-/// A free rotation is scaled against displacements: what turns in proportion is straight.
+/// The straightness check scales a rotation against the displacements. A rotation in proportion to the displacements is straight.
 #[test]
 fn a_rotation_in_phase_is_straight() {
     let motion = |phase: f64| {

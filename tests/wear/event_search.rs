@@ -1,17 +1,17 @@
-//! Steps cut to end at an event.
+//! Steps that end at an event.
 
 use fretwear::wear::event_search::EventSearch;
 
 const TOLERANCE: f64 = 0.1;
-/// How far beyond an event a step then ends.
+/// Largest relative distance of the end of a step beyond the event.
 const BAND: f64 = 0.01;
-/// Steps made for one event, the first included, where the way to it is a power of the cycles.
+/// Largest number of steps for one event, including the first, if the quantity is a power of the cycles.
 const STEPS: usize = 4;
 
-/// Steps made for one event, the first included, on any way to it.
+/// Largest number of steps for one event, including the first, for any quantity.
 const MOST: usize = 9;
 
-/// Makes steps of a run that would go on for `cycles`, and gives the lengths tried.
+/// Lengths of the steps tried for one event, beginning with `cycles`.
 fn land(begin: f64, cycles: u64, reached: impl Fn(u64) -> f64) -> Vec<u64> {
     let mut landing = EventSearch::new(begin, TOLERANCE);
     let mut lengths = vec![cycles];
@@ -45,7 +45,7 @@ fn a_power_of_the_cycles_is_met_in_a_few_steps() {
     }
 }
 
-/// Stiffness that rises and levels off, as that of a joint in running-in.
+/// A stiffness that rises and saturates, as in running-in.
 #[test]
 fn a_curve_that_levels_off_is_met() {
     for event in [2e4, 8e4, 4e5] {
@@ -61,11 +61,12 @@ fn a_curve_that_levels_off_is_met() {
 fn a_step_that_does_not_pass_the_event_stands() {
     assert_eq!(land(0.2, 500, |n| 0.2 + 0.001 * n as f64), [500]);
     assert_eq!(land(0.0, 500, |_| 1.0), [500]);
-    // An event behind the beginning is not in the step.
+    // The event lies before the beginning of the step.
     assert_eq!(land(1.3, 500, |n| 1.3 + n as f64), [500]);
 }
 
-/// A jump has no end within the band: a step that passes it stands in the end, and none that is known to be longer than needed.
+/// At a discontinuity, no step ends within the band. The search accepts a step beyond the event and never tries a step that is longer than
+/// needed.
 #[test]
 fn a_jump_is_passed() {
     for jump in [1, 2, 17, 30, 700_000] {
@@ -78,7 +79,7 @@ fn a_jump_is_passed() {
     }
 }
 
-/// Events that a step would pass by the dozen are finer than the steps.
+/// Dozens of events within one step are finer than the steps. The search does not shorten the step.
 #[test]
 fn dozens_of_events_do_not_cut_a_step() {
     assert_eq!(land(0.0, 900, |n| n as f64), [900]);

@@ -1,4 +1,4 @@
-//! Fields over a cycle against the cycle that they are of, and against solves of their own.
+//! Fields over a cycle against the result of the cycle and against separate solves.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,11 +8,12 @@ use fretwear::wear::{FrettingJoint, Harmonic, Motion};
 
 use super::{EXACT, FRICTION, LOAD, difference, driven, joint};
 
-/// Half range of the motions \[m\]: some of the cells slip, others stick.
+/// Half range of the motions \[m\]. Some cells slip and other cells stick.
 const REACH: f64 = 0.25e-6;
-/// What the solves of a step leave of the shear and of the slip, over the largest: their gap is 1e-8, and the error goes with its root.
+/// Relative error of shear and slip of a step, over the largest value. The gap is 1e-8, and the error is proportional to the root of the
+/// gap.
 const SOLVED: f64 = 1e-3;
-/// Sums and differences of numbers that are computed in another order.
+/// Rounding error of sums and differences in another order.
 const ROUNDING: f64 = 1e-12;
 
 fn harmonic(amplitude: f64, phase: f64) -> Harmonic {
@@ -23,7 +24,7 @@ fn harmonic(amplitude: f64, phase: f64) -> Harmonic {
     }
 }
 
-/// The cycle of the unworn joint, and the fields of those of its instants that are wanted.
+/// The cycle of the unworn joint, and the fields of the `wanted` instants.
 fn cycle(
     joint: &mut FrettingJoint,
     wanted: impl Fn(usize) -> bool,
@@ -62,11 +63,11 @@ fn the_cycle_does_not_hang_on_what_is_kept_of_it() {
             Vec::from_iter(0..with.instants.len()),
             "{march:?}"
         );
-        // Of some instants it is the same as of all.
+        // The fields of some instants equal the fields from all instants.
         let (_, some) = cycle(&mut joint, |instant| instant % 2 == 1);
         let odd: Vec<&InstantFields> = all.iter().filter(|of| of.instant % 2 == 1).collect();
         assert_eq!(some.iter().collect::<Vec<_>>(), odd, "{march:?}");
-        // The shear at t = 0 is what a later cycle starts from, and its sum is the force.
+        // The shear at t = 0 is the start of a later cycle. The sum of the shear is the force.
         assert_eq!(all[0].shear, with.shear);
         let area = joint.patch.grid.cell_area();
         for (of, instant) in all.iter().zip(&with.instants) {
@@ -81,7 +82,8 @@ fn the_cycle_does_not_hang_on_what_is_kept_of_it() {
     }
 }
 
-/// One along x by reversal: what slips is at its limit at both ends, and its path is twice what it slips from one to the other.
+/// A line along x, computed by reversal. A slipping cell is at its limit at both ends, and its slip path is twice the slip between the
+/// ends.
 #[test]
 fn a_line_turns_at_its_ends() {
     for phase in [0.0, 0.3] {
@@ -118,7 +120,7 @@ fn a_line_turns_at_its_ends() {
     }
 }
 
-/// A line in steps has the same fields at its ends as by reversal, and in between what slips goes one way.
+/// A stepped line has the same fields at its ends as a line by reversal. Between the ends, slip has one direction.
 #[test]
 fn steps_along_a_line_pass_through_the_ends_of_its_reversals() {
     let line = || driven(&[harmonic(REACH, 0.0)], None);
@@ -133,7 +135,7 @@ fn steps_along_a_line_pass_through_the_ends_of_its_reversals() {
             assert!(error < SOLVED, "{error:e}");
         }
     }
-    // What sticks at the end does so all the way.
+    // A cell that sticks at the end sticks at every instant before.
     let scale = largest(&all[8].slip[0]);
     for pair in all[..9].windows(2) {
         for c in 0..pair[0].pressure.len() {
@@ -166,7 +168,7 @@ fn an_orbit_has_opposite_halves() {
     }
 }
 
-/// Where the load varies the pressure of an instant is that of its load alone, and gaps open where it is gone.
+/// Under a varying load, the pressure of an instant depends only on the load of the instant. Gaps open where the pressure vanishes.
 #[test]
 fn a_load_that_varies_has_the_pressure_of_each_instant() {
     let motion = Motion::harmonic(&[(REACH, 0.4)], LOAD, 0.5 * LOAD, 16);
@@ -175,7 +177,7 @@ fn a_load_that_varies_has_the_pressure_of_each_instant() {
     let (_, some) = cycle(&mut joint, |instant| [0, 5, 8].contains(&instant));
     assert_eq!(some.len(), 3);
     let wear = vec![0.0; joint.patch.grid.len()];
-    // What two solves from other starts leave of the largest pressure.
+    // Relative difference of the pressure between two solves from different starts.
     let solved = EXACT.normal.tolerance.sqrt();
     let mut opened = 0;
     for of in &some {

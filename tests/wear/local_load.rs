@@ -1,4 +1,4 @@
-//! Cycles in which each place has a load of its own, and what is made of that where it is not followed.
+//! Cycles with a local load at each place, and their approximation by reversals.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -11,13 +11,14 @@ use fretwear::wear::{Channel, FrettingJoint, Motion, NodalMotion};
 
 use super::{LOAD, joint};
 
-/// Samples of a cycle.
+/// Samples per cycle.
 const SAMPLES: usize = 16;
 
-/// Half range of the joint's displacement \[m\]: in partial slip.
+/// Half range of the joint's displacement \[m\], in partial slip.
 const REACH: f64 = 4e-7;
 
-/// Nodes of 3 x 2 boxes that move along x by `reach` and more towards +y, and come closer at +x as they move that way, by `approach` at the edge.
+/// Motion of the nodes of 3 x 2 boxes. The nodes move along x by `reach`, and by more towards +y. During the motion, the nodes at the edge
+/// +x approach by `approach`.
 fn motion(approach: f64, samples: usize) -> Motion {
     let at_rest = joint(Motion::at_rest(LOAD), March::Reversal);
     let counts = [3, 2];
@@ -64,7 +65,7 @@ fn cycle(joint: &mut FrettingJoint) -> CycleSolution {
     joint.cycle(&wear, &contact, None).expect("a cycle")
 }
 
-/// Loads of single places matter: without them the work of friction is another.
+/// Local loads change the work of friction.
 #[test]
 fn loads_of_single_places_change_the_work_of_friction() {
     let of =
@@ -77,7 +78,7 @@ fn loads_of_single_places_change_the_work_of_friction() {
     assert!((much / none - 1.0).abs() > 0.05, "{much:e} for {none:e}");
 }
 
-/// Where all nodes come closer alike, places have what the whole joint has under the load that this takes.
+/// If all nodes approach by the same amount, every place has the result of the whole joint under the load of this approach.
 #[test]
 fn places_that_come_closer_alike_share_the_load_of_the_joint() {
     const APPROACH: f64 = 1e-7;
@@ -114,17 +115,17 @@ fn places_that_come_closer_alike_share_the_load_of_the_joint() {
     assert!(off < SOLVED * sum, "{off:e} of {sum:e}");
 }
 
-/// Both ways to the same cycle close to a millionth of the largest shear.
+/// Relative tolerance. Both computations of a cycle close to a millionth of the largest shear.
 const SOLVED: f64 = 1e-4;
 
-/// Each place dissipates the part that is known of its work, and slips as much less; forces stay.
+/// With a work ratio, each place dissipates the given part of its work and slips less by the same ratio. The forces do not change.
 #[test]
 fn parts_of_the_work_count_where_they_are() {
     let ends = || motion(0.0, SAMPLES).reversals(0.01, 0.0).expect("straight");
     let whole = cycle(&mut joint(ends(), March::Reversal));
     let mut in_part = ends();
     let own = in_part.nodal_motion.as_mut().expect("own motion");
-    // Larger towards +x, by the number of the node along it.
+    // The ratio increases towards +x with the index of the node.
     let width = 3;
     own.work_ratio = (0..own.interpolation.nodes())
         .map(|n| 0.5 + 0.25 * (n / width) as f64)
@@ -135,7 +136,7 @@ fn parts_of_the_work_count_where_they_are() {
     let work = whole.energy.iter().zip(&of_cells);
     let in_parts = work.map(|(energy, part)| energy * part).sum::<f64>();
     let all = in_parts / whole.energy.iter().sum::<f64>();
-    // What all together are said to do is what single places do, and a tenth less.
+    // The total work ratio equals the sum of the places, or is 10 % lower.
     for less in [1.0, 0.9] {
         let own = in_part.nodal_motion.as_mut().expect("own motion");
         own.total_work_ratio = less * all;
@@ -153,7 +154,7 @@ fn parts_of_the_work_count_where_they_are() {
                 );
             }
         }
-        // Four tenths of what the part of all moves.
+        // The error adds 0.4 times the change of the total.
         let expected = whole.dissipation_error + 0.4 * (1.0 - less) * all * whole.dissipation;
         let off = (found.dissipation_error - expected).abs();
         assert!(

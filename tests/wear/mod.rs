@@ -1,4 +1,4 @@
-//! Steady cycle and wear steps on a small rough joint, never square and never dx = dy.
+//! Steady cycle and wear steps on a small rough joint. The joint is never square, and dx never equals dy.
 
 mod coarse;
 mod cycle;
@@ -24,7 +24,7 @@ use fretwear::wear::{FrettingJoint, Harmonic, HarmonicMotion, Motion, WearLaw};
 
 use crate::contact::STEEL;
 
-/// Wear coefficient of the published case [m³/J].
+/// Wear coefficient of the published case \[m³/J\].
 pub const COEFFICIENT: f64 = 2e-15;
 
 /// The wear law of the published case.
@@ -32,13 +32,13 @@ pub const LAW: WearLaw = WearLaw {
     coefficient: COEFFICIENT,
 };
 
-/// Load on the small joint [N]: 20 MPa in the mean.
+/// Load on the small joint \[N\]: mean pressure 20 MPa.
 pub const LOAD: f64 = 320.0;
 
 /// Friction coefficient.
 pub const FRICTION: f64 = 0.6;
 
-/// Tolerances far below what the tests measure.
+/// Tolerances far below the tolerances of the tests.
 pub const EXACT: FrettingOptions = FrettingOptions {
     normal: NormalOptions {
         tolerance: 1e-9,
@@ -56,7 +56,7 @@ pub const EXACT: FrettingOptions = FrettingOptions {
     checks_per_span: FrettingOptions::CHECKS_PER_SPAN,
 };
 
-/// A displacement or a force that begins at its end.
+/// A displacement or a force with its largest value at the beginning of the cycle.
 pub fn harmonic(amplitude: f64, is_force: bool) -> Harmonic {
     Harmonic {
         amplitude,
@@ -65,7 +65,7 @@ pub fn harmonic(amplitude: f64, is_force: bool) -> Harmonic {
     }
 }
 
-/// A motion of these channels under [`LOAD`], in 16 samples.
+/// Motion of these channels under [`LOAD`], in 16 samples.
 pub fn driven(axes: &[Harmonic], rotation: Option<Harmonic>) -> Motion {
     let motion = HarmonicMotion {
         axes: axes.to_vec(),
@@ -75,7 +75,7 @@ pub fn driven(axes: &[Harmonic], rotation: Option<Harmonic>) -> Motion {
     motion.sampled(LOAD, 16)
 }
 
-/// A rough joint of 4 × 4 mm on 40 × 32 cells, its heights a fixed sum of waves with an amplitude near 1 µm.
+/// Rough joint of 4 × 4 mm with 40 × 32 cells. The heights are a fixed sum of waves with an amplitude near 1 µm.
 pub fn joint(motion: Motion, march: March) -> FrettingJoint {
     let grid = Grid::over([4e-3, 4e-3], [40, 32]);
     let waves = [
@@ -108,7 +108,7 @@ pub fn joint(motion: Motion, march: March) -> FrettingJoint {
     }
 }
 
-/// The unworn joint and its cycle.
+/// State of the unworn joint with its cycle.
 pub fn unworn(joint: &mut FrettingJoint) -> WornState {
     let wear = vec![0.0; joint.patch.grid.len()];
     let contact = joint.static_contact(&wear, None).expect("static contact");
@@ -120,7 +120,7 @@ pub fn unworn(joint: &mut FrettingJoint) -> WornState {
     }
 }
 
-/// The joint after a step.
+/// State of the joint after a wear step.
 pub fn after(joint: &mut FrettingJoint, step: Step) -> WornState {
     let contact = joint
         .static_contact(&step.wear, Some(&step.contact.pressure))
@@ -135,7 +135,7 @@ pub fn after(joint: &mut FrettingJoint, step: Step) -> WornState {
     }
 }
 
-/// Wears the unworn joint by equal implicit steps, without error control: its state, and the errors that the steps estimate.
+/// Wears the unworn joint by equal implicit steps without error control. Returns the state and the sum of the estimated errors.
 pub fn wear_by_equal_steps(joint: &mut FrettingJoint, cycles: u64, steps: u64) -> (WornState, f64) {
     let mut state = unworn(joint);
     let mut error = 0.0;
@@ -147,7 +147,7 @@ pub fn wear_by_equal_steps(joint: &mut FrettingJoint, cycles: u64, steps: u64) -
     (state, error)
 }
 
-/// An implicit step, whatever its error.
+/// Implicit step without a limit of the error.
 pub fn step_of(joint: &mut FrettingJoint, state: &WornState, cycles: u64) -> Step {
     let limits = Limits {
         tolerance: f64::INFINITY,

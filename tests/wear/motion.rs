@@ -29,9 +29,9 @@ fn what_is_straight() {
         ),
         ("a load that varies", varying, false),
         ("ends about zero", series(&[1.0, 0.0, -1.0, 0.0]), true),
-        ("a mean", series(&[2.0, 1.0, 0.0, 1.0]), false),
+        ("a nonzero mean", series(&[2.0, 1.0, 0.0, 1.0]), false),
         (
-            "inner turns",
+            "reversals in between",
             series(&[1.0, 0.0, 0.5, -1.0, 0.0, 0.2]),
             false,
         ),
@@ -43,7 +43,7 @@ fn what_is_straight() {
     assert_eq!(straight.end, vec![5e-6]);
 }
 
-/// `samples` of a displacement along x and y and a load, as functions of the phase in 0..1.
+/// Samples of a displacement along x and y and of a load, given as functions of the phase in 0..1.
 fn sampled(samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Motion {
     let time: Vec<f64> = (0..samples).map(|k| k as f64 / samples as f64).collect();
     let values: Vec<_> = time.iter().map(|t| at(*t)).collect();
@@ -64,13 +64,13 @@ fn mean(samples: &[f64]) -> f64 {
     samples.iter().sum::<f64>() / samples.len() as f64
 }
 
-/// What amounts to two reversals, and what does not: each case just within the tolerance and just beyond it.
+/// Motions that are equivalent to two reversals, and motions that are not. Each pair lies just within and just beyond the tolerance.
 #[test]
 fn what_amounts_to_two_reversals() {
     let c = |t: f64| (TAU * t).cos();
     let s = |t: f64| (TAU * t).sin();
     type Cycle<'a> = Box<dyn Fn(f64) -> (f64, f64, f64) + 'a>;
-    // Half ranges along x and y of the two reversals, or none.
+    // Half ranges of the two reversals along x and y; `None` for a motion that is not straight.
     type Case<'a> = (&'static str, Cycle<'a>, Option<(f64, f64)>);
     let cases: Vec<Case> = vec![
         (
@@ -120,23 +120,23 @@ fn what_amounts_to_two_reversals() {
             None,
         ),
         (
-            "a ripple that turns nowhere",
+            "a ripple without a reversal",
             Box::new(|t| (c(t) + 0.1 * c(3.0 * t), 0.0, N)),
             Some((1.1, 0.0)),
         ),
-        // At t = 1/4 the slope of x is -1 + 3·0.5: it turns back there, by 0.14.
+        // At t = 1/4, the slope of x is -1 + 3·0.5: the motion reverses there, by 0.14.
         (
-            "turns in between",
+            "a reversal in between",
             Box::new(|t| (c(t) - 0.5 * c(3.0 * t), 0.0, N)),
             None,
         ),
         (
-            "a shiver within the tolerance",
+            "a ripple within the tolerance",
             Box::new(|t| (c(t) + 0.004 * c(50.0 * t), 0.0, N)),
             Some((1.004, 0.0)),
         ),
         (
-            "a shiver beyond it",
+            "a ripple beyond the tolerance",
             Box::new(|t| (c(t) + 0.02 * c(50.0 * t), 0.0, N)),
             None,
         ),
@@ -160,14 +160,14 @@ fn what_amounts_to_two_reversals() {
         for (axis, end) in [x, y].into_iter().enumerate() {
             let series = found.drive[axis].values();
             assert_eq!(series[1], -series[0], "{name}");
-            // A thin ellipse has its ends off the axis by less than it is thick.
+            // The ends of a thin ellipse differ from its axis by less than its thickness.
             let off = (series[0].abs() - end.abs()).abs();
             assert!(
                 off < 1e-12 + 0.01 * f64::from(name.contains("thin")),
                 "{name}: {series:?}"
             );
         }
-        // Both axes turn together, and the motion begins at the top of the wider one.
+        // Both axes reverse together, and the motion begins at the maximum of the larger half range.
         let [ex, ey] = [0, 1].map(|axis| found.drive[axis].values()[0]);
         assert!(ex * ey * x * y >= 0.0, "{name}: {ex}, {ey}");
         assert!(
@@ -177,11 +177,11 @@ fn what_amounts_to_two_reversals() {
         for load in &found.normal_load {
             assert!((load / N - 1.0).abs() < 1e-12, "{name}: {load}");
         }
-        assert!(found.straight().is_some(), "{name} is marched by reversals");
+        assert!(found.straight().is_some(), "{name} is not straight");
     }
 }
 
-/// Whatever unit the motion is in, and wherever its cycle begins.
+/// The result does not depend on the unit of the motion or on the beginning of the cycle.
 #[test]
 fn reversals_do_not_depend_on_unit_or_beginning() {
     let cycle = |t: f64| {
@@ -214,7 +214,7 @@ fn a_joint_without_an_axis_has_no_reversals() {
 fn about_its_middle_and_at_another_load() {
     let motion = sampled(8, |t| (3.0 + (8.0 * t - 2.0).abs(), -1.0, N + 800.0 * t));
     let moved = motion.clone().about_its_middle();
-    // x spans 3 … 8: its middle is 5.5, not its mean.
+    // x ranges over 3 … 8. The middle is 5.5 and differs from the mean.
     for (now, before) in moved.drive[0].values().iter().zip(motion.drive[0].values()) {
         assert_eq!(*now, before - 5.5);
     }
@@ -246,7 +246,7 @@ fn every_so_many_samples() {
     assert_eq!(motion.thinned(1), motion);
 }
 
-/// A cycle is marched over every other sample too, which has to be a motion of its own, with the ends of this one.
+/// The solver also computes the cycle from every other sample. The thinned motion is a complete motion with the same ends.
 #[test]
 fn every_other_sample_is_half_the_motion() {
     for phase in [0.0, 0.9] {
@@ -267,18 +267,18 @@ fn a_halved_motion_passes_its_samples_and_their_middles() {
     let middles = [0.1, 0.3, 0.5, 0.7, 0.9];
     for (k, middle) in middles.into_iter().enumerate() {
         assert!((halved.time[2 * k + 1] - middle).abs() < 1e-15);
-        // The last one is on the way back to the first.
+        // The last midpoint lies between the last and the first sample.
         let along = if k == 4 { 0.4 } else { middle };
         assert!((halved.state_at(2 * k + 1)[0] - along).abs() < 1e-15);
     }
 }
 
-/// The cosine of the bend of a motion at its samples, however large its channels are.
+/// The cosine of the turn of a motion at its samples does not depend on the size of the channels.
 #[test]
 fn a_motion_goes_ahead_along_a_line_and_bends_on_an_orbit() {
     let along =
         |phases: [f64; 2]| Motion::harmonic(&[(5e-6, phases[0]), (5e-6, phases[1])], 30e3, 3e3, 32);
-    // Between its ends a line goes straight ahead, also one that does not pass zero; at them it turns back.
+    // A line continues straight between its ends, also without passing zero. At the ends, a line reverses.
     let line = sampled(32, |t| {
         let reach = (TAU * t).cos();
         (1.0 + reach, 2.0 - 3.0 * reach, 1.0)
@@ -290,7 +290,7 @@ fn a_motion_goes_ahead_along_a_line_and_bends_on_an_orbit() {
             "sample {k}"
         );
     }
-    // A circle bends by the angle of its steps.
+    // A circle turns by the angle of its steps.
     for stride in [1, 2] {
         let bend = (TAU * stride as f64 / 32.0).cos();
         let circle = along([0.4, 0.4 - FRAC_PI_2]);
@@ -301,7 +301,7 @@ fn a_motion_goes_ahead_along_a_line_and_bends_on_an_orbit() {
             );
         }
     }
-    // A force counts over its own range: with it, the same circle.
+    // Each channel is scaled by its range. A force in place of a displacement gives the same circle.
     let mut mixed = along([0.4, 0.4 - FRAC_PI_2]);
     let force: Vec<f64> = mixed.drive[1].values().iter().map(|v| 1e9 * v).collect();
     mixed.drive[1] = Channel::Force(force);
@@ -309,7 +309,7 @@ fn a_motion_goes_ahead_along_a_line_and_bends_on_an_orbit() {
     assert_eq!(Motion::at_rest(30e3).turn_cosine(0, 1), 0.0);
 }
 
-/// Half of a cycle is enough where the other half is its opposite.
+/// The program computes half of a cycle if the other half is its opposite.
 #[test]
 fn the_second_half_of_an_orbit_is_the_first_with_all_signs_turned() {
     let orbit = |load_amplitude: f64, samples: usize| {

@@ -1,4 +1,4 @@
-//! Bodies of a structure press each other: against dense matrices, and against what presses without a structure.
+//! Contact with elastic bodies of a structure, against dense matrices and against contact without a structure.
 
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ fn joint(height: Vec<f64>, load: f64) -> FrettingJoint {
     }
 }
 
-/// Compliance between the nodes \[m/N\], positive and without a symmetry of the grid, `size` times that of the half space.
+/// Compliance between the nodes \[m/N\]: positive definite, without a symmetry of the grid, `size` times the compliance of the half space.
 fn compliance(size: f64) -> Arc<NodalCompliance> {
     let interpolation = Interpolation::new(grid(), COUNTS);
     let nodes = interpolation.nodes();
@@ -61,7 +61,7 @@ fn compliance(size: f64) -> Arc<NodalCompliance> {
     })
 }
 
-/// Loads that close the nodes by these amounts \[m\], and others of none.
+/// Two loads: one closes the nodes by the amounts `by` \[m\] and has the given resultants, the other is 0.
 fn closing(by: impl Fn(usize) -> f64, nodes: usize, resultants: Vec<f64>) -> [NodalLoad; 2] {
     let none = resultants.iter().map(|_| 0.0).collect();
     [
@@ -78,7 +78,7 @@ fn closing(by: impl Fn(usize) -> f64, nodes: usize, resultants: Vec<f64>) -> [No
     ]
 }
 
-/// The pressure of flat faces that touch everywhere, from the dense matrix of half spaces, nodes and held motions.
+/// Pressure of flat faces in full contact, from the dense matrix of half spaces, nodes and restrained motions.
 fn dense(added: &NodalCompliance, bodies: &BodyMotions, opening: &[f64]) -> Vec<f64> {
     let grid = grid();
     let cells = grid.len();
@@ -137,7 +137,7 @@ fn held_bodies_press_as_their_dense_matrix_says() {
                 .map(|c| c * softness)
                 .to_vec(),
         };
-        // As far as the bodies give way, so that they touch everywhere.
+        // The closing exceeds the deformation of the bodies, so the faces touch everywhere.
         let by = 1e-6 * (1.0 + softness / 1e-10);
         let loads = closing(|_| by, nodes, Vec::new());
         let mut opening = vec![0.0; grid().len()];
@@ -161,7 +161,7 @@ fn held_bodies_press_as_their_dense_matrix_says() {
     }
 }
 
-/// A structure as stiff as its mesh on half spaces is a punch: nothing is added, and the load is borne.
+/// A structure as stiff as its mesh on half spaces acts as a punch: it adds no compliance, and the contact bears the load.
 #[test]
 fn bodies_without_a_compliance_of_their_own_are_punches() {
     let cells = grid().len();
@@ -198,14 +198,14 @@ fn bodies_without_a_compliance_of_their_own_are_punches() {
         assert!(off(&found.pressure, &expected.pressure) < 1e-8);
         assert!((found.approach - expected.approach).abs() < 1e-9 * height[1].abs().max(1e-6));
         assert!((found.load / load - 1.0).abs() < 1e-9);
-        // A preload of half the force is one of half the load.
+        // Half the preload factor gives half the load.
         joint.pressing.as_mut().expect("a structure").preload = 0.5;
         let half = joint.static_contact(&wear, None).expect("a contact");
         assert!((2.0 * half.load / load - 1.0).abs() < 1e-9);
     }
 }
 
-/// A bolt that is a part of the structure is tightened until the joint bears its load, though a part of its force goes elsewhere.
+/// The solver tightens a bolt of the structure until the joint bears its load, although a part of the bolt force goes elsewhere.
 #[test]
 fn a_bolt_is_tightened_until_the_joint_bears_its_load() {
     let added = compliance(0.02);

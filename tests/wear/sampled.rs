@@ -1,4 +1,4 @@
-//! Cycles of samples against solutions of one cell, which is a spring and a slider: a closed form, and a march of many steps.
+//! Sampled cycles of one cell (a spring and a slider) against a closed form and against a computation with many steps.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -10,20 +10,20 @@ use fretwear::wear::{Channel, FrettingJoint, Motion};
 use super::{EXACT, FRICTION, LOAD, joint, unworn};
 use crate::contact::STEEL;
 
-/// Numbers of samples, each twice the one before.
+/// Numbers of samples, doubled each time.
 const SAMPLES: [usize; 3] = [32, 64, 128];
-/// The error of first order that is to be mended, over [`BALANCED`]: enough that the one cannot pass for the other.
+/// Ratio of the first-order error without extrapolation to [`BALANCED`]. The ratio separates both errors clearly.
 const FIRST_ORDER: f64 = 5.0;
-/// What the closing of a cycle leaves of its energy, over its tolerance.
+/// Ratio of the error from closing a cycle to the cycle tolerance.
 const CLOSING: f64 = 10.0;
-/// An error of second order falls to a quarter with twice the samples, one of first order to half.
+/// Largest ratio of errors per doubling of the samples: an error of second order falls to 1/4, an error of first order to 1/2.
 const SECOND_ORDER: f64 = 0.35;
-/// What 64 samples, those of `balanced`, leave of the energy at most.
+/// Largest relative error of the energy with 64 samples, the number of the preset `balanced`.
 const BALANCED: f64 = 3e-3;
-/// Of reach over the displacement at which the cell slides.
+/// Amplitude over the displacement at which the cell slides.
 const REACH: f64 = 1.7;
 
-/// One square of a flat joint. Without lateral contraction it is as compliant along x as along y.
+/// One square cell of a flat joint. With a Poisson ratio of 0, the compliances along x and y are equal.
 fn one_cell(motion: Motion, extrapolate: bool) -> FrettingJoint {
     let grid = Grid::over([2e-3, 1e-3], [4, 3]);
     let mut patch = Patch::full(grid);
@@ -43,7 +43,7 @@ fn one_cell(motion: Motion, extrapolate: bool) -> FrettingJoint {
     joint
 }
 
-/// Displacement at which the cell slides under the mean load [m], from its compliance: a force far below the limit.
+/// Displacement at which the cell slides under the mean load \[m\], from the compliance under a force far below the limit.
 fn onset() -> f64 {
     let small = 1e-3 * FRICTION * LOAD;
     let grid = Grid::over([2e-3, 1e-3], [4, 3]);
@@ -59,7 +59,7 @@ fn cycle(motion: Motion, extrapolate: bool) -> CycleSolution {
     unworn(&mut one_cell(motion, extrapolate)).cycle
 }
 
-/// Errors of the energy with more and more samples, relative to `exact`, and the errors that the cycles say.
+/// For each number of samples: the error of the energy relative to `exact`, and the estimated error of the cycle.
 fn errors(motion: impl Fn(usize) -> Motion, extrapolate: bool, exact: f64) -> Vec<[f64; 2]> {
     SAMPLES
         .iter()
@@ -73,8 +73,8 @@ fn errors(motion: impl Fn(usize) -> Motion, extrapolate: bool, exact: f64) -> Ve
         .collect()
 }
 
-/// A slider that is pulled round a circle of radius A by a spring which yields by ρ under µN: the spring is along the slip, which
-/// has the radius √(A² − ρ²).
+/// A spring pulls a slider around a circle of radius A. The spring deflects by ρ under µN along the slip, so the slip has the radius √(A² −
+/// ρ²).
 #[test]
 fn a_circle_has_its_closed_form() {
     let onset = onset();
@@ -98,8 +98,8 @@ fn a_circle_has_its_closed_form() {
     }
 }
 
-/// A spring and a slider under a load that varies a quarter of a cycle after the motion, in steps of a millionth. With the limit at
-/// the end of each step in place of its mean, 64 samples leave 0.5 %.
+/// Spring and slider under a load that varies a quarter of a cycle after the motion, with steps of a millionth of a cycle. With the limit
+/// at the end of each step instead of the mean limit, the error at 64 samples is 0.5 %.
 #[test]
 fn a_load_that_varies_is_that_of_many_steps() {
     const STEPS: usize = 1_000_000;
@@ -126,7 +126,7 @@ fn a_load_that_varies_is_that_of_many_steps() {
     }
 }
 
-/// A straight motion under constant load has nothing to extrapolate: its slip does not turn.
+/// A straight motion under constant load needs no extrapolation, because its slip does not change direction.
 #[test]
 fn a_straight_motion_is_left_as_it_is() {
     let straight = Motion::harmonic(&[(3e-6, 0.4)], LOAD, 0.0, 16);
@@ -141,7 +141,7 @@ fn a_straight_motion_is_left_as_it_is() {
     }
 }
 
-/// An odd number of samples has no half: it is marched once, by steps of second order all the same.
+/// An odd number of samples cannot be halved. The solver computes the cycle once, with steps of second order.
 #[test]
 fn an_odd_number_of_samples_is_marched_once() {
     const ODD: usize = 15;
@@ -168,8 +168,7 @@ fn an_odd_number_of_samples_is_marched_once() {
     assert_eq!(second.instants.len(), ODD + 1);
 }
 
-/// Steps solved to a gap of 1e-6 leave more of the shear than the 1e-5 that are asked: the cycle closes by its energy, and says what
-/// that leaves.
+/// At a gap of 1e-6, the shear varies by more than the requested 1e-5. The cycle closes by its energy and reports the remaining error.
 #[test]
 fn a_shear_that_only_trembles_closes_by_energy() {
     const ASKED: f64 = 1e-5;
@@ -186,7 +185,7 @@ fn a_shear_that_only_trembles_closes_by_energy() {
     assert!(off <= trembling.dissipation_error, "off by {off:e} J");
 }
 
-/// Errors of the energy that a rough joint dissipates with ever more samples, relative to that of many, and the errors that the cycles say.
+/// For each number of samples: the error of the dissipated energy of a rough joint relative to [`MANY`] samples, and the estimated error.
 fn errors_of_rough_joint(motion: impl Fn(usize) -> Motion) -> Vec<[f64; 2]> {
     let cycle = |samples: usize| {
         let mut joint = joint(motion(samples), March::Stepped);
@@ -204,14 +203,14 @@ fn errors_of_rough_joint(motion: impl Fn(usize) -> Motion) -> Vec<[f64; 2]> {
     SAMPLES.map(|samples| error(cycle(samples))).into()
 }
 
-/// Samples whose energy counts as exact.
+/// Number of samples of the reference solution.
 const MANY: usize = 512;
-/// Closure and gap of the rough joint: what they leave is far below what 32 samples do.
+/// Closure and gap of the rough joint. Both errors are far below the error of 32 samples.
 const SETTLED: f64 = 1e-5;
-/// What 64 samples leave of the energy of a rough joint at most.
+/// Largest relative error of the energy of a rough joint with 64 samples.
 const ROUGH: f64 = 5e-3;
 
-/// Orbits from partial to gross slip. By steps of first order, 64 samples leave 4 %.
+/// Orbits from partial to gross slip. With steps of first order, the error at 64 samples is 4 %.
 #[test]
 fn an_orbit_of_a_rough_joint_is_that_of_many_samples() {
     for reach in [0.2e-6, 0.6e-6, 3e-6] {
@@ -228,8 +227,8 @@ fn an_orbit_of_a_rough_joint_is_that_of_many_samples() {
     }
 }
 
-/// Under a load that varies by two fifths most cells close and open in every cycle. If each stuck to where it was when the step began in which it
-/// closed, 64 samples would leave 0.7 % and the error would fall with their number alone.
+/// Under a load that varies by 40 %, most cells close and open in every cycle. If a cell stuck at its position from the beginning of the
+/// closing step, the error at 64 samples would be 0.7 % and of first order.
 #[test]
 #[ignore = "long: 9 seconds"]
 fn cells_stick_to_where_they_closed() {
@@ -241,18 +240,18 @@ fn cells_stick_to_where_they_closed() {
             unreachable!("three numbers of samples");
         };
         assert!(error < ROUGH, "reach {reach}, phase {phase}: {errors:?}");
-        // Half of 32 samples are too few for a bar that always holds.
+        // Half of 32 samples are too few for a reliable error bar.
         for [error, said] in errors.into_iter().skip(1) {
             assert!(error <= said, "reach {reach}: {error:e} of {said:e}");
         }
     }
 }
 
-/// What another way to the cycle leaves of its energy where all but slides.
+/// Relative difference of the energy between two computations of the cycle in nearly complete sliding.
 const ANOTHER_WAY: f64 = 1e-4;
 
-/// An orbit is marched over half a cycle. About another centre it is not, and the same cycle results where all slides; its displacement
-/// is that about the other centre.
+/// The solver computes half the cycle of an orbit. An orbit about another centre needs the whole cycle and gives the same result in
+/// complete sliding. The displacement refers to the other centre.
 #[test]
 fn half_an_orbit_says_what_the_whole_does() {
     let orbit = Motion::harmonic(&[(3e-6, 0.3), (2e-6, -1.0)], LOAD, 0.0, 32);
@@ -276,7 +275,8 @@ fn half_an_orbit_says_what_the_whole_does() {
     }
 }
 
-/// A force that turns leaves the displacement open: the middle of its range is at zero, as that of the force is.
+/// A force alone does not determine the mean displacement. The solver places the middle of the displacement range at zero, as the middle of
+/// the force.
 #[test]
 fn an_orbit_of_a_force_is_about_its_middle() {
     let force = |phase: f64| {
@@ -299,12 +299,12 @@ fn an_orbit_of_a_force_is_about_its_middle() {
             assert!((now.force[axis] + then.force[axis]).abs() < 1e-9 * LOAD);
         }
     }
-    // It moves along the force, within what a joint of half its limit does.
+    // The joint moves along the force, with a displacement that half the sliding force can cause.
     assert!(cycle.instants[0].displacement[0] > 0.0);
     assert!(cycle.dissipation > 0.0);
 }
 
-/// Cycles of so few samples that half of them say nothing hold at least what they leave, against one of many.
+/// For very few samples, the error bar of a cycle exceeds the error against a cycle of many samples.
 #[test]
 fn a_cycle_of_few_samples_says_that_it_knows_little() {
     let orbit = |samples| {
@@ -324,7 +324,8 @@ fn a_cycle_of_few_samples_says_that_it_knows_little() {
     }
 }
 
-/// Places of a history on a circle, the distances between neighbours of which are `share` and `2 − share` by turns, reached at `times`.
+/// History of points on a circle. The distances between neighbours alternate between `share` and `2 − share`. `time` gives the times of the
+/// points.
 fn history(share: f64, time: impl Fn(f64) -> f64) -> Motion {
     const PLACES: usize = 64;
     let part = |k: usize| (k as f64 + if k % 2 == 1 { share - 1.0 } else { 0.0 }) / PLACES as f64;
@@ -342,12 +343,12 @@ fn history(share: f64, time: impl Fn(f64) -> f64) -> Motion {
     }
 }
 
-/// Friction knows no time: what a history says of it changes nothing, and uneven places on a way little.
+/// Friction does not depend on time. The times of a history do not change the result, and uneven points change the result little.
 #[test]
 fn only_the_order_of_places_counts() {
     let of = |motion| unworn(&mut joint(motion, March::Stepped)).cycle;
-    // Half of the way in a twentieth of the period, and the rest in the last twentieth; and ever slower. Of even times only half of the
-    // cycle would be marched.
+    // The first motion takes half of the path in 1/10 of the period and the rest in the last 1/10. The second motion slows down. Even times
+    // would compute only half of the cycle.
     let hurried = of(history(1.0, |t| match t < 0.5 {
         true => 0.1 * t,
         false => 0.9 + 0.1 * (t - 0.5),

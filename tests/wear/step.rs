@@ -8,10 +8,10 @@ use super::{
     COEFFICIENT, LAW, LOAD, after, difference_l1, joint, step_of, unworn, wear_by_equal_steps,
 };
 
-/// The order a second-order scheme must show, and how far a fit over a few halvings may be off.
+/// Expected order of a second-order scheme. The band bounds the error of a fit over a few halvings.
 const ORDER: f64 = 2.0;
 const ORDER_BAND: f64 = 0.3;
-/// Sums over fields against each other: rounding.
+/// Rounding error of sums over fields.
 const ROUNDING: f64 = 1e-12;
 
 fn reversal(amplitude: f64) -> FrettingJoint {
@@ -21,7 +21,7 @@ fn reversal(amplitude: f64) -> FrettingJoint {
     )
 }
 
-/// Wears the unworn joint by steps of controlled error until so many cycles are done: its state, and the number of steps.
+/// Wears the unworn joint by `cycles` with error control. Returns the state and the number of steps.
 fn wear(
     joint: &mut FrettingJoint,
     law: WearLaw,
@@ -46,7 +46,7 @@ fn wear(
     Ok((state, steps))
 }
 
-/// Amplitudes in partial and in gross slip, each with cycles that wear the joint well into its running-in.
+/// Amplitudes in partial and gross slip, each with a number of cycles far into the running-in.
 const CASES: [(f64, u64); 2] = [(0.35e-6, 1_600_000), (3e-6, 160_000)];
 
 #[test]
@@ -78,7 +78,7 @@ fn the_embedded_error_is_of_the_size_of_the_true_one() {
         let (coarse, estimate) = wear_by_equal_steps(&mut joint, cycles, 8);
         let error = difference_l1(&coarse.wear, &truth.wear);
         let estimate = estimate / joint.volume(&coarse.wear);
-        // An estimate is trusted within a small factor: it decides the step, whose square root matters.
+        // The estimate sets the step by its square root, so a small factor is acceptable.
         assert!(
             estimate > error / 4.0 && estimate < error * 6.0,
             "amplitude {amplitude}: {estimate:.2e} for {error:.2e}"
@@ -129,20 +129,20 @@ fn only_cells_that_slipped_in_contact_are_touched() {
 
 #[test]
 fn the_step_wears_what_it_dissipates() {
-    // A step so short that nothing changes in it wears N α E_d of the cycle at its beginning.
+    // A very short step changes nothing and wears N α E_d of the cycle at its beginning.
     for (amplitude, _) in CASES {
         let mut joint = reversal(amplitude);
         let state = unworn(&mut joint);
         let step = step_of(&mut joint, &state, 4);
         let ratio = joint.volume(&step.wear) / (4.0 * COEFFICIENT * state.cycle.dissipation);
-        // Four cycles of some 10⁵ change the rate by some 1e-4.
+        // Four of about 10⁵ cycles change the rate by about 1e-4.
         assert!((ratio - 1.0).abs() < 1e-3, "amplitude {amplitude}: {ratio}");
     }
 }
 
 #[test]
 fn the_local_wear_sums_to_the_global_one() {
-    // V = α Σ E_d [A eq. 2.5] against the sum of [A eq. 2.6] over cells.
+    // V = α Σ E_d [A eq. 2.5] against the sum of [A eq. 2.6] over the cells.
     let mut joint = reversal(CASES[1].0);
     let state = unworn(&mut joint);
     let wear = explicit::advance(&state.wear, &state.cycle.energy, LAW, 1000);
@@ -181,7 +181,7 @@ fn short_explicit_steps_and_the_implicit_step_agree() {
         }
         errors.push(difference_l1(&state.wear, &reference.wear));
     }
-    // The published step is of first order: halving it halves the distance.
+    // The published step is of first order: half the step halves the difference.
     let order = (errors[0] / errors[1]).log2();
     assert!(
         (order - 1.0).abs() <= ORDER_BAND,
@@ -222,8 +222,8 @@ fn a_changing_load_wears_cells_that_the_mean_load_does_not_touch() {
     assert!((ratio - 1.0).abs() < 1e-2, "wear against energy: {ratio}");
 }
 
-/// Cells that touch under the largest load alone wear in few long steps what they do in many short ones. Worn explicitly, as cells without
-/// pressure under the mean load, they wear 9 % more.
+/// Cells that touch only under the largest load wear equally in few long steps and in many short steps. An explicit wear of cells without
+/// pressure under the mean load would be 9 % larger.
 #[test]
 fn cells_that_touch_for_a_part_of_the_cycle_wear_alike_in_long_steps() {
     const CYCLES: u64 = 8_000_000;
@@ -254,8 +254,8 @@ fn steps_of_any_size_stay_finite_and_positive() {
     }
 }
 
-/// Worn volume depends on the wear coefficient times the cycles alone, over 15 decades of it: the same volume, or a refusal where not even one
-/// cycle can be told from another.
+/// The worn volume depends only on the wear coefficient times the number of cycles, over 15 decades. The solver returns the same volume, or
+/// an error if a single cycle is too long a step.
 #[test]
 fn coefficient_times_cycles_decides_or_a_single_cycle_is_refused() {
     const CYCLES: f64 = 1e8;
@@ -276,7 +276,7 @@ fn coefficient_times_cycles_decides_or_a_single_cycle_is_refused() {
                 let off = (volume / exact - 1.0).abs();
                 assert!(off < 0.02, "1e{decade}: off by {off:e}");
             }
-            // More than all cycles together: another wear.
+            // With a larger factor, one cycle wears more than all cycles of steel. The solver must return an error.
             Ok(volume) => panic!("1e{decade}: {volume:e} of {exact:e}"),
             Err(_) => refused += 1,
         }
@@ -294,7 +294,7 @@ fn wear_that_dies_out_comes_to_its_end() {
     let (state, steps) = wear(&mut joint, LAW, 0.01, cycles).expect("wear steps");
     assert!(
         state.cycle.dissipation < 1e-6 * first,
-        "the motion of a stuck joint is not worn away: {} of {first}",
+        "friction does not end: {} J of {first} J",
         state.cycle.dissipation
     );
     assert!(steps < 60, "{steps} steps");
@@ -302,8 +302,8 @@ fn wear_that_dies_out_comes_to_its_end() {
 
 #[test]
 fn the_explicit_limit_is_where_alternating_pressures_begin_to_grow() {
-    // Uniform slip c on a flat patch: a pressure that alternates from cell to cell changes by -N α c / λ of itself in a step,
-    // so the step that doubles back on itself is N α c = 2 λ, with λ measured on the half space itself.
+    // Slip c is uniform on a flat patch. In one step, a pressure that alternates from cell to cell changes by −N α c / λ times itself. The
+    // pressure inverts in the step N α c = 2 λ. The half space gives λ.
     let mut joint = reversal(CASES[1].0);
     let grid = joint.patch.grid;
     let alternating: Vec<f64> = (0..grid.len())
@@ -326,7 +326,7 @@ fn the_explicit_limit_is_where_alternating_pressures_begin_to_grow() {
     let exact = cycles as f64 * COEFFICIENT * 0.6 * 1e-6 / (2.0 * lambda);
     let compliance = joint.half_space.self_compliance();
     let found = explicit::stability_ratio(&slip, &pressure, 0.6, LAW, cycles, compliance);
-    // The limit is a warning: its scale counts, not its digits (cells are not square, edges soften).
+    // The limit serves a warning, so only its order of magnitude matters. Cells are not square, and edges are softer.
     assert!((found / exact - 1.0).abs() < 0.2, "{found} for {exact}");
     let open = vec![0.0; grid.len()];
     assert_eq!(
@@ -335,7 +335,7 @@ fn the_explicit_limit_is_where_alternating_pressures_begin_to_grow() {
     );
 }
 
-/// The cycle at the end of a step of stepped cycles is the one that would be marched there, to the bit, and with the same work.
+/// For stepped cycles, the cycle at the end of a step equals the cycle of the next state bit by bit and costs the same work.
 #[test]
 fn the_cycle_at_the_end_of_a_step_is_that_of_the_next_state() {
     let motion = Motion::harmonic(&[(0.5e-6, 0.0), (0.35e-6, 1.2)], LOAD, 0.0, 16);

@@ -1,4 +1,4 @@
-//! The shear of Ciavarella and Jäger against closed forms and the exact cycle.
+//! Shear by the superposition of Ciavarella and Jäger, against closed forms and the exact cycle.
 
 use fretwear::contact::normal::Rotation;
 use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair};
@@ -10,17 +10,17 @@ use fretwear::wear::{FrettingJoint, Motion, WearError};
 use super::{EXACT, FRICTION, LOAD, difference, difference_l1, driven, harmonic, joint, unworn};
 use crate::contact::STEEL;
 
-/// Partial slip of the rough joint: two fifths of the sliding force.
+/// Amplitude of partial slip of the rough joint \[m\]: the force is 2/5 of the sliding force.
 const PARTIAL: f64 = 0.35e-6;
 
-/// Force and energy of the sphere at sixteen cells a radius.
+/// Relative errors of force and energy of the sphere with 16 cells per radius.
 const SPHERE_FORCE: f64 = 5e-4;
 const SPHERE_ENERGY: f64 = 5e-3;
 
-/// What the tolerance of the reduced pressure leaves of forces and energies where the superposition is exact.
+/// Relative error of forces and energies from the tolerance of the reduced pressure, where the superposition is exact.
 const REDUCED: f64 = 2e-3;
 
-/// How far force, energy and wear (L1) of the rough joint are off for ν = 0.3, with some room.
+/// Largest relative errors of force, energy and wear (L1) of the rough joint for ν = 0.3, with a margin.
 const ROUGH_FORCE: f64 = 5e-3;
 const ROUGH_ENERGY: f64 = 0.03;
 const ROUGH_WEAR: f64 = 0.06;
@@ -108,7 +108,7 @@ fn its_error_says_that_it_is_an_approximation() {
         let energy = found.dissipation / exact.dissipation - 1.0;
         let wear = difference_l1(&found.energy, &exact.energy);
         if sliding {
-            // All slips: nothing is left to approximate.
+            // All cells slip, so the superposition is exact.
             assert!(found.error < EXACT.tangential.tolerance);
             assert!(force.abs() < REDUCED && energy.abs() < REDUCED && wear < REDUCED);
         } else {
@@ -169,7 +169,7 @@ fn what_it_cannot_superpose_is_refused() {
     );
     let orbit = Motion::harmonic(&[(PARTIAL, 0.0), (PARTIAL, 1.0)], LOAD, 0.0, 16);
     assert_eq!(refused(orbit), Err(WearError::NotStraight));
-    // A transverse axis that stays or is free is no motion.
+    // A fixed or free transverse axis is not a motion.
     for is_force in [false, true] {
         let axes = [harmonic(PARTIAL, false), harmonic(0.0, is_force)];
         assert_eq!(refused(driven(&axes, None)), Ok(()));

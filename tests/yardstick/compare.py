@@ -1,4 +1,4 @@
-"""What differs between two runs, and between what two programs said."""
+"""Finds differences between two runs, and between the outputs of two programs."""
 
 import json
 import math
@@ -7,23 +7,23 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import pyarrow as pa
 
-# Seconds differ from run to run; transform pairs and cost by stage stand beside them. Notices are words and no results.
+# Seconds differ between runs. FFT pairs and costs per stage belong to the timings. Notices are texts and not results.
 SPENT = {"timing", "timing_fft_pairs", "cost", "seconds", "cpu_seconds", "noise", "notices", "warnings"}
-# Tables of seconds.
+# Tables with seconds.
 UNCOMPARED = {"timing"}
-# The table of what `--json` prints.
+# Name of the table of values that `--json` prints.
 PRINTED = "printed"
-# What is said of a table that the old program did not write.
-NEW_TABLE = "the table is there with the new program alone"
+# Finding for a table that only the new program writes.
+NEW_TABLE = "only the new program writes the table"
 
 
 @dataclass
 class Finding:
-    """One column, or anything else, that is not the same."""
+    """One difference: a column or anything else."""
 
     where: str
     what: str
-    # Of a column whose values differ; `of_largest` is in parts of its largest magnitude in the same table.
+    # For a column with different values. `of_largest` is relative to its largest magnitude in the same table.
     count: int = 0
     absolute: float = 0.0
     relative: float = 0.0
@@ -31,7 +31,7 @@ class Finding:
     iteration: int | None = None
 
     def is_allowed(self, allowed):
-        """True if values differ, and by no more than the column may; or if a table is new and may be (`+TABLE`)."""
+        """True if values differ within the allowed difference of the column, or if a new table is allowed (`+TABLE`)."""
         if self.what == NEW_TABLE:
             return "+" + self.where.partition("/")[2].partition(",")[0] in allowed
         if self.what != "values":
@@ -49,12 +49,12 @@ class Finding:
         )
 
     def to_json(self):
-        # JSON has no infinity.
+        # JSON does not support infinity.
         return {key: str(value) if value in (math.inf, -math.inf) else value for key, value in asdict(self).items()}
 
 
 class Findings:
-    """Those of a case; the differences of a column over all iterations are one."""
+    """Findings of a case. The differences of a column over all iterations are one finding."""
 
     def __init__(self):
         self.found = []
@@ -76,7 +76,7 @@ class Findings:
 
 
 def as_numpy(column):
-    """Values, and where there are none."""
+    """Returns the values and a mask of the missing values."""
     array = column.combine_chunks() if isinstance(column, pa.ChunkedArray) else column
     absent = np.asarray(array.is_null())
     if pa.types.is_floating(array.type) or pa.types.is_integer(array.type):
@@ -85,7 +85,7 @@ def as_numpy(column):
 
 
 def compare_column(findings, where, iteration, old, new):
-    """Bit by bit; any NaN equals any NaN."""
+    """Compares a column bit by bit. Any NaN equals any other NaN."""
     findings.compared += len(old)
     (a, none_a), (b, none_b) = as_numpy(old), as_numpy(new)
     if a.dtype == object:
@@ -101,10 +101,10 @@ def compare_column(findings, where, iteration, old, new):
     with np.errstate(all="ignore"):
         x, y = a[differs].astype(float), b[differs].astype(float)
         absolute = np.abs(x - y)
-        # A number in place of none, of NaN or of infinity is off by no finite amount.
+        # A number instead of a missing value, NaN or infinity has an infinite difference.
         absolute[~np.isfinite(absolute) | (none_a != none_b)[differs]] = math.inf
         magnitude = np.maximum(np.abs(x), np.abs(y))
-        # Zeros of either sign differ in their bits and by nothing.
+        # Zeros of different sign differ in their bits, with a difference of 0.
         relative = np.where(absolute == 0.0, 0.0, np.where(np.isinf(absolute), math.inf, absolute / magnitude))
         both = np.abs(np.concatenate([a, b]).astype(float))
         largest = both[np.isfinite(both)].max(initial=0.0)
@@ -133,28 +133,28 @@ def compare_table(findings, where, iteration, old, new):
 
 
 def compare_runs(findings, name, old, new):
-    """Every table of two runs, each as its folder gives it."""
+    """Compares every table of two runs."""
     if old is None or new is None:
         if old is not new:
-            findings.say(name, f"the folder is there with the {'new' if old is None else 'old'} program alone")
+            findings.say(name, f"only the {'new' if old is None else 'old'} program writes the folder")
         return
     there = [{key for key in run.tables() if key[1].rpartition("/")[2] not in UNCOMPARED} for run in (old, new)]
     iterations = [{k for k, _ in tables if k is not None} for tables in there]
     for which, only in (("old", iterations[0] - iterations[1]), ("new", iterations[1] - iterations[0])):
         if only:
-            findings.say(name, f"iterations {sorted(only)} with the {which} program alone")
+            findings.say(name, f"only the {which} program has iterations {sorted(only)}")
     both = iterations[0] & iterations[1]
     for which, only in (("old", there[0] - there[1]), ("new", there[1] - there[0])):
         for k, table in sorted(only, key=lambda key: (-1 if key[0] is None else key[0], key[1])):
             if k is None or k in both:
                 at = "" if k is None else f", iteration {k}"
-                findings.say(f"{name}/{table}{at}", f"the table is there with the {which} program alone")
+                findings.say(f"{name}/{table}{at}", f"only the {which} program writes the table")
     for k, table in sorted(there[0] & there[1], key=lambda key: (-1 if key[0] is None else key[0], key[1])):
         compare_table(findings, f"{name}/{table}", k, old.read(k, table), new.read(k, table))
 
 
 def flatten(value, prefix=""):
-    """Nested objects and lists as one object, by dotted keys, without what was spent."""
+    """Flattens nested objects and lists into one object with dotted keys, without times and costs."""
     if isinstance(value, list):
         value = {str(index): inner for index, inner in enumerate(value)}
     if not isinstance(value, dict) or not value:
@@ -167,7 +167,7 @@ def flatten(value, prefix=""):
 
 
 def compare_printed(findings, where, old, new):
-    """Two texts of `--json`."""
+    """Compares two outputs of `--json`."""
     try:
         rows = [flatten(json.loads(text)) for text in (old, new)]
     except json.JSONDecodeError:
@@ -177,7 +177,7 @@ def compare_printed(findings, where, old, new):
     for name in sorted(rows[0].keys() | rows[1].keys()):
         at = f"{where}/{PRINTED}.{name}"
         if (name in rows[0]) != (name in rows[1]):
-            findings.say(at, f"printed by the {'old' if name in rows[0] else 'new'} program alone")
+            findings.say(at, f"only the {'old' if name in rows[0] else 'new'} program prints this value")
             continue
         a, b = rows[0][name], rows[1][name]
         if type(a) is type(b) and isinstance(a, (int, float)) and not isinstance(a, bool):
@@ -187,10 +187,10 @@ def compare_printed(findings, where, old, new):
 
 
 def compare_starts(findings, where, old, new):
-    """Exit codes, what was printed, and of a start that did not end well what it said."""
+    """Compares the exit codes, the output, and the error message of a failed start."""
     if old.code != new.code:
         findings.say(where, f"exit code {old.code} and {new.code}: {old.error.strip()[-300:]!r} and {new.error.strip()[-300:]!r}")
         return
     if old.code != 0 and old.error != new.error:
-        findings.say(where, f"said {old.error.strip()!r} and {new.error.strip()!r}")
+        findings.say(where, f"error message {old.error.strip()!r} and {new.error.strip()!r}")
     compare_printed(findings, where, old.printed, new.printed)

@@ -1,18 +1,18 @@
-"""Folders as tables, whatever their layout: of runs, campaigns, trades, backbones and comparisons.
+"""Tables of the folders of runs, campaigns, trades, backbones and comparisons, for any layout.
 
-A comparison asks a folder for the tables there are and for one of them, by the wear iteration it belongs to and its name. How a run lays
-them out is the business of one class.
+A comparison asks a folder for its list of tables, and for one table by its wear iteration and name. One class contains the layout of a
+run folder.
 """
 
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-# The iteration of a table that is written once a run.
+# Iteration of a table that a run writes once.
 ONCE = None
 
 
 class TablesOfRun:
-    """`once/TABLE.parquet`, `iterations/wear_iteration=N/TABLE.parquet`; `history.parquet` says again what is in them."""
+    """Tables in `once/TABLE.parquet` and `iterations/wear_iteration=N/TABLE.parquet`. `history.parquet` repeats their values."""
 
     def __init__(self, root):
         self.files = {(ONCE, path.stem): path for path in (root / "once").glob("*.parquet")}
@@ -20,19 +20,19 @@ class TablesOfRun:
             self.files[int(path.parent.name.partition("=")[2]), path.stem] = path
 
     def tables(self):
-        """(iteration, name) of every table."""
+        """Returns the pair (iteration, name) of every table."""
         return set(self.files)
 
     def read(self, iteration, name):
-        """One of them."""
-        # Not `read_table`, which takes the `wear_iteration=N` of the path for a column.
+        """Returns one table."""
+        # `read_table` would read the `wear_iteration=N` of the path as a column.
         return pq.ParquetFile(self.files[iteration, name]).read()
 
 
 class TablesBelow(TablesOfRun):
-    """Every Parquet and CSV file below a folder, by its path in the folder."""
+    """All Parquet and CSV files below a folder, by their paths in the folder."""
 
-    # How columns of seconds begin, and those of a history that are about files.
+    # Prefixes of columns with seconds, and of columns of a history about files.
     UNCOMPARED = ("seconds", "cpu_seconds", "expected_seconds", "timing_", "commit", "bytes")
 
     def __init__(self, root):
@@ -46,5 +46,5 @@ class TablesBelow(TablesOfRun):
 
 
 def open_run(root):
-    """The tables of a run; of none where there is no run."""
+    """Returns the tables of a run, or `None` without a run."""
     return TablesOfRun(root) if (root / "run.json").exists() else None

@@ -1,4 +1,4 @@
-"""The scenes that both programs run: those shipped, made smaller unless asked otherwise, and drawn ones of every kind."""
+"""Scenes for both programs: the shipped scenes (at reduced size by default), and random scenes of every kind."""
 
 import math
 import random
@@ -10,13 +10,13 @@ from pathlib import Path
 import structures
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-# Another one is another yardstick: drawn numbers change, kinds do not.
+# Seed of the random numbers. Another seed changes the numbers, but not the kinds of scenes.
 SEED = 2019
 
-# The coarsest mesh of the resonator, beside its contact elements.
+# The coarsest mesh of the resonator outside its contact elements.
 CELLS = {"half_depth": 2, "block": 3, "stub": 1, "gap": 1, "leaf": 1, "window": 3, "wall": 2, "inner": 2, "rim": 1, "head": 1}
 COARSE = [f"structure.{name}_cells={cells}" for name, cells in CELLS.items()]
-# A vibration of few unknowns, in the range that the coarse resonator has its resonance in.
+# Vibration with few unknowns, in a frequency range around the resonance of the coarse resonator.
 VIBRATION = [
     "dynamics.harmonics=[0, 1]",
     "dynamics.modes=10",
@@ -24,7 +24,7 @@ VIBRATION = [
     'dynamics.frequency=["900 Hz", "1100 Hz"]',
     "fidelity.aft_samples=32",
 ]
-# What makes a shipped scene small: the first pattern that its name matches counts. A scene that matches none runs as shipped.
+# Keys that reduce a shipped scene. The first matching pattern applies. A scene without a matching pattern runs at full size.
 SHRINK = [
     ("lap_joint", [*COARSE, *VIBRATION, "joint.grid=[57, 57]", "wear.cycles=300_000"]),
     (
@@ -32,7 +32,7 @@ SHRINK = [
         [
             *COARSE,
             *VIBRATION,
-            # With 9 x 9 elements, the hole that 21 of them make is this wide.
+            # With 9 x 9 elements, the hole of 21 absent elements has this width.
             "joint.elements=[9, 9]",
             'joint.hole.diameter="23 mm"',
             "joint.grid=[45, 45]",
@@ -50,14 +50,14 @@ SHRINK = [
 
 @dataclass
 class Case:
-    """Starts of the program in a folder of their own, and the files that they find there."""
+    """Starts of the program in a separate folder, and the files in this folder."""
 
     name: str
     starts: list
     files: dict = field(default_factory=dict)
-    # Of the repository, by their paths in it.
+    # Paths of files in the repository.
     copied: tuple = ()
-    # Folders besides those of runs, all of whose tables are compared.
+    # Folders in addition to the runs. The script compares all tables in these folders.
     folders: tuple = ()
 
     def prepare(self, folder):
@@ -72,14 +72,14 @@ class Case:
 
 
 def run(scene, *more, run="a", sets=()):
-    """The arguments of one start. Every run lies in `runs`, where it is looked for."""
+    """Returns the arguments of one start. Every run goes into the folder `runs`."""
     arguments = ["run", scene] if scene else ["run"]
     arguments += ["--run", f"runs/{run}", "--json", "--quiet", *more]
     return arguments + [word for key in sets for word in ("--set", key)]
 
 
 def shipped(full):
-    """Every scene of `pipelines`."""
+    """Yields a case for every scene of `pipelines`."""
     for path in sorted((REPOSITORY / "pipelines").glob("*.toml")):
         sets = [] if full else next((sets for pattern, sets in SHRINK if fnmatch(path.stem, pattern)), [])
         yield Case(
@@ -102,22 +102,22 @@ def toml(value):
 
 
 def text(keys):
-    """A scene from its dotted keys; a key that is None is left out."""
+    """Returns a scene from its dotted keys, without keys of value None."""
     return "".join(f"{key} = {toml(value)}\n" for key, value in keys.items() if value is not None)
 
 
 class Draw(random.Random):
-    """The numbers of one case. They depend on its name alone, so that a new case changes no other."""
+    """Random numbers of one case. The numbers depend only on the name of the case, so a new case does not change other cases."""
 
     def __init__(self, name):
         super().__init__(f"{SEED} {name}")
 
     def between(self, least, most):
-        """Evenly over the orders of magnitude."""
+        """Returns a number from a log-uniform distribution."""
         return float(f"{least * (most / least) ** self.random():.4g}")
 
     def rough(self):
-        """A rough joint of some hundred cells that slips in part and wears in a few iterations."""
+        """Returns a rough joint of some hundred cells, with partial slip and wear in a few iterations."""
         self.size = [self.between(2.5, 5.0), self.between(2.5, 5.0)]  # mm
         self.load = float(f"{self.between(10.0, 30.0) * math.prod(self.size):.4g}")  # N
         self.friction = self.between(0.3, 0.8)
@@ -141,24 +141,24 @@ class Draw(random.Random):
         }
 
     def amplitudes(self):
-        """Along x and y."""
+        """Returns the amplitudes along x and y."""
         return [f"{self.between(0.5, 1.5)} um", f"{self.between(0.3, 1.0)} um"]
 
     def force(self):
-        """Friction carries it: there is partial slip."""
+        """Returns a force below the friction limit, with partial slip."""
         return f"{self.between(0.4, 0.7) * self.friction * self.load:.4g} N"
 
     def moment(self):
-        """Friction carries it too: a moment of all friction is a third of force times length, and more."""
+        """Returns a moment below the friction limit. The limit is at least a third of the friction force times the length."""
         return f"{self.between(0.05, 0.1) * self.friction * self.load * max(self.size) * 1e-3:.4g} N m"
 
     def history(self):
-        """One cycle of motion along both axes under a load that varies."""
+        """Returns one cycle of motion along both axes under a varying load."""
         rows = ["# drawn", "time, displacement_x, displacement_y, normal_load"]
         x, y, load, lead = self.between(0.5, 1.5), self.between(0.2, 0.8), self.between(0.05, 0.2), self.between(0.1, 1.0)
         for k in range(13):
             turn = 2.0 * math.pi * k / 12
-            # The last row is the first, to the bit.
+            # The last row equals the first row bit by bit.
             turn = turn if k < 12 else 0.0
             rows.append(
                 f"{k / 12!r}, {1e-6 * x * math.cos(turn)!r}, {1e-6 * y * math.sin(turn + lead)!r}, "
@@ -167,7 +167,7 @@ class Draw(random.Random):
         return "\n".join(rows) + "\n"
 
     def heights(self):
-        """A map in micrometres as CSV, with one point that was not measured."""
+        """Returns a map in micrometres as CSV with one missing point."""
         nx, ny = 30, 26
         waves = [(self.randint(1, 6), self.randint(1, 6), self.between(0.1, 0.8), self.random()) for _ in range(12)]
         rows = []
@@ -180,7 +180,7 @@ class Draw(random.Random):
         return "\n".join(",".join(row) for row in rows) + "\n"
 
     def resonator(self):
-        """A resonator of few cells whose vibration wears its joint in some iterations."""
+        """Returns a resonator of few cells. Its vibration wears the joint in some iterations."""
         return {
             "title": "Drawn resonator",
             "joint.size": ["40 mm", "36 mm"],
@@ -212,7 +212,7 @@ class Draw(random.Random):
         }
 
     def bars(self, structure, tip):
-        """Two bars (structures.py) whose bending wears their joint in some iterations."""
+        """Returns two bars (structures.py). Their bending wears the joint in some iterations."""
         return {
             "title": "Drawn bars",
             "joint.size": ["12 mm", "15 mm"],
@@ -242,7 +242,7 @@ class Draw(random.Random):
         }
 
     def oscillator(self):
-        """A mass on springs, without contact."""
+        """Returns a mass on springs without contact."""
         return {
             "title": "Drawn oscillator",
             "structure.kind": "oscillator",
@@ -256,7 +256,7 @@ class Draw(random.Random):
         }
 
     def slider(self):
-        """The same on a friction contact."""
+        """Returns a mass on springs with a friction contact."""
         return self.oscillator() | {
             "contact.kn": f"{self.between(6.0, 10.0)} N/um",
             "contact.kt": f"{self.between(4.0, 8.0)} N/um",
@@ -266,11 +266,11 @@ class Draw(random.Random):
 
 
 def without(keys, *sections):
-    """A scene without some of its sections."""
+    """Returns a scene without some sections."""
     return {key: value for key, value in keys.items() if key.partition(".")[0] not in sections}
 
 
-# Changes of a drawn rough joint, one case each; a function is given what was drawn.
+# Changes of a random rough joint, one case each. A function gets the random numbers of the case.
 ROUGH = {
     "straight": {},
     "exponential": {"surface.kind": "exponential"},
@@ -345,7 +345,7 @@ ROUGH = {
     "pruned": {"output.keep": {"every": 4, "last": 2}, "output.curves_every": 3, "wear.tolerance": 1e-3},
 }
 
-# The same of a resonator.
+# Changes of a random resonator.
 RESONATOR = {
     "resonator": {},
     "resonator_every_second": {"update.stiffness_change": None, "update.iterations": 2},
@@ -368,12 +368,12 @@ GIVEN = {"kn": "4000 N/um", "kt": "3300 N/um", "friction_coefficient": 0.6, "nor
 
 
 def alone(draw, contact):
-    """A resonator without a rough surface."""
+    """Returns a resonator without a rough surface."""
     keys = without(draw.resonator(), "surface", "contact", "wear", "update", "output") | {"joint.grid": None}
     return keys | {f"contact.{key}": value for key, value in contact.items()}
 
 
-# Whole scenes, from what is drawn.
+# Complete scenes from random numbers.
 WHOLE = {
     "static_approach": lambda d: without(d.rough(), "motion", "wear")
     | {"contact.normal_load": None, "contact.friction_coefficient": None, "contact.approach": "0.5 um"},
@@ -399,7 +399,7 @@ WHOLE = {
     | {"contact.normal_load": None, "contact.gap": "10 um", "dynamics.force": {"amplitude": "80 N", "at": "mass", "direction": "z"}},
 }
 
-# What is wrong with a drawn rough joint: both programs must refuse it alike.
+# Errors in a random rough joint. Both programs must reject the scene with the same message.
 WRONG = {
     "wrong_key": {"contact.nomal_load": "3 N"},
     "wrong_unit": {"contact.normal_load": "3 um"},
@@ -422,7 +422,7 @@ def changed(draw, keys, change):
 
 
 def drawn():
-    """Every kind of surface, motion, wear, vibration and start, with drawn numbers."""
+    """Yields cases for every kind of surface, motion, wear, vibration and start, with random numbers."""
     for changes, base in ((ROUGH, Draw.rough), (RESONATOR, Draw.resonator), (WRONG, Draw.rough)):
         for name, change in changes.items():
             draw = Draw(name)
@@ -451,7 +451,7 @@ def drawn():
 
 
 def brought(name):
-    """The files of a structure that a user brings."""
+    """Returns the files of a structure from a user."""
     files, keys, tip = structures.KINDS[name]
     return {"scene.toml": text(Draw(name).bars(keys, tip)), **files()}
 
@@ -470,7 +470,7 @@ wear.coefficient = { distribution = "log_normal", median = "2e3 um^3/J", factor 
 
 
 def of_many_runs():
-    """Commands that make several runs, or read them."""
+    """Yields cases of commands that create or read several runs."""
     scene = {"scene.toml": text(Draw("many").rough())}
 
     def campaign(command, *more):
@@ -516,7 +516,7 @@ def of_many_runs():
 
 
 def several_starts():
-    """Runs that stop and go on, that others begin from, and that are asked for what they are not."""
+    """Yields cases of interrupted and continued runs, of sibling runs, and of rejected starts."""
     scene = {"scene.toml": text(Draw("starts").rough() | {"wear.cycles": 600_000, "wear.tolerance": 2e-4})}
     instant = ["--max-wall", "1 us"]
     yield Case("stopped", [run("scene.toml", *instant), run(None, *instant), run("scene.toml")], scene)
@@ -536,7 +536,7 @@ def several_starts():
         [
             run("scene.toml"),
             run(None, "--from", "runs/a@1", run="b", sets=["wear.tolerance=0.01", "contact.friction_coefficient=0.5"]),
-            # The iteration is not there.
+            # The iteration does not exist.
             run(None, "--from", "runs/a@99", run="c"),
         ],
         scene,
@@ -545,7 +545,7 @@ def several_starts():
         "changed",
         [
             run("scene.toml", *instant),
-            # Refused: the run is another one's.
+            # The program rejects the start, because the run belongs to another scene.
             run("scene.toml", sets=["surface.rq=3 um"]),
             run("scene.toml", "--until", "polish"),
         ],

@@ -1,4 +1,4 @@
-"""Does the yardstick find what it is for? A small run is doctored, one way at a time."""
+"""Checks that the comparison finds each modification of a small run."""
 
 import json
 import shutil
@@ -17,7 +17,7 @@ from compare import NEW_TABLE, Finding, Findings, compare_column, compare_runs, 
 from folders import TablesBelow, open_run
 
 REPOSITORY = Path(__file__).resolve().parents[2]
-# A run with several iterations, and tables of one row and of many.
+# A run with several iterations, with tables of one row and of many rows.
 SCENE = REPOSITORY / "pipelines/prescribed_fretting.toml"
 SMALL = ["joint.grid=[24, 18]", "wear.cycles=200_000", "output.curves_every=1"]
 ITERATION = 1
@@ -32,7 +32,7 @@ class Said:
 
 
 def rewrite(root, table, change):
-    """Replaces a table of ITERATION by what `change` makes of it."""
+    """Replaces a table of ITERATION by the result of `change`."""
     path = root / f"iterations/wear_iteration={ITERATION}/{table}.parquet"
     pq.write_table(change(pq.ParquetFile(path).read()), path)
 
@@ -70,7 +70,7 @@ def narrowed(table):
     return table.set_column(at, "pressure", table["pressure"].cast(pa.float32()))
 
 
-# What is done to a table, and a part of each finding that must come of it, and of no other.
+# Change of a table, and a part of each expected finding. No other finding may occur.
 TABLES = [
     ("contact_field", lambda table: table, []),
     ("contact_field", flipped("pressure", 7, LAST_BIT), ["a/contact_field.pressure: 1 values"]),
@@ -91,39 +91,39 @@ def remove_table(root):
     (root / f"iterations/wear_iteration={ITERATION}/cycle.parquet").unlink()
 
 
-# What is done to a folder, and a part of what must be found.
+# Change of a folder, and a part of an expected finding.
 FOLDERS = [
-    (lambda root: shutil.rmtree(root / f"iterations/wear_iteration={ITERATION}"), f"iterations [{ITERATION}] with the old"),
-    (remove_table, f"cycle, iteration {ITERATION}: the table is there with the old"),
-    (lambda root: (root / "once/surface.parquet").unlink(), "surface: the table is there with the old"),
-    (lambda root: (root / "run.json").unlink(), "the folder is there with the old"),
+    (lambda root: shutil.rmtree(root / f"iterations/wear_iteration={ITERATION}"), f"only the old program has iterations [{ITERATION}]"),
+    (remove_table, f"cycle, iteration {ITERATION}: only the old program writes the table"),
+    (lambda root: (root / "once/surface.parquet").unlink(), "surface: only the old program writes the table"),
+    (lambda root: (root / "run.json").unlink(), "only the old program writes the folder"),
 ]
 
-# Tables of folders that are no run's, by their paths there: of a campaign, a trade, backbones, a comparison.
+# Paths of tables in other folders: a campaign, a trade, backbones, a comparison.
 OTHERS = ["campaign", "collected/shard-00000", "ended/000001", "trade", "fast/iterations/wear_iteration=1/summary", "worn", "last.csv"]
 OTHER = pa.table({"state": ["a", "b"], "kn": [2.5, 3.5], "cpu_seconds": [0.1, 0.2], "timing_seconds_wear": [0.3, 0.4]})
-# What is done to one of them, and what must be found of it, if anything.
+# Change of such a table, and the expected finding, if any.
 CHANGES = [
     (lambda table: table, None),
     (flipped("kn", 1, LAST_BIT), ".kn: 1 values"),
     (put("state", 0, "c"), ".state: 1 values"),
     (flipped("cpu_seconds", 1, SIGN_BIT), None),
     (flipped("timing_seconds_wear", 1, SIGN_BIT), None),
-    (lambda table: None, ": the table is there with the old"),
+    (lambda table: None, ": only the old program writes the table"),
 ]
 
 ROW = {"kn": 2.5e9, "cycles": 1000, "updated": False, "ku": None, "timing": {"wear": 0.1}}
-# A start, another, and what must be found, if anything.
+# Two starts, and the expected finding, if any.
 STARTS = [
     (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"timing": {"wear": 0.2}}), "chatter"), None),
     (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"kn": np.nextafter(2.5e9, 3e9)}), ""), "printed.kn: 1 values"),
     (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"updated": True}), ""), "printed False and True"),
     (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"ku": 3.0}), ""), "printed None and 3.0"),
-    (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"kt": 1.0}), ""), "by the new program alone"),
+    (Said(0, json.dumps(ROW), ""), Said(0, json.dumps(ROW | {"kt": 1.0}), ""), "only the new program prints this value"),
     (Said(0, json.dumps({"rows": [ROW, ROW]}), ""), Said(0, json.dumps({"rows": [ROW, ROW | {"kn": 3.0}]}), ""), "rows.1.kn: 1 values"),
     (Said(0, json.dumps(ROW | {"notices": ["a"]}), ""), Said(0, json.dumps(ROW | {"notices": ["b", "c"]}), ""), None),
     (Said(2, "", "error: a"), Said(2, "", "error: a"), None),
-    (Said(2, "", "error: a"), Said(2, "", "error: b"), "said 'error: a' and 'error: b'"),
+    (Said(2, "", "error: a"), Said(2, "", "error: b"), "error message 'error: a' and 'error: b'"),
     (Said(2, "", "error: a"), Said(3, "", "error: a"), "exit code 2 and 3"),
 ]
 
@@ -134,7 +134,7 @@ def make_run(program, root):
 
 
 def compared(run, doctor):
-    """What is found of a run and of a doctored copy."""
+    """Returns the findings for a run and a modified copy."""
     findings = Findings()
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "run"
@@ -145,7 +145,7 @@ def compared(run, doctor):
 
 
 def with_table(root, name, table):
-    """A folder with this table, or without any."""
+    """Returns a folder with this table, or without a table."""
     path = root / (name if name.endswith(".csv") else f"{name}.parquet")
     path.parent.mkdir(parents=True)
     if table is not None:
@@ -165,7 +165,7 @@ def main(program):
         run = Path(folder) / "run"
         make_run(program, run)
         check_all(run)
-    print(f"{len(TABLES) + len(FOLDERS) + len(OTHERS) * len(CHANGES) + len(STARTS)} doctored pairs are told apart")
+    print(f"{len(TABLES) + len(FOLDERS) + len(OTHERS) * len(CHANGES) + len(STARTS)} modified pairs compared correctly")
     return 0
 
 
@@ -175,7 +175,7 @@ def check_all(run):
         check(findings.found, parts)
         assert all(f.iteration in (None, ITERATION) for f in findings.found)
     for doctor, part in FOLDERS:
-        # What lacks a table may lack others too.
+        # A removed table may remove other tables.
         found = compared(run, doctor).found
         assert any(part in finding.line() for finding in found), f"{[f.line() for f in found]} found for {part!r}"
     for name, (change, part) in product(OTHERS, CHANGES):
@@ -189,7 +189,7 @@ def check_all(run):
         compare_starts(findings, "start 1", old, new)
         check(findings.found, [] if part is None else [part])
 
-    # NaN is NaN, whatever its bits; zeros of either sign are not the same, and off by nothing.
+    # All NaN are equal. Zeros of different sign differ in their bits, with a difference of 0.
     nan = np.array([np.nan])
     other = (nan.view(np.uint64) | np.uint64(1)).view(np.float64)
     findings = Findings()
@@ -197,10 +197,10 @@ def check_all(run):
     compare_column(findings, "zero", None, pa.array([0.0]), pa.array([-0.0]))
     check(findings.found, ["zero: 1 values, by 0, relative 0,"])
 
-    # A table may be new by its name.
+    # A new table is allowed by its name.
     new = Finding("a/cycle, iteration 1", NEW_TABLE)
     assert new.is_allowed({"+cycle": 0.0}) and not new.is_allowed({"+wear_step": 0.0, "*": 1.0})
-    # What is allowed is allowed for one column, up to a part, and for values only.
+    # An allowed difference applies to one column, up to its size, and only to values.
     (last_bit,) = compared(run, lambda root: rewrite(root, "summary", flipped("kn", 0, LAST_BIT))).found
     (sign,) = compared(run, lambda root: rewrite(root, "summary", flipped("kn", 0, SIGN_BIT))).found
     (rows,) = compared(run, lambda root: rewrite(root, "contact_field", lambda table: table.slice(1))).found

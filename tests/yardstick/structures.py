@@ -1,4 +1,4 @@
-"""Two small bars that overlap, as files that a user brings: matrices and input decks."""
+"""Two small overlapping bars as files of a user: matrices and input decks."""
 
 import io
 import sys
@@ -11,14 +11,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "data"))
 
 from make_lap_of_bars import Bar, deck, two_bars  # noqa: E402
 
-# The small model that matrices are of.
+# The small model of the matrices.
 BARS, SETS = two_bars(cell=(4, 3, 2), cells=(6, 5, 1), lap=3)
-# Springs between all corners of a cell [N/mm], and the mass of a corner [t].
+# Stiffness of the springs between all corners of a cell [N/mm], and mass of a corner [t].
 SPRING, MASS = 7e4, 2e-8
 
 
 def matrices():
-    """Stiffness and diagonal of the mass; three rows a node, in the order of the nodes."""
+    """Returns the stiffness and the diagonal of the mass, with three rows per node in the order of the nodes."""
     rows = {node: row for row, node in enumerate(node for bar in BARS for node in bar.positions)}
     stiffness, mass = np.zeros((len(rows), 3, len(rows), 3)), np.zeros((len(rows), 3))
     for bar in BARS:
@@ -45,7 +45,7 @@ def nodes():
 
 
 def files_by_pairs():
-    """Matrix Market, with positions and pairs of nodes."""
+    """Returns Matrix Market files with positions and pairs of nodes."""
     stiffness, mass = matrices()
     pairs = [f"{upper},{lower}" for upper, lower in zip(SETS["TOP"], SETS["BOTTOM"])]
     return {
@@ -57,7 +57,7 @@ def files_by_pairs():
 
 
 def files_by_sets():
-    """NPZ, with positions and the sets of a deck."""
+    """Returns an NPZ file with positions and the sets of a deck."""
     stiffness, mass = matrices()
     npz = io.BytesIO()
     np.savez_compressed(npz, K=stiffness, M=np.diag(mass))
@@ -69,7 +69,7 @@ def files_of_mesh():
 
 
 def files_of_tied_mesh():
-    """A block with other cells is tied to the free end of the upper bar."""
+    """Returns a deck with a block of different cells that is tied to the free end of the upper bar."""
     bars, sets = two_bars(cell=(4, 3, 2), cells=(6, 5, 2), lap=3)
     block = Bar("BLOCK", 20_001, (3, 3.5, 1.75), (2, 3, 2), (36, 2.25, 4.25))
     sets["GLUED"] = [node for (i, _, _), node in block.nodes.items() if i == 0]
@@ -81,7 +81,7 @@ JOINT = {"upper": "TOP", "lower": "BOTTOM"}
 MESH = {"kind": "mesh", "file": "bars.inp", "interface": JOINT}
 PAIRS = {"kind": "matrices", "stiffness": "K.mtx", "mass": "M.mtx", "nodes": "nodes.csv", "interface": "pairs.csv", "fixed": "1-12"}
 NPZ = {"kind": "matrices", "file": "bars.npz", "nodes": "nodes.csv", "interface": JOINT, "fixed": "CLAMP"}
-# By the name of the case: its files, what [structure] says, and where the force acts.
+# For each case: its files, the keys of [structure], and the position of the force.
 KINDS = {
     "matrices_by_pairs": (files_by_pairs, PAIRS, str(SETS["SENSOR"][0])),
     "matrices_by_sets": (files_by_sets, NPZ, "TIP"),

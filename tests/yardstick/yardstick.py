@@ -1,22 +1,23 @@
 #!/usr/bin/env python3
-"""Hold one build of the program to the results of another, to the bit.
+"""Compares the results of two builds of the program bit by bit.
 
     python tests/yardstick/yardstick.py OLD NEW [--full] [--case NAME] [--allow COLUMN=REL] [--new-table TABLE] [--json] [FOLDER]
     python tests/yardstick/yardstick.py --self-test PROGRAM
 
-OLD and NEW are two fretwear programs. Both run every scene of `pipelines/`, made small unless `--full` is given, drawn scenes of
-every kind, structures as matrices and meshes, a campaign, a trade, a backbone and a comparison (scenes.py). Compared are every
-table of every run, campaign, trade, backbone and comparison but the timings: the iterations there are, the tables of each, columns
-and their order, rows, and values bit by bit; what `--json` prints but for times, cost and notices; exit codes; and what a start
-says that does not end well. Each program must also find its own runs sound (`verify`). Exit code 0 if all is equal, or within
-what is allowed.
+OLD and NEW are two fretwear programs. Both run every scene of `pipelines/` at a reduced size (or at full size with `--full`), random
+scenes of every kind, structures as matrices and meshes, a campaign, a trade, a backbone and a comparison (scenes.py). The script
+compares every table of every run, campaign, trade, backbone and comparison, except the timings: iterations, tables per iteration,
+columns and their order, rows, and values bit by bit. It also compares the output of `--json` without times, cost and notices, the
+exit codes, and the error messages of failed starts. Each program must also verify its own runs (`verify`). The exit code is 0 if
+all results are equal or within the allowed differences.
 
-`--allow COLUMN=REL` (as `kn`, `summary.kn`, `a/summary.kn`, or `*` for all; more than once) lets values of a column differ by this
-part of the largest magnitude that it has in the same table; relative to itself, a field that passes through zero would never do.
-`--new-table TABLE` lets the new program write a table that the old one does not know.
+`--allow COLUMN=REL` (as `kn`, `summary.kn`, `a/summary.kn`, or `*` for all columns; more than once) allows a difference in a column,
+relative to the largest magnitude of the column in the same table. A relative difference of single values would fail for fields that
+pass through zero. `--new-table TABLE` allows a table that only the new program writes.
 
-How a folder lays out its tables is known to folders.py alone. Wants pyarrow and numpy. Runs go into FOLDER and stay there;
-without it they are removed. `--self-test` doctors a small run of PROGRAM, and other folders, in every way that must be found.
+Only folders.py contains the layout of the tables in a folder. The script needs pyarrow and numpy. Runs go into FOLDER and remain
+there. Without FOLDER, the script deletes the runs. `--self-test` modifies a small run of PROGRAM and other folders and checks that the
+comparison finds each modification.
 """
 
 import argparse
@@ -34,9 +35,9 @@ import scenes
 from compare import Findings, compare_runs, compare_starts
 from folders import TablesBelow, open_run
 
-# A start that takes longer hangs [s]; the longest of `--full` takes minutes.
+# Time limit of a start [s]. The longest start of `--full` takes minutes.
 LONGEST = 7200.0
-# Findings of a case that are listed; there are more in `--json`.
+# Largest number of listed findings of a case. `--json` prints all findings.
 LISTED = 12
 
 
@@ -49,14 +50,14 @@ class Did:
 
 @dataclass
 class Side:
-    """One of the two programs, and where it runs."""
+    """One of the two programs and the folder of its runs."""
 
     program: str
     folder: Path
 
     def start(self, folder, arguments):
         environment = {**os.environ, "FRETWEAR_CACHE": str(self.folder / "cache")}
-        # Usage errors name the program as it was called.
+        # A usage error contains the name of the called program.
         try:
             done = subprocess.run(
                 ["fretwear", *arguments],
@@ -70,11 +71,11 @@ class Side:
             )
         except subprocess.TimeoutExpired:
             return Did(None, "", f"no end after {LONGEST} s")
-        # Paths of files are absolute in some messages.
+        # Some messages contain absolute paths of files.
         return Did(done.returncode, done.stdout, done.stderr.replace(str(folder), "."))
 
     def run(self, case):
-        """What every start did, the runs by name, and the seconds."""
+        """Returns the outcome of every start, the runs by name, and the seconds."""
         folder = self.folder / case.name
         case.prepare(folder)
         begun = time.monotonic()
@@ -83,7 +84,7 @@ class Side:
         runs = {path.name: open_run(path) for path in sorted((folder / "runs").glob("*")) if path.is_dir()}
         for name in runs:
             verified = self.start(folder, ["verify", f"runs/{name}"])
-            # Its words are about files, which are no results.
+            # The output of `verify` concerns files and is not a result.
             did.append((f"verify {name}", Did(verified.code, "", verified.error if verified.code else "")))
         return did, runs | {name: TablesBelow(folder / name) for name in case.folders}, seconds
 
@@ -91,7 +92,7 @@ class Side:
 def compare_case(case, sides, keep):
     (did_old, old, seconds_old), (did_new, new, seconds_new) = (side.run(case) for side in sides)
     findings = Findings()
-    # A run that one program alone leaves has no second start to hold its verification against.
+    # If only one program creates a run, the other program has no verification to compare.
     by_name = dict(did_new)
     for where, did in did_old:
         if where in by_name:
@@ -111,7 +112,7 @@ def compare_case(case, sides, keep):
 
 
 def row_of(result, allowed):
-    """A line of the table, and below it what differs."""
+    """Returns a line of the table, followed by the differences."""
     differing = [finding for finding in result["findings"] if not finding.is_allowed(allowed)]
     verdict = "equal"
     if differing:
@@ -144,15 +145,15 @@ def parse_allowed(texts):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("old", nargs="?", metavar="OLD", help="the program that is the yardstick")
-    parser.add_argument("new", nargs="?", metavar="NEW", help="the program that is held to it")
-    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="where runs go and stay")
-    parser.add_argument("--full", action="store_true", help="shipped scenes as they are: hours")
-    parser.add_argument("--case", action="append", help="only this case; may be repeated")
-    parser.add_argument("--allow", action="append", default=[], metavar="COLUMN=REL", help="may differ by this part")
-    parser.add_argument("--new-table", action="append", default=[], metavar="TABLE", help="may be there with NEW alone")
-    parser.add_argument("--json", action="store_true", help="print one JSON object in place of the table")
-    parser.add_argument("--self-test", metavar="PROGRAM", help="does it find what is doctored in a run of this program?")
+    parser.add_argument("old", nargs="?", metavar="OLD", help="the reference program")
+    parser.add_argument("new", nargs="?", metavar="NEW", help="the program to compare with OLD")
+    parser.add_argument("folder", nargs="?", metavar="FOLDER", help="folder of the runs; the runs remain there")
+    parser.add_argument("--full", action="store_true", help="run the shipped scenes at full size (hours)")
+    parser.add_argument("--case", action="append", help="run only this case; may be repeated")
+    parser.add_argument("--allow", action="append", default=[], metavar="COLUMN=REL", help="allow this relative difference in a column")
+    parser.add_argument("--new-table", action="append", default=[], metavar="TABLE", help="allow a table that only NEW writes")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of the table")
+    parser.add_argument("--self-test", metavar="PROGRAM", help="check that the comparison finds modifications of a run of this program")
     arguments = parser.parse_args()
     if arguments.self_test:
         import self_test
@@ -165,7 +166,7 @@ def main():
     names = {case.name for case in cases}
     for name in arguments.case or []:
         if name not in names:
-            sys.exit(f"no case {name}; there are {', '.join(sorted(names))}")
+            sys.exit(f"no case {name}; the cases are {', '.join(sorted(names))}")
     cases = [case for case in cases if not arguments.case or case.name in arguments.case]
     out = sys.stderr if arguments.json else sys.stdout
     print(f"{'case':42s} {'exit codes':>10s} {'iter.':>5s} {'values':>9s} {'old [s]':>8s} {'new [s]':>8s}", file=out)
@@ -178,9 +179,9 @@ def main():
             for which, program in (("old", arguments.old), ("new", arguments.new))
         ]
         for side in sides:
-            # What is there, a cache of structures above all, is of other programs.
+            # An existing folder, in particular its cache of structures, belongs to other programs.
             if side.folder.exists():
-                sys.exit(f"{side.folder} is there already: give an empty folder")
+                sys.exit(f"{side.folder} exists already: give a new folder")
         for case in cases:
             results.append(compare_case(case, sides, keep=arguments.folder))
             print(row_of(results[-1], allowed), file=out, flush=True)

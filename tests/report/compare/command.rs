@@ -13,7 +13,7 @@ fn fretwear(folder: &TempDir, arguments: &[&str]) -> Output {
     at_width(folder, None, arguments)
 }
 
-/// The program where a line has so many characters.
+/// Runs the program in a terminal of the given width.
 fn at_width(folder: &TempDir, width: Option<usize>, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fretwear"));
     command.args(arguments).current_dir(folder.path());
@@ -28,16 +28,16 @@ fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
 }
 
-/// The cells of a table: at least two spaces part them.
+/// Cells of a table line: at least two spaces separate them.
 fn cells(line: &str) -> Vec<&str> {
     let cells = line.split("  ").map(str::trim);
     cells.filter(|cell| !cell.is_empty()).collect()
 }
 
-/// The cells of a figure, of runs beside each other.
+/// Cells of the line of a figure, one per run.
 fn figure<'a>(table: &'a str, title: &str) -> Vec<&'a str> {
     let line = table.lines().find(|line| line.starts_with(title));
-    cells(line.unwrap_or_else(|| panic!("no {title} in {table}")))[1..].to_vec()
+    cells(line.unwrap_or_else(|| panic!("{title} is missing in {table}")))[1..].to_vec()
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn few_runs_stand_beside_each_other_with_units_and_error_bars() {
     let table = text(&output.stdout);
     assert_eq!(cells(table.lines().next().unwrap()), runs[1..]);
 
-    // The resonance of the worn joint with its own contact elements, as in its report, and not that of the vibration that drives the wear.
+    // The table and the report quote the resonance with the contact elements of the worn joint, not the resonance that drives the wear.
     let run = RunTables::open(&vibrating).unwrap();
     let of = |table: TableName, column: &str| {
         let frame = run.iteration_table(run.latest(), table).unwrap().unwrap();
@@ -69,7 +69,7 @@ fn few_runs_stand_beside_each_other_with_units_and_error_bars() {
     let found = figure(table, "amplitude at resonance [µm]")[0];
     assert!(found.starts_with(&format!("{amplitude:.2} ± ")), "{found}");
 
-    // Bars of what wear has made, and nothing of what a static contact lacks.
+    // Figures of wear have an error bar. A run with static contact has no such figures.
     for title in ["worn volume [mm³]", "friction of a cycle [mJ]"] {
         let found = figure(table, title);
         assert!(
@@ -83,7 +83,7 @@ fn few_runs_stand_beside_each_other_with_units_and_error_bars() {
     }
 }
 
-/// The table, the state of a run and its end count the transforms of all stages.
+/// `compare` and `status` count the transforms of all stages.
 #[test]
 fn fft_pairs_are_those_that_the_run_reports() {
     let folder = TempDir::new().unwrap();
@@ -103,13 +103,13 @@ fn fft_pairs_are_those_that_the_run_reports() {
         let told = format!("{found} FFT pairs, ");
         assert!(text(&status.stdout).contains(&told), "{told}");
     }
-    // The files keep the sum of the summaries, which count contact, cycle and wear step alone.
+    // The files contain the sums of the summaries. A summary counts only the transforms of contact, cycle and wear step.
     let mut csv = csv::Reader::from_path(folder.path().join("t.csv")).unwrap();
     let row = csv.records().next().unwrap().unwrap();
     let of_summaries: f64 = row[row.len() - 1].parse().unwrap();
     assert!(of_summaries + 10.0 < found[0].parse().unwrap(), "{found:?}");
 
-    // An iteration each: they add up to the whole.
+    // With `--all`, the table has one row per iteration, and the rows sum to the total.
     let output = at_width(&folder, Some(400), &["compare", "vibrating", "--all"]);
     let rows = text(&output.stdout).lines();
     let rows = rows.filter(|line| line.starts_with("vibrating@"));
@@ -122,7 +122,7 @@ fn fft_pairs_are_those_that_the_run_reports() {
     );
 }
 
-/// Figures and labels of a table, which are the same at any width. Heads are words, and labels have another form.
+/// Figures and row labels of a table, which do not depend on the width. Heads are words, and labels have another form.
 fn numbers_in(table: &str) -> BTreeSet<&str> {
     let is_number =
         |cell: &&str| cell.starts_with(|c: char| c.is_ascii_digit() || "−–".contains(c));
@@ -158,7 +158,7 @@ fn no_line_is_longer_than_the_terminal_and_no_number_is_cut() {
             }
         }
     }
-    // Beside each other where they fit.
+    // The runs are columns of one table if the width suffices.
     let beside = |width, runs: &[&str]| {
         let table = at_width(&folder, Some(width), &[&["compare"][..], runs].concat());
         cells(text(&table.stdout).lines().next().unwrap()) == runs
@@ -166,7 +166,7 @@ fn no_line_is_longer_than_the_terminal_and_no_number_is_cut() {
     assert!(beside(80, &nine[..2]) && beside(400, &nine) && !beside(80, &nine));
 }
 
-/// The name of a run is wrapped, and whole.
+/// The table wraps the name of a run without loss of letters.
 #[test]
 fn a_long_name_is_wrapped() {
     let folder = TempDir::new().unwrap();
@@ -206,7 +206,7 @@ fn writes_the_table_too() {
     let printed = text(&output.stdout).lines();
     let printed = printed.filter(|line| line.starts_with("worn@"));
     assert_eq!(csv.lines().count(), printed.count() + 1);
-    // Programs read it: the table for a person does not change it.
+    // Other programs read the CSV file. The layout of the printed table does not change it.
     assert_eq!(
         csv.lines().next(),
         Some(
@@ -240,7 +240,7 @@ fn says_by_its_exit_code_what_is_wrong() {
     assert_eq!(figure(text(&damaged.stdout), "iteration"), ["1"]);
 }
 
-/// What `runs/*` may name beside runs: one only begun, an empty folder, a file, and what `reproduce` leaves.
+/// Entries that `runs/*` may name besides runs: a run without iterations, an empty folder, a file, and a folder of `reproduce`.
 fn foreign(folder: &TempDir) -> [&'static str; 4] {
     compute(folder, "begun", WORN, Some(Stage::Surface));
     std::fs::create_dir(folder.path().join("empty")).unwrap();
@@ -276,7 +276,7 @@ fn what_is_no_run_is_passed_over() {
             _ => assert_eq!(said.lines().count(), 1, "{said}"),
         }
     }
-    // Several were asked for, so that the page is not in the folder of the one that is left.
+    // The command named several runs. The page is therefore outside the folder of the only readable run.
     assert!(folder.path().join("report.html").is_file());
 }
 
@@ -332,7 +332,7 @@ fn a_run_that_damage_closes_is_passed_over_but_not_forgotten() {
         }
         assert_ne!(text(&output.stdout), "");
 
-        // Alone or with nothing left beside it, it is an error.
+        // A command without any readable run fails.
         for runs in [&["torn"][..], &["first"], &["torn", "first"]] {
             let output = fretwear(&folder, &[&[command][..], runs].concat());
             assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));

@@ -35,7 +35,7 @@ fn parquet_holds_the_cells_and_their_units() {
                 Field::Long(value) => Cell::Integer(*value),
                 Field::Double(value) => Cell::Number(*value),
                 Field::Str(text) => Cell::Text(text.clone()),
-                other => panic!("{name} holds {other:?}"),
+                other => panic!("{name} has the type {other:?}"),
             };
             assert_eq!(found, cell(&comparison, row, name), "{name} of row {row}");
         }
@@ -87,7 +87,7 @@ fn csv_holds_the_cells_in_full() {
             match expected {
                 Cell::Absent => assert_eq!(text, ""),
                 Cell::Integer(value) => assert_eq!(text.parse(), Ok(value)),
-                // Bit for bit: a table that is written and read again is the same table.
+                // The CSV text is exact: writing and reading keeps each bit of a number.
                 Cell::Number(value) => assert_eq!(text.parse(), Ok(value)),
                 Cell::Text(value) => assert_eq!(text, value),
             }
@@ -97,7 +97,7 @@ fn csv_holds_the_cells_in_full() {
     assert_eq!(rows, comparison.height());
 }
 
-/// Folders may come from strangers, and a spreadsheet computes what it takes for a formula.
+/// Folders may come from strangers. A spreadsheet evaluates each cell that looks like a formula.
 #[cfg(unix)]
 #[test]
 fn no_name_of_a_run_is_a_formula_in_csv() {
@@ -133,7 +133,7 @@ fn no_name_of_a_run_is_a_formula_in_csv() {
             name => format!("./{name}"),
         };
         assert_eq!(row[0], expected);
-        // The numbers are as they were, negative ones too.
+        // The numbers are unchanged, also the negative ones.
         assert!(row.iter().skip(1).eq(rows[7].iter().skip(1)));
     }
     assert!(rows[7].iter().any(|cell| cell.starts_with('-')), "{rows:?}");

@@ -1,4 +1,4 @@
-//! Several runs in one table: which rows and values it has, and what it refuses.
+//! Comparison of several runs in one table: its rows, its values, and its errors.
 
 mod command;
 mod files;
@@ -8,7 +8,7 @@ use fretwear::report::{Cell, Comparison};
 
 use super::small_runs::{STATIC, WORN, compute, damage, summary_file};
 
-/// The value of a column.
+/// Value of a column in a row.
 fn cell(comparison: &Comparison, row: usize, column: &str) -> Cell {
     let position = comparison
         .columns()

@@ -7,10 +7,10 @@ use std::path::Path;
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// What a comparison adds to the summary.
+/// Columns that a comparison adds to the summary.
 const KEYS: [&str; 2] = ["run", "wear_iteration"];
 
-/// The summaries of a run, by its own reader.
+/// Summaries of a run, read by the store.
 fn summaries(run: &Path) -> Vec<(u64, Table)> {
     let reader = RunReader::open(Arc::new(RealFileSystem), run).unwrap();
     let iterations: Vec<u64> = reader.iterations().collect();
@@ -27,7 +27,7 @@ fn in_summary(summary: &Table, name: &str) -> Cell {
         .map_or(Cell::Absent, |(_, column)| match column {
             Column::F64(values) => Cell::Number(values[0]),
             Column::I64(values) => Cell::Integer(values[0]),
-            other => panic!("a summary has no column like {other:?}"),
+            other => panic!("unexpected type of a column: {other:?}"),
         })
 }
 
@@ -43,7 +43,7 @@ fn a_run_has_its_last_state_and_the_pairs_of_all_its_iterations() {
     let folder = TempDir::new().unwrap();
     let pressed = compute(&folder, "pressed", STATIC, None);
     let worn = compute(&folder, "worn", WORN, None);
-    // The run that lacks columns comes first and last: its file must not decide what the others show.
+    // The run with fewer columns is the first and the last. Its columns must not decide the columns of the other run.
     let runs = [pressed.clone(), worn.clone(), pressed.clone()];
     let comparison = compare(&runs, Rows::Last).unwrap();
 
@@ -76,7 +76,7 @@ fn a_run_has_its_last_state_and_the_pairs_of_all_its_iterations() {
     }
     assert_eq!(cell(&comparison, 0, "wear_volume"), Cell::Absent);
     assert!(matches!(cell(&comparison, 1, "wear_volume"), Cell::Number(v) if v > 0.0));
-    // A sum over several iterations, not the last one's pairs.
+    // The value is a sum over several iterations, not the FFT pairs of the last one.
     let worn = summaries(&worn);
     assert!(worn.len() > 2, "{} iterations", worn.len());
     assert!(fft_pairs(&worn) > worn.last().unwrap().1.f64("fft_pairs").unwrap()[0]);
@@ -85,7 +85,7 @@ fn a_run_has_its_last_state_and_the_pairs_of_all_its_iterations() {
 #[test]
 fn every_iteration_has_a_row_in_the_order_of_wear() {
     let folder = TempDir::new().unwrap();
-    // More than ten iterations: sorted as text, 10 would come before 2.
+    // The run has more than ten iterations. In alphabetical order, 10 would come before 2.
     let fine = WORN.replace("0.2 um", "0.02 um");
     let worn = compute(&folder, "worn", &fine, None);
     let pressed = compute(&folder, "pressed", STATIC, None);

@@ -1,7 +1,7 @@
-"""Writes a small structure in every format that `fretwear inspect` or `fretwear-import` reads, and what must come out of it (`expected.json`).
+"""Writes a small structure in every format of `fretwear inspect` and `fretwear-import`, and the expected results (`expected.json`).
 
-A truss of five nodes and ten bars in space, free; node 5 has no mass. Wants numpy, scipy and pyyeti, which
-writes OUTPUT4:
+The structure is a free truss in space with five nodes and ten bars. Node 5 has no mass. The script needs numpy, scipy and
+pyyeti, which writes OUTPUT4:
 
     python tests/structure/samples/make.py
 """
@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from pyyeti.nastran import op4
 
 HERE = Path(__file__).parent
-# What fretwear-import reads.
+# Samples for `fretwear-import`.
 IMPORTED = HERE / "imported"
 NODES = np.array([[0, 0, 0], [1.3, 0.1, 0], [0.2, 0.9, 0.3], [0.4, 0.3, 1.1], [0.9, 0.8, 0.7]])
 MASSES = [2.0, 1.5, 0.7, 1.1, 0.0]
@@ -34,7 +34,7 @@ def truss():
             stiffness[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += sign * bar
     for n, m in enumerate(MASSES):
         mass[3 * n : 3 * n + 3, 3 * n : 3 * n + 3] = m * np.eye(3)
-    # Two masses that move each other.
+    # A mass matrix entry couples two masses.
     for axis in range(3):
         mass[axis, 3 + axis] = mass[3 + axis, axis] = 0.25
     return (stiffness + stiffness.T) / 2, mass
@@ -54,7 +54,7 @@ def frequencies(stiffness, mass, fixed=()):
 
 
 def triangle(matrix):
-    """Rows, columns and values on and below the diagonal, by columns."""
+    """Yields row, column and value of the entries on and below the diagonal, by columns."""
     for j in range(len(matrix)):
         for i in range(j, len(matrix)):
             if matrix[i, j] != 0:
@@ -69,7 +69,7 @@ def matrix_market(k, m):
 
 
 def node_of(i):
-    """Abaqus numbers nodes that it makes itself downwards from -1."""
+    """Node number of a row. Abaqus numbers its internal nodes -1, -2, …."""
     return -1 if i // 3 == MASSLESS else i // 3 + 1
 
 
@@ -79,7 +79,7 @@ def abaqus(k, m):
         (HERE / f"labels_{name}.mtx").write_text("".join(lines))
     lines = [f"{i + 1:8d} {j + 1:8d} {k[i, j]: .15e}\n" for i in range(15) for j in range(15) if k[i, j] != 0]
     (HERE / "coordinates_stiffness.mtx").write_text("".join(lines))
-    # The last freedom condensed, so that the nodes have different ones.
+    # The last freedom is condensed, so the nodes have different freedoms.
     keep = list(range(14))
     k, m = condensed(k, m, keep, [14])
     with open(HERE / "substructure.mtx", "w") as file:
@@ -104,7 +104,7 @@ def calculix(k, m):
 
 
 def strings(column):
-    """Runs of values that are not zero: first row from 0, values."""
+    """Yields the runs of nonzero values: first row (from 0) and values."""
     at = 0
     while at < len(column):
         if column[at] == 0:
@@ -118,7 +118,7 @@ def strings(column):
 
 
 def op4_single(path, matrices):
-    """Single precision with the last byte first, which the library does not write."""
+    """Writes OUTPUT4 in single precision with big-endian numbers, which the library does not support."""
 
     def record(data):
         return struct.pack(">i", len(data)) + data + struct.pack(">i", len(data))
@@ -171,7 +171,7 @@ def nastran(k, m):
                         value = f"{matrix[i, j]:.15E}".replace("E", "")
                         file.write(f"DMIG,{name},{j // 3 + 1},{j % 3 + 1},,{i // 3 + 1},{i % 3 + 1},{value}\n")
     with open(IMPORTED / "small_fields.bdf", "w") as file:
-        # Of the mass: its numbers fit into eight characters.
+        # The mass matrix: its numbers fit into eight characters.
         file.write(f"DMIG    MAAX    {0:8d}{1:8d}{1:8d}\n")
         for j in range(12):
             rows = [i for i in range(15) if m[i, j] != 0]
@@ -181,7 +181,7 @@ def nastran(k, m):
 
 
 def ansys(k, m):
-    """A .full with the nodes in another order than their numbers, and a sixth one that is held: its rows are unit rows of the stiffness."""
+    """Writes a .full file with unsorted nodes. Node 6 is fixed, so its rows are unit rows of the stiffness."""
     order = [3, 1, 4, 5, 0, 2]
     kinds, place = [], []
     for n in order:
@@ -239,7 +239,7 @@ def numpy_and_matlab(k, m):
 
 if __name__ == "__main__":
     K, M = truss()
-    # An order that is the same for all: a node after the other, x, y, z.
+    # All formats use the same order: node by node, x, y, z.
     matrix_market(K, M)
     abaqus(K, M)
     calculix(K, M)

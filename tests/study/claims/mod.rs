@@ -1,4 +1,4 @@
-//! The claims: each can hold and can fail, on made-up runs; and what they read of real ones.
+//! Tests of the claims: each claim can hold and can fail on artificial runs. Further tests read evidence from real runs.
 
 mod runs;
 mod study;
@@ -11,7 +11,7 @@ use fretwear::tables::{Provenance, TableName, from_parquet, to_parquet};
 
 use study::{CYCLES, all, sliding_loop};
 
-/// The verdict on a claim in the only setting.
+/// Verdict on a claim in the only setting.
 fn verdict_on(findings: &[Finding], claim: u32) -> &Finding {
     let mut found = findings.iter().filter(|f| f.claim == claim && f.whole);
     let first = found
@@ -44,14 +44,14 @@ fn every_claim_holds_where_it_should() {
     }
 }
 
-/// Something of a run, to be changed.
+/// Change of one run in a study.
 type Spoil = fn(&mut [Evidence]);
 
 fn set(run: &mut Evidence, column: &str, change: impl Fn(usize, f64) -> f64) {
     let values = run
         .summary
         .get_mut(column)
-        .unwrap_or_else(|| panic!("no {column}"));
+        .unwrap_or_else(|| panic!("{column} is missing"));
     for (k, value) in values.iter_mut().enumerate() {
         *value = change(k, *value);
     }
@@ -67,7 +67,7 @@ fn worn(run: &mut Evidence) -> &mut fretwear::study::claims::WornSurface {
 
 const LAST: usize = CYCLES.len() - 1;
 
-/// A fault for every claim.
+/// One fault per claim.
 const FAULTS: [(u32, Spoil); 47] = [
     (1, |s| {
         let cycles = named(s, "explicit")
@@ -262,7 +262,7 @@ fn every_claim_fails_where_it_should() {
     }
 }
 
-/// What the bars of a run leave open is undecided, and what does not exist has no verdict.
+/// A claim is undecided if the error bars include both verdicts. A claim without data has no verdict.
 #[test]
 fn error_bars_are_carried_into_verdicts() {
     let verdict = |claim: u32, spoil: &dyn Fn(&mut [Evidence])| {
@@ -270,7 +270,7 @@ fn error_bars_are_carried_into_verdicts() {
         spoil(&mut study);
         verdict_on(&judge(&study), claim).verdict
     };
-    // 22 µm ± 10 % may be above 23.1 µm; closure is no matter of steps.
+    // A depth of 22 µm ± 10 % may exceed the limit of 23.1 µm. The closure part of the bar does not count as an error of the steps.
     let deep = |share: f64, closure: f64| {
         move |s: &mut [Evidence]| {
             let run = named(s, "rq5");
@@ -284,7 +284,7 @@ fn error_bars_are_carried_into_verdicts() {
     assert_eq!(verdict(5, &deep(0.1, 0.0)), Verdict::Undecided);
     assert_eq!(verdict(5, &deep(0.1, 0.09)), Verdict::Holds);
     assert_eq!(verdict(5, &deep(0.04, 0.0)), Verdict::Holds);
-    // A stiffness that ends 2 % apart, each to 1.2 % or to 0.1 %.
+    // The final stiffnesses differ by 2 %. Each has an error of 1.2 % or of 0.1 %.
     for (error, expected) in [(0.012, Verdict::Undecided), (1e-3, Verdict::Holds)] {
         let found = verdict(31, &|s| {
             let run = named(s, "u05");
@@ -294,22 +294,22 @@ fn error_bars_are_carried_into_verdicts() {
         });
         assert_eq!(found, expected, "{error}");
     }
-    // Harmonics that still change the peak by as much as is allowed.
+    // The highest harmonics change the peak by the allowed amount.
     let coarse = |s: &mut [Evidence]| {
         respond(named(s, "finest"), "peak_amplitude", [70.5e-6, 86.5e-6]);
     };
     assert_eq!(verdict(27, &coarse), Verdict::Undecided);
-    // A joint that slides as a whole has no mean displacement; without loops their shape is not known.
+    // A joint in gross slip has no mean displacement. Without loops, their shape is unknown.
     let slides = |s: &mut [Evidence]| named(s, "rq5").sliding[0] = 1.0;
     assert_eq!(verdict(26, &slides), Verdict::Undecided);
-    // A loop of few points encloses 10 % less than was dissipated: it may be sharper by that, too.
+    // A loop with few points encloses 10 % less energy than the dissipated energy. Its shape may be sharper by the same amount.
     let few = |s: &mut [Evidence]| {
         let run = named(s, "rq5");
         let energy = run.summary["dissipated_energy"][LAST];
         run.last.hysteresis = Some(sliding_loop(0.9 * energy, 1.8e4, 4e9, 0.85));
     };
     assert_eq!(verdict(36, &few), Verdict::Undecided);
-    // Each of two cycles is solved to 1.5 %, of the 5 % that steady is.
+    // The claim defines steady as a change below 5 %. Each of the two cycles has an error of 1.5 %.
     let solved = |s: &mut [Evidence]| {
         let run = named(s, "rq5");
         run.summary
@@ -321,14 +321,14 @@ fn error_bars_are_carried_into_verdicts() {
     assert_eq!(verdict(7, &solved), Verdict::Undecided);
     let without = |s: &mut [Evidence]| named(s, "rq5").last.hysteresis = None;
     assert_eq!(verdict(36, &without), Verdict::Undecided);
-    // A criterion of update that is never met shows no jump.
+    // An update criterion that is never met shows no jump.
     let never =
         |s: &mut [Evidence]| named(s, "u20").summary.get_mut("updated").expect("flags")[3] = 0.0;
     assert_eq!(verdict(29, &never), Verdict::Undecided);
 }
 
-/// Criteria of update that called for none, and a limit that limits nothing, leave open what they do; a run that ends early says nothing
-/// of what comes later.
+/// Criteria without an update and a limit that is never reached leave the claims undecided. A run that ends early has no evidence
+/// about later cycles.
 #[test]
 fn what_never_happened_decides_nothing() {
     const UPDATED: [&str; 3] = ["u05", "u10", "u20"];
@@ -351,7 +351,7 @@ fn what_never_happened_decides_nothing() {
             let found = verdict_on(&findings, *claim);
             assert_eq!(found.verdict, Verdict::Undecided, "{found:?}");
         }
-        // Nor has the paper's number one beside it.
+        // The number for comparison with the paper is missing, too.
         let of = |what: &str| {
             let studies = fretwear::study::claims::studies(&study);
             let mut numbers = studies
@@ -368,14 +368,14 @@ fn what_never_happened_decides_nothing() {
             assert_eq!(of(what).is_none(), unknown.contains(&what), "{what}");
         }
     }
-    // One of three that was updated decides of the two others against it.
+    // One updated run of three suffices for a failed verdict.
     let mut study = all();
     for name in &UPDATED[1..] {
         set(named(&mut study, name), "updated", |k, _| f64::from(k == 0));
     }
     respond(named(&mut study, "u20"), "peak_amplitude", [70e-6, 83e-6]);
     assert_eq!(verdict_on(&judge(&study), 32).verdict, Verdict::Fails);
-    // "After these 10 million cycles."
+    // The claim refers to the state "after these 10 million cycles".
     let mut study = all();
     for run in &mut study {
         let cycles = run.summary.get_mut("cycles");
@@ -387,7 +387,7 @@ fn what_never_happened_decides_nothing() {
     }
 }
 
-/// Criteria that are met by a hair, and missed by one.
+/// Values just within and just outside the limits of the criteria.
 #[test]
 fn criteria_are_where_they_are_said_to_be() {
     let fails = |claim: u32, spoil: &dyn Fn(&mut [Evidence])| {
@@ -402,7 +402,7 @@ fn criteria_are_where_they_are_said_to_be() {
             run.depth_rate = vec![1e-12; cycles.len()];
             run.summary.insert("cycles".to_owned(), cycles);
         });
-        assert_eq!(found, fail, "{steps} for 231");
+        assert_eq!(found, fail, "{steps} steps for 231");
     }
     for (peak, fail) in [(0.021, true), (0.019, false)] {
         let worn = 86.5e-6 * (1.0 + peak);
@@ -445,7 +445,7 @@ fn causes_come_from_the_numbers() {
         set(named(s, "u05"), "wear_rate", |_, rate| 0.5 * rate);
     };
     assert!(cause(30, &wider).contains("up to 30\u{a0}% more or less than the mean"));
-    // Damping takes a fifth of the work.
+    // Damping dissipates 20 % of the work.
     let more = |s: &mut [Evidence]| respond(named(s, "rq5"), "friction_energy", [0.2, 0.21]);
     let share = cause(35, &more);
     assert!(
@@ -454,7 +454,7 @@ fn causes_come_from_the_numbers() {
     );
     let lower = |s: &mut [Evidence]| respond(named(s, "rq5"), "peak_amplitude", [70e-6, 69e-6]);
     assert!(cause(35, &lower).ends_with("and the peak does not rise"));
-    // What lowers a kurtosis is no cause of another statistic.
+    // A cause for a lower kurtosis is not a cause for another statistic.
     let little = |s: &mut [Evidence]| {
         for name in ["sk", "ku"] {
             set(
@@ -471,7 +471,7 @@ fn causes_come_from_the_numbers() {
     };
     assert!(cause(12, &little).contains("lowers Ku"));
     assert!(!cause(11, &little).contains("Ku") && !cause(11, &little).is_empty());
-    // The worn form is taken for roughness.
+    // The worn form counts as roughness.
     let form =
         |s: &mut [Evidence]| set(named(s, "rq05"), "rq", |k, rq| rq * (1.0 + 0.5 * k as f64));
     assert!(cause(9, &form).ends_with("without the form it holds"));
@@ -479,7 +479,7 @@ fn causes_come_from_the_numbers() {
 
 #[test]
 fn which_run_is_which_follows_from_the_scene() {
-    // Names and order say nothing.
+    // Names and order of the runs do not matter.
     let mut study = all();
     study.reverse();
     for (k, run) in study.iter_mut().enumerate() {
@@ -489,7 +489,7 @@ fn which_run_is_which_follows_from_the_scene() {
         findings.iter().map(|f| (f.claim, f.verdict)).collect()
     };
     assert_eq!(verdicts(&judge(&study)), verdicts(&judge(&all())));
-    // A plastic run of another joint belongs to none.
+    // A plastic run of another joint has no elastic counterpart.
     named(&mut study, "run10").scene.base = "another".to_owned();
     assert_eq!(study[10].scene.pressure_cap, Some(6e8));
     let findings = judge(&study);
@@ -529,7 +529,7 @@ fn two_laws_stand_side_by_side() {
         kn.map(|f| (f.verdict, f.runs.len())),
         Some((Verdict::Fails, 2))
     );
-    // Seeds are studies of their own, and say which they are.
+    // Each seed is a separate study, and its setting names the seed.
     let mut second = all();
     second
         .iter_mut()
@@ -568,7 +568,7 @@ fn what_cannot_be_told_says_why() {
             .all(|f| f.verdict == Verdict::NotApplicable
                 && f.measured.contains("not finished: rq5, "))
     );
-    // A run that ends early says nothing about ten million cycles.
+    // A run that ends early has no evidence about ten million cycles.
     let mut short = study::run("short", 5.0);
     short
         .summary
@@ -629,7 +629,7 @@ fn findings_are_a_table_and_a_text() {
         text.starts_with("- total, by_load; never updated: of 40 results of the paper 39 hold, 1 fail, 0 are undecided\n"),
         "{text}"
     );
-    // The paper's numbers beside ours.
+    // The text compares the paper's numbers with our numbers.
     assert!(
         text.contains("| wear iterations of 0.1 µm to 10⁷ cycles, explicit | 4b | 231 | 231 | 1 |"),
         "{text}"
@@ -643,12 +643,12 @@ fn findings_are_a_table_and_a_text() {
             "{claim:?}"
         );
     }
-    // The verdicts come before the words.
+    // The page shows the verdicts before the words of the paper.
     let first = |part: &str| page.find(part).unwrap_or_else(|| panic!("no {part}"));
     assert!(first("class=\"verdict fails\"") < first("<blockquote>"));
 }
 
-/// Without their form, heights that were a hill and Gaussian noise are that noise.
+/// After removal of the form, a hill with Gaussian noise has the roughness of the noise.
 #[test]
 fn form_is_not_roughness() {
     let (cells, steps) = ([60, 48], [1.5e-4, 1.25e-4]);
@@ -661,12 +661,12 @@ fn form_is_not_roughness() {
     };
     let kept = vec![true; cells[0] * cells[1]];
     let rq = |form| formless_roughness(&field(form), &kept, cells, steps, 2.5e-3)[0];
-    // A slope leaves a rest at the edges, where the mean around a cell is one-sided.
+    // A slope causes an error at the edges, where the mean around a cell is one-sided.
     assert!((rq(false) / 1e-6 - 1.0).abs() < 0.05, "{}", rq(false));
     assert!(rq(true) < 0.4 * 2e-5 / 12f64.sqrt(), "{}", rq(true));
 }
 
-/// A folder may have any name; its claims are one row each all the same, and name it as it is.
+/// A folder may have any name. Each claim is still one row and shows the escaped name.
 #[test]
 fn the_name_of_a_run_is_only_a_name() {
     let mut study = all();

@@ -1,4 +1,4 @@
-//! Claims on real runs, small ones.
+//! Claims on small real runs.
 
 use fretwear::report::RunTables;
 use fretwear::study::claims::{Evidence, Finding, Verdict, evaluate};
@@ -19,7 +19,7 @@ fn finding<'a>(findings: &'a [Finding], claim: u32, run: &str) -> &'a Finding {
         .unwrap_or_else(|| panic!("no claim {claim} on {run}"))
 }
 
-/// Bookkeeping of an explicit run is exact, and evidence is what its tables say.
+/// The bookkeeping of an explicit run is exact. The evidence agrees with the tables.
 #[test]
 fn an_explicit_run() {
     let bench = Bench::new();
@@ -53,13 +53,13 @@ fn an_explicit_run() {
         let found = finding(&findings, claim, "explicit");
         assert_eq!(found.verdict, Verdict::Holds, "{found:?}");
     }
-    // What a filter leaves of the unworn heights is less rough than they are, and more than nothing.
+    // The filtered heights of the unworn surface are less rough than the heights, but not smooth.
     let (bare, raw) = (
         evidence.formless["rq"][0],
         evidence.column("rq").expect("Rq")[0],
     );
     assert!(bare < raw && bare > 0.1 * raw, "{bare} of {raw}");
-    // A motion that is given knows no structure.
+    // A run with a prescribed motion has no structure.
     let no_structure = findings
         .iter()
         .find(|f| f.claim == 45)
@@ -67,7 +67,7 @@ fn an_explicit_run() {
     assert_eq!(no_structure.verdict, Verdict::NotApplicable);
 }
 
-/// Two roughnesses, and one with a cap, are found to belong together by their scenes.
+/// The scenes decide which runs belong together: two roughnesses, and one run with a pressure cap.
 #[test]
 #[ignore = "long: 15 seconds"]
 fn vibrating_runs_of_one_study() {
@@ -107,7 +107,7 @@ fn vibrating_runs_of_one_study() {
     for claim in [4, 10, 24, 44, 45] {
         assert_eq!(whole(claim).verdict, Verdict::Holds, "{:?}", whole(claim));
     }
-    // No curves are kept.
+    // The runs store no curves.
     assert!(whole(36).cause.contains("curves_every"), "{:?}", whole(36));
     assert_ne!(whole(36).verdict, Verdict::Holds);
     assert!(whole(45).runs.len() == 2);
@@ -116,7 +116,7 @@ fn vibrating_runs_of_one_study() {
     assert!(whole(29).measured.contains(" cycles"), "{:?}", whole(29));
 }
 
-/// A run that another process still computes cannot be judged as if it were done.
+/// A run that is still in progress gets no verdict.
 #[test]
 fn a_run_that_is_not_finished() {
     let bench = Bench::new();

@@ -1,4 +1,4 @@
-//! A made-up study in which every claim holds.
+//! Artificial study in which each claim holds.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ const AREA: f64 = 1.5e-3;
 const ALPHA: f64 = 2e-15;
 const FINITE: f64 = 0.824;
 
-/// Rises or falls from one value to another, mostly within `length` cycles.
+/// Exponential change from one value to another with the time constant `length` in cycles.
 fn settling(from: f64, to: f64, length: f64) -> impl Fn(f64) -> f64 {
     move |n| to + (from - to) * (-n / length).exp()
 }
@@ -24,7 +24,7 @@ pub fn columns<const N: usize>(columns: [(&str, Vec<f64>); N]) -> Columns {
         .into()
 }
 
-/// A loop that encloses an energy: sticking at `slope` to the part `sharp` of `force`, then slipping in part, then sliding.
+/// Hysteresis loop with a given energy: stick with `slope` up to the part `sharp` of `force`, then partial slip, then gross slip.
 pub fn sliding_loop(energy: f64, force: f64, slope: f64, sharp: f64) -> HysteresisLoop {
     let area = |cycle: &HysteresisLoop| {
         let (u, f) = (&cycle.displacement, &cycle.load);
@@ -32,7 +32,7 @@ pub fn sliding_loop(energy: f64, force: f64, slope: f64, sharp: f64) -> Hysteres
         let parts = (0..u.len()).map(|k| u[k] * f[next(k)] - u[next(k)] * f[k]);
         0.5 * parts.sum::<f64>().abs()
     };
-    // Half a turn of sliding more at either end.
+    // The additional energy is gross slip at both ends.
     let least = 2.0 * force / slope;
     let rest = energy - area(&loop_of(least, force, slope, sharp));
     loop_of(least + rest / (4.0 * force), force, slope, sharp)
@@ -49,7 +49,7 @@ fn loop_of(amplitude: f64, force: f64, slope: f64, sharp: f64) -> HysteresisLoop
     HysteresisLoop { displacement, load }
 }
 
-/// A run at a roughness in µm.
+/// Run with a roughness in µm.
 pub fn run(name: &str, rq: f64) -> Evidence {
     let series = |value: &dyn Fn(f64) -> f64| CYCLES.map(value).to_vec();
     let kn = settling(4.8e9 - 0.18e9 * rq, 5.0e9 - 2e6 * rq, 2e5);
@@ -125,7 +125,7 @@ pub fn run(name: &str, rq: f64) -> Evidence {
             ("ku", series(&settling(2.95, 5.0, 1e6))),
         ]),
         local: None,
-        // 231 steps of 0.1 µm.
+        // 231 steps of 0.1 µm
         depth_rate: all(2.31e-12),
         worn: Some(WornSurface {
             least_growth: 0.0,
@@ -189,14 +189,14 @@ fn setting(rq: f64) -> Setting {
     }
 }
 
-/// The run with its criterion of updates, of which one falls due.
+/// Run with an update criterion and one update.
 fn updated(name: &str, change: f64) -> Evidence {
     let mut run = run(name, 5.0);
     run.scene.stiffness_change = Some(change);
     run.scene.update = format!("{change}");
     let flags = run.summary.get_mut("updated").expect("a column");
     flags[3] = 1.0;
-    // Before an update the cycle dissipates more than after it.
+    // The cycle before an update dissipates more energy than the cycle after it.
     let energies = run.summary["dissipated_energy"].iter();
     let end_energy = energies.map(|energy| 1.05 * energy).collect();
     run.step = columns([("end_energy", end_energy)]);
@@ -221,7 +221,7 @@ fn plastic() -> Evidence {
     run
 }
 
-/// As published: 231 steps, each as long as 0.1 µm allows.
+/// Published explicit run: 231 steps, each with the number of cycles for a depth of 0.1 µm.
 fn explicit() -> Evidence {
     let mut run = run("explicit", 5.0);
     run.scene.explicit = Some(1e-7);
@@ -233,7 +233,7 @@ fn explicit() -> Evidence {
         *sum += n;
         Some(*sum)
     }));
-    // Only its steps matter.
+    // The tests use only the steps of this run.
     run.summary = columns([
         ("cycles", cycles),
         ("n_cycles", [&[0.0], &steps[..]].concat()),
@@ -264,7 +264,7 @@ fn sphere(name: &str, cap: Option<f64>, area: f64) -> Evidence {
     run
 }
 
-/// With harmonics to some order.
+/// Run with harmonics up to a given order.
 fn finer(name: &str, highest: usize) -> Evidence {
     let mut run = run(name, 5.0);
     let orders: Vec<String> = (0..=highest).map(|order| order.to_string()).collect();
@@ -272,7 +272,7 @@ fn finer(name: &str, highest: usize) -> Evidence {
     run
 }
 
-/// With contact elements that have a stiffness of their own.
+/// Run whose contact elements have individual stiffnesses.
 fn tangent() -> Evidence {
     let mut run = updated("tangent", 0.1);
     (run.scene.law, run.scene.tangent) = ("tangent".to_owned(), true);
@@ -284,7 +284,7 @@ fn tangent() -> Evidence {
     run
 }
 
-/// Everything that every claim needs.
+/// Runs for all claims.
 pub fn all() -> Vec<Evidence> {
     vec![
         run("rq5", 5.0),

@@ -1,5 +1,5 @@
-# The decks of this folder: a skewed block of 2 x 1 x 1 cells of each solid, one face held; mm, t, s. With CalculiX (ccx) they give the
-# eigenvalues of the stiffness that the test expects.
+# Writes the decks of this folder: a skewed block of 2 x 1 x 1 cells of each solid element type, with one fixed face, in mm, t, s.
+# CalculiX (ccx) computes the stiffness eigenvalues that the test expects.
 import itertools
 import subprocess
 
@@ -31,7 +31,7 @@ def mesh(kind,N=N,size=size):
         else:
             for t in [(0,1,3,7),(0,1,7,4),(1,5,7,4),(1,5,6,7),(1,6,2,7),(1,2,3,7)]:
                 q=[c[v] for v in t]
-                # positive volume
+                # The volume must be positive.
                 m=np.array([np.array(q[v])-np.array(q[0]) for v in (1,2,3)])
                 if np.linalg.det(m)<0: q[1],q[2]=q[2],q[1]
                 els.append([node(p) for p in (q if kind=='C3D4' else q+[mid(q[a],q[b]) for a,b in TE])])
@@ -61,7 +61,7 @@ for kind in ['C3D8','C3D8I','C3D20','C3D20R','C3D6','C3D15','C3D4','C3D10']:
         f.write('*MATERIAL, NAME=STEEL\n*ELASTIC\n198400.,0.3\n*DENSITY\n7.949E-9\n*SOLID SECTION, ELSET=EALL, MATERIAL=STEEL\n*BOUNDARY\nFOOT,1,3\n*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE\n5\n*END STEP\n')
     print(kind,roots(kind,len(nodes)))
 
-# Two blocks that do not match, the upper one tied to the lower one but for a gap of 0.05 mm, and an equation between two corners above.
+# Two blocks with nonmatching meshes. A tie connects the blocks over a gap of 0.05 mm, and an equation couples two upper corners.
 def lines(e,ns):
     row=[e]+ns
     return ',\n'.join(','.join(map(str,row[i:i+16])) for i in range(0,len(row),16))+'\n'

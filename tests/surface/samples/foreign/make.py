@@ -1,12 +1,12 @@
-"""Writes one map by the writers of other programs, for tests/surface/foreign.rs.
+"""Writes one map with the writers of other programs, for tests/surface/foreign.rs.
 
 pip install "numpy<3" "pandas<4" "SurfaceTopography>=1.27,<2" "surfalize>=0.19,<0.20"
 python make.py
 
-The map: 7 points along x, 5 along y, 0.5 um and 0.8 um apart; its heights in um are
-0.3 sin(0.7 i) + 0.2 cos(1.1 j) + 0.005 i j, and point (2, 1) was not measured. Text files without a header have it
-as the programs write an array whose axis 0 is x. The SUR files store integers: what the writer's own reader makes of
-them is in sur_heights.npy, um, axis 0 is x.
+The map has 7 points along x and 5 points along y, at distances of 0.5 um and 0.8 um. The heights in um are
+0.3 sin(0.7 i) + 0.2 cos(1.1 j) + 0.005 i j, and point (2, 1) has no measurement. In text files without a header,
+axis 0 of the array is x. The SUR files store integers. sur_heights.npy contains the heights that the writer's
+reader returns for the SUR files, in um, with axis 0 as x.
 """
 
 import numpy as np
